@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Clusters the senders into a binary tree (PIC 4.3).
+#pragma once
+
+#include "bake/context.h"
+#include "bake/options.h"
+#include "formats/hierarchy.h"
+#include "formats/result.h"
+#include "formats/surfels.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// A binary tree as clustering makes it: leaves 0..n-1 are senders, inner node n+k is the k-th merge.
+struct ClusterTree {
+  std::uint32_t leafCount = 0;
+  std::vector<std::uint32_t> first, second;  // [Size n-1] children of inner node n+k; the last one is the root
+};
+
+// What the baker knows of a node beside the file's Hierarchy: its geometry.
+struct NodeGeometry {
+  std::vector<glm::vec3> center;  // [m] [Size nodes] mean of the leaves
+  std::vector<glm::vec3> normal;  // unit mean normal (zero for sky)
+  std::vector<float> area;        // [m²] sum of leaf areas
+  std::vector<float> radius;      // [m] RMS distance of the leaves from the center; infinite for joins with the sky
+};
+
+// Exact agglomerative clustering with the metric of PIC 4.3 (bounded nearest-neighbour search).
+Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
+                                const ClusteringOptions& options, Context& context);
+// Median splits along the longest axis: fast, worse.
+Result<ClusterTree> splitMedian(const Surfels& surfels, std::span<const std::uint32_t> members, Context& context);
+
+// The whole stage: groups (reflectors; emitters, those with emission > 0; sky patches), a tree for each, flattened
+// breadth first. firstWeight is the paper's equal areas; traceLinks() may replace it.
+Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatches, const ClusteringOptions& options,
+                                 Context& context);
+
+NodeGeometry nodeGeometry(const Hierarchy& hierarchy, const Surfels& surfels);
+
+}  // namespace relume

@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+// Presets, ranges and JSON of the bake's options.
+#include "bake/options.h"

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// Every option of a bake, one aggregate a stage, defaults inline. Checked once, by checkOptions(); stored in the bake.
+#pragma once
+
+#include "formats/links.h"
+#include "formats/result.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// Where receivers can be: what they cannot see needs neither surfels nor caches.
+struct PlaySpaceOptions {
+  enum class Mode { seen, all };
+  Mode mode = Mode::seen;            // seen: cameras, extras.relume volumes, free grid points; all: every surface
+  std::uint32_t walks = 1u << 20;    // [1e3..1e9] random walks that find what is seen
+  std::uint32_t maxBounces = 6;      // [1..64] length of a walk
+};
+
+struct SurfelOptions {
+  enum class Placement { halton, relaxed, eliminated };
+  std::uint32_t count = 131072;      // [2..16777216] n_S, PIC 4.2
+  Placement placement = Placement::eliminated;
+  std::uint32_t relaxIterations = 10;  // [0..1000] rounds of repulsion of `relaxed`
+  float candidateFactor = 5.0f;      // [1.5..20] candidates a surfel of `eliminated`
+};
+
+struct ClusteringOptions {
+  enum class Method { exact, kd };
+  Method method = Method::exact;     // exact agglomerative clustering, or median splits
+  float normalWeight = 0.1f;         // [>= 0] C_n, PIC 4.3
+  float balanceWeight = 0.02f;       // [>= 0] C_b, PIC 4.3
+};
+
+struct CacheOptions {
+  glm::uvec3 gridResolution{0};      // [0..1024 each] points along each axis; 0 = from gridSpacing
+  float gridSpacing = 0.0f;          // [m] [>= 0] 0 = chosen so that about gridCaches points fall into the level
+  std::uint32_t gridCaches = 2304;   // [0..1e7] target when neither is given; 0 = no grid (PIC: 24 x 8 x 12)
+  std::uint32_t lightmapSize = 0;    // [0, 16..16384] texels a side; 0 = what lightmapCaches needs
+  std::uint32_t lightmapCaches = 8281;  // [0..1e8] target number of light-map caches; 0 = no light map
+  float minChartTexels = 1.0f;       // [>= 0] charts smaller than this many texels of area share texels or use the grid
+  bool useTexcoord1 = true;          // use TEXCOORD_1 as light-map coordinates where it is valid for that
+  float maxBackFaceShare = 0.25f;    // [0..1] a cache whose rays hit more back faces than this is moved or dropped
+  float gutterTexels = 1.0f;         // [0..8] empty texels between charts
+};
+
+struct LinkOptions {
+  enum class CutKey { transfer, transferRadius };
+  enum class PullWeight { area, openness, importance };
+  LinkKind kind = LinkKind::cone;
+  std::uint32_t linksPerCache = 254;   // [1..65535] n_L
+  std::uint32_t raysPerCache = 4096;   // [16..1048576] K
+  std::uint32_t bands = 4;             // [1..8] of SH links
+  CutKey key = CutKey::transferRadius; // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius
+  PullWeight pull = PullWeight::importance;  // weights of a node's children in its radiosity; area: the paper's
+  float opennessRadius = 3.0f;         // [m] [> 0] R of openness d²/(d²+R²)
+  std::uint32_t skyPatches = 64;       // [0..4096] sky senders; 0 = the sky gives no light
+};
+
+struct BakeOptions {
+  PlaySpaceOptions playSpace;
+  SurfelOptions surfels;
+  ClusteringOptions clustering;
+  CacheOptions caches;
+  LinkOptions links;
+  std::uint32_t lumaBands = 4;    // [1..8] recommended to the runtime
+  std::uint32_t chromaBands = 4;  // [1..lumaBands]
+  std::uint64_t seed = 1;         // any
+  std::string embreeIsa = "avx2"; // Embree's isa; hits differ in the last bits between instruction sets
+};
+
+enum class Preset { draft, medium, high, best };
+
+// The options of a preset: draft for iteration in seconds, medium the paper's moderate setting, high the paper's high
+// setting, best what two minutes on two cores can give.
+BakeOptions presetOptions(Preset preset);
+
+// Done, or usage: names the option, its range and the value found.
+Status checkOptions(const BakeOptions& options);
+
+// Every option as canonical JSON (sorted keys), for provenance and reports; and back. usage for unknown keys and wrong
+// types, naming them.
+std::string optionsToJson(const BakeOptions& options);
+Result<BakeOptions> optionsFromJson(const std::string& json, const BakeOptions& base);
+
+}  // namespace relume

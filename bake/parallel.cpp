@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// See parallel.h.
+#include "bake/parallel.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+
+namespace relume {
+
+void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t, std::size_t)>& body) {
+  if (count == 0) return;
+  grain = std::max<std::size_t>(grain, 1);
+  const std::size_t chunks = (count + grain - 1) / grain;
+  std::atomic<std::size_t> finished{0};
+
+  const auto run = [&](std::size_t chunk) {
+    if (context.cancelled()) return;
+    body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    const std::size_t n = finished.fetch_add(1) + 1;
+    // Report about a hundred times a stage.
+    if (!stage.empty() && (n * 100 / chunks != (n - 1) * 100 / chunks)) {
+      context.progress(stage, static_cast<double>(n) / static_cast<double>(chunks));
+    }
+  };
+
+  tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
+}
+
+}  // namespace relume

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Ground truth: a plain Lambertian path tracer on the same scene, rays and radiometry as the baker.
+#pragma once
+
+#include "bake/context.h"
+#include "bake/scene/ray_tracer.h"
+#include "formats/result.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+struct ReferenceOptions {
+  std::uint32_t width = 320, height = 180;  // [1..16384]
+  std::uint32_t samplesPerPixel = 256;      // [1..1e6]
+  std::uint32_t maxBounces = 12;            // [0..1024] reflections before the light arrives
+  bool emissive = false;                    // emitting surfaces are on
+  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  std::uint64_t seed = 1;
+};
+
+// Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:
+struct ReferenceImage {
+  std::uint32_t width = 0, height = 0;
+  std::vector<glm::vec3> direct;    // irradiance / pi by punctual lights, emitters and sky, albedo divided out
+  std::vector<glm::vec3> indirect;  // irradiance / pi by light reflected at least once
+  std::vector<glm::vec3> albedo, emission;
+  std::vector<glm::vec3> position, normal;  // at the pixel centre; normal toward the viewer
+  std::vector<float> depth;                 // [m] along the viewing axis at the pixel centre; 0 = nothing
+};
+
+Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
+                                       std::span<const SceneLight> lights, const ReferenceOptions& options,
+                                       Context& context);
+
+// Irradiance [W/m²] of punctual lights at a point, shadows by rays. normal must be unit.
+glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,
+                           const glm::vec3& normal);
+// The same without shadows: unshadowed irradiance of one light, and the direction toward it and its distance.
+glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorld, const glm::vec3& normal,
+                          glm::vec3& toLight, float& distance);
+
+}  // namespace relume

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Rays against the fixed instances of a scene, by Embree. The only file that includes it is ray_tracer.cpp.
+// Alpha-masked texels let rays through. Thread-safe after construction.
+#pragma once
+
+#include "bake/scene/scene.h"
+#include "formats/result.h"
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace relume {
+
+struct Ray {
+  glm::vec3 origin{0.0f};
+  float tMin = 0.0f;  // [m]
+  glm::vec3 direction{0.0f};  // unit
+  float tMax = std::numeric_limits<float>::infinity();  // [m]
+};
+
+struct Hit {
+  float distance = std::numeric_limits<float>::infinity();  // [m] infinite = nothing hit
+  std::uint32_t instance = kNone;
+  std::uint32_t triangle = 0;  // within the instance
+  glm::vec2 barycentric{0.0f};
+  bool back = false;           // the back side of the triangle was hit
+  explicit operator bool() const { return instance != kNone; }
+  SurfacePoint point() const { return {instance, triangle, barycentric}; }
+};
+
+class RayTracer {
+ public:
+  // Builds the acceleration structure. failed: Embree's own message. isa: "avx2", "avx512", "sse4.2" or "" (best).
+  static Result<RayTracer> create(const Scene& scene, const std::string& isa, Context& context);
+  RayTracer(RayTracer&&) noexcept;
+  RayTracer& operator=(RayTracer&&) noexcept;
+  ~RayTracer();
+
+  Hit trace(const Ray& ray) const;
+  // Nearest hits of many rays, traced in packets of 16; coherent neighbours are fastest. [Size hits >= rays]
+  void trace(std::span<const Ray> rays, std::span<Hit> hits) const;
+  bool occluded(const Ray& ray) const;
+  // occluded[i] = 1 where ray i is blocked. [Size occluded >= rays]
+  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+
+  const Scene& scene() const;
+  std::string description() const;  // "embree 3.13.5 isa=avx2"
+  // World bounds of the fixed geometry. [m]
+  glm::vec3 boundsMin() const;
+  glm::vec3 boundsMax() const;
+  // Distance by which rays should start off a surface here: a small multiple of the floats' spacing. [m]
+  float epsilonAt(const glm::vec3& positionWorld) const;
+
+ private:
+  struct State;
+  explicit RayTracer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relume

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+// The level as the baker sees it: triangle meshes placed by instances, materials, cameras, lights, play volumes.
+// Axes, units and radiometry are glTF's: Y up, metres, right-handed, counter-clockwise fronts; point and spot
+// intensities W/sr, directional W/m², emission W/m²/sr.
+//
+// Triangles are numbered through: triangle t of instance i has the scene-wide index instances[i].firstTriangle + t.
+#pragma once
+
+#include "formats/result.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+class Context;
+
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+enum class Wrap : std::uint8_t { repeat, mirror, clamp };
+
+// 8-bit RGBA, row 0 on top, as the file had it (sRGB for colours). Mip levels by box filter in linear light.
+struct Image {
+  struct Level {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::uint8_t> rgba;  // [Size 4 width height]
+  };
+  std::string name;
+  std::vector<Level> levels;  // [Size >= 1] level 0 is the image
+};
+
+// A texture slot: image, sampler, which TEXCOORD_n and KHR_texture_transform folded into an affine map.
+struct TextureRef {
+  std::uint32_t image = kNone;
+  std::uint32_t texcoord = 0;             // 0 or 1
+  Wrap wrapU = Wrap::repeat, wrapV = Wrap::repeat;
+  bool nearest = false;                   // magnification filter
+  std::array<float, 6> transform{1, 0, 0, 0, 1, 0};  // u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5
+};
+
+enum class AlphaMode : std::uint8_t { opaque, mask };
+
+struct Material {
+  std::string name;
+  glm::vec3 albedo{1.0f};        // [0..1] base colour factor, linear
+  float alpha = 1.0f;            // base colour alpha factor
+  TextureRef albedoTexture;      // sRGB colour, alpha
+  glm::vec3 emission{0.0f};      // [W/m²/sr] emissive factor x strength
+  TextureRef emissionTexture;    // sRGB
+  AlphaMode alphaMode = AlphaMode::opaque;  // BLEND is read as a mask with cutoff 0.5
+  float alphaCutoff = 0.5f;
+  bool doubleSided = false;      // emits from both sides; both sides of any face reflect
+};
+
+// One glTF primitive as triangles, in object space.
+struct Mesh {
+  std::string name;                            // glTF mesh name or "mesh<index>", "#<primitive>" appended when several
+  std::vector<glm::vec3> position;             // [m]
+  std::vector<glm::vec3> normal;               // unit; empty = flat
+  std::array<std::vector<glm::vec2>, 2> uv;    // TEXCOORD_0, TEXCOORD_1; empty when absent
+  std::vector<glm::vec3> color;                // COLOR_0 (linear factor); empty when absent
+  std::vector<glm::uvec3> triangle;            // vertex indices, in glTF order, degenerate ones kept
+  std::uint32_t material = kNone;              // kNone = glTF's default material
+};
+
+enum class BakeMode : std::uint8_t { fixed, dynamic, ignore };  // extras.relume.bake: "static", "dynamic", "ignore"
+
+// A mesh at a place. Only `fixed` instances occlude, send light and carry light-map caches. Dynamic ones are kept for
+// drawing (lit by the grid); ignored ones are drawn by nobody and not imported.
+struct Instance {
+  std::string node;              // glTF node name or "node<index>"
+  std::uint32_t nodeIndex = 0;   // glTF node
+  std::uint32_t primitive = 0;   // primitive of the node's glTF mesh
+  std::uint32_t gpuInstance = 0; // index within EXT_mesh_gpu_instancing
+  std::uint32_t mesh = 0;
+  glm::mat4 toWorld{1.0f};
+  BakeMode mode = BakeMode::fixed;
+  bool flipped = false;          // toWorld mirrors: triangle winding reverses
+  float texelDensity = 1.0f;     // extras.relume.texelDensity: scale of light-map resolution here [0.01..100]
+  std::uint32_t firstTriangle = 0;  // scene-wide index of its first triangle
+};
+
+struct Camera {
+  std::string name;
+  glm::mat4 toWorld{1.0f};   // looks down its -Z
+  float yfovRad = 1.0f;
+  float znear = 0.01f;       // [m]
+  float aspect = 0.0f;       // width / height; 0 = the viewport's
+  bool orthographic = false;
+  float yMag = 1.0f;         // [m] half height of an orthographic view
+};
+
+enum class LightType : std::uint8_t { directional, point, spot };
+
+struct SceneLight {
+  std::string name;
+  LightType type = LightType::point;
+  glm::vec3 intensity{1.0f};      // colour x intensity: W/sr (point, spot), W/m² (directional)
+  glm::vec3 positionWorld{0.0f};  // [m]
+  glm::vec3 direction{0, 0, -1};  // unit, the way the light travels
+  float range = 0.0f;             // [m] 0 = infinite
+  float innerConeRad = 0.0f, outerConeRad = 0.785398163f;
+};
+
+// A box in which receivers can be: extras.relume {"volume": [x, y, z]} on a node gives its size in the node's axes.
+struct PlayVolume {
+  std::string name;
+  glm::mat4 toWorld{1.0f};  // maps the unit cube [-0.5, 0.5]³ to the world
+};
+
+struct Scene {
+  std::string name;  // file name without folder
+  std::vector<Mesh> meshes;
+  std::vector<Instance> instances;
+  std::vector<Material> materials;
+  std::vector<Image> images;
+  std::vector<Camera> cameras;
+  std::vector<SceneLight> lights;
+  std::vector<PlayVolume> volumes;
+  std::vector<std::filesystem::path> files;  // every file that was read, the scene's first (for dependency files)
+
+  std::uint32_t triangleCount() const;  // over all instances
+  // World-space corners of triangle t of an instance, wound so that the front is counter-clockwise.
+  std::array<glm::vec3, 3> corners(const Instance& instance, std::uint32_t t) const;
+  const Material& material(const Instance& instance) const;
+  // The instance that holds a scene-wide triangle index.
+  std::uint32_t instanceOf(std::uint32_t triangle) const;
+};
+
+// A point on a surface: barycentric (b, c) weighs corners 1 and 2 of corners().
+struct SurfacePoint {
+  std::uint32_t instance = kNone;
+  std::uint32_t triangle = 0;  // within the instance
+  glm::vec2 barycentric{0.0f};
+};
+
+// Geometric normal (unit, front side), and the shading normal interpolated from the mesh's normals (unit, on the
+// geometric normal's side). Zero for a degenerate triangle.
+glm::vec3 geometricNormal(const Scene& scene, const SurfacePoint& p);
+glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p);
+
+// Linear albedo [0..1], emitted radiance [W/m²/sr] and coverage after the alpha test. footprintWorld [m] selects the
+// mip level: the width of the surface patch the value stands for; 0 = level 0, bilinear.
+glm::vec3 albedoAt(const Scene& scene, const SurfacePoint& p, float footprintWorld = 0.0f);
+glm::vec3 emissionAt(const Scene& scene, const SurfacePoint& p, float footprintWorld = 0.0f);
+bool opaqueAt(const Scene& scene, const SurfacePoint& p);
+
+// Read a .glb or .gltf. io: not readable; invalidFile: malformed, with JSON path, accessor, node or image named;
+// unsupported: an extension in extensionsRequired that we do not know. Nothing outside the scene's folder is read.
+Result<Scene> importGltf(const std::filesystem::path& path, Context& context);
+
+}  // namespace relume

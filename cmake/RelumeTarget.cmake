@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+# relume_library(name [ALIAS relume::x]) and relume_warnings(target): the flags every target of ours shares.
+
+# Contraction into fused multiply-adds differs between instruction sets; the same input must give the same bytes.
+add_compile_options(-ffp-contract=off)
+if(RELUME_SANITIZE)
+  add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer -g)
+  add_link_options(-fsanitize=${RELUME_SANITIZE})
+endif()
+
+function(relume_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-psabi)
+  if(RELUME_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()
+
+# A room of the house: a static library whose headers are included from the project's root.
+function(relume_room target)
+  add_library(${target} STATIC ${ARGN})
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  relume_warnings(${target})
+endfunction()
+
+# A google-test program named test_<name>, registered with ctest.
+function(relume_test name)
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  add_executable(test_${name} ${T_SOURCES})
+  target_link_libraries(test_${name} PRIVATE ${T_LIBS} GTest::gtest GTest::gtest_main)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(test_${name} PRIVATE RELUME_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  relume_warnings(test_${name})
+  add_test(NAME ${name} COMMAND test_${name})
+  if(T_TIMEOUT)
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${T_TIMEOUT})
+  endif()
+endfunction()

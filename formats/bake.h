@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The whole bake: what the baker hands to the game. Plain data; see the headers of its parts for invariants, and
+// formats/bake_file.h for the file.
+#pragma once
+
+#include "formats/caches.h"
+#include "formats/hierarchy.h"
+#include "formats/links.h"
+#include "formats/surfels.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// A part of the scene by name, so that people and other tools can find it again.
+struct BakedInstance {
+  std::string node;      // glTF node name, or "node<index>" when it has none
+  std::string mesh;      // glTF mesh name, likewise
+  std::string material;  // glTF material name, likewise; empty without a material
+  std::uint64_t contentHash = 0;  // XXH3 of world transform, geometry, material and the texels it uses
+};
+
+// What the bake was made from. No time, no path, no machine: the same input gives the same bytes.
+struct Provenance {
+  std::string toolVersion;        // semantic version of the baker
+  std::uint32_t algorithmVersion = 0;  // raised whenever the same input would give other light
+  std::string optionsJson;        // every option of the bake, canonical JSON
+  std::uint64_t sceneHash = 0;    // XXH3 over the instances' hashes, lights excluded
+  std::uint64_t seed = 0;
+  std::string rayTracer;          // "embree 3.13.5 isa=avx2"
+  std::uint32_t lumaBands = 4, chromaBands = 4;  // [1..8] what the baker recommends to the runtime
+};
+
+struct Bake {
+  Surfels surfels;
+  Hierarchy hierarchy;
+  Caches caches;
+  Links links;
+  std::vector<BakedInstance> instances;  // indexed by Surfels::instance and Lightmap::parts
+  Provenance provenance;
+};
+
+}  // namespace relume

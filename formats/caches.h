@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Caches: the places where light is gathered (PIC 4.4), the grid and the light map that index them, and where each
+// triangle of the scene finds its light.
+#pragma once
+
+#include "formats/array.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+
+namespace relume {
+
+inline constexpr std::uint32_t kNoCache = 0xFFFFFFFFu;
+// Light-map coordinate of a triangle corner that has none: the triangle is lit by the grid.
+inline constexpr std::uint32_t kGridLit = 0xFFFFFFFFu;
+
+// A uniform lattice of cache positions. Point (x, y, z) lies at origin + (x, y, z) * spacing.
+struct CacheGrid {
+  glm::uvec3 resolution{0};     // points along each axis; 0 = no grid
+  glm::vec3 originWorld{0.0f};  // [m]
+  glm::vec3 spacing{0.0f};      // [m]
+  Array<std::uint32_t> cache;   // [Size x*y*z, x fastest] cache of a point, kNoCache = inside something or unseen
+};
+
+// Where the triangles of one drawable part (glTF node x primitive x GPU instance) are on the light map.
+struct LightmapPart {
+  std::uint32_t node = 0;           // glTF node index
+  std::uint32_t primitive = 0;      // primitive of that node's mesh
+  std::uint32_t gpuInstance = 0;    // index within EXT_mesh_gpu_instancing; 0 without
+  std::uint32_t triangleCount = 0;  // triangles in glTF order; a strip's or fan's triangles in drawing order
+  std::uint64_t firstCorner = 0;    // corner k of triangle t is cornerUv[firstCorner + 3 t + k]
+};
+
+// The light map: a texture of cache indices, and texture coordinates into it.
+struct Lightmap {
+  std::uint32_t width = 0, height = 0;  // [texel]
+  Array<std::uint32_t> cache;           // [Size width*height, row 0 first] unique cache a texel copies from, dilation
+                                        // included; kNoCache = never read
+  Array<LightmapPart> parts;            // [Size instances of the bake] in the order of Bake::instances
+  Array<std::uint32_t> cornerUv;        // [Size 3 * triangles] packUnorm16x2 or kGridLit; (0,0) is the corner of texel
+                                        // row 0, texel centres at (i + 0.5) / size
+};
+
+// Caches in the order grid, then light map. Only unique, valid caches are kept.
+struct Caches {
+  Array<glm::vec3> positionWorld;  // [m] [Size n_C] where rays start
+  Array<glm::vec3> normal;         // [Size n_C] unit for caches on a surface (they gather a hemisphere), zero for
+                                   // grid caches (they gather the sphere)
+  CacheGrid grid;
+  Lightmap lightmap;
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(positionWorld.size()); }
+};
+
+}  // namespace relume

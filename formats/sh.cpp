@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// Real spherical harmonics by recurrence, and the band factors of cones and cosine lobes. See sh.h.
+#include "formats/sh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+namespace relume {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// K_l^m = sqrt((2l+1)/(4 pi) (l-m)!/(l+m)!), times sqrt(2) for m > 0; index l*8 + m.
+std::array<float, 64> makeNormalisation() {
+  std::array<float, 64> k{};
+  for (int l = 0; l < kMaxBands; ++l) {
+    for (int m = 0; m <= l; ++m) {
+      double ratio = 1.0;
+      for (int i = l - m + 1; i <= l + m; ++i) ratio /= i;
+      k[l * 8 + m] = static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi) * ratio) * (m > 0 ? std::numbers::sqrt2 : 1.0));
+    }
+  }
+  return k;
+}
+
+const std::array<float, 64> kNormalisation = makeNormalisation();
+
+constexpr std::array<float, kMaxBands> kCosine = {
+    static_cast<float>(kPi),       static_cast<float>(2 * kPi / 3), static_cast<float>(kPi / 4), 0.0f,
+    static_cast<float>(-kPi / 24), 0.0f,                            static_cast<float>(kPi / 64), 0.0f};
+
+}  // namespace
+
+void evaluateSh(int bands, const glm::vec3& d, std::span<float> y) {
+  // Walk the orders m. (c, s) are Re and Im of (x + i y)^m; p walks the associated Legendre functions divided by
+  // sin^m, so that nothing is singular at the poles.
+  float c = 1.0f, s = 0.0f;
+  float pmm = 1.0f;  // P_m^m / sin^m without the Condon-Shortley sign: (2m-1)!!
+  for (int m = 0; m < bands; ++m) {
+    float previous = 0.0f, p = pmm;
+    for (int l = m; l < bands; ++l) {
+      const float k = kNormalisation[l * 8 + m] * p;
+      const int centre = l * l + l;
+      if (m == 0) {
+        y[centre] = k;
+      } else {
+        y[centre + m] = k * c;
+        y[centre - m] = k * s;
+      }
+      const float next = ((2 * l + 1) * d.z * p - (l + m) * previous) / static_cast<float>(l + 1 - m);
+      previous = p;
+      p = next;
+    }
+    const float t = c * d.x - s * d.y;
+    s = c * d.y + s * d.x;
+    c = t;
+    pmm *= static_cast<float>(2 * m + 1);
+  }
+}
+
+void coneBandRatios(int bands, float cosAlpha, std::span<float> ratio) {
+  // Z_l / Z_0 with the common factor (1 - c) cancelled: stable for the narrowest cones.
+  const float c = cosAlpha, c2 = c * c, c4 = c2 * c2, u = 1.0f + c;
+  const std::array<float, kMaxBands> all = {
+      1.0f,
+      u * 0.5f,
+      c * u * 0.5f,
+      u * (5.0f * c2 - 1.0f) * 0.125f,
+      c * u * (7.0f * c2 - 3.0f) * 0.125f,
+      u * (21.0f * c4 - 14.0f * c2 + 1.0f) * 0.0625f,
+      c * u * (33.0f * c4 - 30.0f * c2 + 5.0f) * 0.0625f,
+      u * (429.0f * c4 * c2 - 495.0f * c4 + 135.0f * c2 - 5.0f) * 0.0078125f,
+  };
+  std::copy_n(all.begin(), bands, ratio.begin());
+}
+
+float coneSolidAngle(float cosAlpha) { return static_cast<float>(2.0 * kPi) * (1.0f - cosAlpha); }
+
+std::span<const float> clampedCosineFactors() { return kCosine; }
+
+void cosineLobeFactors(int bands, float n, std::span<float> s) {
+  s[0] = 1.0f;
+  if (bands > 1) s[1] = (n + 1.0f) / (n + 2.0f);
+  for (int l = 2; l < bands; ++l) s[l] = s[l - 2] * (n + 2.0f - static_cast<float>(l)) / (n + 1.0f + static_cast<float>(l));
+}
+
+float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n) {
+  std::array<float, kMaxCoefficients> y;
+  evaluateSh(bands, n, y);
+  float e = 0.0f;
+  for (int l = 0; l < bands; ++l) {
+    float band = 0.0f;
+    for (int i = l * l; i < (l + 1) * (l + 1); ++i) band += c[i] * y[i];
+    e += kCosine[l] * band;
+  }
+  return e;
+}
+
+float irradianceLinear(std::span<const float> c, const glm::vec3& n) {
+  constexpr float kFactor = static_cast<float>(4 * kPi / 3 * 0.48860251190291992);
+  return kFactor * (c[1] * n.y + c[2] * n.z + c[3] * n.x);
+}
+
+float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& n, const glm::vec3& cacheNormal) {
+  const float blend = bands < 2 ? 0.0f : surfaceBlend(glm::dot(n, cacheNormal));
+  float e = 0.0f;
+  if (blend > 0.0f) e += blend * irradianceLinear(c, n);
+  if (blend < 1.0f) e += (1.0f - blend) * irradianceClamped(bands, c, n);
+  return e;
+}
+
+float surfaceBlend(float cosine) {
+  const float t = std::clamp((cosine - 0.85f) / (0.99f - 0.85f), 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
+
+}  // namespace relume

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// What the host tells the runtime about this frame's light. Radiometric units throughout.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+namespace relume {
+
+enum class LightKind : std::uint32_t { directional = 0, point = 1, spot = 2 };
+
+// A punctual light as KHR_lights_punctual defines it.
+struct Light {
+  LightKind kind = LightKind::point;
+  glm::vec3 intensity{1.0f};      // point, spot: I [W/sr]; directional: E [W/m²]
+  glm::vec3 positionWorld{0.0f};  // [m]
+  glm::vec3 direction{0, -1, 0};  // unit, the way the light travels
+  float range = 0.0f;             // [m] 0 = infinite; else smooth window (1 - (d/range)^4)^+
+  float innerConeRad = 0.0f;      // [rad]
+  float outerConeRad = 0.785398163f;
+};
+
+// Share [0..1] of light `light` (index into LightSetup::lights) that reaches a point with unit normal: the host's
+// shadows. Called from the threads of the host's own ParallelFor.
+using Visibility = std::function<float(std::uint32_t light, const glm::vec3& positionWorld, const glm::vec3& normal)>;
+
+// One frame's light. Spans are read during relight() only.
+struct LightSetup {
+  std::span<const Light> lights;
+  Visibility visibility;  // CPU backend; empty = nothing is in shadow. The GL backend takes GLSL: RelightOptions
+  // The host's own direct light: irradiance [W/m²] at each surfel, in place of `lights` and `visibility`.
+  // [Size 0 or n_S]
+  std::span<const glm::vec3> surfelIrradiance;
+  glm::vec3 emissionScale{1.0f};            // factor on the surfels' baked emission; 0 switches emitters off
+  std::span<const glm::vec3> surfelEmission;  // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)
+  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr] a constant sky; unseen without sky patches in the bake
+  std::span<const glm::vec3> skyPatches;    // [Size 0 or skyDirection.size()] radiance a patch, in place of the constant;
+                                            // projectEnvironment() makes it from a map
+  float bounceScale = 1.0f;                 // [0..1] share of last frame's caches added at the surfels; 0 = one bounce
+};
+
+}  // namespace relume

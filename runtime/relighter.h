@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// The runtime: loads a bake, and every frame turns this frame's lights into indirect light. The same steps run on the
+// CPU or in OpenGL 4.3+ compute shaders, on the same data; each is the other's test.
+//
+//   (1) shadow maps          the host's own
+//   (2) light the surfels    direct light + last frame's caches + emission -> leaf radiosity
+//   (3) pull                 radiosity averaged up the hierarchy
+//   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients
+//   (5) copy                 unique caches -> light-map texels, dilation included
+//   (6) resolve              per pixel, in the host's shader (shaders/resolve.glsl) or by irradiance() here
+//
+// A Relighter is used from one thread at a time; several may share one Bake. The GL backend must be created, used and
+// destroyed with the same context current.
+#pragma once
+
+#include "formats/bake.h"
+#include "formats/result.h"
+#include "runtime/lights.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+enum class Backend { cpu, gl };
+
+// Runs body(0) .. body(tasks - 1), in any order, returning when all are done. The host's job system; the default is a
+// plain loop on the calling thread.
+using ParallelFor = std::function<void(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body)>;
+
+struct RelightOptions {
+  Backend backend = Backend::cpu;
+  int lumaBands = 0;         // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
+  int chromaBands = 0;       // [0, 1..lumaBands] 0 = what the bake recommends
+  ParallelFor parallelFor;   // CPU backend; empty = one thread
+  // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
+  // uniforms and samplers it needs (the host sets them through surfelProgram()). Empty = nothing is in shadow.
+  std::string visibilityGlsl;
+};
+
+struct PassTime {
+  const char* pass;  // "surfels", "pull", "caches", "copy"
+  double ms;         // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
+};
+
+// What the host's shader binds to resolve (shaders/resolve.glsl names the slots). 0 where there is none.
+struct GlResolveInputs {
+  std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;  // GL_TEXTURE_2D_ARRAY, RGBA16F, ceil(l²/4) layers
+  std::uint32_t lightmapNormal = 0;  // GL_TEXTURE_2D RGBA8_SNORM: normal of the texel's cache, w = 1 where there is one
+  std::uint32_t caches = 0;          // SSBO of unique caches: packed halves, Y then Co then Cg coefficients
+  std::uint32_t gridIndex = 0;       // SSBO: cache of each grid point
+  std::uint32_t uniforms = 0;        // UBO: grid placement, bands, sizes
+};
+
+class Relighter {
+ public:
+  // usage: bands out of range; unsupported: no OpenGL 4.3; invalidFile: the bake breaks an invariant the runtime needs;
+  // failed: a shader did not compile (its log in the message).
+  static Result<Relighter> create(const Bake& bake, const RelightOptions& options);
+  Relighter(Relighter&&) noexcept;
+  Relighter& operator=(Relighter&&) noexcept;
+  ~Relighter();
+
+  // One frame: steps 2 to 5. Each call adds one bounce of last frame's light.
+  void relight(const LightSetup& setup);
+  // Forget last frame's light.
+  void reset();
+
+  // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
+  // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv; never negative.
+  glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
+  glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+
+  // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
+  // a cache at a time. [Size n_C * coefficientsPerCache()]. GL: reads back.
+  std::vector<float> cacheCoefficients() const;
+  // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
+  std::vector<glm::vec3> nodeRadiosity() const;
+
+  int lumaBands() const;
+  int chromaBands() const;
+  int coefficientsPerCache() const;
+  Backend backend() const;
+  std::vector<PassTime> passTimes() const;
+  // Name and bytes of each buffer the runtime holds.
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+  GlResolveInputs glResolveInputs() const;
+  std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms; 0 on the CPU
+
+ private:
+  struct State;
+  explicit Relighter(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// Mean radiance of each sky patch from an equirectangular map: width x height RGB radiance [W/m²/sr], row 0 at +Y, the
+// middle of a row at -Z.
+std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirection, std::span<const glm::vec3> texels,
+                                          std::uint32_t width, std::uint32_t height);
+
+// Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times. Returns
+// the number of frames. For tools and tests; a game converges over its frames by itself.
+int relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance = 1e-4f, int maxFrames = 64);
+
+}  // namespace relume

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// Spherical harmonics against quadrature, and the formulas of PIC that the print has wrong.
+#include "formats/sh.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+namespace relume {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Integrate f over the sphere: Gauss-like midpoint rule in z, uniform in phi.
+double integrateSphere(const std::function<double(const glm::vec3&)>& f, double zMin = -1.0) {
+  constexpr int kZ = 2000, kPhi = 64;
+  double sum = 0.0;
+  for (int i = 0; i < kZ; ++i) {
+    const double z = zMin + (1.0 - zMin) * (i + 0.5) / kZ;
+    const double r = std::sqrt(1.0 - z * z);
+    for (int j = 0; j < kPhi; ++j) {
+      const double phi = 2.0 * kPi * (j + 0.5) / kPhi;
+      sum += f(glm::vec3(r * std::cos(phi), r * std::sin(phi), z));
+    }
+  }
+  return sum * (1.0 - zMin) / kZ * 2.0 * kPi / kPhi;
+}
+
+glm::vec3 randomDirection(std::mt19937& rng) {
+  std::normal_distribution<float> gauss;
+  return glm::normalize(glm::vec3(gauss(rng), gauss(rng), gauss(rng)));
+}
+
+TEST(Sh, BasisIsOrthonormal) {
+  for (int i = 0; i < kMaxCoefficients; i += 5) {
+    for (int j = i; j < kMaxCoefficients; j += 7) {
+      const double dot = integrateSphere([&](const glm::vec3& d) {
+        std::array<float, kMaxCoefficients> y;
+        evaluateSh(kMaxBands, d, y);
+        return static_cast<double>(y[i]) * y[j];
+      });
+      EXPECT_NEAR(dot, i == j ? 1.0 : 0.0, 2e-4) << i << " " << j;
+    }
+  }
+}
+
+TEST(Sh, FirstBandsMatchTheirClosedForms) {
+  std::mt19937 rng(1);
+  for (int k = 0; k < 100; ++k) {
+    const glm::vec3 d = randomDirection(rng);
+    std::array<float, 9> y;
+    evaluateSh(3, d, y);
+    EXPECT_NEAR(y[0], 0.282095f, 1e-6);
+    EXPECT_NEAR(y[1], 0.488603f * d.y, 1e-6);
+    EXPECT_NEAR(y[2], 0.488603f * d.z, 1e-6);
+    EXPECT_NEAR(y[3], 0.488603f * d.x, 1e-6);
+    EXPECT_NEAR(y[4], 1.092548f * d.x * d.y, 2e-6);
+    EXPECT_NEAR(y[6], 0.315392f * (3 * d.z * d.z - 1), 2e-6);
+    EXPECT_NEAR(y[8], 0.546274f * (d.x * d.x - d.y * d.y), 2e-6);
+  }
+}
+
+// PIC App. C (Erratum: the leading minus is real on all rows, and the rows are Z_l without K_l).
+TEST(Sh, ConeRatiosAgreeWithQuadratureForAllBands) {
+  for (const float cosAlpha : {0.999f, 0.9f, 0.5f, 0.0f, -0.7f}) {
+    std::array<float, kMaxBands> ratio;
+    coneBandRatios(kMaxBands, cosAlpha, ratio);
+    for (int l = 0; l < kMaxBands; ++l) {
+      const double z = integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); },
+                                       cosAlpha);
+      EXPECT_NEAR(ratio[l], z / coneSolidAngle(cosAlpha), 1e-4) << "band " << l << " cos " << cosAlpha;
+    }
+  }
+}
+
+// PIC App. B.
+TEST(Sh, CosineLobeFactorsAgreeWithQuadrature) {
+  for (const float n : {1.0f, 2.5f, 30.0f, 300.0f}) {
+    std::array<float, kMaxBands> s;
+    cosineLobeFactors(kMaxBands, n, s);
+    for (int l = 0; l < kMaxBands; ++l) {
+      const double integral = integrateSphere(
+          [&](const glm::vec3& d) { return std::pow(static_cast<double>(d.z), n) * std::legendre(l, static_cast<double>(d.z)); },
+          0.0);
+      EXPECT_NEAR(s[l], (n + 1) / (2 * kPi) * integral, 2e-3) << "band " << l << " n " << n;
+    }
+  }
+  std::array<float, kMaxBands> one;
+  cosineLobeFactors(kMaxBands, 1.0f, one);
+  for (int l = 0; l < kMaxBands; ++l) EXPECT_NEAR(clampedCosineFactors()[l], kPi * one[l], 1e-5);
+}
+
+// A light of one direction in the hemisphere above n: the linear form is exact with two bands.
+TEST(Sh, LinearIrradianceIsExactForTheHemisphere) {
+  std::mt19937 rng(2);
+  for (int k = 0; k < 200; ++k) {
+    const glm::vec3 n = randomDirection(rng);
+    glm::vec3 d = randomDirection(rng);
+    if (glm::dot(n, d) < 0) d = -d;
+    std::array<float, 4> c;
+    evaluateSh(2, d, c);
+    EXPECT_NEAR(irradianceLinear(c, n), glm::dot(n, d), 2e-6);
+    EXPECT_NEAR(irradianceAtSurface(2, c, n, n), glm::dot(n, d), 2e-6);
+  }
+}
+
+TEST(Sh, ClampedIrradianceOfAUniformSkyIsPi) {
+  for (int bands = 1; bands <= kMaxBands; ++bands) {
+    std::array<float, kMaxCoefficients> c{};
+    c[0] = 2.0f * std::sqrt(static_cast<float>(kPi));  // radiance 1
+    EXPECT_NEAR(irradianceClamped(bands, c, glm::vec3(0, 1, 0)), kPi, 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace relume
