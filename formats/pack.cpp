@@ -78,8 +78,8 @@ glm::vec3 unpackOctahedral(std::uint32_t bits) {
 
 std::uint32_t packRgb9e5(const glm::vec3& color) {
   // EXT_texture_shared_exponent: 9 mantissa bits, exponent bias 15.
-  constexpr float kLargest = 65408.0f;
-  const auto clampChannel = [](float v) { return v > 0.0f ? std::min(v, kLargest) : 0.0f; };
+  const float kLargest = 65408.0f;
+  const auto clampChannel = [kLargest](float v) { return v > 0.0f ? std::min(v, kLargest) : 0.0f; };
   const float r = clampChannel(color.r), g = clampChannel(color.g), b = clampChannel(color.b);
   const float largest = std::max(r, std::max(g, b));
   int exponent = std::max(-16, largest > 0.0f ? std::ilogb(largest) : -16) + 16;
