@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: MIT
+// Rays by Embree 3. Every fixed instance becomes a triangle geometry in world space, which traces fastest; levels whose
+// instances add up to more triangles than kFlattenLimit share one structure per mesh instead. Embree's geometry (or
+// instance) id is the index into Geometry::instance. Vertices come from Scene::corners(), so that barycentrics are in
+// its winding by construction. Levels far from the origin are traced relative to their centre, where floats are dense.
+#include "bake/scene/ray_tracer.h"
+
+#include "bake/context.h"
+
+#include <embree3/rtcore.h>
+#if defined(__SSE2__)
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+namespace relume {
+namespace {
+
+constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
+constexpr float kFarCentre = 16.0f;                // a level this many of its own sizes from the origin is recentred
+constexpr float kEpsilonUlps = 16.0f;              // a hit's position is off by a few roundings of its coordinates
+
+// Flush denormals in this thread while rays are traced, and only then: exact predicates elsewhere need them.
+class FlushDenormals {
+ public:
+#if defined(__SSE2__)
+  FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON); }
+  ~FlushDenormals() { _mm_setcsr(saved_); }
+
+ private:
+  unsigned saved_;
+#else
+  FlushDenormals() {}
+  ~FlushDenormals() {}
+#endif
+ public:
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+};
+
+struct DeviceDeleter {
+  void operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
+};
+struct SceneDeleter {
+  void operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
+};
+using DevicePtr = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
+using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
+
+// What the alpha test of a geometry needs to name a surface point.
+struct MaskedMesh {
+  const Scene* scene = nullptr;
+  std::uint32_t instance = kNone;  // any instance of the mesh: its texture coordinates do not depend on the place
+};
+
+// Let rays through the texels that the alpha test cuts out.
+void alphaFilter(const RTCFilterFunctionNArguments* args) {
+  const auto& mesh = *static_cast<const MaskedMesh*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] != -1) continue;
+    const SurfacePoint p{mesh.instance, RTCHitN_primID(args->hit, args->N, i),
+                         {RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i)}};
+    if (!opaqueAt(*mesh.scene, p)) args->valid[i] = 0;
+  }
+}
+
+bool isMasked(const Scene& scene, const Instance& instance) {
+  return scene.meshes[instance.mesh].material != kNone && scene.material(instance).alphaMode == AlphaMode::mask;
+}
+
+bool isInvertible(const glm::mat4& m) {
+  const float det = glm::determinant(glm::mat3(m));
+  return std::isfinite(det) && std::abs(det) > std::numeric_limits<float>::min();
+}
+
+}  // namespace
+
+struct RayTracer::State {
+  const Scene* scene = nullptr;
+  DevicePtr device;  // released after the scenes
+  std::vector<ScenePtr> shared;
+  ScenePtr top;
+  std::vector<std::unique_ptr<MaskedMesh>> masked;
+  std::vector<std::uint32_t> instance;   // [Size geometries] instance of a geometry id of the top scene
+  std::vector<glm::mat3> cofactor;       // [Size geometries or 0] maps object normals to world, where meshes are shared
+  glm::vec3 shift{0.0f};                 // [m] traced coordinates are world minus shift
+  glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};  // [m]
+  float epsilonFloor = 0.0f;             // [m]
+  unsigned width = 1;                    // rays a packet
+  std::string error, description;
+
+  static void onError(void* self, RTCError, const char* text) {
+    auto& state = *static_cast<State*>(self);
+    if (state.error.empty()) state.error = text;
+  }
+
+  Hit toHit(const RTCRay& ray, const RTCHit& hit) const;
+  template <class RayHit>
+  Hit toHit(const RayHit& packet, unsigned i) const;
+};
+
+namespace {
+
+// The triangles of one instance, moved by -shift, as a committed Embree geometry. null on failure (device error set).
+RTCGeometry makeGeometry(RTCDevice device, const Scene& scene, const Instance& instance, const glm::vec3& shift,
+                         MaskedMesh* masked) {
+  const std::size_t count = scene.meshes[instance.mesh].triangle.size();
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), 3 * count));
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                                      RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t),
+                                                                      count));
+  if (vertices == nullptr || indices == nullptr) {
+    rtcReleaseGeometry(geometry);
+    return nullptr;
+  }
+  for (std::size_t t = 0; t < count; ++t) {
+    const auto corners = scene.corners(instance, static_cast<std::uint32_t>(t));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const glm::vec3 p = corners[c] - shift;
+      std::memcpy(vertices + 3 * (3 * t + c), &p, sizeof p);
+      indices[3 * t + c] = static_cast<std::uint32_t>(3 * t + c);
+    }
+  }
+  if (masked != nullptr) {
+    rtcSetGeometryUserData(geometry, masked);
+    rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
+    rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
+  }
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+ScenePtr makeScene(RTCDevice device) {
+  ScenePtr scene(rtcNewScene(device));
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  return scene;
+}
+
+// World bounds of the fixed triangles, their number, and how many fixed instances each mesh has.
+struct Survey {
+  glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
+  std::uint64_t triangles = 0;
+  std::vector<std::uint32_t> uses;  // [Size meshes]
+};
+
+Survey survey(const Scene& scene) {
+  Survey s;
+  s.uses.resize(scene.meshes.size());
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    if (instance.mode != BakeMode::fixed || mesh.triangle.empty()) continue;
+    s.triangles += mesh.triangle.size();
+    ++s.uses[instance.mesh];
+    for (const glm::uvec3& triangle : mesh.triangle) {
+      for (int c = 0; c < 3; ++c) {
+        const glm::vec3 p = instance.toWorld * glm::vec4(mesh.position[triangle[c]], 1.0f);
+        if (!std::isfinite(p.x + p.y + p.z)) continue;
+        s.min = glm::min(s.min, p);
+        s.max = glm::max(s.max, p);
+      }
+    }
+  }
+  if (!(s.min.x <= s.max.x)) s.min = s.max = glm::vec3(0.0f);
+  return s;
+}
+
+float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+template <class Packet>
+void putRay(Packet& packet, unsigned i, const Ray& ray, const glm::vec3& shift) {
+  packet.org_x[i] = ray.origin.x - shift.x;
+  packet.org_y[i] = ray.origin.y - shift.y;
+  packet.org_z[i] = ray.origin.z - shift.z;
+  packet.dir_x[i] = ray.direction.x;
+  packet.dir_y[i] = ray.direction.y;
+  packet.dir_z[i] = ray.direction.z;
+  packet.tnear[i] = ray.tMin;
+  packet.tfar[i] = ray.tMax;
+  packet.time[i] = 0.0f;
+  packet.mask[i] = 0xFFFFFFFFu;
+  packet.id[i] = i;
+  packet.flags[i] = 0;
+}
+
+RTCRay toEmbree(const Ray& ray, const glm::vec3& shift) {
+  RTCRay r{};
+  r.org_x = ray.origin.x - shift.x;
+  r.org_y = ray.origin.y - shift.y;
+  r.org_z = ray.origin.z - shift.z;
+  r.dir_x = ray.direction.x;
+  r.dir_y = ray.direction.y;
+  r.dir_z = ray.direction.z;
+  r.tnear = ray.tMin;
+  r.tfar = ray.tMax;
+  r.mask = 0xFFFFFFFFu;
+  return r;
+}
+
+}  // namespace
+
+Hit RayTracer::State::toHit(const RTCRay& ray, const RTCHit& h) const {
+  Hit hit;
+  if (h.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
+  const bool isShared = h.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  const std::uint32_t id = isShared ? h.instID[0] : h.geomID;
+  glm::vec3 normal(h.Ng_x, h.Ng_y, h.Ng_z);
+  if (isShared) normal = cofactor[id] * normal;
+  hit.distance = ray.tfar;
+  hit.instance = instance[id];
+  hit.triangle = h.primID;
+  hit.barycentric = {h.u, h.v};
+  hit.back = glm::dot(normal, glm::vec3(ray.dir_x, ray.dir_y, ray.dir_z)) > 0.0f;
+  return hit;
+}
+
+template <class RayHit>
+Hit RayTracer::State::toHit(const RayHit& p, unsigned i) const {
+  RTCRay ray;
+  ray.dir_x = p.ray.dir_x[i];
+  ray.dir_y = p.ray.dir_y[i];
+  ray.dir_z = p.ray.dir_z[i];
+  ray.tfar = p.ray.tfar[i];
+  RTCHit hit;
+  hit.Ng_x = p.hit.Ng_x[i];
+  hit.Ng_y = p.hit.Ng_y[i];
+  hit.Ng_z = p.hit.Ng_z[i];
+  hit.u = p.hit.u[i];
+  hit.v = p.hit.v[i];
+  hit.primID = p.hit.primID[i];
+  hit.geomID = p.hit.geomID[i];
+  hit.instID[0] = p.hit.instID[0][i];
+  return toHit(ray, hit);
+}
+
+RayTracer::RayTracer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RayTracer::RayTracer(RayTracer&&) noexcept = default;
+RayTracer& RayTracer::operator=(RayTracer&&) noexcept = default;
+RayTracer::~RayTracer() = default;
+
+Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context) {
+  auto state = std::make_unique<State>();
+  state->scene = &scene;
+
+  // Open the device. The build's order of primitives, and with it who wins a tie between two surfaces in one place,
+  // depends on the number of threads: one thread, always the same tree.
+  std::string config = "threads=1,set_affinity=0";
+  if (!isa.empty()) config += ",isa=" + isa;
+  state->device.reset(rtcNewDevice(config.c_str()));
+  if (!state->device) {
+    return Error{ErrorCode::failed, "Embree cannot start with \"" + config + "\": error " +
+                                        std::to_string(static_cast<int>(rtcGetDeviceError(nullptr)))};
+  }
+  RTCDevice device = state->device.get();
+  rtcSetDeviceErrorFunction(device, State::onError, state.get());
+  if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0) {
+    state->width = 16;
+  } else if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0) {
+    state->width = 8;
+  }
+  const auto version = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION);
+  state->description = "embree " + std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+                       std::to_string(version % 100) + " isa=" + (isa.empty() ? "best" : isa);
+
+  // Measure the level; trace it around its own centre when it is far from the origin.
+  const Survey level = survey(scene);
+  state->boundsMin = level.min;
+  state->boundsMax = level.max;
+  const glm::vec3 centre = 0.5f * level.min + 0.5f * level.max, size = level.max - level.min;
+  if (largest(centre) > kFarCentre * largest(size)) state->shift = centre;
+  state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * largest(size);
+
+  // Add the instances, in their order.
+  const bool share = level.triangles > kFlattenLimit;
+  std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
+  state->top = makeScene(device);
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.mode != BakeMode::fixed || scene.meshes[instance.mesh].triangle.empty()) continue;
+    if (context.cancelled()) return cancelledError();
+    const auto id = static_cast<unsigned>(state->instance.size());
+    state->instance.push_back(i);
+    if (share) state->cofactor.emplace_back(1.0f);
+    const auto makeMasked = [&]() -> MaskedMesh* {
+      if (!isMasked(scene, instance)) return nullptr;
+      state->masked.push_back(std::make_unique<MaskedMesh>(MaskedMesh{&scene, i}));
+      return state->masked.back().get();
+    };
+
+    RTCGeometry geometry = nullptr;
+    if (share && level.uses[instance.mesh] > 1 && isInvertible(instance.toWorld)) {
+      RTCScene& below = sharedOf[{instance.mesh, instance.flipped}];
+      if (below == nullptr) {
+        Instance inPlace = instance;
+        inPlace.toWorld = glm::mat4(1.0f);
+        RTCGeometry mesh = makeGeometry(device, scene, inPlace, glm::vec3(0.0f), makeMasked());
+        if (mesh == nullptr) break;
+        state->shared.push_back(makeScene(device));
+        below = state->shared.back().get();
+        rtcAttachGeometry(below, mesh);
+        rtcReleaseGeometry(mesh);
+        rtcCommitScene(below);
+      }
+      glm::mat4 toTraced = instance.toWorld;
+      toTraced[3] -= glm::vec4(state->shift, 0.0f);
+      const glm::mat3 m(instance.toWorld);
+      state->cofactor[id] = glm::determinant(m) * glm::transpose(glm::inverse(m));
+      geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(geometry, below);
+      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
+      rtcCommitGeometry(geometry);
+    } else {
+      geometry = makeGeometry(device, scene, instance, state->shift, makeMasked());
+      if (geometry == nullptr) break;
+    }
+    rtcAttachGeometryByID(state->top.get(), geometry, id);
+    rtcReleaseGeometry(geometry);
+  }
+  if (state->error.empty()) rtcCommitScene(state->top.get());
+  if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
+  return RayTracer(std::move(state));
+}
+
+Hit RayTracer::trace(const Ray& ray) const {
+  const FlushDenormals flush;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit rayHit{};
+  rayHit.ray = toEmbree(ray, state_->shift);
+  rayHit.hit.geomID = rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(state_->top.get(), &context, &rayHit);
+  return state_->toHit(rayHit.ray, rayHit.hit);
+}
+
+namespace {
+
+template <class RayHit, auto Intersect, unsigned Width, class ToHit>
+void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, const glm::vec3& shift,
+                  const ToHit& toHit) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RayHit packet;
+  alignas(64) int valid[Width];
+  for (std::size_t first = 0; first < rays.size(); first += Width) {
+    const auto count = static_cast<unsigned>(std::min<std::size_t>(Width, rays.size() - first));
+    for (unsigned i = 0; i < Width; ++i) {
+      valid[i] = i < count ? -1 : 0;
+      putRay(packet.ray, i, rays[first + std::min(i, count - 1)], shift);
+      packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    Intersect(valid, scene, &context, &packet);
+    for (unsigned i = 0; i < count; ++i) hits[first + i] = toHit(packet, i);
+  }
+}
+
+template <class Packet, auto Occluded, unsigned Width>
+void occludedPackets(RTCScene scene, std::span<const Ray> rays, std::span<std::uint8_t> blocked,
+                     const glm::vec3& shift) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  Packet packet;
+  alignas(64) int valid[Width];
+  for (std::size_t first = 0; first < rays.size(); first += Width) {
+    const auto count = static_cast<unsigned>(std::min<std::size_t>(Width, rays.size() - first));
+    for (unsigned i = 0; i < Width; ++i) {
+      valid[i] = i < count ? -1 : 0;
+      putRay(packet, i, rays[first + std::min(i, count - 1)], shift);
+    }
+    Occluded(valid, scene, &context, &packet);
+    for (unsigned i = 0; i < count; ++i) blocked[first + i] = packet.tfar[i] < 0.0f ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits) const {
+  const FlushDenormals flush;
+  const RTCScene scene = state_->top.get();
+  const auto toHit = [this](const auto& packet, unsigned i) { return state_->toHit(packet, i); };
+  if (state_->width == 16) {
+    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, state_->shift, toHit);
+  } else if (state_->width == 8) {
+    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, state_->shift, toHit);
+  } else {
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace(rays[i]);
+  }
+}
+
+bool RayTracer::occluded(const Ray& ray) const {
+  const FlushDenormals flush;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay r = toEmbree(ray, state_->shift);
+  rtcOccluded1(state_->top.get(), &context, &r);
+  return r.tfar < 0.0f;
+}
+
+void RayTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded_) const {
+  const FlushDenormals flush;
+  const RTCScene scene = state_->top.get();
+  if (state_->width == 16) {
+    occludedPackets<RTCRay16, rtcOccluded16, 16>(scene, rays, occluded_, state_->shift);
+  } else if (state_->width == 8) {
+    occludedPackets<RTCRay8, rtcOccluded8, 8>(scene, rays, occluded_, state_->shift);
+  } else {
+    for (std::size_t i = 0; i < rays.size(); ++i) occluded_[i] = occluded(rays[i]) ? 1 : 0;
+  }
+}
+
+const Scene& RayTracer::scene() const { return *state_->scene; }
+std::string RayTracer::description() const { return state_->description; }
+glm::vec3 RayTracer::boundsMin() const { return state_->boundsMin; }
+glm::vec3 RayTracer::boundsMax() const { return state_->boundsMax; }
+
+float RayTracer::epsilonAt(const glm::vec3& positionWorld) const {
+  const float rounding = kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(positionWorld);
+  return std::max({rounding, state_->epsilonFloor, std::numeric_limits<float>::min()});
+}
+
+}  // namespace relume

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: MIT
+# Rays against a scene, and the walks that find which surfaces matter.
+find_package(embree 3.13 REQUIRED)
+
+relume_room(relume_rays ray_tracer.cpp)
+target_link_libraries(relume_rays PUBLIC relume_scene PRIVATE embree)
