@@ -1,3 +1,381 @@
 // SPDX-License-Identifier: MIT
-// Presets, ranges and JSON of the bake's options.
+// Presets, ranges and JSON of the bake's options. One table, fields(), lists every option with its range, unit and
+// meaning; checks, JSON in and out and the command line's help are loops over it.
 #include "bake/options.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+
+namespace relume {
+namespace {
+
+using Json = nlohmann::json;  // keys are kept sorted: the text is canonical
+
+// An enumeration, by the names of its values in order.
+struct Choice {
+  void* place;
+  int (*get)(const void*);
+  void (*set)(void*, int);
+};
+
+template <class Enum>
+Choice choice(Enum& value) {
+  return {&value, [](const void* p) { return static_cast<int>(*static_cast<const Enum*>(p)); },
+          [](void* p, int v) { *static_cast<Enum*>(p) = static_cast<Enum>(v); }};
+}
+
+using Place = std::variant<bool*, std::uint32_t*, std::uint64_t*, float*, glm::uvec3*, std::string*, Choice>;
+
+struct Field {
+  const char* name;  // path in the JSON
+  const char* flag;  // of the command line, "" = none
+  Place place;
+  double low, high;               // inclusive; of numbers
+  std::vector<const char*> names;  // of choices and strings
+  const char* unit;
+  const char* comment;
+};
+
+constexpr double kFloatMax = 1e30;  // stands for "no upper bound" of lengths and weights
+
+std::vector<Field> fields(BakeOptions& o) {
+  return {
+      {"playSpace.mode", "--play-space", choice(o.playSpace.mode), 0, 0, {"seen", "all"}, "",
+       "surfaces that count: seen from cameras, volumes and free space, or all"},
+      {"playSpace.walks", "--walks", &o.playSpace.walks, 1e3, 1e9, {}, "", "random walks that find what is seen"},
+      {"playSpace.maxBounces", "", &o.playSpace.maxBounces, 1, 64, {}, "", "length of a walk"},
+
+      {"surfels.count", "--surfels", &o.surfels.count, 2, 16777216, {}, "", "n_S, surfels that send light"},
+      {"surfels.placement", "--placement", choice(o.surfels.placement), 0, 0, {"halton", "relaxed", "eliminated"}, "",
+       "how surfels are spread: points of Halton, with repulsion, or weighted sample elimination"},
+      {"surfels.relaxIterations", "", &o.surfels.relaxIterations, 0, 1000, {}, "", "rounds of repulsion of `relaxed`"},
+      {"surfels.candidateFactor", "", &o.surfels.candidateFactor, 1.5, 20, {}, "",
+       "candidates a surfel of `eliminated`"},
+
+      {"clustering.method", "--clustering", choice(o.clustering.method), 0, 0, {"exact", "kd"}, "",
+       "exact agglomerative clustering, or median splits"},
+      {"clustering.normalWeight", "", &o.clustering.normalWeight, 0, kFloatMax, {}, "", "C_n of the metric"},
+      {"clustering.balanceWeight", "", &o.clustering.balanceWeight, 0, kFloatMax, {}, "", "C_b of the metric"},
+
+      {"caches.gridResolution", "--grid", &o.caches.gridResolution, 0, 1024, {}, "",
+       "points of the grid along X,Y,Z; 0,0,0 = from gridSpacing"},
+      {"caches.gridSpacing", "--grid-spacing", &o.caches.gridSpacing, 0, 1e6, {}, "m",
+       "distance of grid points; 0 = chosen so that about gridCaches points fall into the level"},
+      {"caches.gridCaches", "--grid-caches", &o.caches.gridCaches, 0, 1e7, {}, "",
+       "target number of grid caches when neither resolution nor spacing is given; 0 = no grid"},
+      {"caches.lightmapSize", "--lightmap", &o.caches.lightmapSize, 0, 16384, {}, "texel",
+       "side of the light map (at least 16); 0 = what lightmapCaches needs"},
+      {"caches.lightmapCaches", "--lightmap-caches", &o.caches.lightmapCaches, 0, 1e8, {}, "",
+       "target number of light-map caches; 0 = no light map"},
+      {"caches.minChartTexels", "", &o.caches.minChartTexels, 0, 1e6, {}, "texel",
+       "charts of a smaller area share texels or are lit by the grid"},
+      {"caches.useTexcoord1", "", &o.caches.useTexcoord1, 0, 1, {}, "",
+       "use TEXCOORD_1 as light-map coordinates where it is valid for that"},
+      {"caches.maxBackFaceShare", "", &o.caches.maxBackFaceShare, 0, 1, {}, "",
+       "a cache whose rays hit more back faces is moved or dropped"},
+      {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "empty texels between charts"},
+
+      {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, {"sh", "cone"}, "",
+       "how a link stores its transfer: SH coefficients, or a cone of 12 bytes"},
+      {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
+      {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
+      {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
+      {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius"}, "",
+       "what a cut refines: the largest transfer, or transfer x cosine x node radius"},
+      {"links.pull", "--pull", choice(o.links.pull), 0, 0, {"area", "openness", "importance"}, "",
+       "weights of a node's children: equal areas (the paper), openness, or importance for the caches"},
+      {"links.opennessRadius", "", &o.links.opennessRadius, 1e-6, kFloatMax, {}, "m", "R of openness d²/(d²+R²)"},
+      {"links.skyPatches", "--sky-patches", &o.links.skyPatches, 0, 4096, {}, "",
+       "senders of the sky; 0 = the sky gives no light"},
+
+      {"lumaBands", "--luma-bands", &o.lumaBands, 1, 8, {}, "", "l_Y recommended to the runtime"},
+      {"chromaBands", "--chroma-bands", &o.chromaBands, 1, 8, {}, "",
+       "l_CoCg recommended to the runtime, at most lumaBands"},
+      {"seed", "--seed", &o.seed, 0, 1.8446744073709552e19, {}, "", "of all random numbers"},
+      {"embreeIsa", "--isa", &o.embreeIsa, 0, 0, {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}, "",
+       "instruction set of the ray tracer; hits differ in the last bits between them; empty = the best here"},
+  };
+}
+
+// The shortest decimal that gives the float back: 0.1, not 0.10000000149.
+double shortest(float value) {
+  char text[64];
+  const auto end = std::to_chars(text, text + sizeof(text), value).ptr;
+  double result = 0.0;
+  std::from_chars(text, end, result);
+  return result;
+}
+
+std::string number(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e15) return std::to_string(static_cast<long long>(value));
+  char text[64];
+  return std::string(text, std::to_chars(text, text + sizeof(text), value).ptr);
+}
+
+std::string join(const std::vector<const char*>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) text += (i > 0 ? "|" : "") + std::string(names[i]);
+  return text;
+}
+
+std::string rangeText(const Field& field) {
+  if (!field.names.empty()) return join(field.names);
+  if (std::holds_alternative<bool*>(field.place)) return "true|false";
+  if (std::holds_alternative<std::uint64_t*>(field.place)) return "0..2^64-1";
+  if (field.high >= kFloatMax) return ">= " + number(field.low);
+  return number(field.low) + ".." + number(field.high) + (std::holds_alternative<glm::uvec3*>(field.place) ? " each" : "");
+}
+
+Json toJson(const Field& field) {
+  struct Visit {
+    const Field& field;
+    Json operator()(const bool* v) const { return *v; }
+    Json operator()(const std::uint32_t* v) const { return *v; }
+    Json operator()(const std::uint64_t* v) const { return *v; }
+    Json operator()(const float* v) const { return shortest(*v); }
+    Json operator()(const glm::uvec3* v) const { return Json::array({v->x, v->y, v->z}); }
+    Json operator()(const std::string* v) const { return *v; }
+    Json operator()(const Choice& v) const {
+      const auto index = static_cast<std::size_t>(v.get(v.place));
+      return index < field.names.size() ? Json(field.names[index]) : Json(index);
+    }
+  };
+  return std::visit(Visit{field}, field.place);
+}
+
+Error wrongType(const Field& field, const char* expected, const Json& found) {
+  return {ErrorCode::usage, std::string("option ") + field.name + (*field.flag ? std::string(" (") + field.flag + ")" : "") +
+                                ": expected " + expected + ", found " +
+                                found.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 80)};
+}
+
+template <class Integer>
+bool takeUnsigned(const Json& json, Integer& value) {
+  if (json.is_number_unsigned()) {
+    const auto wide = json.get<std::uint64_t>();
+    if (wide > std::numeric_limits<Integer>::max()) return false;
+    value = static_cast<Integer>(wide);
+    return true;
+  }
+  // 1e6 is read as a floating-point number; take it when it is whole.
+  if (!json.is_number_float()) return false;
+  const double real = json.get<double>();
+  if (!(real >= 0.0 && real <= 4294967295.0 && real == std::floor(real))) return false;
+  value = static_cast<Integer>(real);
+  return true;
+}
+
+Status fromJson(const Field& field, const Json& json) {
+  struct Visit {
+    const Field& field;
+    const Json& json;
+    Status operator()(bool* v) const {
+      if (!json.is_boolean()) return wrongType(field, "true or false", json);
+      *v = json.get<bool>();
+      return done();
+    }
+    Status operator()(std::uint32_t* v) const {
+      if (!takeUnsigned(json, *v)) return wrongType(field, ("a whole number, " + rangeText(field)).c_str(), json);
+      return done();
+    }
+    Status operator()(std::uint64_t* v) const {
+      if (!takeUnsigned(json, *v)) return wrongType(field, ("a whole number, " + rangeText(field)).c_str(), json);
+      return done();
+    }
+    Status operator()(float* v) const {
+      if (!json.is_number()) return wrongType(field, ("a number, " + rangeText(field)).c_str(), json);
+      *v = static_cast<float>(json.get<double>());
+      return done();
+    }
+    Status operator()(glm::uvec3* v) const {
+      const bool three = json.is_array() && json.size() == 3;
+      if (!three || !takeUnsigned(json[0], v->x) || !takeUnsigned(json[1], v->y) || !takeUnsigned(json[2], v->z))
+        return wrongType(field, ("three whole numbers, " + rangeText(field)).c_str(), json);
+      return done();
+    }
+    Status operator()(std::string* v) const {
+      if (!json.is_string()) return wrongType(field, ("one of " + join(field.names)).c_str(), json);
+      *v = json.get<std::string>();
+      return done();
+    }
+    Status operator()(const Choice& v) const {
+      for (std::size_t i = 0; json.is_string() && i < field.names.size(); ++i) {
+        if (json.get_ref<const std::string&>() != field.names[i]) continue;
+        v.set(v.place, static_cast<int>(i));
+        return done();
+      }
+      return wrongType(field, ("one of " + join(field.names)).c_str(), json);
+    }
+  };
+  return std::visit(Visit{field, json}, field.place);
+}
+
+// Walk the object; every leaf must be a field's name.
+Status readObject(const Json& object, const std::string& prefix, const std::vector<Field>& table) {
+  for (const auto& [key, value] : object.items()) {
+    const std::string name = prefix + key;
+    const auto field = std::find_if(table.begin(), table.end(), [&](const Field& f) { return name == f.name; });
+    if (field != table.end()) {
+      if (const Status status = fromJson(*field, value); !status) return status;
+      continue;
+    }
+    const bool group = prefix.empty() && std::any_of(table.begin(), table.end(), [&](const Field& f) {
+                         return std::string_view(f.name).starts_with(name + ".");
+                       });
+    if (!group) return Error{ErrorCode::usage, "options: unknown key \"" + name.substr(0, 200) + "\""};
+    if (!value.is_object()) return Error{ErrorCode::usage, "options: \"" + name + "\" must be an object"};
+    if (const Status status = readObject(value, name + ".", table); !status) return status;
+  }
+  return done();
+}
+
+Error outOfRange(const Field& field, const std::string& found, const std::string& expected) {
+  return {ErrorCode::usage, std::string("option ") + field.name + (*field.flag ? std::string(" (") + field.flag + ")" : "") +
+                                " is " + found + ", expected " + expected + (*field.unit ? std::string(" ") + field.unit : "")};
+}
+
+Status checkField(const Field& field) {
+  const std::string range = rangeText(field);
+  const auto within = [&](double v) { return v >= field.low && v <= field.high; };  // false for NaN
+  if (const auto* v = std::get_if<std::uint32_t*>(&field.place); v && !within(**v))
+    return outOfRange(field, std::to_string(**v), range);
+  if (const auto* v = std::get_if<float*>(&field.place); v && !within(**v))
+    return outOfRange(field, std::isfinite(**v) ? number(shortest(**v)) : "not finite", range);
+  if (const auto* v = std::get_if<glm::uvec3*>(&field.place);
+      v && !(within((*v)->x) && within((*v)->y) && within((*v)->z)))
+    return outOfRange(field, toJson(field).dump(), range);
+  if (const auto* v = std::get_if<std::string*>(&field.place);
+      v && std::none_of(field.names.begin(), field.names.end(), [&](const char* n) { return **v == n; }))
+    return outOfRange(field, "\"" + **v + "\"", "one of " + range);
+  if (const auto* v = std::get_if<Choice>(&field.place)) {
+    const int index = v->get(v->place);
+    if (index < 0 || static_cast<std::size_t>(index) >= field.names.size())
+      return outOfRange(field, std::to_string(index), "one of " + range);
+  }
+  return done();
+}
+
+// What options must be to each other.
+Status checkTogether(const BakeOptions& o) {
+  const auto usage = [](const std::string& message) { return Error{ErrorCode::usage, message}; };
+  if (o.chromaBands > o.lumaBands)
+    return usage("option chromaBands (--chroma-bands) is " + std::to_string(o.chromaBands) +
+                 ", expected at most lumaBands (--luma-bands), " + std::to_string(o.lumaBands));
+  if (o.links.kind == LinkKind::sh && o.lumaBands > o.links.bands)
+    return usage("option lumaBands (--luma-bands) is " + std::to_string(o.lumaBands) +
+                 ", expected at most links.bands (--link-bands) of SH links, " + std::to_string(o.links.bands));
+  if (o.links.linksPerCache > o.surfels.count)
+    return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
+                 ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));
+  const glm::uvec3 grid = o.caches.gridResolution;
+  const bool someZero = grid.x == 0 || grid.y == 0 || grid.z == 0;
+  if (someZero && (grid.x != 0 || grid.y != 0 || grid.z != 0))
+    return usage("option caches.gridResolution (--grid) has a zero beside a number, expected three of >= 1, or 0,0,0");
+  if (std::uint64_t{grid.x} * grid.y * grid.z > (1u << 27))
+    return usage("option caches.gridResolution (--grid) asks for " +
+                 std::to_string(std::uint64_t{grid.x} * grid.y * grid.z) + " points, expected at most 134217728");
+  if (o.caches.lightmapSize > 0 && o.caches.lightmapSize < 16)
+    return usage("option caches.lightmapSize (--lightmap) is " + std::to_string(o.caches.lightmapSize) +
+                 ", expected 0 or 16..16384 texel");
+  const bool noGrid = someZero && o.caches.gridSpacing == 0.0f && o.caches.gridCaches == 0;
+  if (noGrid && o.caches.lightmapSize == 0 && o.caches.lightmapCaches == 0)
+    return usage("options caches.gridCaches (--grid-caches) and caches.lightmapCaches (--lightmap-caches) are both 0, "
+                 "expected a grid, a light map, or both");
+  return done();
+}
+
+// Command-line text as the JSON that the field expects.
+Json parseText(const Field& field, const std::string& text) {
+  if (std::holds_alternative<Choice>(field.place) || std::holds_alternative<std::string*>(field.place)) return text;
+  const bool list = std::holds_alternative<glm::uvec3*>(field.place);
+  Json json = Json::parse(list ? "[" + text + "]" : text, nullptr, /*allow_exceptions=*/false);
+  return json.is_discarded() ? Json(text) : json;
+}
+
+}  // namespace
+
+BakeOptions presetOptions(Preset preset) {
+  BakeOptions options;  // the defaults are `high`: PIC Table 2, setting 1
+  switch (preset) {
+    case Preset::draft:
+      options.playSpace.walks = 1u << 17;
+      options.surfels.count = 8192;
+      options.caches.gridCaches = 256;
+      options.caches.lightmapCaches = 768;
+      options.links.linksPerCache = 64;
+      options.links.raysPerCache = 512;
+      options.links.bands = options.lumaBands = options.chromaBands = 3;
+      break;
+    case Preset::medium:  // PIC Table 2, setting 2
+      options.surfels.count = 32768;
+      options.links.linksPerCache = 128;
+      options.links.bands = options.lumaBands = options.chromaBands = 3;
+      break;
+    case Preset::high:
+      break;
+    case Preset::best:
+      options.playSpace.walks = 1u << 22;
+      options.surfels.count = 262144;
+      options.caches.gridCaches = 8192;
+      options.caches.lightmapCaches = 65536;
+      options.links.raysPerCache = 16384;
+      options.links.skyPatches = 256;
+      break;
+  }
+  return options;
+}
+
+Status checkOptions(const BakeOptions& options) {
+  BakeOptions copy = options;
+  for (const Field& field : fields(copy)) {
+    if (const Status status = checkField(field); !status) return status;
+  }
+  return checkTogether(options);
+}
+
+std::string optionsToJson(const BakeOptions& options) {
+  BakeOptions copy = options;
+  Json json = Json::object();
+  for (const Field& field : fields(copy)) {
+    const std::string name = field.name;
+    const std::size_t dot = name.find('.');
+    (dot == std::string::npos ? json[name] : json[name.substr(0, dot)][name.substr(dot + 1)]) = toJson(field);
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<BakeOptions> optionsFromJson(const std::string& text, const BakeOptions& base) {
+  try {
+    const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/true, /*ignore_comments=*/true);
+    if (!json.is_object()) return Error{ErrorCode::usage, "options: expected a JSON object"};
+    BakeOptions options = base;
+    if (const Status status = readObject(json, "", fields(options)); !status) return status.error();
+    return options;
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::usage, std::string("options: not JSON: ") + e.what()};
+  }
+}
+
+std::vector<OptionInfo> listOptions(const BakeOptions& options) {
+  BakeOptions copy = options;
+  std::vector<OptionInfo> list;
+  for (const Field& field : fields(copy))
+    list.push_back({field.name, field.flag, rangeText(field), field.unit, toJson(field).dump(), field.comment});
+  return list;
+}
+
+Status setOption(BakeOptions& options, const std::string& name, const std::string& text) {
+  for (const Field& field : fields(options)) {
+    if (name == field.name) return fromJson(field, parseText(field, text));
+  }
+  return Error{ErrorCode::usage, "unknown option \"" + name + "\""};
+}
+
+}  // namespace relume

@@ -85,6 +85,22 @@ Status checkOptions(const BakeOptions& options);
 // Every option as canonical JSON (sorted keys), for provenance and reports; and back. usage for unknown keys and wrong
 // types, naming them.
 std::string optionsToJson(const BakeOptions& options);
+// Comments (// and /* */) are allowed. Keys that are absent keep the value of `base`; ranges are not checked.
 Result<BakeOptions> optionsFromJson(const std::string& json, const BakeOptions& base);
+
+// A row of the table of options, which help texts, options files and checks are made of.
+struct OptionInfo {
+  std::string name;     // path in the JSON: "surfels.count"
+  std::string flag;     // of `relume bake`: "--surfels"; empty = settable by an options file only
+  std::string range;    // "2..16777216" or "halton|relaxed|eliminated"
+  std::string unit;     // "m"; empty = none
+  std::string value;    // as JSON text
+  std::string comment;  // one line
+};
+std::vector<OptionInfo> listOptions(const BakeOptions& options);
+
+// Set the option with that name from text as a command line has it ("131072", "halton", "24,8,12"). usage: no such
+// option, or text of the wrong type; the range is left to checkOptions().
+Status setOption(BakeOptions& options, const std::string& name, const std::string& text);
 
 }  // namespace relume

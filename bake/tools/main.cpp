@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// `relume`: one binary, one subcommand a file (commands.h).
+#include "bake/tools/commands.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+
+namespace relume {
+
+int fail(const Error& error) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "relume: error: %s\n", error.message.c_str());
+  return exitCode(error.code);
+}
+
+}  // namespace relume
+
+int main(int argc, char** argv) {
+  using namespace relume;
+  CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
+  app.set_version_flag("--version", RELUME_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
+  Action action;
+  addBakeCommand(app, action);
+  addInfoCommand(app, action);
+  addValidateCommand(app, action);
+#ifdef RELUME_COMMAND_RENDER
+  addRenderCommand(app, action);
+#endif
+#ifdef RELUME_COMMAND_REFERENCE
+  addReferenceCommand(app, action);
+#endif
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
+    return fail({ErrorCode::usage, std::string(e.what()) + " (see relume --help)"});
+  }
+
+  // The last line of defence: room doors return errors, so only exhausted memory should arrive here.
+  try {
+    return action();
+  } catch (const std::bad_alloc&) {
+    return fail({ErrorCode::failed, "out of memory"});
+  } catch (const std::exception& e) {
+    return fail({ErrorCode::failed, e.what()});
+  }
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// What every long command shares: progress on the terminal, messages through spdlog, and Ctrl-C. Progress and messages
+// go to stderr; stdout is for results.
+#pragma once
+
+#include "bake/context.h"
+#include "formats/result.h"
+
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace relume {
+
+enum class ProgressStyle { automatic, plain, json, none };
+
+// The options of a long command: --threads and --progress.
+struct TerminalOptions {
+  int threads = 0;  // [0..1024] 0 = all cores
+  ProgressStyle progress = ProgressStyle::automatic;
+};
+void addTerminalOptions(CLI::App& command, TerminalOptions& options);
+
+// Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line;
+// Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
+class Terminal {
+ public:
+  explicit Terminal(const TerminalOptions& options);
+  ~Terminal();
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  Context& context();
+  // Clear the bar's line before results are printed.
+  void finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// A message outside of a context: "[warning] text" on stderr.
+void logMessage(Severity severity, const std::string& text);
+
+}  // namespace relume
