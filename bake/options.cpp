@@ -121,7 +121,10 @@ std::string number(double value) {
 
 std::string join(const std::vector<const char*>& names) {
   std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) text += (i > 0 ? "|" : "") + std::string(names[i]);
+  for (const char* name : names) {
+    if (name != names.front()) text += '|';
+    text += name;
+  }
   return text;
 }
 

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// The pipeline, as numbered steps: every stage takes what the ones before it made and hands a plain struct on.
+#include "bake/bake.h"
+
+#include "bake/caches/caches.h"
+#include "bake/hierarchy/hierarchy.h"
+#include "bake/links/links.h"
+#include "bake/provenance.h"
+#include "bake/scene/play_space.h"
+#include "bake/scene/ray_tracer.h"
+#include "bake/surfels/surfels.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+namespace relume {
+namespace {
+
+// Run one stage inside its report entry.
+template <class Work>
+auto stage(Context& context, const char* name, Work&& work) {
+  const Context::Stage entry(context, name);
+  context.progress(name, 0.0);
+  auto result = work();
+  if (result) context.progress(name, 1.0);
+  return result;
+}
+
+bool hasFixedTriangles(const Scene& scene) {
+  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+    return instance.mode == BakeMode::fixed && !scene.meshes[instance.mesh].triangle.empty();
+  });
+}
+
+Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
+  // 0. Rays against the fixed part of the level, and what of it matters: surfaces that receivers can see
+  auto tracer = stage(context, "rays", [&] { return RayTracer::create(scene, options.embreeIsa, context); });
+  if (!tracer) return tracer.error();
+  auto space = stage(context, "play space",
+                     [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
+  if (!space) return space.error();
+
+  // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
+  auto placed = stage(context, "surfels",
+                      [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+  if (!placed) return placed.error();
+  auto hierarchy = stage(context, "hierarchy", [&] {
+    return clusterSurfels(placed->surfels, options.links.skyPatches, options.clustering, context);
+  });
+  if (!hierarchy) return hierarchy.error();
+
+  // 2. Receivers: where light is gathered (PIC 4.4)
+  auto caches = stage(context, "caches",
+                      [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
+  if (!caches) return caches.error();
+
+  // 3. Transport, a cache at a time; nothing of size n_C x n_S is ever stored (PIC 3.1, 4.5, 4.6)
+  auto traced = stage(context, "links", [&] {
+    return traceLinks(*tracer, placed->surfels, placed->map, *hierarchy, *caches, options.links, options.seed, context);
+  });
+  if (!traced) return traced.error();
+  hierarchy->firstWeight = std::move(traced->firstWeight);
+
+  // 4. Where each surfel reads its own irradiance, for the next bounce
+  auto receivers = stage(context, "receivers", [&]() -> Result<std::vector<std::uint32_t>> {
+    auto found = findReceivers(*tracer, *caches, placed->seeds, context);
+    if (context.cancelled()) return cancelledError();
+    return found;
+  });
+  if (!receivers) return receivers.error();
+  placed->surfels.receiver = std::move(*receivers);
+
+  // 5. Hand over
+  auto bake = stage(context, "provenance", [&]() -> Result<Bake> {
+    std::vector<BakedInstance> instances = describeInstances(scene);
+    Provenance provenance = describeProvenance(scene, instances, options, tracer->description());
+    return Bake{std::move(placed->surfels), std::move(*hierarchy),    std::move(*caches),
+                std::move(traced->links),   std::move(instances), std::move(provenance)};
+  });
+  if (context.cancelled()) return cancelledError();
+  return bake;
+}
+
+}  // namespace
+
+Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context) {
+  if (const Status status = checkOptions(options); !status) return status.error();
+  if (!hasFixedTriangles(scene))
+    return Error{ErrorCode::failed, "scene \"" + scene.name + "\" has no triangle to bake: no mesh, or every node is "
+                                    "\"dynamic\" or \"ignore\" in extras.relume"};
+  try {
+    return bakeStages(scene, options, context);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};
+  }
+}
+
+}  // namespace relume
