@@ -7,10 +7,14 @@
 //   (3) pull                 radiosity averaged up the hierarchy
 //   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients
 //   (5) copy                 unique caches -> light-map texels, dilation included
-//   (6) resolve              per pixel, in the host's shader (shaders/resolve.glsl) or by irradiance() here
+//   (6) resolve              per pixel, in the host's shader (resolveGlsl()) or by irradianceOnLightmap() and
+//                            irradianceInGrid() here
 //
-// A Relighter is used from one thread at a time; several may share one Bake. The GL backend must be created, used and
-// destroyed with the same context current.
+// A Relighter is used from one thread at a time; several may share one Bake, whose arrays it keeps alive. The GL
+// backend must be created, used and destroyed with the same context current. OpenGL state: create() and relight() put
+// back what they bind (program, buffer bindings, texture units, image units, active unit); readers bind
+// GL_COPY_READ_BUFFER and put it back. Units that the GL backend keeps light in are halves: keep irradiance under
+// 60000 of whatever unit the lights are given in.
 #pragma once
 
 #include "formats/bake.h"
@@ -25,6 +29,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -35,13 +40,18 @@ enum class Backend { cpu, gl };
 // plain loop on the calling thread.
 using ParallelFor = std::function<void(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body)>;
 
+// Instruction sets of the CPU backend's inner loops. `best` asks the processor.
+enum class Simd { best, baseline, avx2, avx512 };
+
 struct RelightOptions {
   Backend backend = Backend::cpu;
   int lumaBands = 0;         // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
   int chromaBands = 0;       // [0, 1..lumaBands] 0 = what the bake recommends
   ParallelFor parallelFor;   // CPU backend; empty = one thread
+  Simd simd = Simd::best;    // CPU backend; one that the processor lacks is refused
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
-  // uniforms and samplers it needs (the host sets them through surfelProgram()). Empty = nothing is in shadow.
+  // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own from 8
+  // upward). Empty = nothing is in shadow.
   std::string visibilityGlsl;
 };
 
@@ -61,20 +71,24 @@ struct GlResolveInputs {
 
 class Relighter {
  public:
-  // usage: bands out of range; unsupported: no OpenGL 4.3; invalidFile: the bake breaks an invariant the runtime needs;
-  // failed: a shader did not compile (its log in the message).
+  // usage: bands out of range, a Simd the processor lacks; unsupported: no OpenGL 4.3, buffers larger than the driver
+  // allows; invalidFile: the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in
+  // the message).
   static Result<Relighter> create(const Bake& bake, const RelightOptions& options);
   Relighter(Relighter&&) noexcept;
   Relighter& operator=(Relighter&&) noexcept;
   ~Relighter();
 
-  // One frame: steps 2 to 5. Each call adds one bounce of last frame's light.
-  void relight(const LightSetup& setup);
+  // One frame: steps 2 to 5. Each call adds one bounce of last frame's light. A setup that check() refuses is not
+  // applied: last frame's light stays, and false comes back.
+  bool relight(const LightSetup& setup);
+  // usage: a span of the wrong size, a number that is not finite, a negative radiance; the message names it.
+  Status check(const LightSetup& setup) const;
   // Forget last frame's light.
   void reset();
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
-  // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv; never negative.
+  // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set); never negative.
   glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
   glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
@@ -89,11 +103,18 @@ class Relighter {
   int coefficientsPerCache() const;
   Backend backend() const;
   std::vector<PassTime> passTimes() const;
-  // Name and bytes of each buffer the runtime holds.
+  // Name and bytes of each buffer the runtime holds or reads every frame.
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
+  // GL backend only; zero and empty on the CPU.
   GlResolveInputs glResolveInputs() const;
-  std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms; 0 on the CPU
+  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) and
+  // vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots are those of shaders/shared/layout.h (kResolve...)
+  // unless the host defines RELUME_RESOLVE_... macros before it.
+  std::string resolveGlsl() const;
+  // Bind all resolve inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
+  void bindResolveInputs() const;
+  std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms
 
  private:
   struct State;
@@ -102,7 +123,8 @@ class Relighter {
 };
 
 // Mean radiance of each sky patch from an equirectangular map: width x height RGB radiance [W/m²/sr], row 0 at +Y, the
-// middle of a row at -Z.
+// middle of a row at -Z, columns turning toward +X. A texel belongs to the patch whose centre is nearest. Empty when
+// texels.size() is not width * height or either is 0.
 std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirection, std::span<const glm::vec3> texels,
                                           std::uint32_t width, std::uint32_t height);
 
