@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Images in and out: OpenEXR with named float channels, PNG for looking at. Files are written to a temporary name and
+// renamed, so that a failure leaves no half file.
+#pragma once
+
+#include "formats/result.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct ChannelImage {
+  std::uint32_t width = 0, height = 0;
+  std::map<std::string, std::vector<float>> channels;  // [Size width height] row 0 on top; "R", "DiffInd.G", ...
+
+  // Store three channels "<layer>.R/G/B" (or the given suffixes; layer "" = no dot). [Size pixels == width height]
+  void setLayer(const std::string& layer, std::span<const glm::vec3> pixels, const char* suffixes = "RGB");
+  // Read them back; empty when one of the three is missing.
+  std::vector<glm::vec3> layer(const std::string& layer, const char* suffixes = "RGB") const;
+};
+
+// Read a single-part scan-line or tiled OpenEXR; half channels are widened to float. io: not readable;
+// invalidFile: not an OpenEXR, broken, or larger than 16384 x 16384 pixels or 1024 channels.
+Result<ChannelImage> readExr(const std::filesystem::path& path);
+
+// Write 32-bit float channels, ZIP compressed. usage: a channel whose size is not width x height; io: not writable.
+Status writeExr(const std::filesystem::path& path, const ChannelImage& image);
+
+// Write linear radiance as 8-bit sRGB after multiplying by exposure; above 1 clips. [Size pixels == width height]
+// usage: sizes disagree; io: not writable.
+Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                std::span<const glm::vec3> pixels, float exposure = 1.0f);
+
+// By the name's extension: .exr with channels R, G, B, or .png. usage for any other extension.
+Status writeImage(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                  std::span<const glm::vec3> pixels, float exposure = 1.0f);
+
+}  // namespace relume
