@@ -26,11 +26,16 @@ struct ReferenceImage {
   std::uint32_t width = 0, height = 0;
   std::vector<glm::vec3> direct;    // irradiance / pi by punctual lights, emitters and sky, albedo divided out
   std::vector<glm::vec3> indirect;  // irradiance / pi by light reflected at least once
+  // (half A - half B) / 2 of the even and the odd samples; the square estimates the variance. Zero for one sample.
+  std::vector<glm::vec3> directError, indirectError;
   std::vector<glm::vec3> albedo, emission;
   std::vector<glm::vec3> position, normal;  // at the pixel centre; normal toward the viewer
   std::vector<float> depth;                 // [m] along the viewing axis at the pixel centre; 0 = nothing
 };
 
+// Render what a camera sees. direct and indirect are weighted by albedo inside a pixel (sum of radiance / sum of
+// albedo) and 0 where a channel's albedo is 0. Same image at any thread count. usage: an option out of range; failed:
+// cancelled.
 Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
                                        std::span<const SceneLight> lights, const ReferenceOptions& options,
                                        Context& context);

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+// A path tracer for Lambertian surfaces: paths from the camera by cosine-weighted directions; at every vertex the
+// punctual lights and a point on the emitters, the latter weighed against hitting them by chance (balance heuristic,
+// Veach 1995). Russian roulette after kRouletteAfter reflections.
+//
+// Radiance of a Lambertian surface is albedo / pi * E. The layers hold E / pi, so a camera path carries no albedo of
+// its first surface; the pixel's mean is then weighted by that albedo.
+#include "bake/reference/path_tracer.h"
+
+#include "bake/parallel.h"
+#include "bake/random.h"
+#include "bake/reference/emitters.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = 3.14159265358979f;
+constexpr std::uint32_t kStage = 0x70617468;      // the random streams' stage
+constexpr std::uint32_t kRouletteAfter = 4;       // reflections before roulette
+constexpr std::size_t kPixelsPerChunk = 32;
+
+// A point of a path, seen from the side its normals point to.
+struct Vertex {
+  glm::vec3 position{0.0f};         // [m]
+  glm::vec3 geometric{0.0f}, shading{0.0f};  // unit, toward the viewer
+  glm::vec3 albedo{0.0f};
+  glm::vec3 emission{0.0f};         // [W/m²/sr] toward the viewer
+};
+
+struct Renderer {
+  const RayTracer& tracer;
+  const Camera& camera;
+  std::span<const SceneLight> lights;
+  const ReferenceOptions& options;
+  const Emitters* emitters;  // null = emitting surfaces are off
+
+  const Scene& scene() const { return tracer.scene(); }
+};
+
+// The vertex at a hit, its normals turned to the side the ray came from.
+Vertex vertexAt(const Renderer& r, const Hit& hit) {
+  const SurfacePoint p = hit.point();
+  const Instance& instance = r.scene().instances[p.instance];
+  const auto c = r.scene().corners(instance, p.triangle);
+  Vertex v;
+  v.position = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;
+  const float side = hit.back ? -1.0f : 1.0f;
+  v.geometric = side * geometricNormal(r.scene(), p);
+  v.shading = side * shadingNormal(r.scene(), p);
+  v.albedo = albedoAt(r.scene(), p);
+  if (r.emitters != nullptr && (!hit.back || r.scene().material(instance).doubleSided)) {
+    v.emission = emissionAt(r.scene(), p);
+  }
+  return v;
+}
+
+glm::vec3 startOf(const Renderer& r, const Vertex& v) {
+  return v.position + v.geometric * r.tracer.epsilonAt(v.position);
+}
+
+// Irradiance / pi at a vertex by the punctual lights.
+glm::vec3 fromPunctual(const Renderer& r, const Vertex& v) {
+  const glm::vec3 origin = startOf(r, v);
+  glm::vec3 sum(0.0f);
+  for (const SceneLight& light : r.lights) {
+    glm::vec3 toLight;
+    float distance = 0.0f;
+    const glm::vec3 irradiance = lightIrradiance(light, origin, v.shading, toLight, distance);
+    if (irradiance == glm::vec3(0.0f) || glm::dot(toLight, v.geometric) <= 0.0f) continue;
+    if (!r.tracer.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
+  }
+  return sum / kPi;
+}
+
+// Share of the two ways to find a point of an emitter: by area (density per area) or by a cosine-weighted ray. Both as
+// density per area: the ray's is cos/pi * cosEmitter/d².
+float areaWeight(float areaDensity, float cosine, float cosEmitter, float distance) {
+  return areaDensity / (areaDensity + cosine * cosEmitter / (kPi * distance * distance));
+}
+
+// Irradiance / pi at a vertex by a point drawn on the emitters, weighed against fromDirection().
+glm::vec3 fromEmitters(const Renderer& r, const Vertex& v, RandomStream& random) {
+  if (r.emitters == nullptr || r.emitters->empty()) return glm::vec3(0.0f);
+  const EmitterSample s = r.emitters->sample(random);
+  const glm::vec3 origin = startOf(r, v);
+  const glm::vec3 toward = s.position - origin;
+  float cosEmitter = -glm::dot(toward, s.normal);
+  if (cosEmitter < 0.0f && !s.bothSides) return glm::vec3(0.0f);
+  const glm::vec3 facing = cosEmitter < 0.0f ? -s.normal : s.normal;
+
+  const glm::vec3 target = s.position + facing * r.tracer.epsilonAt(s.position);
+  const glm::vec3 path = target - origin;
+  const float distance = glm::length(path);
+  if (!(distance > 0.0f)) return glm::vec3(0.0f);
+  const glm::vec3 direction = path / distance;
+  const float cosine = glm::dot(v.shading, direction);
+  cosEmitter = -glm::dot(facing, direction);
+  if (cosine <= 0.0f || cosEmitter <= 0.0f || glm::dot(v.geometric, direction) <= 0.0f) return glm::vec3(0.0f);
+  if (r.tracer.occluded({origin, 0.0f, direction, distance})) return glm::vec3(0.0f);
+
+  // E / pi = L cos cosEmitter / (pi d² density)
+  const float weight = areaWeight(s.density, cosine, cosEmitter, distance);
+  return s.radiance * (weight * cosine * cosEmitter / (kPi * distance * distance * s.density));
+}
+
+// A cosine-weighted direction about n (Malley), with the frame of Duff et al. 2017.
+glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
+  const float radius = std::sqrt(u.x), angle = 2.0f * kPi * u.y;
+  const float x = radius * std::cos(angle), y = radius * std::sin(angle);
+  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+  const glm::vec3 t(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x), s(b, sign + n.y * n.y * a, -n.y);
+  return glm::normalize(t * x + s * y + n * std::sqrt(std::max(0.0f, 1.0f - u.x)));
+}
+
+struct Arriving {
+  glm::vec3 direct{0.0f}, indirect{0.0f};  // irradiance / pi
+};
+
+// One estimate of the light that arrives at a camera path's first vertex.
+Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
+  Arriving light;
+  light.direct = fromPunctual(r, v) + fromEmitters(r, v, random);
+
+  // Follow the light backwards: after k reflections, emission and sky found by the next ray were reflected k times.
+  glm::vec3 throughput(1.0f);
+  for (std::uint32_t k = 0;; ++k) {
+    glm::vec3& layer = k == 0 ? light.direct : light.indirect;
+    const bool last = k == r.options.maxBounces;
+    if (last && r.emitters == nullptr && r.options.skyRadiance == glm::vec3(0.0f)) return light;
+    const glm::vec3 origin = startOf(r, v), direction = cosineDirection(v.shading, random.uniform2());
+    if (glm::dot(direction, v.geometric) <= 0.0f) return light;
+    const Hit hit = r.tracer.trace({origin, 0.0f, direction});
+    if (!hit) {
+      layer += throughput * r.options.skyRadiance;
+      return light;
+    }
+
+    const Vertex next = vertexAt(r, hit);
+    if (next.emission != glm::vec3(0.0f)) {
+      const float cosine = glm::dot(v.shading, direction), cosEmitter = -glm::dot(next.geometric, direction);
+      const float density = r.emitters->density(hit.point());
+      const float byArea = cosine > 0.0f && cosEmitter > 0.0f && density > 0.0f
+                               ? areaWeight(density, cosine, cosEmitter, std::max(hit.distance, 1e-20f))
+                               : 0.0f;
+      layer += throughput * next.emission * (1.0f - byArea);
+    }
+    if (last) return light;
+
+    // Reflect.
+    v = next;
+    throughput *= v.albedo;
+    if (throughput == glm::vec3(0.0f)) return light;
+    if (k >= kRouletteAfter) {
+      const float survival = std::min(0.95f, std::max({throughput.x, throughput.y, throughput.z}));
+      if (random.uniform() >= survival) return light;
+      throughput /= survival;
+    }
+    light.indirect += throughput * (fromPunctual(r, v) + fromEmitters(r, v, random));
+  }
+}
+
+// The camera's ray through a point of the image, in pixels from its top left corner.
+Ray cameraRay(const Renderer& r, const glm::vec2& pixel) {
+  const float width = static_cast<float>(r.options.width), height = static_cast<float>(r.options.height);
+  const glm::vec2 screen((2.0f * pixel.x - width) / height, 1.0f - 2.0f * pixel.y / height);
+  const glm::mat4& m = r.camera.toWorld;
+  const glm::vec3 right = glm::normalize(glm::vec3(m[0])), up = glm::normalize(glm::vec3(m[1]));
+  const glm::vec3 forward = -glm::normalize(glm::vec3(m[2])), eye(m[3]);
+  if (r.camera.orthographic) return {eye + r.camera.yMag * (screen.x * right + screen.y * up), 0.0f, forward};
+  const float half = std::tan(0.5f * r.camera.yfovRad);
+  return {eye, 0.0f, glm::normalize(forward + half * (screen.x * right + screen.y * up))};
+}
+
+// Sums over one half of a pixel's samples.
+struct Sums {
+  glm::vec3 direct{0.0f}, indirect{0.0f}, albedo{0.0f}, emission{0.0f};  // radiance and albedo
+};
+
+glm::vec3 divideOut(const glm::vec3& radiance, const glm::vec3& albedo) {
+  glm::vec3 result(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    if (albedo[c] > 0.0f) result[c] = radiance[c] / albedo[c];
+  }
+  return result;
+}
+
+// One camera path through a uniformly drawn point of a pixel.
+void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint64_t item, Sums& sums) {
+  RandomStream random(r.options.seed, kStage, item);
+  const glm::vec2 pixel = glm::vec2(x, y) + random.uniform2();
+  const Hit hit = r.tracer.trace(cameraRay(r, pixel));
+  if (!hit) {
+    sums.emission += r.options.skyRadiance;
+    return;
+  }
+  const Vertex v = vertexAt(r, hit);
+  sums.emission += v.emission;
+  sums.albedo += v.albedo;
+  if (v.albedo == glm::vec3(0.0f)) return;
+  const Arriving light = arrivingLight(r, v, random);
+  sums.direct += v.albedo * light.direct;
+  sums.indirect += v.albedo * light.indirect;
+}
+
+void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
+  const auto x = static_cast<std::uint32_t>(index % image.width), y = static_cast<std::uint32_t>(index / image.width);
+  const std::uint32_t samples = r.options.samplesPerPixel;
+  std::array<Sums, 2> half;
+  for (std::uint32_t s = 0; s < samples; ++s) {
+    samplePixel(r, x, y, std::uint64_t{index} * samples + s, half[s % 2]);
+  }
+  const glm::vec3 albedo = half[0].albedo + half[1].albedo;
+  image.direct[index] = divideOut(half[0].direct + half[1].direct, albedo);
+  image.indirect[index] = divideOut(half[0].indirect + half[1].indirect, albedo);
+  image.albedo[index] = albedo / static_cast<float>(samples);
+  image.emission[index] = (half[0].emission + half[1].emission) / static_cast<float>(samples);
+  if (samples > 1) {
+    const auto error = [&](glm::vec3 Sums::*layer) {
+      return 0.5f * (divideOut(half[0].*layer, half[0].albedo) - divideOut(half[1].*layer, half[1].albedo));
+    };
+    image.directError[index] = error(&Sums::direct);
+    image.indirectError[index] = error(&Sums::indirect);
+  }
+
+  // Geometry at the pixel's centre.
+  const Hit hit = r.tracer.trace(cameraRay(r, glm::vec2(x, y) + 0.5f));
+  if (!hit) return;
+  const Vertex v = vertexAt(r, hit);
+  const glm::vec3 forward = -glm::normalize(glm::vec3(r.camera.toWorld[2]));
+  image.position[index] = v.position;
+  image.normal[index] = v.shading;
+  image.depth[index] = glm::dot(v.position - glm::vec3(r.camera.toWorld[3]), forward);
+}
+
+Status checkReferenceOptions(const ReferenceOptions& o) {
+  const auto outside = [](const char* name, std::uint64_t value, std::uint64_t min, std::uint64_t max) {
+    return Error{ErrorCode::usage, std::string("reference: ") + name + " must be " + std::to_string(min) + ".." +
+                                       std::to_string(max) + ", found " + std::to_string(value)};
+  };
+  if (o.width < 1 || o.width > 16384) return outside("width", o.width, 1, 16384);
+  if (o.height < 1 || o.height > 16384) return outside("height", o.height, 1, 16384);
+  if (o.samplesPerPixel < 1 || o.samplesPerPixel > 1000000) return outside("samples", o.samplesPerPixel, 1, 1000000);
+  if (o.maxBounces > 1024) return outside("bounces", o.maxBounces, 0, 1024);
+  return done();
+}
+
+}  // namespace
+
+Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
+                                       std::span<const SceneLight> lights, const ReferenceOptions& options,
+                                       Context& context) {
+  if (Status ok = checkReferenceOptions(options); !ok) return ok.error();
+  const Context::Stage stage(context, "reference");
+  const Emitters emitters(tracer.scene());
+  const Renderer renderer{tracer, camera, lights, options, options.emissive ? &emitters : nullptr};
+
+  ReferenceImage image{options.width, options.height, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  const std::size_t pixels = std::size_t{options.width} * options.height;
+  for (auto* layer : {&image.direct, &image.indirect, &image.directError, &image.indirectError, &image.albedo,
+                      &image.emission, &image.position, &image.normal}) {
+    layer->assign(pixels, glm::vec3(0.0f));
+  }
+  image.depth.assign(pixels, 0.0f);
+
+  parallelChunks(context, "reference", pixels, kPixelsPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) renderPixel(renderer, i, image);
+  });
+  if (context.cancelled()) return cancelledError();
+  return image;
+}
+
+}  // namespace relume

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Irradiance by punctual lights as KHR_lights_punctual defines them, intensities read as radiometric: point and spot
+// I [W/sr], directional E [W/m²]. No light has a size.
+#include "bake/reference/path_tracer.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace relume {
+namespace {
+
+// Smooth window of KHR_lights_punctual: max(min(1 - (d/range)^4, 1), 0); range 0 = no window.
+float rangeWindow(float distance, float range) {
+  if (range <= 0.0f) return 1.0f;
+  const float r = distance / range, r2 = r * r;
+  return std::clamp(1.0f - r2 * r2, 0.0f, 1.0f);
+}
+
+// Spot cone of KHR_lights_punctual: the squared, clamped line in the cosine from outer to inner angle.
+float spotCone(const SceneLight& light, const glm::vec3& toLight) {
+  const float cosInner = std::cos(light.innerConeRad), cosOuter = std::cos(light.outerConeRad);
+  const float scale = 1.0f / std::max(0.001f, cosInner - cosOuter);
+  const float t = std::clamp((glm::dot(light.direction, -toLight) - cosOuter) * scale, 0.0f, 1.0f);
+  return t * t;
+}
+
+}  // namespace
+
+glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorld, const glm::vec3& normal,
+                          glm::vec3& toLight, float& distance) {
+  if (light.type == LightType::directional) {
+    toLight = -light.direction;
+    distance = std::numeric_limits<float>::infinity();
+    return light.intensity * std::max(0.0f, glm::dot(normal, toLight));
+  }
+  const glm::vec3 offset = light.positionWorld - positionWorld;
+  distance = glm::length(offset);
+  if (!(distance > 0.0f)) {
+    toLight = normal;
+    return glm::vec3(0.0f);
+  }
+  toLight = offset / distance;
+  // E = I cos / d²
+  float factor = std::max(0.0f, glm::dot(normal, toLight)) / (distance * distance) * rangeWindow(distance, light.range);
+  if (light.type == LightType::spot) factor *= spotCone(light, toLight);
+  return light.intensity * factor;
+}
+
+glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,
+                           const glm::vec3& normal) {
+  const glm::vec3 origin = positionWorld + normal * tracer.epsilonAt(positionWorld);
+  glm::vec3 sum(0.0f);
+  for (const SceneLight& light : lights) {
+    glm::vec3 toLight;
+    float distance = 0.0f;
+    const glm::vec3 irradiance = lightIrradiance(light, origin, normal, toLight, distance);
+    if (irradiance == glm::vec3(0.0f)) continue;
+    if (!tracer.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
+  }
+  return sum;
+}
+
+}  // namespace relume
