@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// See directions.h. The unit square is mapped to the disc concentrically (Shirley and Chiu 1997) and lifted to the
+// hemisphere, or folded like an octahedron onto the sphere (Clarberg 2008); both keep areas and neighbourhoods.
+#include "bake/links/directions.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+struct SineCosine {
+  float sine, cosine;
+};
+
+// sin and cos of pi/4 t for t in [-1, 1], error below 4e-7. A polynomial of our own: the same bits with any libm.
+SineCosine sineCosineEighth(float t) {
+  const float x = t * (kPi / 4), x2 = x * x;
+  const float sine = x * (1.0f + x2 * (-1.0f / 6 + x2 * (1.0f / 120 - x2 * (1.0f / 5040))));
+  const float cosine = 1.0f + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
+  return {sine, cosine};
+}
+
+struct LocalSample {
+  float x, y, z, weightTimesCount;
+};
+
+// Density over the hemisphere p = (a + b z) / (2 pi) with a + b/2 = 1: a share a of even rays. The disc's radius is
+// r² = P(Z > z) = 1 - (a z + b z² / 2).
+LocalSample hemisphereSample(float u, float v, float a) {
+  const float s = 2.0f * u - 1.0f, t = 2.0f * v - 1.0f;
+  const bool wide = std::abs(s) > std::abs(t);
+  const float radius = wide ? s : t, across = wide ? t : s;
+  const SineCosine angle = sineCosineEighth(radius != 0.0f ? across / radius : 0.0f);
+  const float b = 2.0f - 2.0f * a;
+  const float inside = 1.0f - radius * radius;
+  const float z = std::min(2.0f * inside / (a + std::sqrt(a * a + 2.0f * b * inside)), 1.0f);
+  const float sinTheta = std::sqrt(1.0f - z * z);
+  const float across2 = radius < 0.0f ? -sinTheta : sinTheta;
+  const float cx = wide ? angle.cosine : angle.sine, cy = wide ? angle.sine : angle.cosine;
+  return {across2 * cx, across2 * cy, z, 2.0f / (a + b * z)};
+}
+
+// Density 1 / (4 pi).
+LocalSample sphereSample(float u, float v) {
+  const float s = 2.0f * u - 1.0f, t = 2.0f * v - 1.0f;
+  const float fold = 1.0f - (std::abs(s) + std::abs(t));
+  const float radius = 1.0f - std::abs(fold);
+  const float turn = radius != 0.0f ? (std::abs(t) - std::abs(s)) / radius : 0.0f;
+  const SineCosine angle = sineCosineEighth(turn);
+  constexpr float kHalfRoot = std::numbers::sqrt2_v<float> / 2;
+  const float z = std::copysign(1.0f - radius * radius, fold);
+  const float sinTheta = radius * std::sqrt(2.0f - radius * radius);
+  const float cosPhi = (angle.cosine - angle.sine) * kHalfRoot, sinPhi = (angle.cosine + angle.sine) * kHalfRoot;
+  return {std::copysign(sinTheta * cosPhi, s), std::copysign(sinTheta * sinPhi, t), z, 4.0f};
+}
+
+}  // namespace
+
+DirectionStrata::DirectionStrata(std::uint32_t rays, float evenShare) : evenShare_(evenShare) {
+  const double side = std::sqrt(static_cast<double>(rays));
+  columns_ = 4 * std::max(1u, static_cast<std::uint32_t>(std::lround(side / 4)));
+  rows_ = 4 * std::max(1u, rays / columns_ / 4);
+}
+
+DirectionStrata::Sequence::Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random)
+    : strata_(strata), random_(random), hemisphere_(glm::dot(normal, normal) > 0.0f) {
+  // Choose a random axis for the sphere, and turn the strata around the axis, so that no two caches share a pattern.
+  const auto [s, c] = sineCosineEighth(random_.uniform());
+  const bool swap = random_.bits() & 1u, mirror = random_.bits() & 1u;
+  const float turnCos = swap ? s : c, turnSin = mirror ? -(swap ? c : s) : (swap ? c : s);
+  const LocalSample any = sphereSample(random_.uniform(), random_.uniform());
+  axis_ = hemisphere_ ? normal : glm::normalize(glm::vec3(any.x, any.y, any.z));
+  const glm::vec3 helper = std::abs(axis_.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+  const glm::vec3 t = glm::normalize(glm::cross(helper, axis_)), b = glm::cross(axis_, t);
+  tangent_ = t * turnCos + b * turnSin;
+  bitangent_ = b * turnCos - t * turnSin;
+}
+
+DirectionStrata::Sample DirectionStrata::Sequence::next() {
+  // Stratum of this ray: tile by tile, 16 strata a tile.
+  const std::uint32_t tile = index_ / 16, inTile = index_ % 16, tilesAlong = strata_.columns_ / 4;
+  const std::uint32_t column = tile % tilesAlong * 4 + inTile % 4, row = tile / tilesAlong * 4 + inTile / 4;
+  ++index_;
+
+  // Jitter it with 16 bits an axis.
+  const std::uint32_t bits = random_.bits();
+  const float u = (static_cast<float>(column) + (static_cast<float>(bits & 0xFFFFu) + 0.5f) * 0x1p-16f) /
+                  static_cast<float>(strata_.columns_);
+  const float v = (static_cast<float>(row) + (static_cast<float>(bits >> 16) + 0.5f) * 0x1p-16f) /
+                  static_cast<float>(strata_.rows_);
+  const LocalSample local = hemisphere_ ? hemisphereSample(u, v, strata_.evenShare_) : sphereSample(u, v);
+  return {tangent_ * local.x + bitangent_ * local.y + axis_ * local.z,
+          local.weightTimesCount / static_cast<float>(strata_.count()), hemisphere_ ? local.z : 1.0f};
+}
+
+}  // namespace relume

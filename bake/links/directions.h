@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The directions in which a cache looks: one jittered ray a stratum of the hemisphere (surface caches) or the sphere
+// (grid caches), in tiles of 4 x 4 neighbouring strata so that a packet of 16 rays stays together.
+//
+// In: a cache's normal and its random stream. Out: directions, and weights w = 1 / (pi p K), with which
+// sum over rays of w y_i(omega) V(omega) estimates c_i = 1/pi Int y_i V (PIC App. A).
+#pragma once
+
+#include "bake/random.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+
+namespace relume {
+
+// What part of a surface cache's rays is spread evenly over the solid angle; the rest follows the cosine. Even rays
+// serve the coefficients of the radiance, cosine rays the irradiance: docs/CUTS.md has the noise of both.
+inline constexpr float kEvenShare = 0.5f;
+
+class DirectionStrata {
+ public:
+  // rays: [>= 16] wished; the count is rounded down to whole tiles. evenShare: [0..1]
+  explicit DirectionStrata(std::uint32_t rays, float evenShare = kEvenShare);
+
+  std::uint32_t count() const { return columns_ * rows_; }
+
+  struct Sample {
+    glm::vec3 direction;  // unit
+    float weight;         // w = 1 / (pi p K)
+    float cosine;         // of the direction with the normal; 1 for a zero normal
+  };
+
+  // The rays of one cache, in tile order. A zero normal asks for the sphere.
+  class Sequence {
+   public:
+    Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random);
+    Sample next();
+
+   private:
+    const DirectionStrata& strata_;
+    RandomStream random_;
+    glm::vec3 tangent_, bitangent_, axis_;
+    bool hemisphere_;
+    std::uint32_t index_ = 0;
+  };
+
+ private:
+  std::uint32_t columns_, rows_;  // multiples of 4
+  float evenShare_;
+};
+
+}  // namespace relume

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// See gather.h.
+#include "bake/links/gather.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x4C4E4B53;  // random numbers of this stage
+constexpr std::uint32_t kBlock = 512;         // rays traced together: rays and hits stay in the first-level cache
+
+glm::vec2 toSquare(const glm::vec3& d) {
+  const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+  glm::vec2 p(d.x / sum, d.y / sum);
+  if (d.z < 0.0f) {
+    p = glm::vec2(std::copysign(1.0f - std::abs(p.y), p.x), std::copysign(1.0f - std::abs(p.x), p.y));
+  }
+  return p * 0.5f + 0.5f;
+}
+
+glm::vec3 fromSquare(const glm::vec2& square) {
+  const glm::vec2 p = square * 2.0f - 1.0f;
+  glm::vec3 d(p.x, p.y, 1.0f - std::abs(p.x) - std::abs(p.y));
+  if (d.z < 0.0f) {
+    d.x = std::copysign(1.0f - std::abs(p.y), p.x);
+    d.y = std::copysign(1.0f - std::abs(p.x), p.y);
+  }
+  return glm::normalize(d);
+}
+
+}  // namespace
+
+RayCount& RayCount::operator+=(const RayCount& other) {
+  rays += other.rays;
+  backFaces += other.backFaces;
+  misses += other.misses;
+  unmapped += other.unmapped;
+  return *this;
+}
+
+SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
+  if (directions.empty()) return;
+  side_ = std::clamp(8u * static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(directions.size())))), 32u, 256u);
+  patch_.resize(std::size_t{side_} * side_);
+  for (std::uint32_t i = 0; i < patch_.size(); ++i) {
+    const glm::vec2 cell(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
+    const glm::vec3 d = fromSquare(cell / static_cast<float>(side_));
+    float best = -2.0f;
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      const float cosine = glm::dot(d, directions[k]);
+      if (cosine > best) best = cosine, patch_[i] = static_cast<std::uint16_t>(k);
+    }
+  }
+}
+
+std::uint32_t SkyLookup::nearest(const glm::vec3& direction) const {
+  const glm::vec2 p = toSquare(direction) * static_cast<float>(side_);
+  const std::uint32_t x = std::min(static_cast<std::uint32_t>(p.x), side_ - 1);
+  const std::uint32_t y = std::min(static_cast<std::uint32_t>(p.y), side_ - 1);
+  return patch_[std::size_t{y} * side_ + x];
+}
+
+Gatherer::Gatherer(const RayTracer& tracer, const SurfelMap& map, const Hierarchy& hierarchy, std::uint32_t surfelCount,
+                   std::uint32_t raysPerCache, std::uint64_t seed)
+    : tracer_(tracer),
+      map_(map),
+      hierarchy_(hierarchy),
+      surfelCount_(surfelCount),
+      seed_(seed),
+      strata_(raysPerCache),
+      sky_(hierarchy.skyDirection) {}
+
+void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
+                      std::vector<Arrival>& arrivals, RayCount& count) const {
+  arrivals.clear();
+  const Scene& scene = tracer_.scene();
+  const glm::vec3 origin = positionWorld + normal * tracer_.epsilonAt(positionWorld);
+  DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, cache));
+  count.rays += strata_.count();
+
+  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
+    // Cast a block of rays.
+    const std::uint32_t size = std::min(kBlock, strata_.count() - begin);
+    scratch.samples.resize(size);
+    scratch.rays.resize(size);
+    scratch.hits.resize(size);
+    for (std::uint32_t i = 0; i < size; ++i) {
+      scratch.samples[i] = sequence.next();
+      scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
+    }
+    tracer_.trace(scratch.rays, scratch.hits);
+
+    // Find the sender at the end of each.
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const DirectionStrata::Sample& sample = scratch.samples[i];
+      const Hit& hit = scratch.hits[i];
+      std::uint32_t sender = kNone;
+      if (hit) {
+        const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
+        sender = map_.at(2 * triangle + (hit.back ? 1u : 0u), hit.barycentric);
+        count.backFaces += hit.back;
+        count.unmapped += sender == kNone;
+      } else {
+        count.misses += 1;
+        if (!sky_.empty()) sender = surfelCount_ + sky_.nearest(sample.direction);
+      }
+      if (sender == kNone) continue;
+      arrivals.push_back({hierarchy_.leafNode[sender], sample.weight, sample.cosine, hit.distance, sample.direction});
+    }
+  }
+}
+
+}  // namespace relume

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Casts a cache's rays and finds the sender at the end of each: rays to leaf transfers (PIC 4.5, App. A).
+//
+// Deviation: the paper samples every sender from every cache; here K rays a cache find the senders that are visible.
+// It is the same estimate of c_{s,i} (PIC Eq. (8), the rays that miss s add zero to it), linear in what is visible and
+// independent of n_S.
+#pragma once
+
+#include "bake/links/directions.h"
+#include "bake/options.h"
+#include "bake/scene/ray_tracer.h"
+#include "bake/surfels/surfels.h"
+#include "formats/hierarchy.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// Light that arrives along a ray: from which leaf of the hierarchy.
+struct Arrival {
+  std::uint32_t leaf;   // node
+  float weight;         // w = 1 / (pi p K): sum of w y_i over rays estimates c_i
+  float cosine;         // with the cache's normal; 1 at grid caches
+  float distance;       // [m] infinite for the sky
+  glm::vec3 direction;  // unit, cache toward sender
+};
+
+// How the rays ended. Integers, so that sums over caches do not depend on their order.
+struct RayCount {
+  std::uint64_t rays = 0, backFaces = 0, misses = 0, unmapped = 0;
+  RayCount& operator+=(const RayCount& other);
+};
+
+// The sky patch whose direction is nearest, by a table over the octahedron (cells much smaller than patches).
+class SkyLookup {
+ public:
+  explicit SkyLookup(std::span<const glm::vec3> directions);
+  bool empty() const { return patch_.empty(); }
+  std::uint32_t nearest(const glm::vec3& direction) const;
+
+ private:
+  std::uint32_t side_ = 0;
+  std::vector<std::uint16_t> patch_;  // [Size side²]
+};
+
+// Immutable, shared by all threads; keeps references to what it is made from.
+class Gatherer {
+ public:
+  Gatherer(const RayTracer& tracer, const SurfelMap& map, const Hierarchy& hierarchy, std::uint32_t surfelCount,
+           std::uint32_t raysPerCache, std::uint64_t seed);
+
+  // Memory of one thread, kept from cache to cache.
+  struct Scratch {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<DirectionStrata::Sample> samples;
+  };
+
+  // Replace `arrivals` by the light that reaches a cache. The random numbers depend on seed and cache index alone.
+  void gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
+              std::vector<Arrival>& arrivals, RayCount& count) const;
+
+ private:
+  const RayTracer& tracer_;
+  const SurfelMap& map_;
+  const Hierarchy& hierarchy_;
+  std::uint32_t surfelCount_;
+  std::uint64_t seed_;
+  DirectionStrata strata_;
+  SkyLookup sky_;
+};
+
+}  // namespace relume

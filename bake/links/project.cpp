@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// See project.h.
+#include "bake/links/project.h"
+
+#include "formats/pack.h"
+#include "formats/sh.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+
+namespace relume {
+namespace {
+
+constexpr float kY0 = 0.28209479177387814f;
+
+// Note for every leaf of the cut which link reads it.
+void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, ProjectScratch& scratch) {
+  scratch.linkOf.assign(tree.leaves().size(), kNoSlot);
+  for (std::uint32_t link = 0; link < cut.size(); ++link) {
+    scratch.stack.assign(1, cut[link]);
+    while (!scratch.stack.empty()) {
+      const std::uint32_t slot = scratch.stack.back();
+      scratch.stack.pop_back();
+      if (tree.isLeaf(slot)) {
+        scratch.linkOf[slot] = link;
+        continue;
+      }
+      for (const std::uint32_t child : tree[slot].child) {
+        if (child != kNoSlot) scratch.stack.push_back(child);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows) {
+  for (const std::uint32_t slot : cut) {
+    const TouchedNode& node = tree[slot];
+    // Band 1 of the rays is |mean direction| times that of a single direction; the cone's is (1 + cos alpha) / 2.
+    const float length = glm::length(node.direction);
+    const float mean = std::clamp(length / node.weight, 0.0f, 1.0f);
+    ConeLink link;
+    link.node = node.node;
+    link.transfer = packHalf(kY0 * node.weight);
+    link.cosAlpha = packHalf(2.0f * mean - 1.0f);
+    link.direction = packOctahedral(length > 0.0f ? node.direction / length : glm::vec3(0.0f, 0.0f, 1.0f));
+    rows.cone.push_back(link);
+  }
+  rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
+}
+
+void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
+                 std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+  assignLeaves(tree, cut, scratch);
+  const std::uint32_t size = bands * bands;
+  scratch.coefficients.assign(cut.size() * size, 0.0f);
+  std::array<float, kMaxCoefficients> y;
+  for (const Arrival& arrival : arrivals) {
+    evaluateSh(static_cast<int>(bands), arrival.direction, y);
+    float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.find(arrival.leaf)]} * size;
+    for (std::uint32_t i = 0; i < size; ++i) c[i] += arrival.weight * y[i];
+  }
+  for (const std::uint32_t slot : cut) rows.shNode.push_back(tree[slot].node);
+  for (const float c : scratch.coefficients) rows.shCoefficients.push_back(packHalf(c));
+  rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
+}
+
+}  // namespace relume

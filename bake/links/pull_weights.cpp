@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// See pull_weights.h.
+#include "bake/links/pull_weights.h"
+
+#include <cmath>
+
+namespace relume {
+namespace {
+
+// 2^-40 of a cache's light is one unit: 2^24 caches fit, and a ray of a million is still 10^6 units.
+std::uint64_t toFixed(float value) { return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f); }
+
+float share(double first, double second, float otherwise) {
+  return first + second > 0.0 ? static_cast<float>(first / (first + second)) : otherwise;
+}
+
+// Sum leaf values to their ancestors. A parent comes before its children.
+template <class T>
+void sumUp(const Hierarchy& hierarchy, std::vector<T>& value) {
+  for (std::uint32_t node = hierarchy.nodeCount(); node-- > 0;) {
+    if (!hierarchy.isLeaf(node)) value[node] = value[hierarchy.child[node]] + value[hierarchy.child[node] + 1];
+  }
+}
+
+}  // namespace
+
+PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind, float opennessRadius)
+    : kind_(kind), opennessRadius_(opennessRadius) {
+  if (kind_ == LinkOptions::PullWeight::area) return;
+  all_.resize(hierarchy.nodeCount());
+  if (kind_ == LinkOptions::PullWeight::importance) read_.resize(hierarchy.nodeCount());
+  if (kind_ == LinkOptions::PullWeight::openness) rays_.resize(hierarchy.nodeCount());
+}
+
+void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals) {
+  if (kind_ == LinkOptions::PullWeight::openness) {
+    const float r2 = opennessRadius_ * opennessRadius_;
+    for (const Arrival& arrival : arrivals) {
+      const float d2 = arrival.distance * arrival.distance;
+      all_[arrival.leaf] += toFixed(std::isfinite(d2) ? d2 / (d2 + r2) : 1.0f);
+      rays_[arrival.leaf] += 1;
+    }
+    return;
+  }
+  if (kind_ != LinkOptions::PullWeight::importance) return;
+  for (const TouchedNode& leaf : tree.leaves()) all_[leaf.node] += toFixed(leaf.received);
+  // Walk from the cut to the leaves: every node below the cut is read through its parent.
+  stack_.assign(cut.begin(), cut.end());
+  while (!stack_.empty()) {
+    const TouchedNode& node = tree[stack_.back()];
+    stack_.pop_back();
+    for (const std::uint32_t child : node.child) {
+      if (child == kNoSlot) continue;
+      read_[tree[child].node] += toFixed(tree[child].received);
+      stack_.push_back(child);
+    }
+  }
+}
+
+void PullSums::merge(const PullSums& other) {
+  for (std::size_t i = 0; i < read_.size(); ++i) read_[i] += other.read_[i];
+  for (std::size_t i = 0; i < all_.size(); ++i) all_[i] += other.all_[i];
+  for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += other.rays_[i];
+}
+
+std::vector<float> PullSums::weights(const Hierarchy& hierarchy) const {
+  switch (kind_) {
+    case LinkOptions::PullWeight::openness: return byOpenness(hierarchy);
+    case LinkOptions::PullWeight::importance: return byImportance(hierarchy);
+    case LinkOptions::PullWeight::area: break;
+  }
+  return hierarchy.firstWeight.toVector();
+}
+
+std::vector<float> PullSums::byOpenness(const Hierarchy& hierarchy) const {
+  // A leaf weighs its mean of d² / (d² + R²); what no ray ever hit is very likely a crevice.
+  constexpr double kUnseen = 1e-3;
+  std::vector<double> value(hierarchy.nodeCount(), 0.0);
+  for (const std::uint32_t leaf : hierarchy.leafNode) {
+    value[leaf] = std::max(kUnseen, rays_[leaf] > 0 ? static_cast<double>(all_[leaf]) * 0x1p-40 / static_cast<double>(rays_[leaf]) : 0.0);
+  }
+  sumUp(hierarchy, value);
+  std::vector<float> weight(hierarchy.nodeCount(), 0.0f);
+  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
+    if (hierarchy.isLeaf(node)) continue;
+    const std::uint32_t first = hierarchy.child[node];
+    weight[node] = share(value[first], value[first + 1], hierarchy.firstWeight[node]);
+  }
+  return weight;
+}
+
+std::vector<float> PullSums::byImportance(const Hierarchy& hierarchy) const {
+  std::vector<std::uint64_t> all = all_;
+  sumUp(hierarchy, all);
+  std::vector<float> weight(hierarchy.nodeCount(), 0.0f);
+  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
+    if (hierarchy.isLeaf(node)) continue;
+    const std::uint32_t first = hierarchy.child[node], second = first + 1;
+    const auto real = [](std::uint64_t v) { return static_cast<double>(v); };
+    const float otherwise = share(real(all[first]), real(all[second]), hierarchy.firstWeight[node]);
+    weight[node] = share(real(read_[first]), real(read_[second]), otherwise);
+  }
+  return weight;
+}
+
+}  // namespace relume

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// Transport, a cache at a time (PIC 4.5): gather, sum up, cut, project; see links.h. Nothing of size n_C x n_S exists:
+// a thread keeps what one cache sees, and O(nodes) sums for the pull weights.
+#include "bake/links/gather.h"
+#include "bake/links/links.h"
+#include "bake/links/project.h"
+#include "bake/links/pull_weights.h"
+#include "bake/links/select_cut.h"
+#include "bake/links/touched_tree.h"
+#include "bake/parallel.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <mutex>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kGrain = 16;  // caches a chunk
+
+// What one thread needs for one cache, and its share of the sums.
+struct Worker {
+  Worker(const Hierarchy& hierarchy, const TreeShape& shape, const LinkOptions& options)
+      : tree(hierarchy, shape), sums(hierarchy, options.pull, options.opennessRadius) {}
+
+  Gatherer::Scratch gather;
+  std::vector<Arrival> arrivals;
+  TouchedTree tree;
+  std::vector<CutCandidate> queue;
+  std::vector<std::uint32_t> cut;
+  ProjectScratch project;
+  PullSums sums;
+  RayCount count;
+  std::uint64_t visibleLeaves = 0;
+};
+
+// Lends workers to chunks: as many exist as chunks ever ran at once.
+class WorkerPool {
+ public:
+  WorkerPool(const Hierarchy& hierarchy, const TreeShape& shape, const LinkOptions& options)
+      : hierarchy_(hierarchy), shape_(shape), options_(options) {}
+
+  std::unique_ptr<Worker> take() {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!idle_.empty()) {
+        auto worker = std::move(idle_.back());
+        idle_.pop_back();
+        return worker;
+      }
+    }
+    return std::make_unique<Worker>(hierarchy_, shape_, options_);
+  }
+  void giveBack(std::unique_ptr<Worker> worker) {
+    const std::scoped_lock lock(mutex_);
+    idle_.push_back(std::move(worker));
+  }
+  std::span<const std::unique_ptr<Worker>> all() const { return idle_; }
+
+ private:
+  const Hierarchy& hierarchy_;
+  const TreeShape& shape_;
+  const LinkOptions& options_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Worker>> idle_;
+};
+
+Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Caches& caches, const LinkOptions& options) {
+  if (hierarchy.nodeCount() == 0 || hierarchy.senderCount() != surfels.count() + hierarchy.skyDirection.size()) {
+    return Error{ErrorCode::failed, "links: the hierarchy has " + std::to_string(hierarchy.senderCount()) +
+                                        " senders, expected " + std::to_string(surfels.count()) + " surfels and " +
+                                        std::to_string(hierarchy.skyDirection.size()) + " sky patches"};
+  }
+  if (caches.normal.size() != caches.positionWorld.size()) {
+    return Error{ErrorCode::failed, "links: caches have different numbers of positions and normals"};
+  }
+  if (options.linksPerCache < hierarchy.groupRoot.size()) {
+    return Error{ErrorCode::usage, "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
+                                       " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
+                                       std::to_string(options.linksPerCache)};
+  }
+  return done();
+}
+
+// Join the chunks' rows, freeing each as it is copied.
+Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options) {
+  std::uint64_t total = 0;
+  for (const LinkRows& rows : chunks) total += rows.shNode.size() + rows.cone.size();
+  if (total > std::numeric_limits<std::uint32_t>::max()) {
+    return Error{ErrorCode::failed, "links: " + std::to_string(total) + " links are more than 2^32 - 1; use fewer caches or links"};
+  }
+  const bool sh = options.kind == LinkKind::sh;
+  std::vector<std::uint32_t> rowBegin{0}, shNode;
+  std::vector<std::uint16_t> shCoefficients;
+  std::vector<ConeLink> cone;
+  if (sh) {
+    shNode.reserve(total);
+    shCoefficients.reserve(total * options.bands * options.bands);
+  } else {
+    cone.reserve(total);
+  }
+  for (LinkRows& rows : chunks) {
+    for (const std::uint32_t length : rows.length) rowBegin.push_back(rowBegin.back() + length);
+    shNode.insert(shNode.end(), rows.shNode.begin(), rows.shNode.end());
+    shCoefficients.insert(shCoefficients.end(), rows.shCoefficients.begin(), rows.shCoefficients.end());
+    cone.insert(cone.end(), rows.cone.begin(), rows.cone.end());
+    rows = {};
+  }
+  Links links;
+  links.kind = options.kind;
+  links.bands = sh ? options.bands : 0;
+  links.rowBegin = std::move(rowBegin);
+  links.shNode = std::move(shNode);
+  links.shCoefficients = std::move(shCoefficients);
+  links.cone = std::move(cone);
+  return links;
+}
+
+}  // namespace
+
+Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map,
+                               const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options,
+                               std::uint64_t seed, Context& context) {
+  if (Status status = checkInput(hierarchy, surfels, caches, options); !status) return status.error();
+
+  // 1. What all caches share
+  const TreeShape shape = treeShape(hierarchy);
+  const std::vector<float> extent = nodeExtents(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
+  const Gatherer gatherer(tracer, map, hierarchy, surfels.count(), options.raysPerCache, seed);
+  WorkerPool pool(hierarchy, shape, options);
+  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain);
+
+  // 2. Link the caches
+  parallelChunks(context, "links", caches.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<Worker> worker = pool.take();
+    Worker& w = *worker;
+    LinkRows& rows = chunks[begin / kGrain];
+    for (std::size_t c = begin; c < end; ++c) {
+      const bool onSurface = glm::dot(caches.normal[c], caches.normal[c]) > 0.0f;
+      gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals, w.count);
+      w.tree.build(w.arrivals, onSurface ? 1.0f : 0.25f);
+      selectCut(w.tree, hierarchy, extent, options.key, options.linksPerCache, w.queue, w.cut);
+      if (options.kind == LinkKind::sh) {
+        appendShRow(w.tree, w.cut, w.arrivals, options.bands, w.project, rows);
+      } else {
+        appendConeRow(w.tree, w.cut, rows);
+      }
+      w.sums.add(w.tree, w.cut, w.arrivals);
+      w.visibleLeaves += w.tree.leaves().size();
+    }
+    pool.giveBack(std::move(worker));
+  });
+  if (context.cancelled()) return cancelledError();
+
+  // 3. Join rows and sums
+  Result<Links> links = joinRows(chunks, options);
+  if (!links) return links.error();
+  TracedLinks traced;
+  traced.links = std::move(*links);
+  PullSums sums(hierarchy, options.pull, options.opennessRadius);
+  RayCount count;
+  std::uint64_t visibleLeaves = 0;
+  for (const auto& worker : pool.all()) {
+    sums.merge(worker->sums);
+    count += worker->count;
+    visibleLeaves += worker->visibleLeaves;
+  }
+  traced.firstWeight = sums.weights(hierarchy);
+
+  // 4. Statistics
+  const auto share = [](std::uint64_t part, std::uint64_t whole) {
+    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+  };
+  traced.statistics = {count.rays, share(count.backFaces, count.rays), share(count.misses, count.rays),
+                       share(count.unmapped, count.rays), share(visibleLeaves, caches.count())};
+  return traced;
+}
+
+}  // namespace relume
