@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+// Sums over what a cache sees, cuts, projections and pull weights, on random trees and random rays.
+#include "bake/links/project.h"
+#include "bake/links/pull_weights.h"
+#include "bake/links/select_cut.h"
+#include "bake/links/touched_tree.h"
+#include "formats/sh.h"
+#include "tests/links/links_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace relume {
+namespace {
+
+using test::pullRadiosity;
+using test::randomArrivals;
+using test::randomHierarchy;
+
+constexpr double kY0 = 0.28209479177387814;
+const auto kTransfer = LinkOptions::CutKey::transfer;
+
+// Is `node` the root of a subtree that holds `leaf`?
+bool holds(const TreeShape& shape, std::uint32_t node, std::uint32_t leaf) {
+  while (leaf > node) leaf = shape.parent[leaf];
+  return leaf == node;
+}
+
+double leavesUnder(const Hierarchy& h, std::uint32_t node) {
+  return h.isLeaf(node) ? 1.0 : leavesUnder(h, h.child[node]) + leavesUnder(h, h.child[node] + 1);
+}
+
+std::vector<std::uint32_t> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uint32_t maxNodes,
+                                 LinkOptions::CutKey key = kTransfer) {
+  std::vector<CutCandidate> queue;
+  std::vector<std::uint32_t> cut;
+  const std::vector<float> extent(h.nodeCount(), 1.0f);
+  selectCut(tree, h, extent, key, maxNodes, queue, cut);
+  return cut;
+}
+
+TEST(TouchedTree, sumsEqualADenseSum) {
+  const Hierarchy h = randomHierarchy(3000, 1);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  for (std::uint64_t round = 0; round < 3; ++round) {  // the memory of one cache must not leak into the next
+    const auto arrivals = randomArrivals(h, 700, round);
+    tree.build(arrivals, 1.0f);
+    std::vector<double> weight(h.nodeCount(), 0), received(h.nodeCount(), 0), x(h.nodeCount(), 0);
+    for (const Arrival& a : arrivals) {
+      for (std::uint32_t node = a.leaf;; node = shape.parent[node]) {
+        weight[node] += a.weight;
+        received[node] += double{a.weight} * a.cosine;
+        x[node] += double{a.weight} * a.direction.x;
+        if (node == 0) break;
+      }
+    }
+    std::size_t touched = 0;
+    for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
+      const std::uint32_t slot = tree.find(node);
+      ASSERT_EQ(slot != kNoSlot, weight[node] > 0) << node;
+      if (slot == kNoSlot) continue;
+      ++touched;
+      EXPECT_NEAR(tree[slot].weight, weight[node], 1e-4 * weight[node]);
+      EXPECT_NEAR(tree[slot].received, received[node], 1e-4 * weight[node]);
+      EXPECT_NEAR(tree[slot].direction.x, x[node], 1e-4 * weight[node]);
+    }
+    EXPECT_EQ(tree.nodes().size(), touched);
+  }
+}
+
+TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
+  const Hierarchy h = randomHierarchy(2000, 2);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  for (const std::uint32_t rays : {1u, 5u, 300u, 20000u}) {
+    tree.build(randomArrivals(h, rays, rays), 1.0f);
+    for (const std::uint32_t maxNodes : {1u, 2u, 17u, 254u, 1999u, 65535u}) {
+      for (const auto key : {kTransfer, LinkOptions::CutKey::transferRadius}) {
+        const auto cut = cutOf(tree, h, maxNodes, key);
+        EXPECT_LE(cut.size(), maxNodes);
+        EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
+        for (const TouchedNode& leaf : tree.leaves()) {
+          const auto holding = std::count_if(cut.begin(), cut.end(), [&](std::uint32_t slot) {
+            return holds(shape, tree[slot].node, leaf.node);
+          });
+          ASSERT_EQ(holding, 1) << leaf.node;
+        }
+        for (std::size_t i = 1; i < cut.size(); ++i) EXPECT_LT(tree[cut[i - 1]].node, tree[cut[i]].node);
+      }
+    }
+  }
+}
+
+TEST(SelectCut, enoughLinksGiveTheVisibleLeaves) {
+  const Hierarchy h = randomHierarchy(500, 3);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  tree.build(randomArrivals(h, 400, 3), 1.0f);
+  const auto cut = cutOf(tree, h, static_cast<std::uint32_t>(tree.leaves().size()));
+  EXPECT_EQ(cut.size(), tree.leaves().size());
+  for (const std::uint32_t slot : cut) EXPECT_TRUE(h.isLeaf(tree[slot].node));
+}
+
+TEST(SelectCut, refinesTheLargestTransferFirst) {
+  // Four leaves, two pairs; the second pair is twice as bright a view.
+  Hierarchy h;
+  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, kLeafBit | 3};
+  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0};
+  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
+  h.groupRoot = std::vector<std::uint32_t>{0};
+  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const glm::vec3 z(0, 0, 1);
+  tree.build(std::vector<Arrival>{{3, 1, 1, 1, z}, {4, 1, 1, 1, z}, {5, 2, 1, 1, z}, {6, 2, 1, 1, z}}, 1.0f);
+  const auto nodes = [&](std::uint32_t maxNodes) {
+    std::vector<std::uint32_t> n;
+    for (const std::uint32_t slot : cutOf(tree, h, maxNodes)) n.push_back(tree[slot].node);
+    return n;
+  };
+  EXPECT_EQ(nodes(1), (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(nodes(2), (std::vector<std::uint32_t>{1, 2}));
+  EXPECT_EQ(nodes(3), (std::vector<std::uint32_t>{1, 5, 6}));
+  EXPECT_EQ(nodes(4), (std::vector<std::uint32_t>{3, 4, 5, 6}));
+}
+
+TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
+  const Hierarchy h = randomHierarchy(1000, 4);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const auto arrivals = randomArrivals(h, 3, 4);
+  tree.build(arrivals, 1.0f);
+  // Three rays, links to spare: the leaves themselves, not the clusters around them.
+  for (const std::uint32_t slot : cutOf(tree, h, 254)) EXPECT_TRUE(h.isLeaf(tree[slot].node));
+  tree.build({}, 1.0f);
+  EXPECT_TRUE(cutOf(tree, h, 254).empty());
+}
+
+TEST(Project, shLinksAreTheRaysOwnProjection) {
+  const Hierarchy h = randomHierarchy(400, 5);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const auto arrivals = randomArrivals(h, 900, 5);
+  tree.build(arrivals, 1.0f);
+  const auto cut = cutOf(tree, h, 40);
+  for (const std::uint32_t bands : {1u, 2u, 4u, 8u}) {
+    const std::uint32_t size = bands * bands;
+    LinkRows rows;
+    ProjectScratch scratch;
+    appendShRow(tree, cut, arrivals, bands, scratch, rows);
+    ASSERT_EQ(rows.shNode.size(), cut.size());
+    ASSERT_EQ(rows.shCoefficients.size(), cut.size() * size);
+    for (std::size_t link = 0; link < cut.size(); ++link) {
+      std::vector<double> c(size, 0.0);
+      std::vector<float> y(size);
+      for (const Arrival& a : arrivals) {
+        if (!holds(shape, rows.shNode[link], a.leaf)) continue;
+        evaluateSh(static_cast<int>(bands), a.direction, y);
+        for (std::uint32_t i = 0; i < size; ++i) c[i] += double{a.weight} * y[i];
+      }
+      for (std::uint32_t i = 0; i < size; ++i) {
+        EXPECT_NEAR(unpackHalf(rows.shCoefficients[link * size + i]), c[i], 1e-3 * std::abs(c[0]) + 1e-3 * std::abs(c[i]));
+      }
+    }
+  }
+}
+
+TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
+  const Hierarchy h = randomHierarchy(400, 6);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const auto arrivals = randomArrivals(h, 900, 6);
+  tree.build(arrivals, 1.0f);
+  const auto cut = cutOf(tree, h, 40);
+  LinkRows sh, cone;
+  ProjectScratch scratch;
+  appendShRow(tree, cut, arrivals, 2, scratch, sh);
+  appendConeRow(tree, cut, cone);
+  ASSERT_EQ(cone.cone.size(), cut.size());
+  for (std::size_t link = 0; link < cut.size(); ++link) {
+    const ConeLink& l = cone.cone[link];
+    EXPECT_EQ(l.node, sh.shNode[link]);
+    std::array<float, 2> ratio;
+    std::array<float, 4> y;
+    coneBandRatios(2, unpackHalf(l.cosAlpha), ratio);
+    evaluateSh(2, unpackOctahedral(l.direction), y);
+    const float f = unpackHalf(l.transfer);
+    for (int i = 0; i < 4; ++i) {
+      const double c = f * ratio[i == 0 ? 0 : 1] * y[i] / kY0;
+      EXPECT_NEAR(c, unpackHalf(sh.shCoefficients[link * 4 + i]), 4e-3 * f) << i;
+    }
+  }
+}
+
+// The light of all caches together, read through cuts and averages, is what their leaves send: under any lighting.
+TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
+  const Hierarchy h = randomHierarchy(1500, 7);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
+    PullSums sums(h, LinkOptions::PullWeight::importance, 3.0f);
+    std::vector<std::vector<std::pair<std::uint32_t, double>>> rows;
+    std::vector<std::pair<std::uint32_t, double>> leaves;
+    for (std::uint64_t cache = 0; cache < 40; ++cache) {
+      const auto arrivals = randomArrivals(h, 300, 100 + cache);
+      tree.build(arrivals, 1.0f);
+      const auto cut = cutOf(tree, h, maxNodes);
+      sums.add(tree, cut, arrivals);
+      for (const std::uint32_t slot : cut) rows.emplace_back().push_back({tree[slot].node, tree[slot].received});
+      for (const TouchedNode& leaf : tree.leaves()) leaves.push_back({leaf.node, leaf.received});
+    }
+    const auto weights = sums.weights(h);
+    for (std::uint64_t light = 0; light < 4; ++light) {
+      RandomStream random(light, 3, 0);
+      std::vector<double> sender(h.senderCount());
+      for (double& b : sender) b = std::pow(random.uniform(), 8.0);
+      const auto exact = pullRadiosity(h, weights, sender), equal = pullRadiosity(h, h.firstWeight, sender);
+      double byLinks = 0, byLeaves = 0, byEqualAreas = 0;
+      for (const auto& row : rows) {
+        for (const auto& [node, f] : row) byLinks += f * exact[node], byEqualAreas += f * equal[node];
+      }
+      for (const auto& [node, f] : leaves) byLeaves += f * exact[node];
+      EXPECT_NEAR(byLinks / byLeaves, 1.0, 1e-5);
+      if (maxNodes < 60) {
+        EXPECT_GT(std::abs(byEqualAreas / byLeaves - 1.0), 1e-3);  // the test can tell
+      }
+    }
+  }
+}
+
+TEST(PullWeights, areIndependentOfHowCachesAreSharedOut) {
+  const Hierarchy h = randomHierarchy(300, 8);
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  for (const auto kind : {LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
+    PullSums one(h, kind, 3.0f), even(h, kind, 3.0f), odd(h, kind, 3.0f);
+    for (std::uint64_t cache = 0; cache < 20; ++cache) {
+      const auto arrivals = randomArrivals(h, 100, cache);
+      tree.build(arrivals, 1.0f);
+      const auto cut = cutOf(tree, h, 20);
+      one.add(tree, cut, arrivals);
+      (cache % 2 ? odd : even).add(tree, cut, arrivals);
+    }
+    odd.merge(even);
+    EXPECT_EQ(one.weights(h), odd.weights(h));
+  }
+}
+
+TEST(PullWeights, areaIsThePapersEqualAreas) {
+  const Hierarchy h = randomHierarchy(300, 9);
+  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::area, 3.0f).weights(h), h.firstWeight.toVector());
+}
+
+TEST(PullWeights, unseenNodesFallBackOnEqualAreas) {
+  const Hierarchy h = randomHierarchy(300, 10);
+  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::importance, 3.0f).weights(h), h.firstWeight.toVector());
+  // Openness knows nothing either: all leaves weigh the same, as surfels of equal area do.
+  const auto weights = PullSums(h, LinkOptions::PullWeight::openness, 3.0f).weights(h);
+  EXPECT_NEAR(weights[0], leavesUnder(h, 1) / 300.0, 1e-5);
+}
+
+TEST(PullWeights, opennessPrefersLeavesSeenFromAfar) {
+  Hierarchy h;
+  h.child = std::vector<std::uint32_t>{1, kLeafBit, kLeafBit | 1};
+  h.firstWeight = std::vector<float>{0.5f, 0, 0};
+  h.leafNode = std::vector<std::uint32_t>{1, 2};
+  h.groupRoot = std::vector<std::uint32_t>{0};
+  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3};
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const glm::vec3 z(0, 0, 1);
+  const std::vector<Arrival> arrivals{{1, 1, 1, 3.0f, z}, {2, 1, 1, 1.0f, z}};
+  tree.build(arrivals, 1.0f);
+  PullSums sums(h, LinkOptions::PullWeight::openness, 3.0f);
+  sums.add(tree, cutOf(tree, h, 1), arrivals);
+  // Openness 9/18 and 1/10.
+  EXPECT_NEAR(sums.weights(h)[0], 0.5 / 0.6, 1e-6);
+}
+
+}  // namespace
+}  // namespace relume

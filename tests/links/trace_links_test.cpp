@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT
+// The whole stage on scenes with analytic answers.
+#include "bake/links/links.h"
+#include "bake/links/touched_tree.h"
+#include "formats/sh.h"
+#include "tests/links/links_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+namespace relume {
+namespace {
+
+using test::CellScene;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kY0 = 0.28209479177387814;
+
+struct Traced {
+  Hierarchy hierarchy;
+  TracedLinks traced;
+};
+
+LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
+  LinkOptions o;
+  o.raysPerCache = rays;
+  o.linksPerCache = links;
+  return o;
+}
+
+Result<Traced> trace(const CellScene& cells, const LinkOptions& options, std::uint32_t skyPatches = 0, int threads = 1) {
+  Context context;
+  context.threads = threads;
+  Result<RayTracer> tracer = RayTracer::create(cells.scene(), "avx2", context);
+  if (!tracer) return tracer.error();
+  const Surfels surfels = cells.surfels();
+  Result<Hierarchy> hierarchy = clusterSurfels(surfels, skyPatches, {}, context);
+  if (!hierarchy) return hierarchy.error();
+  Result<TracedLinks> links = traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), options, 1, context);
+  if (!links) return links.error();
+  return Traced{std::move(*hierarchy), std::move(*links)};
+}
+
+// Radiance coefficients a cache gets from its cone links when every node's radiosity is `radiosity` [W/m²].
+std::vector<float> lightCache(const Links& links, std::uint32_t cache, double radiosity, int bands = 4) {
+  std::vector<float> c(bands * bands, 0.0f), y(bands * bands), ratio(bands);
+  for (std::uint32_t i = links.rowBegin[cache]; i < links.rowBegin[cache + 1]; ++i) {
+    const ConeLink& link = links.cone[i];
+    coneBandRatios(bands, unpackHalf(link.cosAlpha), ratio);
+    evaluateSh(bands, unpackOctahedral(link.direction), y);
+    for (int l = 0; l < bands; ++l) {
+      for (int k = l * l; k < (l + 1) * (l + 1); ++k) {
+        c[k] += static_cast<float>(radiosity * unpackHalf(link.transfer) * ratio[l] * y[k] / kY0);
+      }
+    }
+  }
+  return c;
+}
+
+double transferOf(const Links& links, std::uint32_t cache) {
+  double f = 0;
+  for (std::uint32_t i = links.rowBegin[cache]; i < links.rowBegin[cache + 1]; ++i) f += unpackHalf(links.cone[i].transfer);
+  return f;
+}
+
+// Form factor of a point on one square's axis to a parallel square of side `side` at `distance` (Howell C-4 four times).
+double pointToSquare(double side, double distance) {
+  const double x = side / 2 / distance, r = std::sqrt(1 + x * x);
+  return 4.0 / (2 * kPi) * 2 * (x / r) * std::atan(x / r);
+}
+
+TEST(TraceLinks, parallelPlatesGiveTheAnalyticFormFactor) {
+  CellScene cells;
+  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 16, true);  // both sides reflect: the one above sees no cache
+  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 16, true);
+  cells.addCache({0, 0, 0}, {0, 1, 0});
+  cells.addCache({0, 2, 0}, {0, -1, 0});
+  cells.addCache({0, 2, 0}, {0, 1, 0});  // looks away
+  for (const std::uint32_t n : {4u, 40u, 254u}) {
+    const auto result = trace(cells, coneOptions(16384, n));
+    ASSERT_TRUE(result) << result.error().message;
+    const Links& links = result->traced.links;
+    for (std::uint32_t cache : {0u, 1u}) {
+      const glm::vec3 normal(0, cache == 0 ? 1 : -1, 0);
+      const auto c = lightCache(links, cache, 10.0);
+      EXPECT_NEAR(irradianceLinear(c, normal) / 10.0, pointToSquare(2, 2), 0.005) << n;
+    }
+    EXPECT_EQ(links.rowBegin[2], links.rowBegin[3]);
+  }
+}
+
+TEST(TraceLinks, anOccluderLeavesNothing) {
+  CellScene cells;
+  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 8, true);
+  cells.addRectangle({-2, 1, -2}, {4, 0, 0}, {0, 0, 4}, 1, false, false);  // in the way, without surfels
+  cells.addCache({0, 0, 0}, {0, 1, 0});
+  cells.addCache({0, 0.5f, 0}, {0, 0, 0});
+  const auto result = trace(cells, coneOptions(4096, 254));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->traced.links.count(), 0u);
+  EXPECT_GT(result->traced.statistics.unmappedShare, 0.3);
+}
+
+TEST(TraceLinks, aClosedBoxFillsTheSphereAndTheHemisphere) {
+  CellScene cells;
+  cells.addBox(1.0f, 12);
+  cells.addCache({0.3f, -0.2f, 0.4f}, {0, 0, 0});
+  cells.addCache({0.3f, -1.0f, 0.4f}, {0, 1, 0});
+  const auto result = trace(cells, coneOptions(4096, 254));
+  ASSERT_TRUE(result) << result.error().message;
+  const Links& links = result->traced.links;
+  EXPECT_NEAR(transferOf(links, 0), 4 * kY0, 1e-3);
+  EXPECT_NEAR(transferOf(links, 1), 2 * kY0, 3e-3);
+  EXPECT_NEAR(irradianceLinear(lightCache(links, 1, 1.0), {0, 1, 0}), 1.0, 3e-3);
+  EXPECT_EQ(result->traced.statistics.missShare, 0.0);
+  EXPECT_EQ(result->traced.statistics.backFaceShare, 0.0);
+  EXPECT_EQ(result->traced.statistics.rays, 2u * 4096u);
+}
+
+TEST(TraceLinks, lightFromAllSidesArrivesEvenlyUnderAnyNormal) {
+  CellScene cells;
+  cells.addBox(1.0f, 12);
+  cells.addCache({0.0f, 0.0f, 0.0f}, {0, 0, 0});
+  const auto result = trace(cells, coneOptions(16384, 254));
+  ASSERT_TRUE(result) << result.error().message;
+  const auto c = lightCache(result->traced.links, 0, 1.0);
+  for (const glm::vec3 n : {glm::vec3(1, 0, 0), glm::vec3(0, -1, 0), glm::normalize(glm::vec3(1, 1, 1))}) {
+    EXPECT_NEAR(irradianceClamped(4, c, n), 1.0, 0.01);
+  }
+}
+
+TEST(TraceLinks, backSidesSendTheirOwnSurfelsLight) {
+  CellScene cells;
+  cells.addRectangle({-1, 1, -1}, {0, 0, 2}, {2, 0, 0}, 4, true);  // its front looks up, away from the cache
+  cells.addCache({0, 0, 0}, {0, 1, 0});
+  const auto result = trace(cells, coneOptions(4096, 254));
+  ASSERT_TRUE(result) << result.error().message;
+  const Surfels surfels = cells.surfels();
+  ASSERT_GT(result->traced.links.count(), 0u);
+  EXPECT_GT(result->traced.statistics.backFaceShare, 0.1);
+  for (const ConeLink& link : result->traced.links.cone) {
+    ASSERT_TRUE(result->hierarchy.isLeaf(link.node));
+    EXPECT_LT(surfels.normal[result->hierarchy.sender(link.node)].y, 0.0f);
+  }
+}
+
+TEST(TraceLinks, theSkyFillsWhatNothingBlocks) {
+  CellScene cells;
+  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
+  cells.addCache({0, 0, 0}, {0, 1, 0});
+  cells.addCache({0, 50, 0}, {0, 0, 0});
+  const auto result = trace(cells, coneOptions(4096, 254), 64);
+  ASSERT_TRUE(result) << result.error().message;
+  const Links& links = result->traced.links;
+  EXPECT_NEAR(irradianceLinear(lightCache(links, 0, 1.0), {0, 1, 0}), 1.0, 3e-3);
+  // Far above, nearly the whole sphere is sky: each patch has its equal share.
+  EXPECT_NEAR(transferOf(links, 1), 4 * kY0, 1e-3);
+  const auto surfelCount = cells.surfels().count();
+  std::uint32_t patches = 0;
+  for (std::uint32_t i = links.rowBegin[1]; i < links.rowBegin[2]; ++i) {
+    const ConeLink& link = links.cone[i];
+    ASSERT_TRUE(result->hierarchy.isLeaf(link.node));
+    const std::uint32_t sender = result->hierarchy.sender(link.node);
+    if (sender < surfelCount) continue;
+    ++patches;
+    EXPECT_NEAR(unpackHalf(link.transfer), 4 * kY0 / 64, 0.4 * 4 * kY0 / 64);
+    EXPECT_GT(glm::dot(unpackOctahedral(link.direction), result->hierarchy.skyDirection[sender - surfelCount]), 0.98f);
+  }
+  EXPECT_EQ(patches, 64u);
+}
+
+TEST(TraceLinks, withoutSkySendersMissesCarryNothing) {
+  CellScene cells;
+  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
+  cells.addCache({0, 0, 0}, {0, 1, 0});
+  const auto result = trace(cells, coneOptions(256, 254), 0);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->traced.links.count(), 0u);
+  EXPECT_EQ(result->traced.statistics.missShare, 1.0);
+}
+
+TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
+  CellScene cells;
+  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 4, false, true, glm::vec3(5.0f));
+  cells.addRectangle({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 8);
+  cells.addCache({0, 1, 0}, {0, 0, 0});
+  const auto result = trace(cells, coneOptions(4096, 3), 64);
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_EQ(result->hierarchy.groupRoot.size(), 3u);
+  ASSERT_EQ(result->traced.links.count(), 3u);
+  const TreeShape shape = treeShape(result->hierarchy);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    std::uint32_t node = result->traced.links.cone[i].node;
+    while (node > result->hierarchy.groupRoot[i]) node = shape.parent[node];
+    EXPECT_EQ(node, result->hierarchy.groupRoot[i]);
+  }
+
+  const auto refused = trace(cells, coneOptions(4096, 2), 64);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::usage);
+  EXPECT_NE(refused.error().message.find("at least 3"), std::string::npos) << refused.error().message;
+}
+
+TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
+  CellScene cells;
+  cells.addBox(1.0f, 8);
+  for (int i = 0; i < 5; ++i) cells.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
+  LinkOptions options = coneOptions(1024, 60);
+  const auto cone = trace(cells, options);
+  options.kind = LinkKind::sh;
+  options.bands = 3;
+  const auto sh = trace(cells, options);
+  ASSERT_TRUE(cone && sh);
+  const Links &a = cone->traced.links, &b = sh->traced.links;
+  EXPECT_EQ(b.bands, 3u);
+  ASSERT_EQ(a.count(), b.count());
+  ASSERT_EQ(b.shCoefficients.size(), b.count() * 9u);
+  for (std::uint32_t i = 0; i < a.count(); ++i) {
+    EXPECT_EQ(a.cone[i].node, b.shNode[i]);
+    EXPECT_NEAR(unpackHalf(a.cone[i].transfer), unpackHalf(b.shCoefficients[i * 9]), 2e-3 * unpackHalf(a.cone[i].transfer));
+  }
+  EXPECT_EQ(cone->traced.firstWeight, sh->traced.firstWeight);
+}
+
+template <class T>
+bool sameBytes(const Array<T>& a, const Array<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
+  CellScene cells;
+  cells.addBox(1.0f, 16);
+  cells.addRectangle({-0.5f, 0, -0.5f}, {1, 0, 0}, {0, 0, 1}, 6, true);
+  RandomStream random(1, 2, 3);
+  for (int i = 0; i < 150; ++i) {
+    cells.addCache({random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f},
+                   i % 2 ? glm::vec3(0, 1, 0) : glm::vec3(0.0f));
+  }
+  for (const auto kind : {LinkKind::cone, LinkKind::sh}) {
+    for (const auto pull : {LinkOptions::PullWeight::area, LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
+      LinkOptions options = coneOptions(1024, 50);
+      options.kind = kind;
+      options.pull = pull;
+      const auto one = trace(cells, options, 16, 1), two = trace(cells, options, 16, 2), five = trace(cells, options, 16, 5);
+      ASSERT_TRUE(one && two && five);
+      for (const auto* other : {&*two, &*five}) {
+        EXPECT_TRUE(sameBytes(one->traced.links.rowBegin, other->traced.links.rowBegin));
+        EXPECT_TRUE(sameBytes(one->traced.links.cone, other->traced.links.cone));
+        EXPECT_TRUE(sameBytes(one->traced.links.shNode, other->traced.links.shNode));
+        EXPECT_TRUE(sameBytes(one->traced.links.shCoefficients, other->traced.links.shCoefficients));
+        EXPECT_EQ(one->traced.firstWeight, other->traced.firstWeight);
+      }
+    }
+  }
+}
+
+TEST(TraceLinks, everyLinkIsOfANodeAndRowsAscend) {
+  CellScene cells;
+  cells.addBox(1.0f, 16);
+  for (int i = 0; i < 40; ++i) cells.addCache({0.02f * static_cast<float>(i), 0, 0}, {0, 0, 0});
+  const auto result = trace(cells, coneOptions(4096, 100));
+  ASSERT_TRUE(result) << result.error().message;
+  const Links& links = result->traced.links;
+  ASSERT_EQ(links.cacheCount(), 40u);
+  for (std::uint32_t c = 0; c < 40; ++c) {
+    EXPECT_EQ(links.rowBegin[c + 1] - links.rowBegin[c], 100u);
+    for (std::uint32_t i = links.rowBegin[c]; i < links.rowBegin[c + 1]; ++i) {
+      EXPECT_LT(links.cone[i].node, result->hierarchy.nodeCount());
+      if (i > links.rowBegin[c]) {
+        EXPECT_LT(links.cone[i - 1].node, links.cone[i].node);
+      }
+    }
+  }
+  for (const float w : result->traced.firstWeight) {
+    EXPECT_GE(w, 0.0f);
+    EXPECT_LE(w, 1.0f);
+  }
+}
+
+TEST(TraceLinks, noCachesGiveNoLinks) {
+  CellScene cells;
+  cells.addBox(1.0f, 4);
+  const auto result = trace(cells, coneOptions(256, 10));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->traced.links.count(), 0u);
+  EXPECT_EQ(result->traced.firstWeight.size(), result->hierarchy.nodeCount());
+}
+
+TEST(TraceLinks, stopsWhenCancelled) {
+  CellScene cells;
+  cells.addBox(1.0f, 4);
+  for (int i = 0; i < 2000; ++i) cells.addCache({0, 0, 0}, {0, 0, 0});
+  Context context;
+  context.threads = 1;
+  auto tracer = RayTracer::create(cells.scene(), "avx2", context);
+  const Surfels surfels = cells.surfels();
+  auto hierarchy = clusterSurfels(surfels, 0, {}, context);
+  ASSERT_TRUE(tracer && hierarchy);
+  context.onProgress = [](std::string_view, double fraction) { return fraction < 0.02; };
+  const auto links = traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), coneOptions(256, 10), 1, context);
+  ASSERT_FALSE(links);
+  EXPECT_EQ(links.error().code, ErrorCode::failed);
+  EXPECT_EQ(links.error().message, "cancelled");
+}
+
+}  // namespace
+}  // namespace relume
