@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+// See bake_file.h. One list, kLayout, says which chunks a bake has, in the order of the file.
+#include "formats/bake_file.h"
+
+#include "formats/archive.h"
+#include "formats/validate.h"
+
+#include <cstring>
+#include <new>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace relume {
+namespace {
+
+// How the elements of an Array<T> stand in the file.
+template <class T>
+struct Stored;
+template <>
+struct Stored<std::uint32_t> {
+  static constexpr ElementType type = ElementType::u32;
+  static constexpr std::uint64_t columns = 1;
+};
+template <>
+struct Stored<float> {
+  static constexpr ElementType type = ElementType::f32;
+  static constexpr std::uint64_t columns = 1;
+};
+template <>
+struct Stored<glm::vec3> {
+  static constexpr ElementType type = ElementType::f32;
+  static constexpr std::uint64_t columns = 3;
+};
+template <>
+struct Stored<std::uint16_t> {
+  static constexpr ElementType type = ElementType::f16;
+  static constexpr std::uint64_t columns = 1;  // links.sh: bands², by the scalars
+};
+template <>
+struct Stored<ConeLink> {
+  static constexpr ElementType type = ElementType::coneLink;
+  static constexpr std::uint64_t columns = 1;
+};
+template <>
+struct Stored<LightmapPart> {
+  static constexpr ElementType type = ElementType::lightmapPart;
+  static constexpr std::uint64_t columns = 1;
+};
+static_assert(sizeof(glm::vec3) == 12 && sizeof(LightmapPart) == 24);
+static_assert(std::is_trivially_copyable_v<ConeLink> && std::is_trivially_copyable_v<LightmapPart>);
+
+// Call visit(chunk name, array) for every array of a bake, in the order of the file.
+template <class BakeType, class Visitor>
+void forEachArray(BakeType& b, Visitor&& visit) {
+  visit("surfel.position", b.surfels.positionWorld);
+  visit("surfel.normal", b.surfels.normal);
+  visit("surfel.albedo", b.surfels.albedo);
+  visit("surfel.emission", b.surfels.emission);
+  visit("surfel.receiver", b.surfels.receiver);
+  visit("surfel.instance", b.surfels.instance);
+  visit("node.child", b.hierarchy.child);
+  visit("node.weight", b.hierarchy.firstWeight);
+  visit("node.level", b.hierarchy.levelBegin);
+  visit("node.leaf", b.hierarchy.leafNode);
+  visit("node.group", b.hierarchy.groupRoot);
+  visit("sky.direction", b.hierarchy.skyDirection);
+  visit("cache.position", b.caches.positionWorld);
+  visit("cache.normal", b.caches.normal);
+  visit("grid.cache", b.caches.grid.cache);
+  visit("map.cache", b.caches.lightmap.cache);
+  visit("map.part", b.caches.lightmap.parts);
+  visit("map.corner", b.caches.lightmap.cornerUv);
+  visit("link.row", b.links.rowBegin);
+  visit("link.node", b.links.shNode);
+  visit("link.sh", b.links.shCoefficients);
+  visit("link.cone", b.links.cone);
+}
+
+constexpr const char* kScalars = "scalars";
+constexpr const char* kInstances = "instances";
+constexpr const char* kProvenance = "provenance";
+
+BakeScalars scalarsOf(const Bake& b) {
+  return {b.surfels.areaEach,          b.caches.grid.resolution,    b.caches.grid.originWorld,
+          b.caches.grid.spacing,       b.caches.lightmap.width,     b.caches.lightmap.height,
+          static_cast<std::uint32_t>(b.links.kind), b.links.bands};
+}
+
+void applyScalars(const BakeScalars& s, Bake& b) {
+  b.surfels.areaEach = s.surfelAreaEach;
+  b.caches.grid.resolution = s.gridResolution;
+  b.caches.grid.originWorld = s.gridOriginWorld;
+  b.caches.grid.spacing = s.gridSpacing;
+  b.caches.lightmap.width = s.lightmapWidth;
+  b.caches.lightmap.height = s.lightmapHeight;
+  b.links.kind = static_cast<LinkKind>(s.linkKind);
+  b.links.bands = s.linkBands;
+}
+
+// Columns of a chunk's rows: a constant of the type, but for SH coefficients.
+template <class T>
+std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
+  if (std::string_view(name) == "link.sh" && linkBands >= 1) return std::uint64_t{linkBands} * linkBands;
+  return Stored<T>::columns;
+}
+
+// The chunks of a bake, scalars first, then arrays, then names; `archives` keeps what is not in the bake itself.
+Result<std::vector<Chunk>> chunksOf(const Bake& bake, std::array<std::vector<std::byte>, 3>& archives) {
+  const std::array<Result<std::vector<std::byte>>, 3> saved = {
+      saveArchive(scalarsOf(bake)), saveArchive(bake.instances), saveArchive(bake.provenance)};
+  for (std::size_t i = 0; i < saved.size(); ++i) {
+    if (!saved[i]) return saved[i].error();
+    archives[i] = *saved[i];
+  }
+  std::vector<Chunk> chunks;
+  const auto addArchive = [&](const char* name, const std::vector<std::byte>& bytes) {
+    chunks.push_back({{name, ElementType::archive, {bytes.size(), 1}, 0, 0, 0}, bytes});
+  };
+  addArchive(kScalars, archives[0]);
+  forEachArray(bake, [&](const char* name, const auto& array) {
+    using T = typename std::remove_cvref_t<decltype(array)>::value_type;
+    const auto data = std::as_bytes(array.span());
+    const std::uint64_t columns = columnsOf<T>(name, bake.links.bands);
+    chunks.push_back({{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0},
+                      data});
+  });
+  addArchive(kInstances, archives[1]);
+  addArchive(kProvenance, archives[2]);
+  return chunks;
+}
+
+Error inChunk(const std::string& name, Error error) {
+  error.message = "chunk " + name + ": " + error.message;
+  return error;
+}
+
+// Takes chunks one after the other, checking that the next one is the one that belongs there.
+class ChunkReader {
+ public:
+  explicit ChunkReader(std::span<const Chunk> chunks) : left_(chunks) {}
+
+  // The next chunk's bytes; nothing once an error has been found.
+  std::span<const std::byte> take(const char* name, ElementType type, std::uint64_t columns) {
+    if (failed()) return {};
+    if (left_.empty() || left_.front().info.name != name) {
+      fail(std::string("chunk ") + name + ": missing" +
+           (left_.empty() ? "" : ", found chunk " + left_.front().info.name + " in its place"));
+      return {};
+    }
+    const Chunk& chunk = left_.front();
+    left_ = left_.subspan(1);
+    if (chunk.info.type != type)
+      fail(std::string("chunk ") + name + " element type: expected " + toString(type) + ", found " +
+           toString(chunk.info.type));
+    else if (chunk.info.shape[1] != columns)
+      fail(std::string("chunk ") + name + " shape: expected " + std::to_string(columns) + " columns, found " +
+           std::to_string(chunk.info.shape[1]));
+    else
+      return chunk.data;
+    return {};
+  }
+
+  template <class Value>
+  void takeArchive(const char* name, Value& value) {
+    const auto bytes = take(name, ElementType::archive, 1);
+    if (failed()) return;
+    if (const Status status = loadArchive(bytes, value); !status) error_ = inChunk(name, status.error());
+  }
+
+  void finish() {
+    if (!failed() && !left_.empty()) fail("chunk " + left_.front().info.name + ": unknown in this format version");
+  }
+
+  bool failed() const { return !error_.message.empty(); }
+  const Error& error() const { return error_; }
+
+ private:
+  void fail(std::string message) { error_ = {ErrorCode::invalidFile, std::move(message)}; }
+  std::span<const Chunk> left_;
+  Error error_{ErrorCode::invalidFile, ""};
+};
+
+Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const void>& owner) {
+  Bake bake;
+  BakeScalars scalars;
+  ChunkReader reader(chunks);
+  reader.takeArchive(kScalars, scalars);
+  if (!reader.failed() && scalars.linkBands > 8)
+    return Error{ErrorCode::invalidFile,
+                 "chunk scalars: link bands: expected 0..8, found " + std::to_string(scalars.linkBands)};
+  applyScalars(scalars, bake);
+  forEachArray(bake, [&](const char* name, auto& array) {
+    using T = typename std::remove_cvref_t<decltype(array)>::value_type;
+    const auto bytes = reader.take(name, Stored<T>::type, columnsOf<T>(name, scalars.linkBands));
+    array = Array<T>(owner, std::span<const T>(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)));
+  });
+  reader.takeArchive(kInstances, bake.instances);
+  reader.takeArchive(kProvenance, bake.provenance);
+  reader.finish();
+  if (reader.failed()) return reader.error();
+  return bake;
+}
+
+Result<Bake> named(const std::filesystem::path& path, Result<Bake> result) {
+  if (!result) result.error().message = path.string() + ": " + result.error().message;
+  return result;
+}
+
+}  // namespace
+
+Status writeBake(const Bake& bake, const std::filesystem::path& path) {
+  if (const Status status = checkStructure(bake); !status)
+    return Error{ErrorCode::failed, path.string() + ": not written, the bake is broken: " + status.error().message};
+  std::array<std::vector<std::byte>, 3> archives;
+  Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
+  if (!chunks) return chunks.error();
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return writeChunks(*chunks, sink); });
+}
+
+Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
+  if (const Status status = checkStructure(bake); !status)
+    return Error{ErrorCode::failed, "the bake is broken: " + status.error().message};
+  std::array<std::vector<std::byte>, 3> archives;
+  Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
+  if (!chunks) return chunks.error();
+  std::vector<std::byte> file;
+  writeChunks(*chunks, [&](std::span<const std::byte> bytes) {
+    file.insert(file.end(), bytes.begin(), bytes.end());
+    return true;
+  });
+  return file;
+}
+
+Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner, Checksums checksums) {
+  if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
+    return Error{ErrorCode::usage, "the memory of a bake must be aligned to 8 bytes"};
+  try {
+    const Result<std::vector<Chunk>> chunks = readChunks(bytes);
+    if (!chunks) return chunks.error();
+    if (checksums == Checksums::verify) {
+      if (const Status status = verifyChunks(*chunks); !status) return status.error();
+    }
+    Result<Bake> bake = assemble(*chunks, owner);
+    if (!bake) return bake;
+    if (const Status status = checkStructure(*bake); !status) return status.error();
+    return bake;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, "out of memory"};
+  }
+}
+
+Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums) {
+  const Result<FileBytes> file = readFile(path);
+  if (!file) return file.error();
+  return named(path, parseBake(file->bytes, file->owner, checksums));
+}
+
+Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums) {
+  const Result<FileBytes> file = mapFile(path);
+  if (!file) return file.error();
+  return named(path, parseBake(file->bytes, file->owner, checksums));
+}
+
+Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {
+  const Result<FileBytes> file = mapFile(path);
+  if (!file) return file.error();
+  const Result<std::vector<Chunk>> chunks = readChunks(file->bytes);
+  if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
+  std::vector<ChunkInfo> list;
+  for (const Chunk& chunk : *chunks) list.push_back(chunk.info);
+  return list;
+}
+
+}  // namespace relume

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// A bake as a file (formats/README.md): written atomically, read into memory or mapped and used in place. What comes
+// back is safe to index: sizes, indices and the shape of the tree are always checked (validate.h, checkStructure());
+// whether the numbers make sense is validateBake()'s question.
+//
+// Errors of all readers: io: no such file, no permission; invalidFile: not a bake, truncated, damaged: names chunk or
+// field, what was expected and found; unsupported: another format version or byte order. Memory taken is at most a
+// small multiple of the file's size. Any thread.
+#pragma once
+
+#include "formats/bake.h"
+#include "formats/chunks.h"
+#include "formats/result.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// Write through a temporary in the same folder and a rename: the path holds the old file or the whole new one.
+// Same bake, same bytes. io: not writable; failed: the bake breaks an invariant that a reader would refuse.
+Status writeBake(const Bake& bake, const std::filesystem::path& path);
+
+// The file's bytes in memory. Errors as writeBake().
+Result<std::vector<std::byte>> serializeBake(const Bake& bake);
+
+// Whether the data is compared with its XXH3 sums: one pass over the file, about 10 GB/s.
+enum class Checksums { verify, skip };
+
+// Read into memory.
+Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify);
+
+// Map read-only; the bake's arrays borrow the mapping and keep it alive. The file must not be shortened meanwhile
+// (replacing it by rename, as writeBake() does, is safe).
+Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify);
+
+// From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied. usage: the bytes are not
+// aligned to 8.
+Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner,
+                       Checksums checksums = Checksums::verify);
+
+// The table of chunks of a file, for `relume info`.
+Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path);
+
+}  // namespace relume

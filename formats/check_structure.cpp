@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// The 1xx checks: what a reader of the bake may rely upon without looking. Each function may rely on the ones before it
+// having found nothing.
+#include "formats/findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace relume {
+namespace {
+
+bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+std::string range(std::uint64_t low, std::uint64_t high) { return std::to_string(low) + ".." + std::to_string(high); }
+
+void checkSurfelArrays(const Bake& bake, Findings& findings) {
+  const Surfels& s = bake.surfels;
+  const auto sized = [&](const char* name, std::size_t size) {
+    if (size != s.positionWorld.size()) findings.add(Check::surfelArraySize, name, s.positionWorld.size(), size);
+  };
+  sized("surfel.normal", s.normal.size());
+  sized("surfel.albedo", s.albedo.size());
+  sized("surfel.emission", s.emission.size());
+  sized("surfel.receiver", s.receiver.size());
+  sized("surfel.instance", s.instance.size());
+  for (std::size_t i = 0; i < s.instance.size(); ++i) {
+    if (s.instance[i] >= bake.instances.size())
+      findings.add(Check::surfelInstance, At{"surfel.instance", i},
+                   "below " + std::to_string(bake.instances.size()), s.instance[i]);
+  }
+}
+
+void checkHierarchyArrays(const Bake& bake, Findings& findings) {
+  const Hierarchy& h = bake.hierarchy;
+  const std::uint64_t senders = bake.surfels.positionWorld.size() + h.skyDirection.size();
+  if (senders < 1 || senders > (std::uint64_t{1} << 30))
+    return findings.add(Check::noSenders, "surfel.position and sky.direction", range(1, 1u << 30), senders);
+  const auto sized = [&](const char* name, std::uint64_t expected, std::size_t size) {
+    if (size != expected) findings.add(Check::hierarchyArraySize, name, expected, size);
+  };
+  sized("node.child", 2 * senders - 1, h.child.size());
+  sized("node.weight", 2 * senders - 1, h.firstWeight.size());
+  sized("node.leaf", senders, h.leafNode.size());
+}
+
+void checkLevels(const Hierarchy& h, Findings& findings) {
+  if (h.levelBegin.size() < 2)
+    return findings.add(Check::levelRange, "node.level", "at least 2 entries", h.levelBegin.size());
+  if (h.levelBegin.front() != 0) findings.add(Check::levelRange, At{"node.level", 0}, 0, h.levelBegin.front());
+  for (std::size_t d = 1; d < h.levelBegin.size(); ++d) {
+    if (h.levelBegin[d] <= h.levelBegin[d - 1])
+      findings.add(Check::levelRange, At{"node.level", d}, "above " + std::to_string(h.levelBegin[d - 1]),
+                   h.levelBegin[d]);
+  }
+  if (h.levelBegin.back() != h.nodeCount())
+    findings.add(Check::levelRange, At{"node.level", h.levelBegin.size() - 1}, h.nodeCount(), h.levelBegin.back());
+}
+
+// Every inner node has two adjacent children in the next level, every node but the root one parent, every sender one
+// leaf: then the whole is a tree, and pull, deepest level first, reads nothing that is not written.
+void checkTree(const Hierarchy& h, Findings& findings) {
+  std::vector<bool> hasParent(h.child.size(), false);
+  for (std::uint32_t d = 0; d < h.levelCount(); ++d) {
+    const bool last = d + 1 == h.levelCount();
+    const std::uint32_t low = h.levelBegin[d + 1], high = last ? low : h.levelBegin[d + 2];
+    for (std::uint32_t node = h.levelBegin[d]; node < h.levelBegin[d + 1]; ++node) {
+      if (h.isLeaf(node)) {
+        const std::uint32_t sender = h.sender(node);
+        if (sender >= h.leafNode.size())
+          findings.add(Check::leafSender, At{"node.child", node}, "below " + std::to_string(h.leafNode.size()), sender);
+        else if (h.leafNode[sender] != node)
+          findings.add(Check::leafNodeMismatch, At{"node.leaf", sender}, node, h.leafNode[sender]);
+        continue;
+      }
+      const std::uint32_t child = h.child[node];
+      if (child < low || child + 1 >= high) {
+        findings.add(Check::childLevel, At{"node.child", node},
+                     last ? std::string("a leaf, in the last level") : "two nodes of " + range(low, high - 1), child);
+        continue;
+      }
+      if (hasParent[child] || hasParent[child + 1])
+        findings.add(Check::childShared, At{"node.child", node}, "children of no other node", child);
+      hasParent[child] = hasParent[child + 1] = true;
+    }
+  }
+  for (std::size_t node = 1; node < hasParent.size() && findings.empty(); ++node) {
+    if (!hasParent[node]) findings.add(Check::childShared, "node " + std::to_string(node), "a parent", "none");
+  }
+  for (std::size_t sender = 0; sender < h.leafNode.size(); ++sender) {
+    const std::uint32_t node = h.leafNode[sender];
+    if (node >= h.child.size() || h.child[node] != (kLeafBit | static_cast<std::uint32_t>(sender)))
+      findings.add(Check::leafNodeMismatch, At{"node.leaf", sender}, "the leaf of that sender", node);
+  }
+}
+
+void checkGroupRoots(const Hierarchy& h, Findings& findings) {
+  const std::size_t groups = h.groupRoot.size();
+  if (groups < 1 || groups > 3) return findings.add(Check::groupRootRange, "node.group", "1..3 entries", groups);
+  for (std::size_t i = 0; i < groups; ++i) {
+    if (h.groupRoot[i] >= h.nodeCount() || (i > 0 && h.groupRoot[i] <= h.groupRoot[i - 1]))
+      findings.add(Check::groupRootRange, At{"node.group", i}, "ascending, below " + std::to_string(h.nodeCount()),
+                   h.groupRoot[i]);
+  }
+}
+
+void checkIndices(const Array<std::uint32_t>& cache, const char* name, std::size_t count, Check check,
+                  Findings& findings) {
+  for (std::size_t i = 0; i < cache.size(); ++i) {
+    if (cache[i] >= count && cache[i] != kNoCache)
+      findings.add(check, At{name, i}, "below " + std::to_string(count) + ", or none", cache[i]);
+  }
+}
+
+void checkGrid(const Caches& c, Findings& findings) {
+  const CacheGrid& g = c.grid;
+  const glm::uvec3 r = g.resolution;
+  constexpr std::uint32_t kMost = 1u << 16;
+  const bool overflows = r.x > kMost || r.y > kMost || r.z > kMost;
+  if (overflows || std::uint64_t{r.x} * r.y * r.z != g.cache.size())
+    findings.add(Check::gridSize, "grid.cache",
+                 std::to_string(r.x) + " x " + std::to_string(r.y) + " x " + std::to_string(r.z), g.cache.size());
+  const bool spaced = g.spacing.x > 0.0f && g.spacing.y > 0.0f && g.spacing.z > 0.0f;
+  if (!isFinite(g.originWorld) || !isFinite(g.spacing) || (!g.cache.empty() && !spaced))
+    findings.add(Check::gridPlacement, "scalars, grid spacing", "finite and positive", g.spacing);
+  checkIndices(g.cache, "grid.cache", c.positionWorld.size(), Check::gridCacheIndex, findings);
+}
+
+void checkLightmap(const Bake& bake, Findings& findings) {
+  const Lightmap& m = bake.caches.lightmap;
+  constexpr std::uint32_t kMost = 1u << 16;
+  if (m.width > kMost || m.height > kMost || (m.width == 0) != (m.height == 0) ||
+      std::uint64_t{m.width} * m.height != m.cache.size())
+    findings.add(Check::lightmapSize, "map.cache", std::to_string(m.width) + " x " + std::to_string(m.height),
+                 m.cache.size());
+  checkIndices(m.cache, "map.cache", bake.caches.positionWorld.size(), Check::lightmapCacheIndex, findings);
+  if (m.parts.size() != bake.instances.size() && !(m.parts.empty() && m.cache.empty()))
+    findings.add(Check::lightmapPartCount, "map.part", bake.instances.size(), m.parts.size());
+  for (std::size_t i = 0; i < m.parts.size(); ++i) {
+    const std::uint64_t corners = std::uint64_t{3} * m.parts[i].triangleCount;
+    if (m.parts[i].firstCorner > m.cornerUv.size() || corners > m.cornerUv.size() - m.parts[i].firstCorner)
+      findings.add(Check::lightmapPartRange, At{"map.part", i}, "an end within " + std::to_string(m.cornerUv.size()),
+                   std::to_string(corners) + " corners from " + std::to_string(m.parts[i].firstCorner));
+  }
+  for (std::size_t i = 0; i < bake.surfels.receiver.size() && m.cache.empty(); ++i) {
+    if (bake.surfels.receiver[i] != kGridReceiver)
+      findings.add(Check::receiverWithoutLightmap, At{"surfel.receiver", i}, "the grid", bake.surfels.receiver[i]);
+  }
+}
+
+void checkCacheArrays(const Bake& bake, Findings& findings) {
+  const Caches& c = bake.caches;
+  if (c.positionWorld.size() >= kNoCache)
+    findings.add(Check::cacheArraySize, "cache.position", "below " + std::to_string(kNoCache), c.positionWorld.size());
+  if (c.normal.size() != c.positionWorld.size())
+    findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
+  checkGrid(c, findings);
+  checkLightmap(bake, findings);
+}
+
+// Sizes of rows and of the arrays of one kind of links; false when links cannot be walked.
+bool checkLinkArrays(const Bake& bake, Findings& findings) {
+  const Links& l = bake.links;
+  const auto kind = static_cast<std::uint32_t>(l.kind);
+  if (kind > 1) {
+    findings.add(Check::linkKind, "scalars, link kind", "0 or 1", kind);
+    return false;
+  }
+  const bool sh = l.kind == LinkKind::sh;
+  if (sh ? (l.bands < 1 || l.bands > 8) : l.bands != 0) {
+    findings.add(Check::linkBands, "scalars, link bands", sh ? "1..8" : "0", l.bands);
+    return false;
+  }
+  const std::size_t count = sh ? l.shNode.size() : l.cone.size();
+  const auto sized = [&](const char* name, std::uint64_t expected, std::size_t size) {
+    if (size != expected) findings.add(Check::linkArraySize, name, expected, size);
+    return size == expected;
+  };
+  const std::size_t before = findings.list().size();
+  sized("link.row", bake.caches.positionWorld.size() + 1, l.rowBegin.size());
+  sized("link.node", sh ? count : 0, l.shNode.size());
+  sized("link.sh", sh ? std::uint64_t{count} * l.bands * l.bands : 0, l.shCoefficients.size());
+  sized("link.cone", sh ? 0 : count, l.cone.size());
+  if (findings.list().size() != before) return false;
+
+  if (l.rowBegin.front() != 0) findings.add(Check::linkRows, At{"link.row", 0}, 0, l.rowBegin.front());
+  for (std::size_t i = 1; i < l.rowBegin.size(); ++i) {
+    if (l.rowBegin[i] < l.rowBegin[i - 1] || l.rowBegin[i] > count)
+      findings.add(Check::linkRows, At{"link.row", i}, range(l.rowBegin[i - 1], count), l.rowBegin[i]);
+  }
+  if (l.rowBegin.back() != count)
+    findings.add(Check::linkRows, At{"link.row", l.rowBegin.size() - 1}, count, l.rowBegin.back());
+  return findings.list().size() == before;
+}
+
+void checkLinkNodes(const Bake& bake, Findings& findings) {
+  const Links& l = bake.links;
+  const std::uint32_t nodes = bake.hierarchy.nodeCount();
+  const bool sh = l.kind == LinkKind::sh;
+  const char* name = sh ? "link.node" : "link.cone";
+  for (std::uint32_t cache = 0; cache < l.cacheCount(); ++cache) {
+    for (std::uint32_t i = l.rowBegin[cache]; i < l.rowBegin[cache + 1]; ++i) {
+      const std::uint32_t node = sh ? l.shNode[i] : l.cone[i].node;
+      if (node >= nodes) findings.add(Check::linkNode, At{name, i}, "below " + std::to_string(nodes), node);
+      if (i == l.rowBegin[cache]) continue;
+      const std::uint32_t previous = sh ? l.shNode[i - 1] : l.cone[i - 1].node;
+      if (node <= previous) findings.add(Check::linkOrder, At{name, i}, "above " + std::to_string(previous), node);
+    }
+  }
+}
+
+void checkBands(const Bake& bake, Findings& findings) {
+  const std::uint32_t luma = bake.provenance.lumaBands, chroma = bake.provenance.chromaBands;
+  const std::uint32_t most = bake.links.kind == LinkKind::sh ? bake.links.bands : 8;
+  if (luma < 1 || luma > most) findings.add(Check::recommendedBands, "provenance, luma bands", range(1, most), luma);
+  if (chroma < 1 || chroma > luma)
+    findings.add(Check::recommendedBands, "provenance, chroma bands", range(1, luma), chroma);
+}
+
+}  // namespace
+
+void checkStructureInto(const Bake& bake, Findings& findings) {
+  checkSurfelArrays(bake, findings);
+  checkHierarchyArrays(bake, findings);
+  if (!findings.empty()) return;
+  checkLevels(bake.hierarchy, findings);
+  if (!findings.empty()) return;
+  checkTree(bake.hierarchy, findings);
+  checkGroupRoots(bake.hierarchy, findings);
+  checkCacheArrays(bake, findings);
+  if (checkLinkArrays(bake, findings)) checkLinkNodes(bake, findings);
+  checkBands(bake, findings);
+}
+
+}  // namespace relume

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The 2xx and 4xx checks: numbers of surfels, caches and light map. The bake is safe to index (1xx found nothing).
+#include "formats/findings.h"
+#include "formats/pack.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace relume {
+namespace {
+
+bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// Within what storing and normalising in single precision can explain. False for NaN.
+bool isUnit(const glm::vec3& v) { return std::abs(v.x * v.x + v.y * v.y + v.z * v.z - 1.0f) < 2e-3f; }
+
+bool isZero(const glm::vec3& v) { return v.x == 0.0f && v.y == 0.0f && v.z == 0.0f; }
+
+template <class Good>
+void checkEach(const Array<glm::vec3>& values, const char* name, Check check, const char* expected, Good&& good,
+               Findings& findings) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!good(values[i])) findings.add(check, At{name, i}, expected, values[i]);
+  }
+}
+
+// Whether a bilinear read at a light-map point touches a texel without a cache with a weight that shows (1 %).
+bool readsUnfilled(const Lightmap& map, const glm::vec2& uv) {
+  const float x = uv.x * static_cast<float>(map.width) - 0.5f, y = uv.y * static_cast<float>(map.height) - 0.5f;
+  const float x0 = std::floor(x), y0 = std::floor(y);
+  const auto clamped = [](float v, std::uint32_t size) {
+    return static_cast<std::size_t>(std::clamp(v, 0.0f, static_cast<float>(size - 1)));
+  };
+  for (int corner = 0; corner < 4; ++corner) {
+    const int dx = corner & 1, dy = corner >> 1;
+    const float weight = (dx ? x - x0 : 1.0f - (x - x0)) * (dy ? y - y0 : 1.0f - (y - y0));
+    const std::size_t texel = clamped(y0 + static_cast<float>(dy), map.height) * map.width +
+                              clamped(x0 + static_cast<float>(dx), map.width);
+    if (weight > 0.01f && map.cache[texel] == kNoCache) return true;
+  }
+  return false;
+}
+
+// Scan a triangle's points at most a texel apart (at most 64 an edge).
+bool triangleReadsUnfilled(const Lightmap& map, const std::array<glm::vec2, 3>& uv) {
+  float extent = 0.0f;
+  for (int edge = 0; edge < 3; ++edge) {
+    const glm::vec2 d = uv[(edge + 1) % 3] - uv[edge];
+    extent = std::max({extent, std::abs(d.x) * static_cast<float>(map.width),
+                       std::abs(d.y) * static_cast<float>(map.height)});
+  }
+  const int steps = std::clamp(static_cast<int>(std::ceil(extent)), 1, 64);
+  for (int b = 0; b <= steps; ++b) {
+    for (int c = 0; b + c <= steps; ++c) {
+      const float fb = static_cast<float>(b) / static_cast<float>(steps);
+      const float fc = static_cast<float>(c) / static_cast<float>(steps);
+      if (readsUnfilled(map, (1.0f - fb - fc) * uv[0] + fb * uv[1] + fc * uv[2])) return true;
+    }
+  }
+  return false;
+}
+
+void checkParts(const Lightmap& map, Findings& findings) {
+  // Parts take disjoint ranges of corners.
+  std::vector<std::size_t> order(map.parts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return map.parts[a].firstCorner < map.parts[b].firstCorner;
+  });
+  std::uint64_t end = 0;
+  for (const std::size_t i : order) {
+    const LightmapPart& part = map.parts[i];
+    if (part.triangleCount == 0) continue;
+    if (part.firstCorner < end)
+      findings.add(Check::partsOverlap, At{"map.part", i}, "at least " + std::to_string(end), part.firstCorner);
+    end = std::max<std::uint64_t>(end, part.firstCorner + std::uint64_t{3} * part.triangleCount);
+  }
+}
+
+void checkTriangles(const Lightmap& map, Findings& findings) {
+  for (const LightmapPart& part : map.parts) {
+    for (std::uint32_t t = 0; t < part.triangleCount; ++t) {
+      const std::uint64_t first = part.firstCorner + std::uint64_t{3} * t;
+      const std::uint32_t* corner = map.cornerUv.data() + first;
+      const auto lit = std::count(corner, corner + 3, kGridLit);
+      if (lit == 3) continue;
+      if (lit > 0) {
+        findings.add(Check::cornerMixed, At{"map.corner", first}, "none or three corners lit by the grid",
+                     std::to_string(lit));
+        continue;
+      }
+      if (!map.cache.empty() &&
+          triangleReadsUnfilled(map, {unpackUnorm16x2(corner[0]), unpackUnorm16x2(corner[1]), unpackUnorm16x2(corner[2])}))
+        findings.add(Check::texelUnfilled, At{"map.corner", first}, "a cache in every texel it reads", "none");
+    }
+  }
+}
+
+}  // namespace
+
+void checkSurfels(const Bake& bake, Findings& findings) {
+  const Surfels& s = bake.surfels;
+  checkEach(s.positionWorld, "surfel.position", Check::surfelPosition, "finite", isFinite, findings);
+  checkEach(s.normal, "surfel.normal", Check::surfelNormal, "length 1", isUnit, findings);
+  checkEach(s.albedo, "surfel.albedo", Check::surfelAlbedo, "0..1", [](const glm::vec3& v) {
+    return v.x >= 0.0f && v.x <= 1.0f && v.y >= 0.0f && v.y <= 1.0f && v.z >= 0.0f && v.z <= 1.0f;
+  }, findings);
+  checkEach(s.emission, "surfel.emission", Check::surfelEmission, "finite, >= 0", [](const glm::vec3& v) {
+    return isFinite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f;
+  }, findings);
+  if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
+    findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
+  for (std::size_t i = 0; i < s.receiver.size() && !bake.caches.lightmap.cache.empty(); ++i) {
+    if (s.receiver[i] != kGridReceiver && readsUnfilled(bake.caches.lightmap, unpackUnorm16x2(s.receiver[i])))
+      findings.add(Check::surfelReceiverUnfilled, At{"surfel.receiver", i}, "a cache in every texel it reads", "none");
+  }
+}
+
+void checkCaches(const Bake& bake, Findings& findings) {
+  const Caches& c = bake.caches;
+  checkEach(c.positionWorld, "cache.position", Check::cachePosition, "finite", isFinite, findings);
+  checkEach(c.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
+            [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
+
+  // Grid caches gather the sphere, light-map caches the hemisphere above their surface; each cache is read somewhere.
+  std::vector<bool> used(c.count(), false);
+  for (std::size_t i = 0; i < c.grid.cache.size(); ++i) {
+    const std::uint32_t cache = c.grid.cache[i];
+    if (cache == kNoCache) continue;
+    used[cache] = true;
+    if (!isZero(c.normal[cache]))
+      findings.add(Check::gridCacheNormal, At{"grid.cache", i}, "a cache with normal 0", c.normal[cache]);
+  }
+  for (std::size_t i = 0; i < c.lightmap.cache.size(); ++i) {
+    const std::uint32_t cache = c.lightmap.cache[i];
+    if (cache == kNoCache) continue;
+    used[cache] = true;
+    if (isZero(c.normal[cache]))
+      findings.add(Check::lightmapCacheNormal, At{"map.cache", i}, "a cache with a normal", c.normal[cache]);
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) findings.add(Check::cacheUnused, "cache " + std::to_string(i), "a grid point or texel", "none");
+  }
+  checkParts(c.lightmap, findings);
+  checkTriangles(c.lightmap, findings);
+}
+
+}  // namespace relume

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// The container of a bake: a fixed header, a table of chunks, and 64-byte aligned raw arrays. Knows bytes, types and
+// shapes, not what they mean (bake_file.cpp does). formats/README.md documents it byte by byte.
+#pragma once
+
+#include "formats/file_io.h"
+#include "formats/result.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace relume {
+
+inline constexpr std::uint32_t kBakeFormatVersion = 1;
+inline constexpr std::size_t kChunkAlignment = 64;
+
+// What the elements of a chunk are. The numbers stand in the file.
+enum class ElementType : std::uint32_t {
+  u32 = 1,
+  f32 = 2,
+  f16 = 3,
+  coneLink = 4,      // ConeLink, 12 bytes
+  lightmapPart = 5,  // LightmapPart, 24 bytes
+  archive = 6,       // bytes of archive.h
+};
+const char* toString(ElementType type);
+std::size_t elementBytes(ElementType type);
+
+// A row of the table. bytes = shape[0] * shape[1] * elementBytes(type).
+struct ChunkInfo {
+  std::string name;  // [1..16 characters of a-z and '.']
+  ElementType type = ElementType::u32;
+  std::array<std::uint64_t, 2> shape{0, 1};  // rows, columns
+  std::uint64_t offset = 0;                  // [byte] from the start of the file, a multiple of 64
+  std::uint64_t bytes = 0;
+  std::uint64_t hash = 0;  // XXH3-64 of the bytes
+};
+
+// A chunk to be written, or one that was found.
+struct Chunk {
+  ChunkInfo info;
+  std::span<const std::byte> data;
+};
+
+// Lay out the chunks (offset, bytes and hash are filled in) and hand header, table, padding and data to the sink, in
+// the order of the file. False when the sink refuses.
+bool writeChunks(std::vector<Chunk> chunks, const ByteSink& sink);
+
+// Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
+// in order, inside the file, without holes; padding zero. The spans point into `file`.
+// invalidFile: names header field or chunk, what was expected and found; unsupported: another version or byte order.
+// Allocates nothing but the table, which the file's own size bounds.
+Result<std::vector<Chunk>> readChunks(std::span<const std::byte> file);
+
+// invalidFile: names the first chunk whose data does not have the table's hash.
+Status verifyChunks(std::span<const Chunk> chunks);
+
+}  // namespace relume

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Files as a bake needs them: read whole or mapped, written so that a crash at any moment leaves the old file or the
+// new one, never a part. POSIX.
+#pragma once
+
+#include "formats/result.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+
+namespace relume {
+
+// Bytes and what keeps them alive. Aligned to 64.
+struct FileBytes {
+  std::shared_ptr<const void> owner;
+  std::span<const std::byte> bytes;
+};
+
+// io: cannot be opened or read, or is not a regular file. Messages name the path.
+Result<FileBytes> readFile(const std::filesystem::path& path);
+// The same, mapped read-only. The file must not be shortened while it is mapped (replacing it by rename is safe).
+Result<FileBytes> mapFile(const std::filesystem::path& path);
+
+// Hands bytes to the file; false when the disk refuses them.
+using ByteSink = std::function<bool(std::span<const std::byte>)>;
+
+// Write through `body` into a temporary beside `path`, flush it to the disk, and rename it to `path`. On failure the
+// temporary is removed and `path` is untouched. Temporaries that killed runs left for the same path are removed first.
+// io: names the path and the system's reason.
+Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body);
+
+// Whether writeFileAtomically() can work: the folder exists and can be written, the path is no folder. Also removes
+// stale temporaries. For commands that compute for minutes before they write.
+Status checkWritable(const std::filesystem::path& path);
+
+}  // namespace relume
