@@ -17,19 +17,24 @@ namespace relume {
 struct PlaySpace {
   std::vector<float> seenArea;       // [m²] [Size 2 * triangles] how much of the side's area can send light to receivers;
                                      // between 0 and the triangle's area (big triangles may be seen in part)
-  std::vector<std::uint8_t> visible; // [Size 2 * triangles] 1 where the first bounce of a walk landed: seen by receivers
-  std::vector<glm::vec3> receivers;  // [m] points in free space the walks started from: where receivers can be
-  // Where a big triangle is seen in part: cells of its barycentric square. See seenAt().
-  std::vector<std::uint32_t> cellBegin;  // [Size 2 * triangles + 1]
-  std::vector<std::uint8_t> cellSeen;    // 1 = reached by a walk (dilated by one cell)
-  std::vector<std::uint8_t> cellSide;    // [Size 2 * triangles] cells along an edge of that side's uv grid; 0 = unseen
+  std::vector<std::uint8_t> visible; // [Size 2 * triangles] 1 where light goes straight to some receiver; a side with
+                                     // seenArea alone matters through bounces only
+  std::vector<glm::vec3> receivers;  // [m] points in free space the walks passed: where receivers can be
   double seenTotal = 0.0, total = 0.0;   // [m²] both sides counted
 
-  // Whether light from this point's side can matter.
+  // Where a side is seen in part: the cells of space in which it is. See seenAt().
+  const Scene* scene = nullptr;          // must outlive this; null = no side is seen in part
+  std::vector<std::uint8_t> partly;      // [Size 0 or 2 * triangles] 1 where seenAt() has to look at the cells
+  std::vector<std::uint64_t> cells;      // sorted keys of the seen cells: instance, direction of the normal, voxel
+  glm::vec3 cellOrigin{0.0f};            // [m]
+  float cellSize = 0.0f;                 // [m]
+
+  // Whether light from this point's side can matter. Thread-safe.
   bool seenAt(std::uint32_t side, const glm::vec2& barycentric) const;
 };
 
-// failed: no surface can be seen at all, or cancelled.
+// failed: no surface can be seen at all, or cancelled. Same result at any thread count. The tracer's scene must
+// outlive the result. Notes "seen_area_m2" and "culled_share" as figures.
 Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
                                 Context& context);
 

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT
+// Walks through the level from where receivers can be. A walker in the air looks in a random direction; from what it
+// hits it goes on either through the air, to a random point on the way to the hit (a receiver may stand there, too), or
+// from the surface, in a cosine-weighted direction (light that bounces there reaches the receiver). Drawing points on
+// chords spreads the walkers evenly over the connected air (hit-and-run sampling). A ray that leaves the level carries
+// nobody: the far side of a roof is not reached through the sky.
+//
+// Hits are counted per cell of surface. The cells that are thinly hit, so thinly that all of them together hold
+// kDroppedHits of the hits, are dropped: little light can come from there, and surfels are better spent elsewhere.
+#include "bake/scene/play_space.h"
+
+#include "bake/parallel.h"
+#include "bake/random.h"
+#include "bake/scene/find_starts.h"
+#include "bake/scene/seen_cells.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x706C6179;       // the random streams' stage
+constexpr std::uint32_t kRounds = 8;               // later rounds start where earlier walks came to
+constexpr std::size_t kWalksPerChunk = 2048;
+constexpr std::size_t kReceivers = 1u << 14;       // points handed over
+constexpr float kFreshStarts = 0.25f;              // share of a later round that starts anew
+constexpr double kHitsPerCell = 24.0;              // expected of a level that is seen all over
+constexpr float kMaxCellShare = 0.1f;              // of the median distance to a hit
+constexpr double kDroppedHits = 0.005;             // share of the hits in dropped cells
+constexpr double kDroppedDensity = 0.1;            // and they are hit less than this share of the mean
+constexpr std::uint32_t kMaxSplits = 1024;         // along an edge, when a triangle is looked at in parts
+
+// One walk on its way.
+struct Walker {
+  RandomStream random{0, 0, 0};
+  glm::vec3 air{0.0f};     // [m] the last point in free space
+  glm::vec3 origin{0.0f};  // [m]
+  glm::vec3 direction{0.0f};
+  bool inAir = true;       // the origin is in free space, not on a surface
+  bool known = true;       // see Start
+  bool ended = false;
+};
+
+struct WalkResult {
+  CellCounter counter;
+  std::vector<glm::vec3> receivers;
+};
+
+glm::vec3 pointOf(const std::array<glm::vec3, 3>& c, const glm::vec2& b) {
+  return c[0] + (c[1] - c[0]) * b.x + (c[2] - c[0]) * b.y;
+}
+
+// Normal by the world corners, front side; not unit.
+glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
+
+glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
+  const glm::vec3 d = unitNormal + 0.9999f * uniformDirection(random.uniform2());
+  return glm::normalize(d);
+}
+
+// Let a walker go on from what it hit; count the hit.
+void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walker& w, std::vector<CellHits>& hits) {
+  const Scene& scene = tracer.scene();
+  if (!hit) {
+    // Nobody follows into the sky: look elsewhere from the last point in the air.
+    w.origin = w.air;
+    w.inAir = true;
+    w.direction = uniformDirection(w.random.uniform2());
+    return;
+  }
+  const Instance& instance = scene.instances[hit.instance];
+  if (!w.known && hit.back && !scene.material(instance).doubleSided) {
+    w.ended = true;
+    return;
+  }
+  w.known = true;
+
+  const auto corners = scene.corners(instance, hit.triangle);
+  const glm::vec3 position = pointOf(corners, hit.barycentric);
+  const glm::vec3 cross = hit.back ? -crossOf(corners) : crossOf(corners);
+  const std::uint64_t key = grid.key(hit.instance, position, cross);
+  hits.push_back({key, w.inAir ? 1u : 0u, w.inAir ? 0u : 1u});
+
+  if (w.random.uniform() < 0.5f) {
+    w.air = w.origin + (position - w.origin) * w.random.uniform();
+    w.origin = w.air;
+    w.inAir = true;
+    w.direction = uniformDirection(w.random.uniform2());
+  } else {
+    const float length = glm::length(cross);
+    const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
+    w.origin = position + normal * tracer.epsilonAt(position);
+    w.inAir = false;
+    w.direction = cosineDirection(normal, w.random);
+  }
+}
+
+// Walk one round. Walk i starts anew or, in later rounds, where a walk of an earlier round came to (pool); the points
+// in the air where the walks end become the next pool.
+void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOptions& options, std::uint64_t seed,
+               std::uint32_t round, std::span<const glm::vec3> freePoints, std::vector<glm::vec3>& pool,
+               CellCounter& counter, Context& context) {
+  const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
+  std::vector<glm::vec3> reached(walks);
+  std::vector<std::uint8_t> valid(walks, 0);
+
+  parallelChunks(context, "play space", walks, kWalksPerChunk, [&](std::size_t begin, std::size_t end) {
+    const std::size_t count = end - begin;
+    std::vector<Walker> walkers(count);
+    std::vector<Ray> rays(count);
+    std::vector<Hit> found(count);
+    std::vector<CellHits> hits;
+    hits.reserve(count * options.maxBounces);
+    for (std::size_t i = 0; i < count; ++i) {
+      Walker& w = walkers[i];
+      w.random = RandomStream(seed, kStage + round, begin + i);
+      const bool fresh = pool.empty() || w.random.uniform() < kFreshStarts;
+      const Start start = fresh ? drawStart(tracer.scene(), freePoints, w.random)
+                                : Start{pool[w.random.below(static_cast<std::uint32_t>(pool.size()))],
+                                        uniformDirection(w.random.uniform2())};
+      w.origin = w.air = start.position;
+      w.direction = start.direction;
+      w.known = start.known;
+    }
+
+    // All walkers of the chunk take a step together, in packets of rays.
+    for (std::uint32_t step = 0; step < options.maxBounces; ++step) {
+      for (std::size_t i = 0; i < count; ++i) rays[i] = {walkers[i].origin, 0.0f, walkers[i].direction};
+      tracer.trace(rays, found);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!walkers[i].ended) advance(tracer, grid, found[i], walkers[i], hits);
+      }
+    }
+    counter.add(hits);
+    for (std::size_t i = 0; i < count; ++i) {
+      reached[begin + i] = walkers[i].air;
+      valid[begin + i] = !walkers[i].ended && walkers[i].known ? 1 : 0;
+    }
+  });
+
+  pool.clear();
+  for (std::size_t i = 0; i < walks; ++i) {
+    if (valid[i] != 0) pool.push_back(reached[i]);
+  }
+}
+
+// [m] Median distance to a hit from the starts; 0 when nothing is hit.
+float typicalDistance(const RayTracer& tracer, std::uint64_t seed, std::span<const glm::vec3> freePoints) {
+  constexpr std::size_t kProbes = 2048;
+  std::vector<Ray> rays(kProbes);
+  std::vector<Hit> hits(kProbes);
+  for (std::size_t i = 0; i < kProbes; ++i) {
+    RandomStream random(seed, kStage + kRounds, i);
+    const Start start = drawStart(tracer.scene(), freePoints, random);
+    rays[i] = {start.position, 0.0f, start.direction};
+  }
+  tracer.trace(rays, hits);
+  std::vector<float> distances;
+  for (const Hit& hit : hits) {
+    if (hit) distances.push_back(hit.distance);
+  }
+  if (distances.empty()) return 0.0f;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+// Visit the fixed triangles in parallel: visit(instance index, triangle, corners, area).
+template <class Visit>
+void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
+  parallelChunks(context, "", scene.triangleCount(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
+      const Instance& instance = scene.instances[i];
+      if (instance.mode != BakeMode::fixed) continue;
+      const auto triangle = static_cast<std::uint32_t>(t) - instance.firstTriangle;
+      const auto corners = scene.corners(instance, triangle);
+      const float area = 0.5f * glm::length(crossOf(corners));
+      if (area > 0.0f && std::isfinite(area)) visit(i, triangle, corners, area);
+    }
+  });
+}
+
+// Visit the centres of the n² equal parts of a triangle, small enough for the cells: visit(position).
+template <class Visit>
+std::uint32_t forEachPart(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const Visit& visit) {
+  const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
+  const auto n = static_cast<std::uint32_t>(std::clamp(wanted, 1.0f, static_cast<float>(kMaxSplits)));
+  const float third = 1.0f / (3.0f * static_cast<float>(n));
+  for (std::uint32_t row = 0; row < n; ++row) {
+    for (std::uint32_t k = 0; k < 2 * (n - row) - 1; ++k) {
+      // Parts that point up sit at (1/3, 1/3) of their square, those that point down at (2/3, 2/3).
+      const float inner = k % 2 == 0 ? 1.0f : 2.0f;
+      const glm::vec2 b(third * (3.0f * static_cast<float>(k / 2) + inner),
+                        third * (3.0f * static_cast<float>(row) + inner));
+      visit(pointOf(corners, b));
+    }
+  }
+  return n * n;
+}
+
+std::size_t indexOf(const std::vector<CellHits>& cells, std::uint64_t key) {
+  const auto at = std::lower_bound(cells.begin(), cells.end(), key,
+                                   [](const CellHits& c, std::uint64_t k) { return c.key < k; });
+  return at != cells.end() && at->key == key ? static_cast<std::size_t>(at - cells.begin()) : cells.size();
+}
+
+// Drop the thinly hit cells (kDroppedHits); needs each cell's area.
+std::vector<CellHits> keepCells(const RayTracer& tracer, const CellGrid& grid, std::vector<CellHits> cells,
+                                double totalArea, Context& context) {
+  // Sum areas in fixed point, so that the order of additions does not matter.
+  const double unit = totalArea * 0x1p-52;
+  std::vector<std::atomic<std::uint64_t>> area(cells.size());
+  forEachTriangle(tracer.scene(), context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
+    const glm::vec3 normal = crossOf(corners);
+    std::vector<std::size_t> found;
+    const std::uint32_t parts = forEachPart(corners, triangle, grid.size, [&](const glm::vec3& p) {
+      for (const glm::vec3& n : {normal, -normal}) found.push_back(indexOf(cells, grid.key(i, p, n)));
+    });
+    const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
+    for (const std::size_t at : found) {
+      if (at < cells.size()) area[at].fetch_add(share, std::memory_order_relaxed);
+    }
+  });
+
+  // Sort by hits per area; drop from the thin end. A cell whose surface no part's centre fell into is kept.
+  double hits = 0.0, seen = 0.0;
+  std::vector<std::pair<double, std::uint32_t>> byDensity(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const double count = double{1.0} * cells[i].direct + cells[i].bounced;
+    const double a = static_cast<double>(area[i].load()) * unit;
+    byDensity[i] = {a > 0.0 ? count / a : std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(i)};
+    hits += count;
+    seen += a;
+  }
+  std::sort(byDensity.begin(), byDensity.end());
+  double dropped = 0.0;
+  for (const auto& [density, i] : byDensity) {
+    dropped += double{1.0} * cells[i].direct + cells[i].bounced;
+    if (dropped > kDroppedHits * hits || density > kDroppedDensity * hits / std::max(seen, unit)) break;
+    cells[i].key = 0;
+  }
+  std::erase_if(cells, [](const CellHits& c) { return c.key == 0; });
+  return cells;
+}
+
+// What of each side lies in the kept cells.
+void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space,
+                  Context& context) {
+  const Scene& scene = tracer.scene();
+  space.partly.assign(space.seenArea.size(), 0);
+  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
+    const glm::vec3 normal = crossOf(corners);
+    std::array<std::uint32_t, 2> seen{}, direct{};
+    const std::uint32_t parts = forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        const std::size_t at = indexOf(cells, grid.key(i, p, side == 0 ? normal : -normal));
+        if (at == cells.size()) continue;
+        ++seen[side];
+        if (cells[at].direct > 0) ++direct[side];
+      }
+    });
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
+      space.seenArea[index] = area * static_cast<float>(seen[side]) / static_cast<float>(parts);
+      space.visible[index] = direct[side] > 0 ? 1 : 0;
+      space.partly[index] = seen[side] > 0 && seen[side] < parts ? 1 : 0;
+    }
+  });
+  space.cells.reserve(cells.size());
+  for (const CellHits& c : cells) space.cells.push_back(c.key);
+}
+
+// Every side of every triangle.
+void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
+  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto&, float area) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
+      space.seenArea[index] = area;
+      space.visible[index] = 1;
+    }
+  });
+}
+
+double sum(const std::vector<float>& values) {
+  double total = 0.0;
+  for (const float v : values) total += v;
+  return total;
+}
+
+void thin(std::vector<glm::vec3>& points) {
+  if (points.size() <= kReceivers) return;
+  for (std::size_t i = 0; i < kReceivers; ++i) points[i] = points[i * points.size() / kReceivers];
+  points.resize(kReceivers);
+}
+
+void report(const PlaySpace& space, const char* from, Context& context) {
+  context.figure("seen_area_m2", space.seenTotal);
+  context.figure("culled_share", space.total > 0.0 ? 1.0 - space.seenTotal / space.total : 0.0);
+  std::array<char, 160> text;
+  std::snprintf(text.data(), text.size(), "play space, from %s: %.6g m² of %.6g m² (both sides) matter, %.1f %% culled",
+                from, space.seenTotal, space.total, 100.0 * (1.0 - space.seenTotal / std::max(space.total, 1e-300)));
+  context.message(Severity::info, text.data());
+}
+
+}  // namespace
+
+bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
+  if (!(seenArea[side] > 0.0f)) return false;
+  if (scene == nullptr || partly.empty() || partly[side] == 0) return true;
+  const std::uint32_t i = scene->instanceOf(side / 2);
+  const Instance& instance = scene->instances[i];
+  const auto corners = scene->corners(instance, side / 2 - instance.firstTriangle);
+  const glm::vec3 normal = side % 2 == 0 ? crossOf(corners) : -crossOf(corners);
+  const CellGrid grid{cellOrigin, cellSize};
+  return std::binary_search(cells.begin(), cells.end(), grid.key(i, pointOf(corners, barycentric), normal));
+}
+
+Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
+                                Context& context) {
+  const Scene& scene = tracer.scene();
+  PlaySpace space;
+  const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
+  space.seenArea.assign(sides, 0.0f);
+  space.visible.assign(sides, 0);
+  seeAll(scene, space, context);
+  space.total = space.seenTotal = sum(space.seenArea);
+  if (context.cancelled()) return cancelledError();
+  if (!(space.total > 0.0)) return Error{ErrorCode::failed, "play space: the level has no triangle with an area"};
+
+  // Find where receivers can be.
+  std::vector<glm::vec3> freePoints;
+  const char* from = "cameras and play volumes";
+  float distance = 0.0f;
+  if (!scene.cameras.empty() || !scene.volumes.empty()) distance = typicalDistance(tracer, seed, freePoints);
+  if (!(distance > 0.0f)) {
+    from = "free space";
+    freePoints = findFreePoints(tracer, seed, context);
+    if (!freePoints.empty()) distance = typicalDistance(tracer, seed, freePoints);
+  }
+  if (context.cancelled()) return cancelledError();
+  if (options.mode == PlaySpaceOptions::Mode::all || !(distance > 0.0f)) {
+    if (!(distance > 0.0f)) context.message(Severity::warning, "play space: no free space found; every surface is kept");
+    space.receivers = freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(freePoints);
+    thin(space.receivers);
+    report(space, "everywhere", context);
+    return space;
+  }
+
+  // Walk. Cells are as fine as the number of hits allows, and finer where the level is much larger than what is near.
+  const double expected = double{1.0} * options.walks * options.maxBounces;
+  CellGrid grid;
+  grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
+                       kMaxCellShare * distance);
+  grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
+  CellCounter counter;
+  std::vector<glm::vec3> pool;
+  for (std::uint32_t round = 0; round < kRounds; ++round) {
+    walkRound(tracer, grid, options, seed, round, freePoints, pool, counter, context);
+    if (context.cancelled()) return cancelledError();
+  }
+
+  // Keep what matters.
+  const std::vector<CellHits> cells = keepCells(tracer, grid, counter.sorted(), space.total, context);
+  measureSides(tracer, grid, cells, space, context);
+  space.scene = &scene;
+  space.cellOrigin = grid.origin;
+  space.cellSize = grid.size;
+  space.seenTotal = sum(space.seenArea);
+  space.receivers = std::move(pool);
+  thin(space.receivers);
+  if (context.cancelled()) return cancelledError();
+  if (!(space.seenTotal > 0.0)) return Error{ErrorCode::failed, "play space: no surface can be seen from the " +
+                                                                    std::string(from)};
+  report(space, from, context);
+  return space;
+}
+
+}  // namespace relume

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Counts of hits per cell of surface: a cell is what one instance shows of one side within a voxel. Many small
+// triangles share a cell, a large one spans many.
+#pragma once
+
+#include "bake/scene/scene.h"
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// The voxels that cut surfaces into cells.
+struct CellGrid {
+  glm::vec3 origin{0.0f};  // [m]
+  float size = 1.0f;       // [m]
+
+  // Key of the cell of a point: instance, voxel, and which axis the side's normal follows most.
+  std::uint64_t key(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
+};
+
+struct CellHits {
+  std::uint64_t key = 0;
+  std::uint32_t direct = 0;   // hits straight from a receiver
+  std::uint32_t bounced = 0;  // hits after a bounce
+};
+
+// A concurrent counter whose contents do not depend on the order of additions.
+class CellCounter {
+ public:
+  // Add the counts of these cells. Thread-safe.
+  void add(std::span<const CellHits> hits);
+  // Every cell that was hit, by ascending key.
+  std::vector<CellHits> sorted() const;
+
+ private:
+  static constexpr std::size_t kShards = 64;
+  struct Shard {
+    std::mutex mutex;
+    std::vector<CellHits> slots;  // open addressing; power of two; key 0 = empty
+    std::size_t used = 0;
+    void add(const CellHits& hits);
+  };
+  std::array<Shard, kShards> shards_;
+};
+
+}  // namespace relume
