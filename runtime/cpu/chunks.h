@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Cuts work into chunks for the host's ParallelFor.
+#pragma once
+
+#include "runtime/relighter.h"
+
+#include <algorithm>
+
+namespace relume::cpu {
+
+// Run body(begin, end) over [0, count) in chunks of `grain`; on the calling thread when there is one chunk or no
+// ParallelFor.
+template <class Body>
+void forChunks(const ParallelFor& parallelFor, std::uint32_t count, std::uint32_t grain, const Body& body) {
+  const std::uint32_t chunks = (count + grain - 1) / grain;
+  const auto chunk = [&](std::uint32_t i) { body(i * grain, std::min(count, (i + 1) * grain)); };
+  if (parallelFor && chunks > 1) {
+    parallelFor(chunks, chunk);
+  } else {
+    for (std::uint32_t i = 0; i < chunks; ++i) chunk(i);
+  }
+}
+
+}  // namespace relume::cpu

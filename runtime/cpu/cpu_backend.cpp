@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// See cpu_backend.h.
+#include "runtime/cpu/cpu_backend.h"
+
+#include "runtime/cpu/light_surfels.h"
+#include "runtime/cpu/pull.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace relume::cpu {
+
+CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, LightCachesKernel kernel, ParallelFor parallelFor)
+    : bake_(bake),
+      lumaBands_(lumaBands),
+      chromaBands_(chromaBands),
+      kernel_(kernel),
+      parallelFor_(std::move(parallelFor)),
+      node_(bake.hierarchy.nodeCount(), glm::vec4(0.0f)),
+      coefficients_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}}.stride(), 0.0f) {}
+
+void CpuBackend::relight(const LightSetup& setup) {
+  using Clock = std::chrono::steady_clock;
+  const auto ms = [](Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+  };
+  const auto start = Clock::now();
+  const CacheLight last{lumaBands_, chromaBands_, lit_ ? std::span<const float>(coefficients_) : std::span<const float>()};
+  lightSurfels(bake_, setup, last, node_, parallelFor_);
+  const auto surfels = Clock::now();
+  pull(bake_.hierarchy, node_, parallelFor_);
+  const auto pulled = Clock::now();
+  lightCaches(kernel_, bake_.links, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_);
+  const auto caches = Clock::now();
+  lit_ = true;
+  passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};
+}
+
+void CpuBackend::reset() {
+  lit_ = false;
+  std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
+}
+
+std::vector<PassTime> CpuBackend::passTimes() const {
+  return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}, {"copy", 0.0}};
+}
+
+}  // namespace relume::cpu

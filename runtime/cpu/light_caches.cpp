@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// See light_caches.h; the kernel is light_caches_kernel.h.
+#include "runtime/cpu/light_caches.h"
+
+#include "formats/sh.h"
+#include "runtime/cpu/chunks.h"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+namespace relume::cpu {
+namespace {
+
+constexpr std::uint32_t kGrain = 64;
+
+// The cone kernel works with monic polynomials: y_l^m = K q_l^|m|(z) Re or Im (x + i y)^|m| with q's leading factor 1,
+// and band ratios without their constant r_l. scale = r_l K / y_0^0 makes up for both at the end of a cache's sum:
+//   K = sqrt((2l+1)/(4 pi) (l-|m|)!/(l+|m|)!) sqrt(2 if m != 0) (2l-1)!!/(l-|m|)!
+std::array<float, kMaxCoefficients> makeConeScale() {
+  constexpr std::array<double, kMaxBands> kRatio = {1.0, 0.5, 0.5, 0.125, 0.125, 0.0625, 0.0625, 0.0078125};
+  std::array<float, kMaxCoefficients> scale{};
+  for (int l = 0; l < kMaxBands; ++l) {
+    for (int m = -l; m <= l; ++m) {
+      const int a = std::abs(m);
+      double k = std::sqrt((2 * l + 1) * (m != 0 ? 2.0 : 1.0));  // over y_0^0 = sqrt(1 / 4 pi)
+      for (int i = l - a + 1; i <= l + a; ++i) k /= std::sqrt(static_cast<double>(i));
+      for (int i = 2 * l - 1; i > 1; i -= 2) k *= i;
+      for (int i = 2; i <= l - a; ++i) k /= i;
+      scale[static_cast<std::size_t>(l * l + l + m)] = static_cast<float>(kRatio[static_cast<std::size_t>(l)] * k);
+    }
+  }
+  return scale;
+}
+
+bool processorHas(Simd simd) {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_cpu_init();
+  if (simd == Simd::avx2) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  if (simd == Simd::avx512) {
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && processorHas(Simd::avx2);
+  }
+#endif
+  return simd == Simd::baseline;
+}
+
+}  // namespace
+
+LightCachesKernel lightCachesKernel(Simd simd) {
+  if (simd == Simd::best) {
+    for (const Simd each : {Simd::avx512, Simd::avx2}) {
+      if (LightCachesKernel kernel = lightCachesKernel(each)) return kernel;
+    }
+    return lightCachesBaseline;
+  }
+  if (!processorHas(simd)) return nullptr;
+#if defined(RELUME_X86_KERNELS)
+  if (simd == Simd::avx512) return lightCachesAvx512;
+  if (simd == Simd::avx2) return lightCachesAvx2;
+#endif
+  return simd == Simd::baseline ? lightCachesBaseline : nullptr;
+}
+
+void lightCaches(LightCachesKernel kernel, const Links& links, std::span<const glm::vec4> node, int lumaBands,
+                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor) {
+  static const std::array<float, kMaxCoefficients> kConeScale = makeConeScale();
+  LightCachesJob job;
+  job.node = reinterpret_cast<const float*>(node.data());
+  job.rowBegin = links.rowBegin.data();
+  job.cone = links.kind == LinkKind::cone ? reinterpret_cast<const std::uint32_t*>(links.cone.data()) : nullptr;
+  job.shNode = links.shNode.data();
+  job.shCoefficients = links.shCoefficients.data();
+  job.shHalfCount = links.shCoefficients.size();
+  job.shStride = links.bands * links.bands;
+  job.lumaBands = lumaBands;
+  job.chromaBands = chromaBands;
+  job.coneScale = kConeScale.data();
+  job.coefficients = coefficients.data();
+  // Tell kinds apart by `cone` even when there are no links at all.
+  if (links.count() == 0) {
+    std::fill(coefficients.begin(), coefficients.end(), 0.0f);
+    return;
+  }
+  forChunks(parallelFor, links.cacheCount(), kGrain,
+            [&](std::uint32_t begin, std::uint32_t end) { kernel(job, begin, end); });
+}
+
+}  // namespace relume::cpu

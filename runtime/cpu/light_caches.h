@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Step 4 on the CPU: L_SH = sum over links of B_s F_SH (PIC Eq. (3)), the relighter's heaviest step. One kernel, built
+// once for each instruction set and chosen at run time.
+#pragma once
+
+#include "formats/links.h"
+#include "runtime/cpu/light_caches_job.h"
+#include "runtime/relighter.h"
+
+#include <glm/vec4.hpp>
+
+#include <span>
+
+namespace relume::cpu {
+
+// Lights the caches [begin, end) with some kernel.
+using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end);
+
+// The kernel for an instruction set; null when this processor, or this build, lacks it.
+LightCachesKernel lightCachesKernel(Simd simd);
+
+// Lights all caches. [Size coefficients = n_C * stride]
+void lightCaches(LightCachesKernel kernel, const Links& links, std::span<const glm::vec4> node, int lumaBands,
+                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor);
+
+}  // namespace relume::cpu

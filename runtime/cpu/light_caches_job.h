@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What a kernel of light_caches.h reads and writes: plain memory and no other header, so that no inline function is
+// compiled for a newer processor and linked into everyone's path.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace relume::cpu {
+
+struct LightCachesJob {
+  const float* node = nullptr;               // Y, Co, Cg, unused of each node
+  const std::uint32_t* rowBegin = nullptr;
+  const std::uint32_t* cone = nullptr;       // three words a link; null for SH links
+  const std::uint32_t* shNode = nullptr;
+  const std::uint16_t* shCoefficients = nullptr;
+  std::size_t shHalfCount = 0;               // halves in shCoefficients
+  std::uint32_t shStride = 0;                // coefficients of an SH link
+  int lumaBands = 1, chromaBands = 1;
+  const float* coneScale = nullptr;          // [Size 64] factor on each coefficient that the cone kernel leaves out
+  float* coefficients = nullptr;             // out, a cache at a time
+};
+
+// One kernel an instruction set: lights the caches [begin, end).
+void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end);
+void lightCachesAvx2(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end);
+void lightCachesAvx512(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end);
+
+}  // namespace relume::cpu

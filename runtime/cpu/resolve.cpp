@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// See resolve.h.
+#include "runtime/cpu/resolve.h"
+
+#include "formats/color.h"
+#include "formats/sh.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace relume::cpu {
+namespace {
+
+// The receiver's lobe g as coefficients, zero outside [first, last).
+struct Lobe {
+  std::array<float, kMaxCoefficients> g;
+  std::size_t first = 0, last = 0;
+};
+
+// Lobe of a receiver with unit normal n among caches with unit (or, in the grid, zero) normal cacheNormal.
+Lobe makeLobe(int bands, const glm::vec3& n, const glm::vec3& cacheNormal) {
+  Lobe lobe;
+  const float blend = bands < 2 ? 0.0f : surfaceBlend(glm::dot(n, cacheNormal));
+  if (blend < 1.0f) {
+    // Bands 3, 5 and 7 of the clamped cosine are zero: leave the last band out when it is one of them.
+    const int used = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
+    evaluateSh(used, n, lobe.g);
+    for (int l = 0; l < used; ++l) {
+      const float factor = (1.0f - blend) * clampedCosineFactors()[static_cast<std::size_t>(l)];
+      for (int i = l * l; i < (l + 1) * (l + 1); ++i) lobe.g[static_cast<std::size_t>(i)] *= factor;
+    }
+    // One band knows no direction: a cache on a surface holds half a sphere of light, all of it above the surface.
+    if (bands == 1) lobe.g[0] *= 1.0f + glm::dot(cacheNormal, cacheNormal);
+    lobe.last = static_cast<std::size_t>(used * used);
+  }
+  if (blend > 0.0f) {
+    constexpr float kLinear = static_cast<float>(4.0 * std::numbers::pi / 3.0 * 0.48860251190291992);
+    if (blend >= 1.0f) lobe.g[1] = lobe.g[2] = lobe.g[3] = 0.0f;
+    lobe.g[1] += blend * kLinear * n.y;
+    lobe.g[2] += blend * kLinear * n.z;
+    lobe.g[3] += blend * kLinear * n.x;
+    if (blend >= 1.0f) lobe.first = 1;
+    lobe.last = std::max<std::size_t>(lobe.last, 4);
+  }
+  return lobe;
+}
+
+float applyLobe(const Lobe& lobe, const float* c, std::size_t count) {
+  float e = 0.0f;
+  for (std::size_t i = lobe.first; i < std::min(lobe.last, count); ++i) e += lobe.g[i] * c[i];
+  return e;
+}
+
+// Up to eight caches and their weights.
+struct Stencil {
+  std::array<std::uint32_t, 8> cache;
+  std::array<float, 8> weight;
+  int count = 0;
+
+  void add(std::uint32_t c, float w) {
+    cache[static_cast<std::size_t>(count)] = c;
+    weight[static_cast<std::size_t>(count++)] = w;
+  }
+  float total() const {
+    float sum = 0.0f;
+    for (int k = 0; k < count; ++k) sum += weight[static_cast<std::size_t>(k)];
+    return sum;
+  }
+};
+
+glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, float scale) {
+  const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
+  const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
+  glm::vec3 e(0.0f);        // irradiance as Y, Co, Cg
+  glm::vec3 constant(0.0f); // interpolated coefficients 0
+  for (int k = 0; k < stencil.count; ++k) {
+    const float* y = light.coefficients.data() + stride * stencil.cache[static_cast<std::size_t>(k)];
+    const float* co = y + lumaCount;
+    const float* cg = co + chromaCount;
+    const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
+    e.x += w * applyLobe(lobe, y, lumaCount);
+    if (chromaFollows) {
+      constant += w * glm::vec3(y[0], co[0], cg[0]);
+    } else {
+      e.y += w * applyLobe(lobe, co, chromaCount);
+      e.z += w * applyLobe(lobe, cg, chromaCount);
+    }
+  }
+  if (chromaFollows && constant.x > 0.0f) {
+    e.y = e.x * constant.y / constant.x;
+    e.z = e.x * constant.z / constant.x;
+  }
+  return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
+}
+
+}  // namespace
+
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal) {
+  const Lightmap& map = caches.lightmap;
+  if (map.width == 0 || map.height == 0) return glm::vec3(0.0f);
+  // Texel centres are at (i + 0.5) / size; beyond the outer ones the map is constant. This order turns NaN into 0.
+  const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
+  const glm::vec2 p = glm::min(glm::max(glm::vec2(0.0f), uv * size - 0.5f), size - 1.0f);
+  const auto x0 = static_cast<std::uint32_t>(p.x), y0 = static_cast<std::uint32_t>(p.y);
+  const std::uint32_t x1 = std::min(x0 + 1, map.width - 1), y1 = std::min(y0 + 1, map.height - 1);
+  const glm::vec2 f(p.x - static_cast<float>(x0), p.y - static_cast<float>(y0));
+
+  Stencil stencil;
+  glm::vec3 cacheNormal(0.0f);
+  const auto add = [&](std::uint32_t x, std::uint32_t y, float w) {
+    const std::uint32_t cache = map.cache[std::size_t{y} * map.width + x];
+    if (cache == kNoCache || w <= 0.0f) return;
+    stencil.add(cache, w);
+    cacheNormal += w * caches.normal[cache];
+  };
+  add(x0, y0, (1 - f.x) * (1 - f.y));
+  add(x1, y0, f.x * (1 - f.y));
+  add(x0, y1, (1 - f.x) * f.y);
+  add(x1, y1, f.x * f.y);
+  const float total = stencil.total();
+  if (!(total > 0.0f)) return glm::vec3(0.0f);
+  const float length = glm::length(cacheNormal);
+  if (length > 0.0f) cacheNormal /= length;
+  return gather(light, stencil, makeLobe(light.lumaBands, normal, cacheNormal), 1.0f / total);
+}
+
+glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+                           const glm::vec3& normal) {
+  const CacheGrid& grid = caches.grid;
+  const glm::uvec3 r = grid.resolution;
+  if (r.x == 0 || r.y == 0 || r.z == 0) return glm::vec3(0.0f);
+  const glm::vec3 extent = glm::vec3(r - 1u);
+  const glm::vec3 safeSpacing = glm::max(grid.spacing, glm::vec3(1e-20f));
+  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing), extent);
+  const glm::uvec3 base = glm::uvec3(p);
+  const glm::vec3 f = p - glm::vec3(base);
+
+  Stencil stencil;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const glm::uvec3 offset(corner & 1u, (corner >> 1) & 1u, corner >> 2);
+    const glm::uvec3 at = glm::min(base + offset, r - 1u);
+    const glm::vec3 share = glm::mix(1.0f - f, f, glm::vec3(offset));
+    const float w = share.x * share.y * share.z;
+    const std::uint32_t cache = grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x];
+    if (cache == kNoCache || w <= 0.0f) continue;
+    // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
+    const glm::vec3 toward = grid.originWorld + glm::vec3(at) * grid.spacing - positionWorld;
+    const float distance = glm::length(toward);
+    const float cosine = distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f;
+    const float wrap = std::max(0.05f, 0.5f + 0.5f * cosine);
+    stencil.add(cache, w * wrap * wrap);
+  }
+  const float total = stencil.total();
+  if (!(total > 0.0f)) return glm::vec3(0.0f);
+  return gather(light, stencil, makeLobe(light.lumaBands, normal, glm::vec3(0.0f)), 1.0f / total);
+}
+
+}  // namespace relume::cpu

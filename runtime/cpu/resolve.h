@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Step 6 on the CPU: irradiance at a receiver from the caches around it (PIC 3.2). shaders/resolve.glsl is the same
+// arithmetic; a test runs both.
+//
+// Irradiance is linear in the coefficients, E = sum_k w_k sum_i g_i c_{k,i}, with w the interpolation's weights and g
+// the receiver's lobe: the clamped cosine for grid caches; on the light map irradianceLinear(), exact for the cache's
+// own normal, blending to the clamped cosine as the normals part (formats/sh.h).
+// With one chroma band beside more luma bands, chroma follows luma: E_Co = E_Y Co_0 / Y_0, so that colours keep their
+// saturation whatever the lobe.
+#pragma once
+
+#include "formats/caches.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <span>
+
+namespace relume::cpu {
+
+// The caches' coefficients: lumaBands² of Y, chromaBands² of Co, of Cg, a cache at a time.
+struct CacheLight {
+  int lumaBands = 1, chromaBands = 1;
+  std::span<const float> coefficients;  // [W/m²/sr]
+
+  std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
+  std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }
+  std::size_t stride() const { return lumaCount() + 2 * chromaCount(); }
+};
+
+// Irradiance [W/m²], never negative, zero where there are no caches. `uv` is a point of the light map, whichever of its
+// coordinate sets (front or back sides) it came from. Texels without a cache have weight 0, the others share it.
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal);
+
+// Trilinear between the points of the grid, the position clamped to it; points behind the receiver count less (the wrap
+// weight), points without a cache nothing.
+glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+                           const glm::vec3& normal);
+
+}  // namespace relume::cpu

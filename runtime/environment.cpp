@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// Sky maps and convergence: see relighter.h.
+#include "runtime/relighter.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::uint32_t nearestPatch(std::span<const glm::vec3> centre, const glm::vec3& d) {
+  std::uint32_t best = 0;
+  float largest = -2.0f;
+  for (std::uint32_t p = 0; p < centre.size(); ++p) {
+    const float cosine = glm::dot(centre[p], d);
+    if (cosine > largest) {
+      largest = cosine;
+      best = p;
+    }
+  }
+  return best;
+}
+
+// The texel a direction falls into.
+std::size_t texelAt(const glm::vec3& d, std::uint32_t width, std::uint32_t height) {
+  const double u = 0.5 + std::atan2(static_cast<double>(d.x), -static_cast<double>(d.z)) / (2 * kPi);
+  const double v = std::acos(std::clamp(static_cast<double>(d.y), -1.0, 1.0)) / kPi;
+  const auto column = std::min(static_cast<std::uint32_t>(std::max(u * width, 0.0)), width - 1);
+  const auto row = std::min(static_cast<std::uint32_t>(v * height), height - 1);
+  return std::size_t{row} * width + column;
+}
+
+}  // namespace
+
+std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirection, std::span<const glm::vec3> texels,
+                                          std::uint32_t width, std::uint32_t height) {
+  if (width == 0 || height == 0 || texels.size() != std::size_t{width} * height || skyDirection.empty()) return {};
+  std::vector<glm::dvec3> sum(skyDirection.size(), glm::dvec3(0.0));
+  std::vector<double> weight(skyDirection.size(), 0.0);
+  for (std::uint32_t row = 0; row < height; ++row) {
+    // A row's texels cover equal solid angles: the difference of the cosines of its borders.
+    const double solidAngle = std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height);
+    const double polar = kPi * (row + 0.5) / height;
+    for (std::uint32_t column = 0; column < width; ++column) {
+      const double azimuth = 2 * kPi * ((column + 0.5) / width - 0.5);
+      const glm::vec3 d(std::sin(polar) * std::sin(azimuth), std::cos(polar), -std::sin(polar) * std::cos(azimuth));
+      const std::uint32_t patch = nearestPatch(skyDirection, d);
+      sum[patch] += solidAngle * glm::dvec3(texels[std::size_t{row} * width + column]);
+      weight[patch] += solidAngle;
+    }
+  }
+  std::vector<glm::vec3> radiance(skyDirection.size());
+  for (std::size_t p = 0; p < radiance.size(); ++p) {
+    radiance[p] = weight[p] > 0.0 ? glm::vec3(sum[p] / weight[p]) : texels[texelAt(skyDirection[p], width, height)];
+  }
+  return radiance;
+}
+
+int relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) {
+  std::vector<float> last;
+  for (int frame = 1; frame <= maxFrames; ++frame) {
+    if (!relighter.relight(setup)) return frame - 1;
+    std::vector<float> now = relighter.cacheCoefficients();
+    double change = 0.0, total = 0.0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      total += std::abs(now[i]);
+      change += std::abs(now[i] - (last.empty() ? 0.0f : last[i]));
+    }
+    if (!last.empty() && change <= tolerance * total) return frame;
+    last = std::move(now);
+  }
+  return maxFrames;
+}
+
+}  // namespace relume
