@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// Decoding by stb_image, after the header's claims were checked; mip levels in linear light.
+#include "bake/scene/read_images.h"
+
+#include "formats/color.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_NO_HDR
+#define STBI_NO_LINEAR
+#define STBI_NO_PIC
+#define STBI_NO_PNM
+#define STBI_NO_GIF
+#define STBI_NO_PSD
+#define STBI_MAX_DIMENSIONS 16384
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+#include <stb/stb_image.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+namespace relume {
+namespace {
+
+// Deflate packs at most 1032:1, JPEG's all-zero 8x8 blocks 64 pixels into a byte at best.
+constexpr std::uint64_t kMaxPixelsPerByte = 1032;
+
+std::string sized(std::uint32_t width, std::uint32_t height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+// Share of each source texel in one destination texel along an axis; at most three where a size is odd.
+struct BoxTaps {
+  std::uint32_t first = 0, count = 0;
+  std::array<float, 3> weight{};
+};
+
+std::vector<BoxTaps> boxTaps(std::uint32_t source, std::uint32_t destination) {
+  std::vector<BoxTaps> taps(destination);
+  const double scale = static_cast<double>(source) / destination;
+  for (std::uint32_t i = 0; i < destination; ++i) {
+    const double begin = i * scale, end = (i + 1) * scale;
+    taps[i].first = static_cast<std::uint32_t>(begin);
+    for (std::uint32_t s = taps[i].first; s < source && taps[i].count < 3; ++s) {
+      const double share = std::min<double>(end, s + 1.0) - std::max<double>(begin, s);
+      if (share <= 1e-9) break;
+      taps[i].weight[taps[i].count++] = static_cast<float>(share / scale);
+    }
+  }
+  return taps;
+}
+
+struct SrgbTables {
+  std::array<float, 256> toLinear{};
+  std::array<std::uint8_t, 4096> toSrgb{};  // by round(linear^(1/2) x 4095): even steps where sRGB is steep
+};
+
+const SrgbTables& tables() {
+  static const SrgbTables kTables = [] {
+    SrgbTables t;
+    for (std::size_t i = 0; i < t.toLinear.size(); ++i) t.toLinear[i] = srgbToLinear(static_cast<float>(i) / 255.0f);
+    for (std::size_t i = 0; i < t.toSrgb.size(); ++i) {
+      const float root = static_cast<float>(i) / 4095.0f;
+      t.toSrgb[i] = static_cast<std::uint8_t>(std::lround(255.0f * linearToSrgb(root * root)));
+    }
+    return t;
+  }();
+  return kTables;
+}
+
+std::uint8_t encode(float linear) {
+  const float root = std::sqrt(std::clamp(linear, 0.0f, 1.0f));
+  return tables().toSrgb[static_cast<std::size_t>(root * 4095.0f + 0.5f)];
+}
+
+Image::Level halve(const Image::Level& source, bool weighByAlpha) {
+  Image::Level level{std::max(source.width / 2, 1u), std::max(source.height / 2, 1u), {}};
+  level.rgba.resize(4 * static_cast<std::size_t>(level.width) * level.height);
+  const std::vector<BoxTaps> columns = boxTaps(source.width, level.width), rows = boxTaps(source.height, level.height);
+  const auto& linear = tables().toLinear;
+  std::uint8_t* out = level.rgba.data();
+  for (const BoxTaps& row : rows) {
+    for (const BoxTaps& column : columns) {
+      glm::vec3 plain(0.0f), weighted(0.0f);
+      float alpha = 0.0f;
+      for (std::uint32_t y = 0; y < row.count; ++y) {
+        for (std::uint32_t x = 0; x < column.count; ++x) {
+          const std::size_t at = static_cast<std::size_t>(row.first + y) * source.width + column.first + x;
+          const std::uint8_t* rgba = &source.rgba[4 * at];
+          const float weight = row.weight[y] * column.weight[x];
+          const glm::vec3 color(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]);
+          plain += weight * color;
+          weighted += weight * static_cast<float>(rgba[3]) * color;
+          alpha += weight * static_cast<float>(rgba[3]);
+        }
+      }
+      const glm::vec3 color = weighByAlpha && alpha > 0.0f ? weighted / alpha : plain;
+      *out++ = encode(color.r);
+      *out++ = encode(color.g);
+      *out++ = encode(color.b);
+      *out++ = static_cast<std::uint8_t>(std::min(std::lround(alpha), 255l));
+    }
+  }
+  return level;
+}
+
+}  // namespace
+
+Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    return Error{ErrorCode::invalidFile, where + ": more than 2 GiB of image data"};
+  int width = 0, height = 0, channels = 0;
+  if (bytes.empty() ||
+      !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels)) {
+    const char* reason = bytes.empty() ? "no data" : stbi_failure_reason();
+    return Error{ErrorCode::invalidFile,
+                 where + ": not a PNG or JPEG image that can be read (" + (reason ? reason : "unknown") + ")"};
+  }
+  return ImageSize{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+}
+
+Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where) {
+  const Result<ImageSize> size = peekImage(bytes, where);
+  if (!size) return size.error();
+  const std::uint64_t pixels = static_cast<std::uint64_t>(size->width) * size->height;
+  if (size->width == 0 || size->height == 0 || size->width > kMaxImageSide || size->height > kMaxImageSide ||
+      pixels > kMaxImagePixels) {
+    return Error{ErrorCode::invalidFile, where + ": " + sized(size->width, size->height) + " texels; expected 1 to " +
+                                             std::to_string(kMaxImageSide) + " a side and at most " +
+                                             std::to_string(kMaxImagePixels) + " in all"};
+  }
+  if (pixels > kMaxPixelsPerByte * bytes.size() + 4096) {
+    return Error{ErrorCode::invalidFile, where + ": claims " + sized(size->width, size->height) + " texels in " +
+                                             std::to_string(bytes.size()) + " bytes"};
+  }
+
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
+      stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 4),
+      stbi_image_free);
+  if (!rgba || width <= 0 || height <= 0) {
+    const char* reason = stbi_failure_reason();
+    return Error{ErrorCode::invalidFile, where + ": broken image (" + (reason ? reason : "unknown") + ")"};
+  }
+  Image image;
+  Image::Level level{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
+  level.rgba.assign(rgba.get(), rgba.get() + 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  image.levels.push_back(std::move(level));
+  return image;
+}
+
+void buildMipLevels(Image& image, bool weighByAlpha) {
+  image.levels.resize(1);
+  while (image.levels.back().width > 1 || image.levels.back().height > 1)
+    image.levels.push_back(halve(image.levels.back(), weighByAlpha));
+}
+
+}  // namespace relume

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// Material values at a point of a surface: base colour factor x texture x vertex colour, emission, alpha test.
+// Textures are 8-bit sRGB, decoded by table; a footprint in metres becomes a mip level by the triangle's texel density.
+#include "bake/scene/scene.h"
+#include "formats/color.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+using SrgbTable = std::array<float, 256>;
+
+const SrgbTable& srgbTable() {
+  static const SrgbTable kTable = [] {
+    SrgbTable table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = srgbToLinear(static_cast<float>(i) / 255.0f);
+    return table;
+  }();
+  return kTable;
+}
+
+// A point with what all lookups need.
+struct Lookup {
+  const Instance& instance;
+  const Mesh& mesh;
+  glm::uvec3 vertex;  // in the order of Scene::corners()
+  glm::vec3 weight;
+};
+
+Lookup lookUp(const Scene& scene, const SurfacePoint& p) {
+  const Instance& instance = scene.instances[p.instance];
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  const glm::uvec3 v = mesh.triangle[p.triangle];
+  return {instance, mesh, instance.flipped ? glm::uvec3(v.x, v.z, v.y) : v,
+          {1.0f - p.barycentric.x - p.barycentric.y, p.barycentric.x, p.barycentric.y}};
+}
+
+template <class T>
+T interpolate(const std::vector<T>& values, const Lookup& at) {
+  return at.weight.x * values[at.vertex.x] + at.weight.y * values[at.vertex.y] + at.weight.z * values[at.vertex.z];
+}
+
+// Mip level at which a texel is as wide as the footprint: log2(footprint x sqrt(texel area / world area)).
+float mipLevel(const Scene& scene, const SurfacePoint& p, const Lookup& at, const TextureRef& texture,
+               float footprintWorld) {
+  const auto& uv = at.mesh.uv[texture.texcoord];
+  const glm::vec2 a = uv[at.vertex.y] - uv[at.vertex.x];
+  const glm::vec2 b = uv[at.vertex.z] - uv[at.vertex.x];
+  const auto& t = texture.transform;
+  const Image::Level& image = scene.images[texture.image].levels.front();
+  const float texels = std::fabs((a.x * b.y - a.y * b.x) * (t[0] * t[4] - t[1] * t[3])) *
+                       static_cast<float>(image.width) * static_cast<float>(image.height);
+  const std::array<glm::vec3, 3> corner = scene.corners(at.instance, p.triangle);
+  const float world = glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
+  const float ratio = footprintWorld * footprintWorld * texels / world;
+  return ratio > 1.0f && std::isfinite(ratio) ? 0.5f * std::log2(ratio) : 0.0f;
+}
+
+// Two neighbouring texels along one axis and the weight of the second.
+struct Taps {
+  std::uint32_t first, second;
+  float weight;
+};
+
+Taps wrapTaps(float u, std::uint32_t size, Wrap wrap) {
+  if (!(std::fabs(u) < 1e7f)) u = 0.0f;
+  if (wrap == Wrap::repeat) u -= std::floor(u);
+  if (wrap == Wrap::mirror) {
+    u -= 2.0f * std::floor(0.5f * u);
+    if (u > 1.0f) u = 2.0f - u;
+  }
+  const float x = glm::clamp(u, 0.0f, 1.0f) * static_cast<float>(size) - 0.5f;
+  const float floorX = std::floor(x);
+  const auto last = static_cast<std::int64_t>(size) - 1;
+  auto first = static_cast<std::int64_t>(floorX), second = first + 1;
+  const bool repeats = wrap == Wrap::repeat;
+  if (first < 0) first = repeats ? last : 0;
+  if (second > last) second = repeats ? 0 : last;
+  return {static_cast<std::uint32_t>(std::min(first, last)), static_cast<std::uint32_t>(second), x - floorX};
+}
+
+glm::vec4 texel(const Image::Level& level, std::uint32_t x, std::uint32_t y) {
+  const std::uint8_t* rgba = &level.rgba[4 * (static_cast<std::size_t>(y) * level.width + x)];
+  const SrgbTable& linear = srgbTable();
+  return {linear[rgba[0]], linear[rgba[1]], linear[rgba[2]], static_cast<float>(rgba[3]) * (1.0f / 255.0f)};
+}
+
+glm::vec4 sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv, bool nearest) {
+  const Taps x = wrapTaps(uv.x, level.width, texture.wrapU);
+  const Taps y = wrapTaps(uv.y, level.height, texture.wrapV);
+  if (nearest) return texel(level, x.weight < 0.5f ? x.first : x.second, y.weight < 0.5f ? y.first : y.second);
+  const glm::vec4 top = glm::mix(texel(level, x.first, y.first), texel(level, x.second, y.first), x.weight);
+  const glm::vec4 bottom = glm::mix(texel(level, x.first, y.second), texel(level, x.second, y.second), x.weight);
+  return glm::mix(top, bottom, y.weight);
+}
+
+// Colour (linear) and alpha of a texture slot; ones where there is no texture or no coordinates.
+glm::vec4 sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at, const TextureRef& texture,
+                        float footprintWorld) {
+  if (texture.image == kNone || at.mesh.uv[texture.texcoord].empty()) return glm::vec4(1.0f);
+  const glm::vec2 uv = interpolate(at.mesh.uv[texture.texcoord], at);
+  const auto& t = texture.transform;
+  const glm::vec2 st(t[0] * uv.x + t[1] * uv.y + t[2], t[3] * uv.x + t[4] * uv.y + t[5]);
+
+  const std::vector<Image::Level>& levels = scene.images[texture.image].levels;
+  const float lod = footprintWorld > 0.0f ? mipLevel(scene, p, at, texture, footprintWorld) : 0.0f;
+  const auto coarsest = static_cast<float>(levels.size() - 1);
+  const float clamped = std::min(lod, coarsest);
+  const auto lower = static_cast<std::size_t>(clamped);
+  const float fraction = clamped - static_cast<float>(lower);
+  const glm::vec4 fine = sampleLevel(levels[lower], texture, st, texture.nearest && lod == 0.0f);
+  if (fraction == 0.0f) return fine;
+  return glm::mix(fine, sampleLevel(levels[lower + 1], texture, st, false), fraction);
+}
+
+}  // namespace
+
+glm::vec3 albedoAt(const Scene& scene, const SurfacePoint& p, float footprintWorld) {
+  const Lookup at = lookUp(scene, p);
+  const Material& material = scene.material(at.instance);
+  glm::vec3 albedo = material.albedo * glm::vec3(sampleTexture(scene, p, at, material.albedoTexture, footprintWorld));
+  if (!at.mesh.color.empty()) albedo *= interpolate(at.mesh.color, at);
+  return glm::clamp(albedo, 0.0f, 1.0f);
+}
+
+glm::vec3 emissionAt(const Scene& scene, const SurfacePoint& p, float footprintWorld) {
+  const Lookup at = lookUp(scene, p);
+  const Material& material = scene.material(at.instance);
+  if (material.emission == glm::vec3(0.0f)) return glm::vec3(0.0f);
+  return material.emission * glm::vec3(sampleTexture(scene, p, at, material.emissionTexture, footprintWorld));
+}
+
+bool opaqueAt(const Scene& scene, const SurfacePoint& p) {
+  const Lookup at = lookUp(scene, p);
+  const Material& material = scene.material(at.instance);
+  if (material.alphaMode == AlphaMode::opaque) return true;
+  return material.alpha * sampleTexture(scene, p, at, material.albedoTexture, 0.0f).a >= material.alphaCutoff;
+}
+
+}  // namespace relume
