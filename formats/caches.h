@@ -40,7 +40,10 @@ struct Lightmap {
                                         // included; kNoCache = never read
   Array<LightmapPart> parts;            // [Size instances of the bake] in the order of Bake::instances
   Array<std::uint32_t> cornerUv;        // [Size 3 * triangles] packUnorm16x2 or kGridLit; (0,0) is the corner of texel
-                                        // row 0, texel centres at (i + 0.5) / size
+                                        // row 0, texel centres at (i + 0.5) / size. For the front side; corners in glTF
+                                        // order, also where an instance mirrors
+  Array<std::uint32_t> backCornerUv;    // [Size 0 or 3 * triangles] the same for the back side, whose light differs: read
+                                        // it where gl_FrontFacing is false. Empty = no back side is seen
 };
 
 // Caches in the order grid, then light map. Only unique, valid caches are kept.

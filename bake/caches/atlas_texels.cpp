@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+// See atlas_texels.h.
+#include "bake/caches/atlas_texels.h"
+
+#include "formats/pack.h"
+
+#include <algorithm>
+#include <array>
+
+namespace relume {
+namespace {
+
+// The caches of a patch's texels, row by row; kNoCache where there is none yet.
+std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& shared, std::uint32_t patch) {
+  const glm::uvec2& size = cells.resolution[patch];
+  std::vector<std::uint32_t> texels(std::size_t{size.x} * size.y, kNoCache);
+  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
+    const Cell& cell = cells.cells[c];
+    texels[std::size_t{cell.y} * size.x + cell.x] = shared.cacheOfCell[c];
+  }
+  return texels;
+}
+
+// Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
+// rings only; edge neighbours go before corner neighbours.
+void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
+  constexpr std::array<std::array<int, 2>, 8> kNeighbors{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+  const int width = static_cast<int>(size.x), height = static_cast<int>(size.y);
+  const auto at = [&](int x, int y) -> std::uint32_t& { return texels[static_cast<std::size_t>(y) * size.x + static_cast<std::size_t>(x)]; };
+  std::vector<std::array<int, 2>> empty;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (at(x, y) == kNoCache) empty.push_back({x, y});
+    }
+  }
+  std::vector<std::uint32_t> found;
+  while (!empty.empty()) {
+    found.assign(empty.size(), kNoCache);
+    for (std::size_t i = 0; i < empty.size(); ++i) {
+      for (const auto& n : kNeighbors) {
+        const int x = empty[i][0] + n[0], y = empty[i][1] + n[1];
+        if (x < 0 || y < 0 || x >= width || y >= height || at(x, y) == kNoCache) continue;
+        found[i] = at(x, y);
+        break;
+      }
+    }
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < empty.size(); ++i) {
+      if (found[i] != kNoCache) at(empty[i][0], empty[i][1]) = found[i];
+      else empty[left++] = empty[i];
+    }
+    if (left == empty.size()) return;
+    empty.resize(left);
+  }
+}
+
+class Filler {
+ public:
+  Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared, const AtlasRequest& request,
+         const AtlasPlan& plan, std::uint32_t gutter)
+      : scene_(scene), set_(set), cells_(cells), shared_(shared), request_(request), plan_(plan), gutter_(gutter),
+        texels_(std::size_t{plan.side} * plan.side, kNoCache), home_(shared.caches.size(), glm::uvec2(kNone)) {}
+
+  Lightmap run() {
+    placeParts();
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
+      if (request_.rectangleOf[p] != kNone) fillRectangle(p);
+    }
+    for (std::size_t s = 0; s < request_.single.size(); ++s) {
+      const glm::uvec2& at = plan_.single[s];
+      texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
+      home_[request_.single[s]] = at;
+    }
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p);
+
+    Lightmap map;
+    map.width = map.height = plan_.side;
+    map.cache = std::move(texels_);
+    map.parts = std::move(parts_);
+    map.cornerUv = std::move(front_);
+    if (anyBack_) map.backCornerUv = std::move(back_);
+    return map;
+  }
+
+ private:
+  void placeParts() {
+    std::uint64_t corner = 0;
+    for (const Instance& instance : scene_.instances) {
+      LightmapPart part;
+      part.node = instance.nodeIndex;
+      part.primitive = instance.primitive;
+      part.gpuInstance = instance.gpuInstance;
+      part.triangleCount = static_cast<std::uint32_t>(scene_.meshes[instance.mesh].triangle.size());
+      part.firstCorner = corner;
+      corner += 3ull * part.triangleCount;
+      parts_.push_back(part);
+    }
+    front_.assign(corner, kGridLit);
+    back_.assign(corner, kGridLit);
+  }
+
+  void fillRectangle(std::uint32_t patch) {
+    const glm::uvec2 size = cells_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
+    std::vector<std::uint32_t> texels = ownTexels(cells_, shared_, patch);
+    dilate(size, texels);
+    for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
+      for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
+        const std::uint32_t cache = texels[std::size_t{std::min(y, size.y - 1)} * size.x + std::min(x, size.x - 1)];
+        texels_[std::size_t{origin.y + y} * plan_.side + origin.x + x] = cache;
+        if (x < size.x && y < size.y && home_[cache] == glm::uvec2(kNone)) home_[cache] = origin + glm::uvec2(x, y);
+      }
+    }
+  }
+
+  std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side)); }
+
+  void writeCorners(std::uint32_t p) {
+    const Patch& patch = set_.patches[p];
+    const Instance& instance = scene_.instances[patch.instance];
+    const MeshCharts& charts = set_.meshes[instance.mesh];
+    const Chart& chart = charts.charts[patch.chart];
+    std::vector<std::uint32_t>& corners = patch.side == 0 ? front_ : back_;
+    const std::uint64_t first = parts_[patch.instance].firstCorner;
+
+    if (request_.rectangleOf[p] == kNone) {
+      const std::uint32_t cache = cells_.firstCell[p] < cells_.firstCell[p + 1] ? shared_.cacheOfCell[cells_.firstCell[p]] : kNoCache;
+      if (cache == kNoCache || cells_.resolution[p] != glm::uvec2(1)) return;
+      const std::uint32_t uv = pack(glm::vec2(home_[cache]));
+      for (const std::uint32_t t : chart.triangle) std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
+    } else {
+      // Stay a little inside, so that rounding of coordinates and filters does not reach the texels next door.
+      const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
+      const glm::uvec2 size = cells_.resolution[p];
+      const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);
+      for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          glm::vec2 texel = texelOf(chart.uv[i][k], charts.size[patch.chart], size);
+          for (int a = 0; a < 2; ++a) {
+            if (size[a] > 1) texel[a] = std::clamp(texel[a], inset, static_cast<float>(size[a] - 1) - inset);
+          }
+          corners[first + 3ull * chart.triangle[i] + k] = pack(origin + texel);
+        }
+      }
+    }
+    anyBack_ = anyBack_ || patch.side == 1;
+  }
+
+  const Scene& scene_;
+  const PatchSet& set_;
+  const CellSet& cells_;
+  const SharedCaches& shared_;
+  const AtlasRequest& request_;
+  const AtlasPlan& plan_;
+  const std::uint32_t gutter_;
+  std::vector<std::uint32_t> texels_;
+  std::vector<glm::uvec2> home_;  // [texel] a texel that holds each cache
+  std::vector<LightmapPart> parts_;
+  std::vector<std::uint32_t> front_, back_;
+  bool anyBack_ = false;
+};
+
+}  // namespace
+
+AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
+  AtlasRequest request;
+  const std::size_t patches = cells.resolution.size();
+  request.rectangleOf.assign(patches, kNone);
+  std::vector<std::uint8_t> onRectangle(shared.caches.size(), 0), wanted(shared.caches.size(), 0);
+  for (std::size_t p = 0; p < patches; ++p) {
+    bool valid = false;
+    const bool small = cells.resolution[p] == glm::uvec2(1);
+    for (std::uint32_t c = cells.firstCell[p]; c < cells.firstCell[p + 1]; ++c) {
+      const std::uint32_t cache = shared.cacheOfCell[c];
+      if (cache == kNoCache) continue;
+      valid = true;
+      (small ? wanted : onRectangle)[cache] = 1;
+    }
+    if (small || !valid) continue;
+    request.rectangleOf[p] = static_cast<std::uint32_t>(request.rectangle.size());
+    request.rectangle.push_back(cells.resolution[p]);
+  }
+  for (std::uint32_t cache = 0; cache < wanted.size(); ++cache) {
+    if (wanted[cache] && !onRectangle[cache]) request.single.push_back(cache);
+  }
+  return request;
+}
+
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter) {
+  return Filler(scene, set, cells, shared, request, plan, gutter).run();
+}
+
+}  // namespace relume

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Fills the light map: a cache index for every texel of every patch, dilated where no cache is, and the texture
+// coordinates of the triangles' corners.
+#pragma once
+
+#include "bake/caches/pack_atlas.h"
+#include "bake/caches/share_cells.h"
+#include "formats/caches.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace relume {
+
+// What is packed: a rectangle for each patch of several texels, a texel for each cache that only small patches read.
+struct AtlasRequest {
+  std::vector<glm::uvec2> rectangle;           // [texel] sizes
+  std::vector<std::uint32_t> rectangleOf;      // [Size patches] kNone = a small patch, or nothing valid on it
+  std::vector<std::uint32_t> single;           // caches, neighbours in space near one another
+};
+
+AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared);
+
+// The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter);
+
+}  // namespace relume

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// The door of the room: grid, then light map, joined; and where surfels read their own light.
+#include "bake/caches/caches.h"
+
+#include "bake/caches/place_grid.h"
+#include "bake/caches/place_lightmap.h"
+#include "bake/parallel.h"
+#include "formats/pack.h"
+
+#include <utility>
+
+namespace relume {
+
+Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                           std::uint64_t /*seed: nothing here is random*/, Context& context) {
+  // 1. The grid
+  PlacedGrid grid = placeGrid(tracer, playSpace, options, context);
+  if (context.cancelled()) return cancelledError();
+
+  // 2. The light map
+  PlacedLightmap lightmap;
+  if (options.lightmapCaches > 0 || options.lightmapSize > 0) {
+    auto placed = placeLightmap(tracer, playSpace, options, context);
+    if (context.cancelled()) return cancelledError();
+    if (placed) lightmap = std::move(*placed);
+    else if (grid.position.empty()) return placed.error();
+    else context.message(Severity::warning, "no light map: " + placed.error().message);
+  }
+  if (grid.position.empty() && lightmap.caches.empty())
+    return Error{ErrorCode::failed, "neither the grid nor the light map has a valid cache: every place lies inside geometry or out of the play space"};
+
+  // 3. One list of unique caches
+  Caches caches;
+  const auto base = static_cast<std::uint32_t>(grid.position.size());
+  std::vector<glm::vec3> position = std::move(grid.position), normal(base, glm::vec3(0.0f));
+  for (const SurfaceCache& c : lightmap.caches) {
+    position.push_back(c.positionWorld);
+    normal.push_back(c.normal);
+  }
+  std::vector<std::uint32_t> texels = lightmap.lightmap.cache.toVector();
+  for (std::uint32_t& texel : texels) {
+    if (texel != kNoCache) texel += base;
+  }
+  lightmap.lightmap.cache = std::move(texels);
+  caches.positionWorld = std::move(position);
+  caches.normal = std::move(normal);
+  caches.grid = std::move(grid.grid);
+  caches.lightmap = std::move(lightmap.lightmap);
+  context.figure("caches", caches.count());
+  return caches;
+}
+
+std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& caches, std::span<const SurfelSeed> seeds, Context& context) {
+  const Scene& scene = tracer.scene();
+  const Lightmap& map = caches.lightmap;
+  std::vector<std::uint32_t> receivers(seeds.size(), kGridReceiver);
+  if (map.cornerUv.empty()) return receivers;
+  parallelChunks(context, "", seeds.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const SurfacePoint& point = seeds[i].point;
+      const bool back = (seeds[i].side & 1u) != 0;
+      if (back && map.backCornerUv.empty()) continue;
+      const std::span<const std::uint32_t> corners = back ? map.backCornerUv : map.cornerUv;
+      const std::uint64_t first = map.parts[point.instance].firstCorner + 3ull * point.triangle;
+      // Barycentrics weigh world corners, which a mirroring instance swaps.
+      const bool flipped = scene.instances[point.instance].flipped;
+      const std::uint32_t a = corners[first], b = corners[first + (flipped ? 2 : 1)], c = corners[first + (flipped ? 1 : 2)];
+      if (a == kGridLit || b == kGridLit || c == kGridLit) continue;
+      const glm::vec2& w = point.barycentric;
+      receivers[i] = packUnorm16x2((1.0f - w.x - w.y) * unpackUnorm16x2(a) + w.x * unpackUnorm16x2(b) + w.y * unpackUnorm16x2(c));
+    }
+  });
+  return receivers;
+}
+
+}  // namespace relume

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+// See place_lightmap.h.
+#include "bake/caches/place_lightmap.h"
+
+#include "bake/caches/atlas_texels.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace relume {
+namespace {
+
+// Counts grow about like texelSize^-1.6: between lines and areas.
+constexpr double kCountPower = 1.6;
+
+struct Texels {
+  CellSet cells;
+  SharedCaches shared;
+};
+
+class Placer {
+ public:
+  Placer(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context)
+      : scene_(tracer.scene()), playSpace_(playSpace), options_(options), context_(context), prober_(tracer, playSpace),
+        gutter_(static_cast<std::uint32_t>(std::ceil(options.gutterTexels))) {}
+
+  Result<PlacedLightmap> run() {
+    // 1. Charts of all meshes, their places and sides that are seen
+    set_ = makePatches(scene_, playSpace_, options_, context_);
+    if (context_.cancelled()) return cancelledError();
+    if (set_.patches.empty() || !(set_.areaSeen > 0.0)) return Error{ErrorCode::failed, "no surface for a light map is seen"};
+
+    // 2. The texel size that makes as many unique caches as asked for, and the caches
+    Texels texels;
+    std::optional<AtlasPlan> plan;
+    AtlasRequest request;
+    if (options_.lightmapSize == 0) {
+      texels = searchCount();
+      if (context_.cancelled()) return cancelledError();
+      sortCaches(texels.shared);
+      request = requestAtlas(texels.cells, texels.shared);
+      plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, 0);
+    } else {
+      plan = searchSide(texels, request);
+    }
+    if (context_.cancelled()) return cancelledError();
+    if (texels.shared.caches.empty()) return Error{ErrorCode::failed, "every cache of the light map lies behind or inside geometry"};
+    if (!plan) return Error{ErrorCode::failed, "the light map does not fit into " + std::to_string(options_.lightmapSize ? options_.lightmapSize : kMaxAtlasSide) + " texels a side"};
+
+    // 3. The texture of indices, and where the triangles read it
+    PlacedLightmap result;
+    result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_);
+    report(texels, *plan, request);
+    result.caches = std::move(texels.shared.caches);
+    return result;
+  }
+
+ private:
+  Texels place(float texelSize, bool trace) {
+    Texels texels;
+    texels.cells = layCells(scene_, playSpace_, set_, texelSize, context_);
+    texels.shared = shareCells(scene_, set_, texels.cells, trace ? &prober_ : nullptr, options_.maxBackFaceShare, options_.minChartTexels, context_);
+    return texels;
+  }
+
+  float firstGuess(double target) const { return static_cast<float>(std::sqrt(set_.areaSeen / std::max(1.0, target))); }
+
+  // Find the texel size by estimates without rays, then correct it by what validity and sight make of it.
+  Texels searchCount() {
+    const double target = options_.lightmapCaches;
+    double size = firstGuess(target), ratio = 1.0;
+    for (int i = 0; i < 8 && !context_.cancelled(); ++i) {
+      const Texels texels = place(static_cast<float>(size), false);
+      ratio = static_cast<double>(texels.shared.caches.size()) / target;
+      if (std::abs(ratio - 1.0) < 0.02) break;
+      size *= std::pow(ratio, 1.0 / kCountPower);
+    }
+    Texels best;
+    double bestOff = INFINITY;
+    for (int i = 0; i < 4 && !context_.cancelled(); ++i) {
+      Texels texels = place(static_cast<float>(size), true);
+      ratio = static_cast<double>(texels.shared.caches.size()) / target;
+      if (std::abs(ratio - 1.0) < bestOff) {
+        bestOff = std::abs(ratio - 1.0);
+        best = std::move(texels);
+      }
+      if (bestOff < 0.02) break;
+      size *= std::pow(std::max(ratio, 0.01), 1.0 / kCountPower);
+    }
+    return best;
+  }
+
+  // The smallest texels whose patches fit the light map that was asked for.
+  std::optional<AtlasPlan> searchSide(Texels& texels, AtlasRequest& request) {
+    const double capacity = static_cast<double>(options_.lightmapSize) * options_.lightmapSize;
+    double size = firstGuess(capacity);
+    for (int i = 0; i < 8 && !context_.cancelled(); ++i) {
+      const Texels trial = place(static_cast<float>(size), false);
+      const AtlasRequest wish = requestAtlas(trial.cells, trial.shared);
+      double area = static_cast<double>(wish.single.size());
+      for (const glm::uvec2& r : wish.rectangle) area += static_cast<double>(r.x + gutter_) * (r.y + gutter_);
+      const double ratio = area / (0.93 * capacity);
+      if (std::abs(ratio - 1.0) < 0.01) break;
+      size *= std::pow(ratio, 1.0 / kCountPower);
+    }
+    for (int i = 0; i < 24 && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
+      texels = place(static_cast<float>(size), true);
+      sortCaches(texels.shared);
+      request = requestAtlas(texels.cells, texels.shared);
+      if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, options_.lightmapSize)) return plan;
+    }
+    return std::nullopt;
+  }
+
+  // Order caches along a Morton curve: neighbours in space read neighbouring links and lie near in memory.
+  void sortCaches(SharedCaches& shared) const {
+    const std::size_t count = shared.caches.size();
+    if (count == 0) return;
+    glm::vec3 low = shared.caches[0].positionWorld, high = low;
+    for (const SurfaceCache& c : shared.caches) {
+      low = glm::min(low, c.positionWorld);
+      high = glm::max(high, c.positionWorld);
+    }
+    const glm::vec3 extent = glm::max(high - low, glm::vec3(1e-20f));
+    const float scale = 1048575.0f / std::max({extent.x, extent.y, extent.z});
+    const auto spread = [](std::uint64_t v) {
+      v = (v | (v << 32)) & 0x1F00000000FFFFull;
+      v = (v | (v << 16)) & 0x1F0000FF0000FFull;
+      v = (v | (v << 8)) & 0x100F00F00F00F00Full;
+      v = (v | (v << 4)) & 0x10C30C30C30C30C3ull;
+      return (v | (v << 2)) & 0x1249249249249249ull;
+    };
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order(count);
+    for (std::uint32_t c = 0; c < count; ++c) {
+      const glm::vec3 p = (shared.caches[c].positionWorld - low) * scale;
+      order[c] = {spread(static_cast<std::uint64_t>(p.x)) | (spread(static_cast<std::uint64_t>(p.y)) << 1) | (spread(static_cast<std::uint64_t>(p.z)) << 2), c};
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<SurfaceCache> sorted(count);
+    std::vector<std::uint32_t> renamed(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      sorted[i] = shared.caches[order[i].second];
+      renamed[order[i].second] = i;
+    }
+    shared.caches = std::move(sorted);
+    for (std::uint32_t& c : shared.cacheOfCell) {
+      if (c != kNoCache) c = renamed[c];
+    }
+  }
+
+  void report(const Texels& texels, const AtlasPlan& plan, const AtlasRequest& request) {
+    double charts = 0.0, uvArea = 0.0, surfaceArea = 0.0;
+    for (const MeshCharts& mesh : set_.meshes) {
+      charts += static_cast<double>(mesh.charts.size());
+      for (const Chart& chart : mesh.charts) {
+        uvArea += chart.areaUv;
+        surfaceArea += chart.areaSurface;
+      }
+    }
+    // Seen surface that reads the grid, by instance.
+    std::vector<double> unlit(scene_.instances.size(), 0.0);
+    double unlitTotal = 0.0;
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
+      bool valid = false;
+      for (std::uint32_t c = texels.cells.firstCell[p]; c < texels.cells.firstCell[p + 1]; ++c) valid = valid || texels.shared.cacheOfCell[c] != kNoCache;
+      if (valid) continue;
+      unlit[set_.patches[p].instance] += set_.patches[p].area;
+      unlitTotal += set_.patches[p].area;
+    }
+    context_.figure("charts", charts);
+    context_.figure("chart_area_kept_share", surfaceArea > 0.0 ? uvArea / surfaceArea : 1.0);
+    context_.figure("patches", static_cast<double>(set_.patches.size()));
+    context_.figure("texel_m", texels.cells.texelSize);
+    context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
+    context_.figure("lightmap_side", plan.side);
+    context_.figure("packing_share", plan.used);
+    context_.figure("rectangles", static_cast<double>(request.rectangle.size()));
+    context_.figure("texels_shared", texels.shared.statistics.shared);
+    context_.figure("caches_moved", texels.shared.statistics.moved);
+    context_.figure("texels_without_cache", texels.shared.statistics.dropped);
+    context_.figure("grid_lit_area_share", unlitTotal / set_.areaSeen);
+    warnUnlit(unlit);
+  }
+
+  void warnUnlit(const std::vector<double>& unlit) {
+    constexpr std::size_t kMost = 10;
+    std::vector<std::uint32_t> order(unlit.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return unlit[a] > unlit[b]; });
+    for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i) {
+      const double area = unlit[order[i]];
+      if (!(area > 1e-3 * set_.areaSeen)) break;
+      context_.message(Severity::warning, "node \"" + scene_.instances[order[i]].node + "\": " + std::to_string(area) +
+                                              " m² of seen surface have no light-map cache in free space and read the grid");
+    }
+  }
+
+  const Scene& scene_;
+  const PlaySpace& playSpace_;
+  const CacheOptions& options_;
+  Context& context_;
+  const Prober prober_;
+  const std::uint32_t gutter_;
+  PatchSet set_;
+};
+
+}  // namespace
+
+Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
+  return Placer(tracer, playSpace, options, context).run();
+}
+
+}  // namespace relume

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Tells caches that see the level from those behind or inside its geometry, by what their rays hit.
+#pragma once
+
+#include "bake/caches/patches.h"
+#include "bake/scene/ray_tracer.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// Shares of all rays.
+struct Surroundings {
+  float back = 0.0f;   // hit the back of a one-sided surface: geometry is seen from inside
+  float near = 0.0f;   // hit something within `contact`
+  float seen = 0.0f;   // hit a side that the play space sees
+  float miss = 0.0f;   // hit nothing
+};
+
+// Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0.
+// Immutable, thread-safe.
+class Prober {
+ public:
+  Prober(const RayTracer& tracer, const PlaySpace& playSpace);
+  Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact) const;
+  // Whether nothing stands between two places.
+  bool connected(const glm::vec3& from, const glm::vec3& to) const;
+  // Distance off a surface at which a cache starts: visible to rounding, small beside a texel. [m]
+  float liftAt(const glm::vec3& positionWorld, float texelSize) const;
+  const RayTracer& tracer() const { return tracer_; }
+
+ private:
+  const RayTracer& tracer_;
+  const PlaySpace& playSpace_;
+  std::vector<glm::vec3> hemisphere_, sphere_;  // unit directions, +Z up
+};
+
+}  // namespace relume
