@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Atomic writes: whatever fails, the old file stays whole and nothing is left beside it.
+#include "formats/file_io.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FileIo : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("relume_file_io_" + std::string(info->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    path_ = folder_ / "a.relume";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> list;
+    for (const auto& entry : fs::directory_iterator(folder_)) list.push_back(entry.path().filename().string());
+    return list;
+  }
+  fs::path folder_, path_;
+};
+
+std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+Status writeText(const fs::path& path, const std::string& text) {
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
+}
+
+TEST_F(FileIo, writesAndReplaces) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  ASSERT_TRUE(writeText(path_, "new"));
+  EXPECT_EQ(contents(path_), "new");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
+TEST_F(FileIo, failureInTheMiddleKeepsTheOldFile) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  const std::string half = "half";
+  const Status status = writeFileAtomically(path_, [&](const ByteSink& sink) {
+    sink(std::as_bytes(std::span(half)));
+    return false;
+  });
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::io);
+  EXPECT_EQ(contents(path_), "old");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
+TEST_F(FileIo, fullDiskKeepsTheOldFile) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  // A limit on the size of files stands for a full disk: write() fails half way.
+  struct rlimit before {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, SIG_IGN);
+  struct rlimit small {1000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const Status status = writeText(path_, std::string(100000, 'x'));
+  setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::io);
+  EXPECT_NE(status.error().message.find("File too large"), std::string::npos) << status.error().message;
+  EXPECT_EQ(contents(path_), "old");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
+TEST_F(FileIo, staleTemporariesOfTheSameFileAreRemoved) {
+  std::ofstream(folder_ / "a.relume.12345-0.tmp") << "left by a killed run";
+  std::ofstream(folder_ / "b.relume.12345-0.tmp") << "of another file";
+  std::ofstream(folder_ / "a.relume.notes.tmp") << "not ours";
+  ASSERT_TRUE(writeText(path_, "new"));
+  EXPECT_FALSE(fs::exists(folder_ / "a.relume.12345-0.tmp"));
+  EXPECT_TRUE(fs::exists(folder_ / "b.relume.12345-0.tmp"));
+  EXPECT_TRUE(fs::exists(folder_ / "a.relume.notes.tmp"));
+}
+
+TEST_F(FileIo, temporaryOfALivingWriterIsLeftAlone) {
+  const fs::path neighbour = folder_ / "a.relume.999-0.tmp";
+  const int fd = ::open(neighbour.c_str(), O_WRONLY | O_CREAT, 0600);
+  ASSERT_EQ(::flock(fd, LOCK_EX), 0);
+  ASSERT_TRUE(writeText(path_, "new"));
+  EXPECT_TRUE(fs::exists(neighbour));
+  ::close(fd);
+}
+
+TEST_F(FileIo, writersOfTheSameFileDoNotMeet) {
+  // A second writer runs to its end while the first is half way.
+  const std::string first = "first";
+  const Status status = writeFileAtomically(path_, [&](const ByteSink& sink) {
+    EXPECT_TRUE(writeText(path_, "second"));
+    EXPECT_EQ(contents(path_), "second");
+    return sink(std::as_bytes(std::span(first)));
+  });
+  ASSERT_TRUE(status) << status.error().message;
+  EXPECT_EQ(contents(path_), "first");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
+TEST_F(FileIo, foldersAndMissingFoldersAreNamed) {
+  for (const Status& status : {writeText(folder_, "x"), checkWritable(folder_)}) {
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::io);
+    EXPECT_EQ(status.error().message, folder_.string() + ": cannot be written: Is a directory");
+  }
+  const fs::path lost = folder_ / "missing" / "a.relume";
+  for (const Status& status : {writeText(lost, "x"), checkWritable(lost)}) {
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().message,
+              lost.string() + ": cannot create a file in its folder: No such file or directory");
+  }
+  EXPECT_FALSE(checkWritable("/dev/null"));
+  EXPECT_TRUE(checkWritable(path_));
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(FileIo, readingAndMappingGiveTheSameBytes) {
+  const std::string text(100001, 'q');
+  ASSERT_TRUE(writeText(path_, text));
+  const Result<FileBytes> read = readFile(path_), mapped = mapFile(path_);
+  ASSERT_TRUE(read);
+  ASSERT_TRUE(mapped);
+  EXPECT_TRUE(std::equal(read->bytes.begin(), read->bytes.end(), mapped->bytes.begin(), mapped->bytes.end()));
+  EXPECT_EQ(read->bytes.size(), text.size());
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(read->bytes.data()) % 64, 0u);
+  EXPECT_FALSE(readFile("/dev/zero"));
+}
+
+}  // namespace
+}  // namespace relume
