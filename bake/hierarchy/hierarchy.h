@@ -9,6 +9,7 @@
 #include "formats/surfels.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace relume {
@@ -21,20 +22,23 @@ struct ClusterTree {
 
 // What the baker knows of a node beside the file's Hierarchy: its geometry.
 struct NodeGeometry {
-  std::vector<glm::vec3> center;  // [m] [Size nodes] mean of the leaves
-  std::vector<glm::vec3> normal;  // unit mean normal (zero for sky)
-  std::vector<float> area;        // [m²] sum of leaf areas
-  std::vector<float> radius;      // [m] RMS distance of the leaves from the center; infinite for joins with the sky
+  std::vector<glm::vec3> center;  // [m] [Size nodes] mean of the leaves; sky: mean of the unit directions
+  std::vector<glm::vec3> normal;  // unit mean normal (zero for sky, and where the leaves' normals cancel)
+  std::vector<float> area;        // [m²] sum of leaf areas; sky patches have none
+  std::vector<float> radius;      // [m] RMS distance of the leaves from the center, 0 for a leaf; sky: of the unit
+                                  // directions; infinite for joins with the sky
 };
 
-// Exact agglomerative clustering with the metric of PIC 4.3 (bounded nearest-neighbour search).
+// Exact agglomerative clustering of the surfels in `members` with the metric of PIC 4.3 (bounded nearest-neighbour
+// search). Leaf i is surfel members[i]. usage: weights out of range; failed: no members, cancelled.
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
                                 const ClusteringOptions& options, Context& context);
-// Median splits along the longest axis: fast, worse.
+// Median splits along the longest axis: fast, worse. Fails as agglomerate() does.
 Result<ClusterTree> splitMedian(const Surfels& surfels, std::span<const std::uint32_t> members, Context& context);
 
 // The whole stage: groups (reflectors; emitters, those with emission > 0; sky patches), a tree for each, flattened
-// breadth first. firstWeight is the paper's equal areas; traceLinks() may replace it.
+// breadth first. firstWeight is the paper's equal areas (the share of the leaves); traceLinks() may replace it.
+// skyPatches [0..4096]. usage: options out of range; failed: no surfels, cancelled.
 Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatches, const ClusteringOptions& options,
                                  Context& context);
 

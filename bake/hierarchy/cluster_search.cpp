@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// See cluster_search.h. Floating-point order is the same in a box's bound and in the metric itself, so a bound never
+// exceeds the distance it bounds, and the search is exact to the last bit and the same on every instruction set.
+#include "bake/hierarchy/cluster_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+// The same loops for wider registers; contraction is off, so all of them give the same bits.
+#if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(__clang__)
+#define RELUME_WIDE_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define RELUME_WIDE_CLONES
+#endif
+
+namespace relume {
+namespace {
+
+using Node = ClusterSearch::Node;
+using Leaf = ClusterSearch::Leaf;
+using Entry = ClusterSearch::Entry;
+using Nearest = ClusterSearch::Nearest;
+
+constexpr int kWidth = ClusterSearch::kWidth;
+constexpr int kLeafSize = ClusterSearch::kLeafSize;
+// A coordinate so far out that its square stays finite and beats every distance.
+constexpr float kFarAway = 1e17f;
+constexpr float kNoDistance = 1e30f;
+constexpr int kStackSize = 512;
+
+struct Visit {
+  float bound;
+  std::uint32_t child;
+};
+
+inline void scanLeaf(const Leaf& leaf, const ClusterPoint& q, std::uint32_t self, float balanceWeight, Nearest& best) {
+  alignas(64) float d[kLeafSize];
+  for (int i = 0; i < kLeafSize; ++i) {
+    float sum = 0.0f;
+    for (int k = 0; k < 6; ++k) sum += (q.p[k] - leaf.p[k][i]) * (q.p[k] - leaf.p[k][i]);
+    const float up = q.area * leaf.inverseArea[i], down = leaf.area[i] * q.inverseArea;
+    const float ratio = up < down ? up : down;
+    d[i] = sum + balanceWeight * (1.0f - (ratio < 1.0f ? ratio : 1.0f));
+  }
+  for (int i = 0; i < kLeafSize; ++i) {
+    if (d[i] > best.distance || leaf.id[i] == self) continue;
+    if (d[i] < best.distance || leaf.id[i] - self < best.id - self) best = {d[i], leaf.id[i]};
+  }
+}
+
+inline void boundChildren(const Node& node, const ClusterPoint& q, float balanceWeight, float* bound) {
+  for (int i = 0; i < kWidth; ++i) {
+    float sum = 0.0f;
+    for (int k = 0; k < 6; ++k) {
+      const float below = node.low[k][i] - q.p[k], above = q.p[k] - node.high[k][i];
+      const float outside = below > above ? below : above;
+      const float t = outside > 0.0f ? outside : 0.0f;
+      sum += t * t;
+    }
+    const float up = q.area * node.inverseAreaLow[i], down = node.areaHigh[i] * q.inverseArea;
+    const float ratio = up < down ? up : down;
+    bound[i] = sum + balanceWeight * (1.0f - (ratio < 1.0f ? ratio : 1.0f));
+  }
+}
+
+// Whether some id of a range comes before `best` on the circle that begins after `self`.
+inline bool mayComeBefore(std::uint32_t smallest, std::uint32_t largest, std::uint32_t best, std::uint32_t self) {
+  const std::uint32_t next = smallest > self || largest < self ? smallest - self : 1;
+  return next < best - self;
+}
+
+RELUME_WIDE_CLONES
+Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf, const ClusterPoint& q,
+                    std::uint32_t self, float balanceWeight) {
+  // Begin with the cluster's own leaf: its bound prunes most of the rest.
+  Nearest best{kNoDistance, kNoCluster};
+  scanLeaf(leaves[ownLeaf], q, self, balanceWeight, best);
+
+  std::array<Visit, kStackSize> stack;
+  int top = 0;
+  stack[top++] = {0.0f, 0u};
+  while (top > 0) {
+    const Visit visit = stack[--top];
+    if (visit.bound > best.distance) continue;
+    if (visit.child & ClusterSearch::kLeafChild) {
+      const std::uint32_t leaf = visit.child & ~ClusterSearch::kLeafChild;
+      if (leaf != ownLeaf) scanLeaf(leaves[leaf], q, self, balanceWeight, best);
+      continue;
+    }
+
+    // Push the children that may hold something nearer, or as near and first by id; the nearest on top.
+    const Node& node = nodes[visit.child];
+    alignas(64) float bound[kWidth];
+    boundChildren(node, q, balanceWeight, bound);
+    const int base = top;
+    for (int i = 0; i < kWidth; ++i) {
+      if (bound[i] > best.distance) continue;
+      if (bound[i] == best.distance && !mayComeBefore(node.smallestId[i], node.largestId[i], best.id, self)) continue;
+      int at = top++;
+      for (; at > base && stack[at - 1].bound < bound[i]; --at) stack[at] = stack[at - 1];
+      stack[at] = {bound[i], node.child[i]};
+    }
+  }
+  return best;
+}
+
+// Splits the entries in two halves across the dimension that spans most of the metric. Returns the middle.
+std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
+  std::array<float, 7> low, high;
+  low.fill(kNoDistance);
+  high.fill(-kNoDistance);
+  for (const Entry& e : entries) {
+    for (int k = 0; k < 6; ++k) {
+      low[k] = std::min(low[k], e.point.p[k]);
+      high[k] = std::max(high[k], e.point.p[k]);
+    }
+    low[6] = std::min(low[6], e.point.area);
+    high[6] = std::max(high[6], e.point.area);
+  }
+  int axis = 0;
+  float widest = -1.0f;
+  for (int k = 0; k < 7; ++k) {
+    const float span =
+        k < 6 ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[6] / high[6]);
+    if (span > widest) widest = span, axis = k;
+  }
+
+  const auto key = [axis](const Entry& e) { return axis < 6 ? e.point.p[axis] : e.point.area; };
+  const std::size_t middle = entries.size() / 2;
+  std::nth_element(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(middle), entries.end(),
+                   [&](const Entry& a, const Entry& b) {
+                     const float x = key(a), y = key(b);
+                     return x < y || (x == y && a.id < b.id);
+                   });
+  return middle;
+}
+
+void setChildBounds(Node& node, int i, std::span<const Entry> entries) {
+  float areaLow = kNoDistance, areaHigh = 0.0f;
+  node.smallestId[i] = kNoCluster;
+  node.largestId[i] = 0;
+  for (int k = 0; k < 6; ++k) node.low[k][i] = kNoDistance, node.high[k][i] = -kNoDistance;
+  for (const Entry& e : entries) {
+    for (int k = 0; k < 6; ++k) {
+      node.low[k][i] = std::min(node.low[k][i], e.point.p[k]);
+      node.high[k][i] = std::max(node.high[k][i], e.point.p[k]);
+    }
+    areaLow = std::min(areaLow, e.point.area);
+    areaHigh = std::max(areaHigh, e.point.area);
+    node.smallestId[i] = std::min(node.smallestId[i], e.id);
+    node.largestId[i] = std::max(node.largestId[i], e.id);
+  }
+  node.inverseAreaLow[i] = 1.0f / areaLow;
+  node.areaHigh[i] = areaHigh;
+}
+
+void setChildEmpty(Node& node, int i) {
+  for (int k = 0; k < 6; ++k) node.low[k][i] = node.high[k][i] = kFarAway;
+  node.inverseAreaLow[i] = node.areaHigh[i] = 1.0f;
+  node.smallestId[i] = node.largestId[i] = kNoCluster;
+  node.child[i] = ClusterSearch::kNoChild;
+}
+
+void setLane(Leaf& leaf, std::uint32_t lane, const ClusterPoint& point, std::uint32_t id) {
+  for (int k = 0; k < 6; ++k) leaf.p[k][lane] = point.p[k];
+  leaf.area[lane] = point.area;
+  leaf.inverseArea[lane] = point.inverseArea;
+  leaf.id[lane] = id;
+}
+
+constexpr ClusterPoint kFarPoint{{kFarAway, kFarAway, kFarAway, kFarAway, kFarAway, kFarAway}, 1.0f, 1.0f};
+
+ClusterPoint laneAt(const Leaf& leaf, std::uint32_t lane) {
+  ClusterPoint point;
+  for (int k = 0; k < 6; ++k) point.p[k] = leaf.p[k][lane];
+  point.area = leaf.area[lane];
+  point.inverseArea = leaf.inverseArea[lane];
+  return point;
+}
+
+}  // namespace
+
+ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight,
+                             Context& context)
+    : slot_(idCount, kDead), balanceWeight_(balanceWeight), context_(&context) {
+  std::vector<Entry> entries(clusters.begin(), clusters.end());
+  build(entries);
+}
+
+ClusterSearch::Nearest ClusterSearch::nearest(std::uint32_t id) const {
+  const std::uint32_t slot = slot_[id];
+  const std::uint32_t leaf = slot / kLeafSize;
+  const ClusterPoint point = laneAt(leaves_[leaf], slot % kLeafSize);
+  return findNearest(nodes_.data(), leaves_.data(), leaf, point, id, balanceWeight_);
+}
+
+void ClusterSearch::merge(std::uint32_t a, std::uint32_t b, const Entry& merged) {
+  // Take the slot of the larger child, so that bounds grow little; the other's slot is empty from now on.
+  const std::uint32_t slotA = slot_[a], slotB = slot_[b];
+  const float areaA = leaves_[slotA / kLeafSize].area[slotA % kLeafSize];
+  const float areaB = leaves_[slotB / kLeafSize].area[slotB % kLeafSize];
+  const std::uint32_t kept = areaA >= areaB ? slotA : slotB, dropped = kept == slotA ? slotB : slotA;
+  slot_[a] = slot_[b] = kDead;
+  slot_[merged.id] = kept;
+  setLane(leaves_[dropped / kLeafSize], dropped % kLeafSize, kFarPoint, kNoCluster);
+  setLane(leaves_[kept / kLeafSize], kept % kLeafSize, merged.point, merged.id);
+  grow(leaves_[kept / kLeafSize], merged);
+
+  if (--living_ * 4 >= built_ * 3 || living_ < 2) return;
+  std::vector<Entry> entries;
+  entries.reserve(living_);
+  for (const Leaf& leaf : leaves_) {
+    for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
+      if (leaf.id[lane] != kNoCluster) entries.push_back({laneAt(leaf, lane), leaf.id[lane]});
+    }
+  }
+  build(entries);
+}
+
+void ClusterSearch::grow(const Leaf& leaf, const Entry& entry) {
+  const ClusterPoint& point = entry.point;
+  for (std::uint32_t parent = leaf.parent, i = leaf.parentChild; parent != kNoChild;) {
+    Node& node = nodes_[parent];
+    for (int k = 0; k < 6; ++k) {
+      node.low[k][i] = std::min(node.low[k][i], point.p[k]);
+      node.high[k][i] = std::max(node.high[k][i], point.p[k]);
+    }
+    node.inverseAreaLow[i] = std::max(node.inverseAreaLow[i], point.inverseArea);
+    node.areaHigh[i] = std::max(node.areaHigh[i], point.area);
+    node.smallestId[i] = std::min(node.smallestId[i], entry.id);
+    node.largestId[i] = std::max(node.largestId[i], entry.id);
+    i = node.parentChild;
+    parent = node.parent;
+  }
+}
+
+void ClusterSearch::build(std::vector<Entry>& entries) {
+  nodes_.clear();
+  leaves_.clear();
+  built_ = living_ = entries.size();
+  buildNode(entries, kNoChild, 0);
+}
+
+std::uint32_t ClusterSearch::buildNode(std::span<Entry> entries, std::uint32_t parent, std::uint32_t parentChild) {
+  // Halve the largest part until there are eight, or all fit into leaves.
+  std::array<std::span<Entry>, kWidth> parts;
+  int count = 1;
+  parts[0] = entries;
+  while (count < kWidth) {
+    int largest = 0;
+    for (int i = 1; i < count; ++i) {
+      if (parts[i].size() > parts[largest].size()) largest = i;
+    }
+    if (parts[largest].size() <= static_cast<std::size_t>(kLeafSize)) break;
+    const std::span<Entry> whole = parts[largest];
+    const std::size_t middle = splitEntries(whole, balanceWeight_);
+    parts[largest] = whole.first(middle);
+    parts[count++] = whole.subspan(middle);
+  }
+
+  const auto index = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.emplace_back();
+  nodes_[index].parent = parent;
+  nodes_[index].parentChild = parentChild;
+  for (int i = 0; i < kWidth; ++i) {
+    if (i >= count) {
+      setChildEmpty(nodes_[index], i);
+      continue;
+    }
+    const auto at = static_cast<std::uint32_t>(i);
+    const bool isLeaf = parts[i].size() <= static_cast<std::size_t>(kLeafSize);
+    const std::uint32_t child =
+        isLeaf ? buildLeaf(parts[i], index, at) | kLeafChild : buildNode(parts[i], index, at);
+    nodes_[index].child[i] = child;
+    setChildBounds(nodes_[index], i, parts[i]);
+  }
+  return index;
+}
+
+std::uint32_t ClusterSearch::buildLeaf(std::span<const Entry> entries, std::uint32_t parent,
+                                       std::uint32_t parentChild) {
+  const auto index = static_cast<std::uint32_t>(leaves_.size());
+  Leaf& leaf = leaves_.emplace_back();
+  leaf.parent = parent;
+  leaf.parentChild = parentChild;
+  for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
+    const bool used = lane < entries.size();
+    setLane(leaf, lane, used ? entries[lane].point : kFarPoint, used ? entries[lane].id : kNoCluster);
+    if (used) slot_[entries[lane].id] = index * kLeafSize + lane;
+  }
+  return index;
+}
+
+}  // namespace relume
