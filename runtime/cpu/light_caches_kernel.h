@@ -21,6 +21,13 @@ constexpr int kLanes = RELUME_LANES;
 typedef float Floats __attribute__((vector_size(4 * RELUME_LANES)));
 typedef std::int32_t Ints __attribute__((vector_size(4 * RELUME_LANES)));
 typedef float Float4 __attribute__((vector_size(16)));
+#if RELUME_LANES > 4
+typedef float Float8 __attribute__((vector_size(32)));
+#endif
+#if RELUME_LANES == 16
+// Zero-masked intrinsics with every lane on: the plain ones start from an undefined vector, which g++ 12 warns of.
+constexpr __mmask16 kAll = 0xFFFF;
+#endif
 
 // Floats of the buffer w: a share of the first-level cache.
 constexpr int kBufferFloats = 6144;
@@ -45,7 +52,6 @@ inline Floats toFloats(Ints v) { return __builtin_convertvector(v, Floats); }
 
 inline float sumLanes(Floats v) {
 #if RELUME_LANES == 16
-  typedef float Float8 __attribute__((vector_size(32)));
   const Float8 h = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
                    __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
   const Float4 q = __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
@@ -60,7 +66,7 @@ inline float sumLanes(Floats v) {
 // The half in the low 16 bits of each lane; the others are ignored.
 inline Floats halfToFloat(Ints bits) {
 #if RELUME_LANES == 16
-  return (Floats)_mm512_cvtph_ps(_mm512_cvtepi32_epi16((__m512i)bits));
+  return (Floats)_mm512_maskz_cvtph_ps(kAll, _mm512_maskz_cvtepi32_epi16(kAll, (__m512i)bits));
 #else
   const Ints magnitude = bits & 0x7FFF, sign = (bits & 0x8000) << 16;
   const Floats normal = asFloats((magnitude << 13) + (112 << 23));
@@ -74,7 +80,7 @@ inline Floats halfToFloat(Ints bits) {
 // 1 / sqrt(v) to about 23 bits: the processor's estimate and one step of Newton's.
 inline Floats inverseSqrt(Floats v) {
 #if RELUME_LANES == 16
-  const Floats e = (Floats)_mm512_rsqrt14_ps((__m512)v);
+  const Floats e = (Floats)_mm512_maskz_rsqrt14_ps(kAll, (__m512)v);
 #elif RELUME_LANES == 8 && defined(__AVX__)
   const Floats e = (Floats)_mm256_rsqrt_ps((__m256)v);
 #elif defined(__SSE2__)
@@ -119,7 +125,6 @@ inline void loadNodes(const float* node, const std::uint32_t* link, Floats& y, F
   co = __builtin_shufflevector(y01, y23, 2, 3, 6, 7);
   cg = __builtin_shufflevector(z01, z23, 0, 1, 4, 5);
 #else
-  typedef float Float8 __attribute__((vector_size(32)));
   const auto pair = [&color](int lane, int other) {
     return __builtin_shufflevector(color(lane), color(other), 0, 1, 2, 3, 4, 5, 6, 7);
   };
@@ -140,13 +145,15 @@ inline void loadNodes(const float* node, const std::uint32_t* link, Floats& y, F
   };
   // Row r holds nodes r, r + 4, r + 8, r + 12; transpose 4 x 4 within each quarter.
   const Floats r0 = four(0), r1 = four(1), r2 = four(2), r3 = four(3);
-  const Floats y01 = (Floats)_mm512_unpacklo_ps((__m512)r0, (__m512)r1);
-  const Floats y23 = (Floats)_mm512_unpacklo_ps((__m512)r2, (__m512)r3);
-  const Floats z01 = (Floats)_mm512_unpackhi_ps((__m512)r0, (__m512)r1);
-  const Floats z23 = (Floats)_mm512_unpackhi_ps((__m512)r2, (__m512)r3);
-  y = (Floats)_mm512_shuffle_ps((__m512)y01, (__m512)y23, 0x44);
-  co = (Floats)_mm512_shuffle_ps((__m512)y01, (__m512)y23, 0xEE);
-  cg = (Floats)_mm512_shuffle_ps((__m512)z01, (__m512)z23, 0x44);
+#define RELUME_LOW 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29
+#define RELUME_HIGH 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31
+#define RELUME_LOW_PAIRS 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
+#define RELUME_HIGH_PAIRS 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
+  const Floats y01 = __builtin_shufflevector(r0, r1, RELUME_LOW), y23 = __builtin_shufflevector(r2, r3, RELUME_LOW);
+  const Floats z01 = __builtin_shufflevector(r0, r1, RELUME_HIGH), z23 = __builtin_shufflevector(r2, r3, RELUME_HIGH);
+  y = __builtin_shufflevector(y01, y23, RELUME_LOW_PAIRS);
+  co = __builtin_shufflevector(y01, y23, RELUME_HIGH_PAIRS);
+  cg = __builtin_shufflevector(z01, z23, RELUME_LOW_PAIRS);
 #endif
 #endif
 }
@@ -301,7 +308,7 @@ inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
     __builtin_memcpy(&halves, at, sizeof(std::uint16_t) * static_cast<std::size_t>(end - at));
   }
 #if RELUME_LANES == 16
-  return (Floats)_mm512_cvtph_ps((__m256i)halves);
+  return (Floats)_mm512_maskz_cvtph_ps(kAll, (__m256i)halves);
 #elif RELUME_LANES == 8 && defined(__F16C__)
   return (Floats)_mm256_cvtph_ps((__m128i)halves);
 #else

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// A bake without a baker, of any size: an empty box of a room, its walls covered by surfels and by a light map, its air
+// by a grid. Nothing is hidden in a box, so links come from geometry alone. For tests of the runtime and its speed.
+#pragma once
+
+#include "formats/bake.h"
+
+namespace relume::test {
+
+struct SyntheticOptions {
+  std::uint32_t surfels = 2048;
+  std::uint32_t skyPatches = 0;
+  glm::uvec3 grid{4, 3, 4};
+  std::uint32_t lightmapSize = 24;      // [texel] a side
+  std::uint32_t lightmapCaches = 300;   // at most what the walls' texels offer
+  std::uint32_t linksPerCache = 64;
+  LinkKind kind = LinkKind::cone;
+  std::uint32_t bands = 4;              // of SH links
+  std::uint32_t seed = 1;
+};
+
+// PIC's high setting: n_S 131072, n_C 10585, n_L 254; and its moderate one: n_S 32768, n_L 128.
+inline SyntheticOptions highSetting() { return {131072, 0, {24, 8, 12}, 128, 8281, 254, LinkKind::cone, 4, 1}; }
+inline SyntheticOptions moderateSetting() { return {32768, 0, {24, 8, 12}, 128, 8281, 128, LinkKind::cone, 3, 1}; }
+
+// Each row's transfers are scaled to cover the hemisphere (surface caches) or sphere (grid caches) exactly.
+Bake makeSyntheticBake(const SyntheticOptions& options);
+
+}  // namespace relume::test
