@@ -26,4 +26,9 @@ const char* toString(MeshFinding::Kind kind);
 // order; flipped winding = a face that disagrees with its neighbours' orientation or with the mesh's own normals.
 std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context);
 
+// Repair what is safe to repair: the second and later of equal triangles (same points, same winding, same mesh) lie on
+// the first and would send its light twice; they collapse to their first vertex, so that numbering stays. One finding
+// of kind `repaired` per mesh that changed.
+std::vector<MeshFinding> repairMeshes(Scene& scene, Context& context);
+
 }  // namespace relume

@@ -30,7 +30,7 @@ int componentCount(int type) {
     case TINYGLTF_TYPE_VEC2: return 2;
     case TINYGLTF_TYPE_VEC3: return 3;
     case TINYGLTF_TYPE_VEC4: return 4;
-    default: return 0;
+    default: return 0;  // matrices, which the importer never reads
   }
 }
 
@@ -181,7 +181,7 @@ Result<const AccessorValues*> AccessorReader::floats(int accessor, int minCompon
     const std::size_t step = componentBytes(a.componentType);
     const auto copyElement = [&](std::size_t element, const std::uint8_t* bytes) {
       float* to = &out.values[element * static_cast<std::size_t>(out.components)];
-      for (int c = 0; c < out.components; ++c) *to++ = loadFloat(bytes + static_cast<std::size_t>(c) * step, a.componentType, a.normalized);
+      for (int c = 0; c < out.components; ++c, bytes += step) *to++ = loadFloat(bytes, a.componentType, a.normalized);
     };
     if (a.bufferView >= 0) {
       for (std::size_t i = 0; i < a.count; ++i) copyElement(i, checked->base.data + i * checked->base.stride);
@@ -195,6 +195,32 @@ Result<const AccessorValues*> AccessorReader::floats(int accessor, int minCompon
                                         std::to_string(minComponents) +
                                         (minComponents == maxComponents ? "" : " to " + std::to_string(maxComponents)));
   return &values;
+}
+
+Status checkRanges(const GltfDocument& document) {
+  const auto& model = document.model;
+  // The fallback buffers of EXT_meshopt_compression hold nothing; a view on one is refused when it is read.
+  const auto hasData = [&](int view) {
+    const int buffer = model.bufferViews[static_cast<std::size_t>(view)].buffer;
+    return !document.decodedViews[static_cast<std::size_t>(view)].empty() ||
+           (buffer >= 0 && static_cast<std::size_t>(buffer) < document.buffers.size() &&
+            !document.buffers[static_cast<std::size_t>(buffer)].empty());
+  };
+  for (std::size_t i = 0; i < model.bufferViews.size(); ++i) {
+    const auto view = static_cast<int>(i);
+    const int buffer = model.bufferViews[i].buffer;
+    if (buffer >= 0 && static_cast<std::size_t>(buffer) < document.buffers.size() && !hasData(view)) continue;
+    if (const auto bytes = document.viewBytes(view, jsonPath("bufferViews", view)); !bytes) return bytes.error();
+  }
+  for (std::size_t i = 0; i < model.accessors.size(); ++i) {
+    const tinygltf::Accessor& a = model.accessors[i];
+    const bool inRange = static_cast<std::size_t>(a.bufferView) < model.bufferViews.size();
+    if (a.bufferView < 0 || (inRange && !hasData(a.bufferView)) || componentCount(a.type) == 0) continue;
+    const auto index = static_cast<int>(i);
+    if (const auto checked = checkAccessor(document, index, jsonPath("accessors", index)); !checked)
+      return checked.error();
+  }
+  return done();
 }
 
 Result<std::vector<std::uint32_t>> AccessorReader::indices(int accessor, const std::string& where) const {

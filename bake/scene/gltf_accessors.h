@@ -31,4 +31,7 @@ class AccessorReader {
   std::map<int, AccessorValues> cache_;
 };
 
+// Every buffer view and accessor of the document, used or not, against the bytes there are.
+Status checkRanges(const GltfDocument& document);
+
 }  // namespace relume

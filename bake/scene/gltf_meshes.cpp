@@ -19,10 +19,7 @@ bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y
 
 // Vertex indices of triangles from those of a primitive: glTF 2.0, section 3.7.2.1.
 std::vector<std::uint32_t> unroll(std::vector<std::uint32_t> indices, int mode) {
-  if (mode == TINYGLTF_MODE_TRIANGLES) {
-    indices.resize(indices.size() / 3 * 3);
-    return indices;
-  }
+  if (mode == TINYGLTF_MODE_TRIANGLES) return indices;
   std::vector<std::uint32_t> out;
   if (indices.size() < 3) return out;
   out.reserve(3 * (indices.size() - 2));
@@ -90,6 +87,9 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     for (const std::uint32_t v : used) {
       const glm::vec3 color = vec3At(*colors, v);
       mesh.color.push_back(finite(color) ? glm::clamp(color, 0.0f, 1.0f) : glm::vec3(1.0f));
+      if (colors->components < 4) continue;
+      const float alpha = colors->values[4 * static_cast<std::size_t>(v) + 3];
+      mesh.colorAlpha.push_back(std::isfinite(alpha) ? std::clamp(alpha, 0.0f, 1.0f) : 1.0f);
     }
   }
   std::size_t broken = 0;
@@ -168,9 +168,9 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     indices.resize(vertexCount);
     for (std::size_t i = 0; i < vertexCount; ++i) indices[i] = static_cast<std::uint32_t>(i);
   }
-  if (primitive.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
-    context_.message(Severity::warning, document_.at(where + ": " + std::to_string(indices.size()) +
-                                                     " indices are not whole triangles; the rest is left out"));
+  if (!compressed && primitive.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
+    return document_.invalid(where, std::to_string(indices.size()) +
+                                        " vertices are not whole triangles; expected a multiple of 3");
   indices = unroll(std::move(indices), compressed ? TINYGLTF_MODE_TRIANGLES : primitive.mode);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] >= vertexCount)

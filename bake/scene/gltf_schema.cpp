@@ -93,8 +93,13 @@ constexpr Field kTextureExtensions[] = {{"KHR_texture_transform", Kind::object, 
 constexpr Field kTextureInfo[] = {{"index", Kind::index, {}, 0, true},
                                   {"texCoord", Kind::index},
                                   {"extensions", Kind::object, kTextureExtensions}};
+constexpr Field kNormalInfo[] = {{"index", Kind::index, {}, 0, true}, {"texCoord", Kind::index},
+                                 {"scale", Kind::number}, {"strength", Kind::number}};
 constexpr Field kRoughness[] = {{"baseColorFactor", Kind::numbers, {}, 4},
-                                {"baseColorTexture", Kind::object, kTextureInfo}};
+                                {"baseColorTexture", Kind::object, kTextureInfo},
+                                {"metallicFactor", Kind::number},
+                                {"roughnessFactor", Kind::number},
+                                {"metallicRoughnessTexture", Kind::object, kTextureInfo}};
 constexpr Field kStrength[] = {{"emissiveStrength", Kind::number}};
 constexpr Field kGlossiness[] = {{"diffuseFactor", Kind::numbers, {}, 4},
                                  {"diffuseTexture", Kind::object, kTextureInfo}};
@@ -105,6 +110,8 @@ constexpr Field kMaterial[] = {{"name", Kind::text},
                                {"pbrMetallicRoughness", Kind::object, kRoughness},
                                {"emissiveFactor", Kind::numbers, {}, 3},
                                {"emissiveTexture", Kind::object, kTextureInfo},
+                               {"normalTexture", Kind::object, kNormalInfo},
+                               {"occlusionTexture", Kind::object, kNormalInfo},
                                {"alphaMode", Kind::text},
                                {"alphaCutoff", Kind::number},
                                {"doubleSided", Kind::boolean},

@@ -14,6 +14,7 @@ Result<Scene> import(const std::filesystem::path& path, Context& context) {
   // 1. The document: container, JSON, buffers, compressed views
   Result<GltfDocument> document = loadGltfDocument(path, context);
   if (!document) return document.error();
+  if (Status status = checkRanges(*document); !status) return status.error();
   Scene scene;
   scene.name = document->file;
   // 2. Materials and the images they use

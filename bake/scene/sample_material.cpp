@@ -141,7 +141,9 @@ bool opaqueAt(const Scene& scene, const SurfacePoint& p) {
   const Lookup at = lookUp(scene, p);
   const Material& material = scene.material(at.instance);
   if (material.alphaMode == AlphaMode::opaque) return true;
-  return material.alpha * sampleTexture(scene, p, at, material.albedoTexture, 0.0f).a >= material.alphaCutoff;
+  float alpha = material.alpha * sampleTexture(scene, p, at, material.albedoTexture, 0.0f).a;
+  if (!at.mesh.colorAlpha.empty()) alpha *= interpolate(at.mesh.colorAlpha, at);
+  return alpha >= material.alphaCutoff;
 }
 
 }  // namespace relume

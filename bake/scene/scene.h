@@ -66,6 +66,7 @@ struct Mesh {
   std::vector<glm::vec3> normal;               // unit; empty = flat
   std::array<std::vector<glm::vec2>, 2> uv;    // TEXCOORD_0, TEXCOORD_1; empty when absent
   std::vector<glm::vec3> color;                // COLOR_0 (linear factor); empty when absent
+  std::vector<float> colorAlpha;               // COLOR_0's alpha; empty when absent
   std::vector<glm::uvec3> triangle;            // vertex indices, in glTF order, degenerate ones kept
   std::uint32_t material = kNone;              // kNone = glTF's default material
 };
