@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
+// options (bake/options.h) that has a flag; preset, then options file, then flags.
+#include "bake/bake.h"
+#include "bake/tools/commands.h"
+#include "bake/tools/terminal.h"
+#include "formats/bake_file.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace relume {
+namespace {
+
+struct BakeArguments {
+  std::string scene, output, optionsFile, reportFile;
+  Preset preset = Preset::high;
+  bool printOptions = false;
+  std::string bands;                           // sets links.bands, lumaBands and chromaBands together
+  std::map<std::string, std::string> flagged;  // name of an option -> text of its flag
+  TerminalOptions terminal;
+};
+
+constexpr std::size_t kMostOptionsBytes = 1 << 20;
+
+Result<std::string> readText(const std::string& path) {
+  const Result<FileBytes> file = readFile(path);
+  if (!file) return file.error();
+  if (file->bytes.size() > kMostOptionsBytes)
+    return Error{ErrorCode::usage, path + ": an options file has at most " + std::to_string(kMostOptionsBytes) + " bytes"};
+  return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
+}
+
+Status writeText(const std::string& path, const std::string& text) {
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
+}
+
+// Preset, options file, --bands, then the other flags; then all ranges.
+Result<BakeOptions> chooseOptions(const BakeArguments& arguments) {
+  BakeOptions options = presetOptions(arguments.preset);
+  if (!arguments.optionsFile.empty()) {
+    const Result<std::string> text = readText(arguments.optionsFile);
+    if (!text) return text.error();
+    Result<BakeOptions> read = optionsFromJson(*text, options);
+    if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
+    options = *read;
+  }
+  if (!arguments.bands.empty()) {
+    for (const char* name : {"links.bands", "lumaBands", "chromaBands"}) {
+      if (const Status status = setOption(options, name, arguments.bands); !status) return status.error();
+    }
+  }
+  for (const auto& [name, text] : arguments.flagged) {
+    if (const Status status = setOption(options, name, text); !status) return status.error();
+  }
+  if (const Status status = checkOptions(options); !status) return status.error();
+  return options;
+}
+
+// The options as JSON with a comment a line; `--options` reads it back.
+std::string describeOptions(const BakeOptions& options) {
+  std::string text = "{\n", group;
+  const std::vector<OptionInfo> list = listOptions(options);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::size_t dot = list[i].name.find('.');
+    const std::string itsGroup = dot == std::string::npos ? "" : list[i].name.substr(0, dot);
+    const std::string nextGroup =
+        i + 1 < list.size() ? list[i + 1].name.substr(0, std::min(list[i + 1].name.find('.'), list[i + 1].name.size())) : "";
+    if (!itsGroup.empty() && itsGroup != group) text += "  \"" + itsGroup + "\": {\n";
+    group = itsGroup;
+    const std::string indent = itsGroup.empty() ? "  " : "    ";
+    const bool lastOfGroup = !itsGroup.empty() && nextGroup != itsGroup;
+    text += indent + "// " + list[i].comment + " [" + list[i].range + (list[i].unit.empty() ? "" : " " + list[i].unit) + "]\n";
+    text += indent + "\"" + list[i].name.substr(itsGroup.empty() ? 0 : dot + 1) + "\": " + list[i].value;
+    text += (lastOfGroup ? "\n  }" : "") + std::string(i + 1 < list.size() ? ",\n" : "\n");
+  }
+  return text + "}\n";
+}
+
+double peakMemoryMiB() {
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+// Stages with seconds and figures, options, sizes. Unlike the bake itself it may say when and how long.
+std::string describeRun(const Context& context, const BakeOptions& options, const Bake& bake, double seconds) {
+  nlohmann::json stages = nlohmann::json::array();
+  for (const StageReport& stage : context.report()) {
+    nlohmann::json figures = nlohmann::json::object();
+    for (const auto& [name, value] : stage.figures) figures[name] = value;
+    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}, {"figures", figures}});
+  }
+  const nlohmann::json report = {{"seconds", seconds},
+                                 {"peakMemoryMiB", peakMemoryMiB()},
+                                 {"stages", stages},
+                                 {"options", nlohmann::json::parse(optionsToJson(options))},
+                                 {"surfels", bake.surfels.count()},
+                                 {"nodes", bake.hierarchy.nodeCount()},
+                                 {"caches", bake.caches.count()},
+                                 {"links", bake.links.count()},
+                                 {"rayTracer", bake.provenance.rayTracer}};
+  return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+Result<Scene> importScene(const std::string& path, Context& context) {
+  const Context::Stage stage(context, "import");
+  context.progress("import", 0.0);
+  Result<Scene> scene = importGltf(path, context);
+  if (scene && context.cancelled()) return cancelledError();
+  return scene;
+}
+
+int runBake(const BakeArguments& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Result<BakeOptions> options = chooseOptions(arguments);
+  if (!options) return fail(options.error());
+  if (arguments.printOptions) {
+    std::fputs(describeOptions(*options).c_str(), stdout);
+    return 0;
+  }
+  if (arguments.scene.empty() || arguments.output.empty())
+    return fail({ErrorCode::usage, "a scene and -o FILE are required (see relume bake --help)"});
+  // Find out now, not after the bake, whether the results can be written.
+  for (const std::string& path : {arguments.output, arguments.reportFile}) {
+    if (path.empty()) continue;
+    if (const Status status = checkWritable(path); !status) return fail(status.error());
+  }
+
+  Terminal terminal(arguments.terminal);
+  Context& context = terminal.context();
+  const Result<Scene> scene = importScene(arguments.scene, context);
+  if (!scene) return terminal.finish(), fail(scene.error());
+  const Result<Bake> baked = bake(*scene, *options, context);
+  if (!baked) return terminal.finish(), fail(baked.error());
+  {
+    const Context::Stage stage(context, "write");
+    if (const Status status = writeBake(*baked, arguments.output); !status)
+      return terminal.finish(), fail(status.error());
+  }
+  terminal.finish();
+
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!arguments.reportFile.empty()) {
+    if (const Status status = writeText(arguments.reportFile, describeRun(context, *options, *baked, seconds)); !status)
+      return fail(status.error());
+  }
+  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB\n", arguments.output.c_str(),
+              baked->surfels.count(), baked->caches.count(), baked->links.count(), seconds, peakMemoryMiB());
+  return 0;
+}
+
+// An option of the command line for every row that has a flag; defaults are those of the preset `high`.
+void addTableOptions(CLI::App& command, BakeArguments& arguments) {
+  for (const OptionInfo& info : listOptions(presetOptions(Preset::high))) {
+    if (info.flag.empty()) continue;
+    const std::string unit = info.unit.empty() ? "" : " " + info.unit;
+    std::string value = info.value;
+    std::erase_if(value, [](char c) { return c == '"' || c == '[' || c == ']'; });
+    command
+        .add_option_function<std::string>(
+            info.flag, [&arguments, name = info.name](const std::string& text) { arguments.flagged[name] = text; },
+            info.comment + " [" + info.range + unit + "]")
+        ->option_text("[" + value + "]")
+        ->group("Options of the bake (default: preset high)");
+  }
+}
+
+}  // namespace
+
+void addBakeCommand(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("bake", "Bake how light travels through a level");
+  auto arguments = std::make_shared<BakeArguments>();
+  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)");
+  command->add_option("-o,--output", arguments->output, "Bake to write (.relume)");
+  static const std::map<std::string, Preset> kPresets = {
+      {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
+  command
+      ->add_option("--preset", arguments->preset,
+                   "Where options start from: seconds, the paper's moderate or high setting, two minutes "
+                   "[draft|medium|high|best]")
+      ->option_text("NAME [high]")
+      ->transform(CLI::CheckedTransformer(kPresets).description(""));
+  command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset");
+  command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
+  command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file");
+  addTerminalOptions(*command, arguments->terminal);
+  command->add_option("--bands", arguments->bands, "Bands of SH links, luma and chroma together [1..8]")
+      ->option_text("[4]")
+      ->group("Options of the bake (default: preset high)");
+  addTableOptions(*command, *arguments);
+  command->callback([arguments, &action] { action = [arguments] { return runBake(*arguments); }; });
+}
+
+}  // namespace relume
