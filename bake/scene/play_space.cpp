@@ -32,7 +32,7 @@ constexpr std::uint32_t kRounds = 8;               // later rounds start where e
 constexpr std::size_t kWalksPerChunk = 2048;
 constexpr std::size_t kReceivers = 1u << 14;       // points handed over
 constexpr float kFreshStarts = 0.25f;              // share of a later round that starts anew
-constexpr double kHitsPerCell = 24.0;              // expected of a level that is seen all over
+constexpr double kHitsPerCell = 24.0;              // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;              // of the median distance to a hit
 constexpr double kDroppedHits = 0.005;             // share of the hits in dropped cells
 constexpr double kDroppedDensity = 0.1;            // and they are hit less than this share of the mean
@@ -152,9 +152,14 @@ void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOpt
   }
 }
 
-// [m] Median distance to a hit from the starts; 0 when nothing is hit.
-float typicalDistance(const RayTracer& tracer, std::uint64_t seed, std::span<const glm::vec3> freePoints) {
-  constexpr std::size_t kProbes = 2048;
+// What the starts see.
+struct FirstLook {
+  float distance = 0.0f;  // [m] median distance to a hit; 0 = nothing is hit
+  float hitShare = 0.0f;  // of the rays
+};
+
+FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, std::span<const glm::vec3> freePoints) {
+  constexpr std::size_t kProbes = 4096;
   std::vector<Ray> rays(kProbes);
   std::vector<Hit> hits(kProbes);
   for (std::size_t i = 0; i < kProbes; ++i) {
@@ -167,10 +172,10 @@ float typicalDistance(const RayTracer& tracer, std::uint64_t seed, std::span<con
   for (const Hit& hit : hits) {
     if (hit) distances.push_back(hit.distance);
   }
-  if (distances.empty()) return 0.0f;
+  if (distances.empty()) return {};
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return {*middle, static_cast<float>(distances.size()) / static_cast<float>(kProbes)};
 }
 
 // Visit the fixed triangles in parallel: visit(instance index, triangle, corners, area).
@@ -235,7 +240,7 @@ std::vector<CellHits> keepCells(const RayTracer& tracer, const CellGrid& grid, s
   double hits = 0.0, seen = 0.0;
   std::vector<std::pair<double, std::uint32_t>> byDensity(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double count = double{1.0} * cells[i].direct + cells[i].bounced;
+    const double count = static_cast<double>(cells[i].direct) + cells[i].bounced;
     const double a = static_cast<double>(area[i].load()) * unit;
     byDensity[i] = {a > 0.0 ? count / a : std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(i)};
     hits += count;
@@ -244,7 +249,7 @@ std::vector<CellHits> keepCells(const RayTracer& tracer, const CellGrid& grid, s
   std::sort(byDensity.begin(), byDensity.end());
   double dropped = 0.0;
   for (const auto& [density, i] : byDensity) {
-    dropped += double{1.0} * cells[i].direct + cells[i].bounced;
+    dropped += static_cast<double>(cells[i].direct) + cells[i].bounced;
     if (dropped > kDroppedHits * hits || density > kDroppedDensity * hits / std::max(seen, unit)) break;
     cells[i].key = 0;
   }
@@ -339,16 +344,16 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   // Find where receivers can be.
   std::vector<glm::vec3> freePoints;
   const char* from = "cameras and play volumes";
-  float distance = 0.0f;
-  if (!scene.cameras.empty() || !scene.volumes.empty()) distance = typicalDistance(tracer, seed, freePoints);
-  if (!(distance > 0.0f)) {
+  FirstLook look;
+  if (!scene.cameras.empty() || !scene.volumes.empty()) look = lookAround(tracer, seed, freePoints);
+  if (!(look.distance > 0.0f)) {
     from = "free space";
     freePoints = findFreePoints(tracer, seed, context);
-    if (!freePoints.empty()) distance = typicalDistance(tracer, seed, freePoints);
+    if (!freePoints.empty()) look = lookAround(tracer, seed, freePoints);
   }
   if (context.cancelled()) return cancelledError();
-  if (options.mode == PlaySpaceOptions::Mode::all || !(distance > 0.0f)) {
-    if (!(distance > 0.0f)) context.message(Severity::warning, "play space: no free space found; every surface is kept");
+  if (options.mode == PlaySpaceOptions::Mode::all || !(look.distance > 0.0f)) {
+    if (!(look.distance > 0.0f)) context.message(Severity::warning, "play space: no free space found; every surface is kept");
     space.receivers = freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(freePoints);
     thin(space.receivers);
     report(space, "everywhere", context);
@@ -356,10 +361,10 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   }
 
   // Walk. Cells are as fine as the number of hits allows, and finer where the level is much larger than what is near.
-  const double expected = double{1.0} * options.walks * options.maxBounces;
+  const double expected = double{look.hitShare} * options.walks * options.maxBounces;
   CellGrid grid;
   grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
-                       kMaxCellShare * distance);
+                       kMaxCellShare * look.distance);
   grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
   CellCounter counter;
   std::vector<glm::vec3> pool;
