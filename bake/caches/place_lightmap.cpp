@@ -61,55 +61,55 @@ class Placer {
   }
 
  private:
-  Texels place(float texelSize, bool trace) {
+  Texels place(double texelSize) {
     Texels texels;
-    texels.cells = layCells(scene_, playSpace_, set_, texelSize, context_);
-    texels.shared = shareCells(scene_, set_, texels.cells, trace ? &prober_ : nullptr, options_.maxBackFaceShare, options_.minChartTexels, context_);
+    texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
+    texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
     return texels;
   }
 
-  float firstGuess(double target) const { return static_cast<float>(std::sqrt(set_.areaSeen / std::max(1.0, target))); }
+  double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
 
-  // Find the texel size by estimates without rays, then correct it by what validity and sight make of it.
+  // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms.
   Texels searchCount() {
+    constexpr int kSteps = 7;
+    constexpr double kCloseEnough = 0.02;
     const double target = options_.lightmapCaches;
-    double size = firstGuess(target), ratio = 1.0;
-    for (int i = 0; i < 8 && !context_.cancelled(); ++i) {
-      const Texels texels = place(static_cast<float>(size), false);
-      ratio = static_cast<double>(texels.shared.caches.size()) / target;
-      if (std::abs(ratio - 1.0) < 0.02) break;
-      size *= std::pow(ratio, 1.0 / kCountPower);
-    }
     Texels best;
-    double bestOff = INFINITY;
-    for (int i = 0; i < 4 && !context_.cancelled(); ++i) {
-      Texels texels = place(static_cast<float>(size), true);
-      ratio = static_cast<double>(texels.shared.caches.size()) / target;
-      if (std::abs(ratio - 1.0) < bestOff) {
-        bestOff = std::abs(ratio - 1.0);
+    double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
+    for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
+      Texels texels = place(size);
+      const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
+      const double off = std::abs(std::log(count / target));
+      if (lastSize > 0.0 && lastSize != size) power = std::clamp(-std::log(count / lastCount) / std::log(size / lastSize), 0.7, 3.0);
+      if (off < bestOff) {
+        bestOff = off;
         best = std::move(texels);
       }
-      if (bestOff < 0.02) break;
-      size *= std::pow(std::max(ratio, 0.01), 1.0 / kCountPower);
+      if (bestOff < kCloseEnough) break;
+      lastSize = size;
+      lastCount = count;
+      size *= std::pow(count / target, 1.0 / power);
     }
     return best;
   }
 
   // The smallest texels whose patches fit the light map that was asked for.
   std::optional<AtlasPlan> searchSide(Texels& texels, AtlasRequest& request) {
+    constexpr int kSteps = 6, kTries = 24;
     const double capacity = static_cast<double>(options_.lightmapSize) * options_.lightmapSize;
     double size = firstGuess(capacity);
-    for (int i = 0; i < 8 && !context_.cancelled(); ++i) {
-      const Texels trial = place(static_cast<float>(size), false);
+    for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
+      const Texels trial = place(size);
       const AtlasRequest wish = requestAtlas(trial.cells, trial.shared);
       double area = static_cast<double>(wish.single.size());
       for (const glm::uvec2& r : wish.rectangle) area += static_cast<double>(r.x + gutter_) * (r.y + gutter_);
       const double ratio = area / (0.93 * capacity);
-      if (std::abs(ratio - 1.0) < 0.01) break;
-      size *= std::pow(ratio, 1.0 / kCountPower);
+      if (std::abs(ratio - 1.0) < 0.02) break;
+      size *= std::pow(std::max(ratio, 1e-3), 1.0 / kCountPower);
     }
-    for (int i = 0; i < 24 && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
-      texels = place(static_cast<float>(size), true);
+    for (int i = 0; i < kTries && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
+      texels = place(size);
       sortCaches(texels.shared);
       request = requestAtlas(texels.cells, texels.shared);
       if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, options_.lightmapSize)) return plan;

@@ -2,6 +2,7 @@
 // See share_cells.h.
 #include "bake/caches/share_cells.h"
 
+#include "bake/caches/point_hash.h"
 #include "bake/parallel.h"
 
 #include <glm/common.hpp>
@@ -11,229 +12,223 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
 
 namespace relume {
 namespace {
 
-constexpr int kMaxRounds = 8;
-constexpr std::size_t kMostRejects = 4;
+// Errors are relative, for a surface of a full texel. What a cache a texel away costs (constant light on a slope):
+constexpr float kErrorPerTexel = 0.5f;
+// What another normal costs, for opposite ones; below kMinCosine nothing is shared.
+constexpr float kErrorPerNormal = 0.6f;
+constexpr float kMinCosine = 0.5f;
+// What the grid costs, and so the most a shared cache may cost.
+constexpr float kGridError = 0.8f;
+// The error a cache must save, in full texels.
+constexpr float kCacheCost = 0.12f;
+// Distance off the tangent planes counts so much more than along them: a shelf is not the wall.
+constexpr float kOffPlane = 3.0f;
+// Texels with less surface than this choose in groups of neighbours that look the same way.
+constexpr float kSmallShare = 0.25f;
+constexpr float kGroupTexels = 0.3f;
 // Beyond this share of near hits a cache lies in a gap that nothing looks into.
 constexpr float kMaxNearShare = 0.9f;
+constexpr int kRounds = 4;
+constexpr std::size_t kSightTests = 6;
 
-// Reach of a cell that stands for `share` of a full texel, in texels.
-float reachOf(float share) { return 0.3f + 0.6f * (1.0f - share); }
-// Least cosine between the normals of cell and cache.
-float cosineOf(float share) { return glm::mix(0.65f, 0.97f, std::min(1.0f, 2.0f * share)); }
-
-// Caches by place.
-class CacheHash {
- public:
-  explicit CacheHash(float size) : inverse_(1.0f / size) {}
-  void add(std::uint32_t cache, const glm::vec3& p) { table_[key(cellOf(p))].push_back(cache); }
-  void remove(std::uint32_t cache, const glm::vec3& p) { std::erase(table_[key(cellOf(p))], cache); }
-  template <class Visit>
-  void near(const glm::vec3& p, float radius, Visit&& visit) const {
-    const glm::ivec3 low = cellOf(p - radius), high = cellOf(p + radius);
-    for (int z = low.z; z <= high.z; ++z) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-          const auto found = table_.find(key({x, y, z}));
-          if (found == table_.end()) continue;
-          for (const std::uint32_t cache : found->second) visit(cache);
-        }
-      }
-    }
-  }
-
- private:
-  glm::ivec3 cellOf(const glm::vec3& p) const { return glm::ivec3(glm::floor(glm::clamp(p * inverse_, -1e6f, 1e6f))); }
-  static std::uint64_t key(const glm::ivec3& c) {
-    const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFFu; };
-    return part(c.x) | (part(c.y) << 21) | (part(c.z) << 42);
-  }
-  float inverse_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> table_;
+// Cells that open a cache together: the first one is where it sits.
+struct Unit {
+  std::uint32_t cell = 0;      // with the most surface
+  float weight = 0.0f;         // [full texels]
+  float error = kGridError;    // of the best cache so far
+  bool closed = false;         // opened a cache, or cannot
 };
-
-enum class State : std::uint8_t { open, owner, sharer, dropped };
 
 class Sharer {
  public:
-  Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober* prober, float maxBackFaceShare, float minChartTexels)
-      : scene_(scene), set_(set), cells_(cells), prober_(prober), maxBackFaceShare_(maxBackFaceShare), fullTexels_(std::max(minChartTexels, 1e-6f)),
-        hash_(std::max(cells.texelSize, 1e-12f)), state_(cells.cells.size(), State::open), invalid_(cells.cells.size(), 0),
-        spot_(cells.cells.size()), rejects_(cells.cells.size()) {
-    for (auto& r : rejects_) r.fill(kNoCache);
-    result_.cacheOfCell.assign(cells.cells.size(), kNoCache);
-  }
+  Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober, const CacheOptions& options)
+      : scene_(scene), set_(set), cells_(cells), prober_(prober), options_(options), reach_(kGridError / kErrorPerTexel),
+        voxel_(std::max(cells.texelSize, 1e-12f)), units_(voxel_), caches_(voxel_) {}
 
   SharedCaches run(Context& context) {
-    prepare(context);
-    for (int round = 0; round < kMaxRounds && !context.cancelled(); ++round) {
-      if (!assign(round + 1 == kMaxRounds)) break;
-      if (!prober_) break;
-      verify(context);
-      settle();
+    result_.cacheOfCell.assign(cells_.cells.size(), kNoCache);
+    placeCells(context);
+    std::vector<std::uint32_t> open(cells_.cells.size());
+    std::iota(open.begin(), open.end(), 0u);
+    // Later rounds serve cells from which no cache near by is in sight, or whose cache proved invalid.
+    for (int round = 0; round < kRounds && !open.empty() && !context.cancelled(); ++round) {
+      makeUnits(open);
+      const std::size_t before = result_.caches.size();
+      openCaches();
+      checkCaches(before, context);
+      chooseCaches(open, context);
+      std::erase_if(open, [&](std::uint32_t cell) { return result_.cacheOfCell[cell] != kNoCache; });
     }
-    if (prober_) improve(context);
     compact();
     return std::move(result_);
   }
 
  private:
-  float localTexel(std::uint32_t cell) const { return cells_.texelSize / set_.patches[cells_.cells[cell].patch].density; }
-  float shareOf(std::uint32_t cell) const {
-    const float texel = localTexel(cell);
-    return std::min(1.0f, cells_.cells[cell].area / (texel * texel * fullTexels_));
-  }
-  SurfaceSpot place(std::uint32_t cell, std::uint32_t k) const {
+  float texelOf(std::uint32_t cell) const { return cells_.texelSize / set_.patches[cells_.cells[cell].patch].density; }
+
+  SurfaceSpot placeOf(std::uint32_t cell, std::uint32_t k) const {
     const Cell& c = cells_.cells[cell];
     SurfaceSpot spot = spotOf(scene_, set_.patches[c.patch], cells_.points[c.firstPoint + k]);
-    const float lift = prober_ ? prober_->liftAt(spot.positionWorld, localTexel(cell)) : 0.0f;
-    spot.positionWorld += spot.normal * lift;
+    spot.positionWorld += spot.normal * prober_.liftAt(spot.positionWorld, texelOf(cell));
     return spot;
   }
 
-  // Large cells choose first.
-  void prepare(Context& context) {
-    order_.resize(cells_.cells.size());
-    std::iota(order_.begin(), order_.end(), 0u);
-    std::vector<float> share(order_.size());
-    parallelChunks(context, "", order_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  void placeCells(Context& context) {
+    spot_.resize(cells_.cells.size());
+    share_.resize(cells_.cells.size());
+    invalid_.assign(cells_.cells.size(), 0);
+    parallelChunks(context, "", spot_.size(), 1024, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        spot_[i] = place(static_cast<std::uint32_t>(i), 0);
-        share[i] = shareOf(static_cast<std::uint32_t>(i));
+        const auto cell = static_cast<std::uint32_t>(i);
+        spot_[i] = placeOf(cell, 0);
+        share_[i] = std::min(1.0f, cells_.cells[i].area / (texelOf(cell) * texelOf(cell)));
       }
     });
-    std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return share[a] > share[b]; });
   }
 
-  // The best cache a cell may share, or kNoCache. Distance along the normal counts three times: shelves are not walls.
-  std::uint32_t bestCache(std::uint32_t cell) const {
-    const float share = shareOf(cell), reach = reachOf(share) * localTexel(cell), cosine = cosineOf(share);
-    const SurfaceSpot& spot = spot_[cell];
-    std::uint32_t best = kNoCache;
-    float least = reach * reach;
-    hash_.near(spot.positionWorld, reach, [&](std::uint32_t cache) {
-      const SurfaceCache& other = result_.caches[cache];
-      const float agree = glm::dot(other.normal, spot.normal);
-      if (agree < cosine) return;
-      if (std::find(rejects_[cell].begin(), rejects_[cell].end(), cache) != rejects_[cell].end()) return;
-      const glm::vec3 way = other.positionWorld - spot.positionWorld;
-      const float off = std::max(std::abs(glm::dot(way, spot.normal)), std::abs(glm::dot(way, other.normal)));
-      const float cost = glm::dot(way, way) + 8.0f * off * off + 0.25f * reach * reach * (1.0f - agree);
-      if (cost < least || (cost == least && cache < best)) {
-        least = cost;
-        best = cache;
+  // Group the small cells; order by weight.
+  void makeUnits(const std::vector<std::uint32_t>& open) {
+    struct Small {
+      std::uint64_t voxel;
+      std::uint32_t look, cell;
+    };
+    const PointHash groups(kGroupTexels * voxel_);
+    std::vector<Small> small;
+    unit_.clear();
+    for (const std::uint32_t cell : open) {
+      if (share_[cell] >= kSmallShare) {
+        unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0});
+        continue;
       }
-    });
-    return best;
-  }
-
-  // Give every open cell a cache near by or one of its own. False when none was open.
-  bool assign(bool last) {
-    bool any = false;
-    fresh_.clear();
-    tentative_.clear();
-    for (const std::uint32_t cell : order_) {
-      if (state_[cell] != State::open) continue;
-      any = true;
-      const std::uint32_t best = bestCache(cell);
-      if (best != kNoCache) {
-        state_[cell] = State::sharer;
-        result_.cacheOfCell[cell] = best;
-        tentative_.push_back(cell);
-      } else if (invalid_[cell] || last) {
-        state_[cell] = State::dropped;
-      } else {
-        state_[cell] = State::owner;
-        result_.cacheOfCell[cell] = static_cast<std::uint32_t>(result_.caches.size());
-        owner_.push_back(cell);
-        result_.caches.push_back({spot_[cell].positionWorld, spot_[cell].normal});
-        hash_.add(result_.cacheOfCell[cell], spot_[cell].positionWorld);
-        fresh_.push_back(cell);
-      }
+      const glm::ivec3 look = glm::ivec3(glm::round(spot_[cell].normal * 1.4f)) + 1;
+      small.push_back({PointHash::key(groups.voxelOf(spot_[cell].positionWorld)), static_cast<std::uint32_t>(look.x + 4 * look.y + 16 * look.z), cell});
     }
-    return any;
+    std::sort(small.begin(), small.end(), [](const Small& a, const Small& b) {
+      if (a.voxel != b.voxel) return a.voxel < b.voxel;
+      return a.look != b.look ? a.look < b.look : a.cell < b.cell;
+    });
+    for (std::size_t begin = 0; begin < small.size();) {
+      Unit unit{kNone, 0.0f, kGridError, true};
+      std::size_t end = begin;
+      for (; end < small.size() && small[end].voxel == small[begin].voxel && small[end].look == small[begin].look; ++end) {
+        const std::uint32_t cell = small[end].cell;
+        unit.weight += share_[cell];
+        const bool better = unit.cell == kNone || invalid_[cell] < invalid_[unit.cell] ||
+                            (invalid_[cell] == invalid_[unit.cell] && share_[cell] > share_[unit.cell]);
+        if (better) unit.cell = cell;
+      }
+      unit.closed = invalid_[unit.cell] != 0;
+      unit_.push_back(unit);
+      begin = end;
+    }
+    std::stable_sort(unit_.begin(), unit_.end(), [](const Unit& a, const Unit& b) { return a.weight > b.weight; });
+    units_ = PointHash(voxel_);
+    for (std::uint32_t u = 0; u < unit_.size(); ++u) units_.add(u, spot_[unit_[u].cell].positionWorld);
   }
 
-  // The first place of a cell from which few rays see the inside of things.
-  bool findPlace(std::uint32_t cell, SurfaceSpot& spot, bool& moved) const {
-    const float contact = 0.02f * localTexel(cell);
+  // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; kGridError = not at all.
+  static float errorOf(const SurfaceSpot& spot, float texel, const glm::vec3& position, const glm::vec3& normal) {
+    const float agree = glm::dot(normal, spot.normal);
+    if (agree < kMinCosine) return kGridError;
+    const glm::vec3 way = position - spot.positionWorld;
+    const float off = std::max(std::abs(glm::dot(way, spot.normal)), std::abs(glm::dot(way, normal)));
+    const float distance = std::sqrt(glm::dot(way, way) + (kOffPlane * kOffPlane - 1.0f) * off * off);
+    return std::min(kGridError, kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree));
+  }
+
+  // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
+  // what is open now does not see them.
+  void openCaches() {
+    std::vector<std::pair<std::uint32_t, float>> served;
+    const float cost = kCacheCost * options_.minChartTexels;
+    for (Unit& unit : unit_) {
+      if (unit.closed || unit.weight <= 0.0f) continue;
+      const SurfaceSpot& spot = spot_[unit.cell];
+      served.clear();
+      float saved = 0.0f;
+      units_.near(spot.positionWorld, reach_ * texelOf(unit.cell), [&](std::uint32_t u) {
+        const Unit& other = unit_[u];
+        const float error = errorOf(spot_[other.cell], texelOf(other.cell), spot.positionWorld, spot.normal);
+        if (error >= other.error) return;
+        saved += other.weight * (other.error - error);
+        served.emplace_back(u, error);
+      });
+      // Full texels earn their cache by themselves, so that what lies around them does not decide.
+      if (saved < cost) continue;
+      for (const auto& [u, error] : served) unit_[u].error = error;
+      unit.closed = true;
+      owner_.push_back(unit.cell);
+      result_.caches.push_back({spot.positionWorld, spot.normal});
+    }
+  }
+
+  // The first place of a cell from which few rays see the inside of things: 0 none, 1 its middle, 2 another.
+  int findPlace(std::uint32_t cell) {
+    const float contact = 0.02f * texelOf(cell);
     for (std::uint32_t k = 0; k < cells_.cells[cell].pointCount; ++k) {
-      const SurfaceSpot candidate = place(cell, k);
+      const SurfaceSpot candidate = placeOf(cell, k);
       if (candidate.normal == glm::vec3(0.0f)) continue;
-      const Surroundings around = prober_->probe(candidate.positionWorld, candidate.normal, contact);
-      if (around.back > maxBackFaceShare_ || around.back + around.near > kMaxNearShare) continue;
-      spot = candidate;
-      moved = k > 0;
-      return true;
+      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact);
+      if (around.back > options_.maxBackFaceShare || around.back + around.near > kMaxNearShare) continue;
+      spot_[cell] = candidate;
+      return k == 0 ? 1 : 2;
     }
-    return false;
+    return 0;
   }
 
-  void verify(Context& context) {
-    verdict_.assign(fresh_.size(), 0);
-    parallelChunks(context, "check caches", fresh_.size(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        bool moved = false;
-        if (findPlace(fresh_[i], spot_[fresh_[i]], moved)) verdict_[i] = moved ? 2 : 1;
-      }
+  void checkCaches(std::size_t first, Context& context) {
+    std::vector<std::uint8_t> verdict(result_.caches.size() - first, 0);
+    parallelChunks(context, "check caches", verdict.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) verdict[i] = static_cast<std::uint8_t>(findPlace(owner_[first + i]));
     });
-    inSight_.assign(tentative_.size(), 0);
-    parallelChunks(context, "", tentative_.size(), 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) inSight_[i] = sees(tentative_[i], result_.cacheOfCell[tentative_[i]]);
-    });
-  }
-
-  bool sees(std::uint32_t cell, std::uint32_t cache) const {
-    // Look over the surface's own unevenness.
-    const SurfaceCache& other = result_.caches[cache];
-    const float lift = 0.05f * glm::distance(spot_[cell].positionWorld, other.positionWorld);
-    return prober_->connected(spot_[cell].positionWorld + spot_[cell].normal * lift, other.positionWorld + other.normal * lift);
-  }
-
-  void settle() {
-    for (std::size_t i = 0; i < fresh_.size(); ++i) {
-      const std::uint32_t cell = fresh_[i], cache = result_.cacheOfCell[cell];
-      hash_.remove(cache, result_.caches[cache].positionWorld);
-      if (verdict_[i] == 0) {
-        state_[cell] = State::open;
+    for (std::size_t i = 0; i < verdict.size(); ++i) {
+      const auto cache = static_cast<std::uint32_t>(first + i);
+      const std::uint32_t cell = owner_[cache];
+      if (verdict[i] == 0) {
         invalid_[cell] = 1;
-        result_.cacheOfCell[cell] = kNoCache;
         owner_[cache] = kNone;
         continue;
       }
-      result_.statistics.moved += verdict_[i] == 2;
+      result_.statistics.moved += verdict[i] == 2;
       result_.caches[cache] = {spot_[cell].positionWorld, spot_[cell].normal};
-      hash_.add(cache, spot_[cell].positionWorld);
-    }
-    for (std::size_t i = 0; i < tentative_.size(); ++i) {
-      const std::uint32_t cell = tentative_[i], cache = result_.cacheOfCell[cell];
-      if (inSight_[i] && owner_[cache] != kNone) continue;
-      state_[cell] = State::open;
-      result_.cacheOfCell[cell] = kNoCache;
-      auto& rejects = rejects_[cell];
-      const auto free = std::find(rejects.begin(), rejects.end(), kNoCache);
-      if (free != rejects.end()) *free = cache;
+      result_.cacheOfCell[cell] = cache;
+      caches_.add(cache, spot_[cell].positionWorld);
     }
   }
 
-  // Now that all caches are known, let sharers read the nearest one.
-  void improve(Context& context) {
-    std::vector<std::uint32_t> better(cells_.cells.size(), kNoCache);
-    parallelChunks(context, "", cells_.cells.size(), 256, [&](std::size_t begin, std::size_t end) {
+  bool inSight(std::uint32_t cell, std::uint32_t cache) const {
+    // Look over the surface's own unevenness.
+    const SurfaceCache& other = result_.caches[cache];
+    const float lift = 0.05f * glm::distance(spot_[cell].positionWorld, other.positionWorld);
+    return prober_.connected(spot_[cell].positionWorld + spot_[cell].normal * lift, other.positionWorld + other.normal * lift);
+  }
+
+  // Cells without a cache of their own read the one of least error among those in sight.
+  void chooseCaches(const std::vector<std::uint32_t>& open, Context& context) {
+    parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::pair<float, std::uint32_t>> candidates;
       for (std::size_t i = begin; i < end; ++i) {
-        const auto cell = static_cast<std::uint32_t>(i);
-        if (state_[cell] != State::sharer) continue;
-        const std::uint32_t best = bestCache(cell);
-        if (best != kNoCache && best != result_.cacheOfCell[cell] && sees(cell, best)) better[cell] = best;
+        const std::uint32_t cell = open[i];
+        if (result_.cacheOfCell[cell] != kNoCache) continue;
+        candidates.clear();
+        caches_.near(spot_[cell].positionWorld, reach_ * texelOf(cell), [&](std::uint32_t cache) {
+          const SurfaceCache& other = result_.caches[cache];
+          const float error = errorOf(spot_[cell], texelOf(cell), other.positionWorld, other.normal);
+          if (error < kGridError) candidates.emplace_back(error, cache);
+        });
+        const std::size_t tests = std::min(kSightTests, candidates.size());
+        std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests), candidates.end());
+        for (std::size_t k = 0; k < tests; ++k) {
+          if (!inSight(cell, candidates[k].second)) continue;
+          result_.cacheOfCell[cell] = candidates[k].second;
+          break;
+        }
       }
     });
-    for (std::size_t cell = 0; cell < better.size(); ++cell) {
-      if (better[cell] != kNoCache) result_.cacheOfCell[cell] = better[cell];
-    }
   }
 
   // Close the gaps that invalid owners left.
@@ -246,37 +241,37 @@ class Sharer {
       renamed[c] = count++;
     }
     result_.caches.resize(count);
-    for (std::size_t cell = 0; cell < state_.size(); ++cell) {
-      std::uint32_t& cache = result_.cacheOfCell[cell];
-      if (cache != kNoCache) cache = renamed[cache];
-      result_.statistics.shared += state_[cell] == State::sharer;
-      result_.statistics.dropped += cache == kNoCache;
+    std::uint32_t lit = 0;
+    for (std::uint32_t& cache : result_.cacheOfCell) {
+      if (cache == kNoCache) continue;
+      cache = renamed[cache];
+      ++lit;
     }
+    result_.statistics.shared = lit - count;
+    result_.statistics.dropped = static_cast<std::uint32_t>(result_.cacheOfCell.size()) - lit;
   }
 
   const Scene& scene_;
   const PatchSet& set_;
   const CellSet& cells_;
-  const Prober* prober_;
-  float maxBackFaceShare_;
-  const float fullTexels_;  // [texel²] surface that deserves a cache of its own
-  CacheHash hash_;
-  std::vector<State> state_;
-  std::vector<std::uint8_t> invalid_;   // every place of the cell is behind or inside something
-  std::vector<SurfaceSpot> spot_;       // of a cell
-  std::vector<std::array<std::uint32_t, kMostRejects>> rejects_;  // caches out of the cell's sight
-  std::vector<std::uint32_t> order_;    // cells, fullest first
-  std::vector<std::uint32_t> owner_;    // cell of a cache; kNone = invalid
-  std::vector<std::uint32_t> fresh_, tentative_;  // cells that got, or share, a cache this round
-  std::vector<std::uint8_t> verdict_, inSight_;
+  const Prober& prober_;
+  const CacheOptions& options_;
+  const float reach_;  // [texel] beyond which nothing is shared
+  const float voxel_;  // [m]
+  std::vector<SurfaceSpot> spot_;      // of a cell
+  std::vector<float> share_;           // of a full texel that a cell's surface is, [0..1]
+  std::vector<std::uint8_t> invalid_;  // every place of the cell is behind or inside something
+  std::vector<Unit> unit_;
+  std::vector<std::uint32_t> owner_;   // cell of a cache; kNone = invalid
+  PointHash units_, caches_;
   SharedCaches result_;
 };
 
 }  // namespace
 
-SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober* prober,
-                        float maxBackFaceShare, float minChartTexels, Context& context) {
-  return Sharer(scene, set, cells, prober, maxBackFaceShare, minChartTexels).run(context);
+SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
+                        const CacheOptions& options, Context& context) {
+  return Sharer(scene, set, cells, prober, options).run(context);
 }
 
 }  // namespace relume
