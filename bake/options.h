@@ -17,7 +17,7 @@ namespace relume {
 struct PlaySpaceOptions {
   enum class Mode { seen, all };
   Mode mode = Mode::seen;            // seen: cameras, extras.relume volumes, free grid points; all: every surface
-  std::uint32_t walks = 1u << 20;    // [1e3..1e9] random walks that find what is seen
+  std::uint32_t walks = 1u << 19;    // [1e3..1e9] random walks that find what is seen
   std::uint32_t maxBounces = 6;      // [1..64] length of a walk
 };
 
@@ -49,13 +49,14 @@ struct CacheOptions {
 };
 
 struct LinkOptions {
-  enum class CutKey { transfer, transferRadius };
+  enum class CutKey { transfer, transferRadius, readError };
   enum class PullWeight { area, openness, importance };
   LinkKind kind = LinkKind::cone;
   std::uint32_t linksPerCache = 254;   // [1..65535] n_L
   std::uint32_t raysPerCache = 4096;   // [16..1048576] K
   std::uint32_t bands = 4;             // [1..8] of SH links
-  CutKey key = CutKey::transferRadius; // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius
+  CutKey key = CutKey::readError;      // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius;
+                                       // readError: how far a node's average is from what the cache sees of it
   PullWeight pull = PullWeight::importance;  // weights of a node's children in its radiosity; area: the paper's
   float opennessRadius = 3.0f;         // [m] [> 0] R of openness d²/(d²+R²)
   std::uint32_t skyPatches = 64;       // [0..4096] sky senders; 0 = the sky gives no light
