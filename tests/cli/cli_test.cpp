@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+// The command line as a user meets it: exit status and message of each kind of bad input, what a good run leaves behind,
+// and Ctrl-C.
+#include "tests/cli/make_gltf.h"
+#include "tests/cli/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Cli : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("relume_cli_" + std::string(info->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "out");
+    room_ = put("room.gltf", makeGltf({}));
+    out_ = (folder_ / "out" / "room.relume").string();
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string put(const std::string& name, const std::string& text) {
+    const fs::path path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path.string();
+  }
+  ProgramResult run(const std::vector<std::string>& arguments) { return runProgram(arguments, folder_); }
+
+  // The smallest options that bake the room.
+  std::vector<std::string> bakeArguments(const std::string& scene, std::vector<std::string> more = {}) const {
+    std::vector<std::string> list = {"bake",   scene, "-o",     out_, "--surfels",          "256", "--links", "32",
+                                     "--rays", "64",  "--walks", "1000", "--lightmap-caches", "64",  "--grid",  "2,2,2"};
+    list.insert(list.end(), more.begin(), more.end());
+    return list;
+  }
+  void expectFailure(const ProgramResult& result, int status, const std::string& message) {
+    EXPECT_EQ(result.status, status) << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << "expected: " << message << "\nfound: " << result.err;
+    EXPECT_TRUE(fs::is_empty(folder_ / "out")) << "something was left behind";
+  }
+
+  fs::path folder_;
+  std::string room_, out_;
+};
+
+std::string smallBake(Cli*, const ProgramResult& result, const std::string& path) {
+  EXPECT_EQ(result.status, 0) << result.err;
+  return readAll(path);
+}
+
+TEST_F(Cli, bakesAndDescribesAndValidates) {
+  const ProgramResult baked = run(bakeArguments(room_, {"--report", (folder_ / "report.json").string()}));
+  const std::string bytes = smallBake(this, baked, out_);
+  EXPECT_GT(bytes.size(), 10000u);
+  EXPECT_NE(baked.out.find("256 surfels"), std::string::npos) << baked.out;
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
+
+  const std::string report = readAll(folder_ / "report.json");
+  for (const char* stage : {"import", "surfels", "hierarchy", "caches", "links", "write"})
+    EXPECT_NE(report.find("\"stage\": \"" + std::string(stage) + "\""), std::string::npos) << stage;
+
+  const ProgramResult valid = run({"validate", out_});
+  EXPECT_EQ(valid.status, 0) << valid.out << valid.err;
+  const ProgramResult info = run({"info", out_});
+  EXPECT_EQ(info.status, 0);
+  EXPECT_NE(info.out.find("link.cone"), std::string::npos);
+  const ProgramResult json = run({"info", out_, "--json"});
+  EXPECT_EQ(json.status, 0);
+  EXPECT_NE(json.out.find("\"spacingMinM\""), std::string::npos);
+}
+
+TEST_F(Cli, sceneInfoReportsMeshes) {
+  GltfParts parts;
+  parts.room.index.insert(parts.room.index.end(), {0, 1, 2, 5, 5, 6});  // a duplicate and a degenerate triangle
+  const std::string scene = put("faulty.gltf", makeGltf(parts));
+  const ProgramResult info = run({"info", scene});
+  EXPECT_EQ(info.status, 0) << info.err;
+  EXPECT_NE(info.out.find("node \"Room\""), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("degenerate"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("duplicate"), std::string::npos) << info.out;
+}
+
+TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
+  EXPECT_EQ(run({"--help"}).status, 0);
+  const ProgramResult help = run({"bake", "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* text : {"--surfels [131072]", "[2..16777216]", "halton|relaxed|eliminated", "--grid [0,0,0]", " texel]",
+                           "--threads", "--play-space", "--cut-key", "--sky-patches", "--pull"})
+    EXPECT_NE(help.out.find(text), std::string::npos) << text << "\n" << help.out;
+}
+
+TEST_F(Cli, usageErrors) {
+  expectFailure(run({}), 1, "subcommand is required");
+  expectFailure(run({"bale"}), 1, "bale");
+  expectFailure(run({"bake", room_}), 1, "-o FILE");
+  expectFailure(run(bakeArguments(room_, {"--frobnicate"})), 1, "--frobnicate");
+  expectFailure(run(bakeArguments(room_, {"--preset", "ultra"})), 1, "ultra");
+  expectFailure(run({"validate"}), 1, "FILE");
+}
+
+TEST_F(Cli, absurdOptionsNameOptionRangeAndValue) {
+  const auto with = [&](const std::string& flag, const std::string& value) {
+    return run({"bake", room_, "-o", out_, "--preset", "draft", flag, value});
+  };
+  expectFailure(with("--surfels", "0"), 1, "surfels.count (--surfels) is 0, expected 2..16777216");
+  expectFailure(with("--surfels", "1000000000"), 1, "surfels.count (--surfels) is 1000000000, expected 2..16777216");
+  expectFailure(with("--surfels", "-5"), 1, "surfels.count (--surfels): expected a whole number, 2..16777216, found -5");
+  expectFailure(with("--surfels", "many"), 1, "found \"many\"");
+  expectFailure(with("--bands", "9"), 1, "links.bands (--link-bands) is 9, expected 1..8");
+  expectFailure(with("--links", "9000"), 1, "links.linksPerCache (--links) is 9000, expected at most surfels.count");
+  expectFailure(with("--links", "0"), 1, "(--links) is 0, expected 1..65535");
+  expectFailure(with("--rays", "1"), 1, "(--rays) is 1, expected 16..1048576");
+  expectFailure(with("--grid", "2,2"), 1, "(--grid): expected three whole numbers");
+  expectFailure(with("--grid", "2000,1,1"), 1, "(--grid) is [2000,1,1], expected 0..1024 each");
+  expectFailure(with("--grid", "1024,1024,1024"), 1, "1073741824 points");
+  expectFailure(with("--chroma-bands", "4"), 1, "chromaBands (--chroma-bands) is 4, expected at most lumaBands");
+  expectFailure(with("--placement", "random"), 1, "one of halton|relaxed|eliminated, found \"random\"");
+  expectFailure(with("--threads", "-1"), 1, "--threads");
+  expectFailure(with("--grid-spacing", "nan"), 1, "--grid-spacing");
+  expectFailure(with("--lightmap", "7"), 1, "(--lightmap) is 7, expected 0 or 16..16384");
+}
+
+TEST_F(Cli, optionsFilesAreReadAndUnknownKeysRefused) {
+  const ProgramResult printed = run({"bake", "--preset", "medium", "--print-options"});
+  EXPECT_EQ(printed.status, 0);
+  EXPECT_NE(printed.out.find("// n_S, surfels that send light [2..16777216]"), std::string::npos) << printed.out;
+  const std::string file = put("options.json", printed.out);
+  const ProgramResult again = run({"bake", "--preset", "best", "--options", file, "--print-options"});
+  EXPECT_EQ(again.out, printed.out) << again.err;
+  const ProgramResult over = run({"bake", "--options", file, "--surfels", "77777", "--print-options"});
+  EXPECT_NE(over.out.find("\"count\": 77777"), std::string::npos) << over.err;
+
+  const auto refused = [&](const std::string& json, const std::string& message) {
+    expectFailure(run({"bake", room_, "-o", out_, "--options", put("bad.json", json)}), 1, message);
+  };
+  refused("{\"surfels\":{\"cuont\":5}}", "unknown key \"surfels.cuont\"");
+  refused("{\"surfels\":5}", "\"surfels\" must be an object");
+  refused("{\"surfels\":{\"count\":\"x\"}}", "surfels.count (--surfels): expected a whole number");
+  refused("{\"seed\":", "not JSON");
+  refused("[]", "expected a JSON object");
+  refused(std::string(20000, '['), "not JSON");
+  expectFailure(run({"bake", room_, "-o", out_, "--options", "nowhere.json"}), 2, "nowhere.json: cannot be opened");
+}
+
+TEST_F(Cli, unwritableOutputsFailBeforeTheBake) {
+  const auto to = [&](const std::string& output) { return run({"bake", room_, "-o", output}); };
+  expectFailure(to(folder_.string()), 2, "Is a directory");
+  expectFailure(to((folder_ / "missing" / "x.relume").string()), 2, "No such file or directory");
+  expectFailure(to("/dev/full"), 2, "is not a regular file");
+  expectFailure(to("/proc/x.relume"), 2, "/proc/x.relume: cannot");
+  if (::geteuid() != 0) {
+    fs::create_directories(folder_ / "locked");
+    fs::permissions(folder_ / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    expectFailure(to((folder_ / "locked" / "x.relume").string()), 2, "Permission denied");
+  }
+}
+
+TEST_F(Cli, brokenBakesAreRefusedByNameWithStatus3) {
+  smallBake(this, run(bakeArguments(room_)), out_);
+  const std::string good = readAll(out_);
+  fs::remove(out_);
+  const auto refused = [&](const std::string& bytes, int status, const std::string& message) {
+    const std::string file = put("bad.relume", bytes);
+    for (const char* command : {"validate", "info"}) expectFailure(run({command, file}), status, message);
+    const ProgramResult json = run({"validate", file, "--json"});
+    EXPECT_EQ(json.status, status);
+    EXPECT_NE(json.out.find("\"valid\": false"), std::string::npos) << json.out;
+  };
+  refused("", 3, "empty file");
+  refused(good.substr(0, 40), 3, "truncated");
+  refused(good.substr(0, good.size() / 2), 3, "truncated");
+  refused("not a bake at all, but long enough to hold the header of one, so it seems", 3, "header magic");
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 16);
+  refused(flipped, 3, "checksum");
+  std::string enormous = good;
+  for (int i = 0; i < 8; ++i) enormous[64 + 24 + i] = static_cast<char>(0x7F);
+  refused(enormous, 3, "chunk scalars size");
+  std::string newer = good;
+  newer[8] = 2;
+  refused(newer, 5, "format version 2");
+  expectFailure(run({"validate", (folder_ / "none.relume").string()}), 2, "No such file");
+}
+
+TEST_F(Cli, malformedScenesAreRefusedByName) {
+  const auto refused = [&](const std::string& name, const std::string& text, int status, const std::string& message) {
+    SCOPED_TRACE(name);
+    expectFailure(run(bakeArguments(put(name, text))), status, message);
+  };
+  refused("empty.gltf", "", 3, "empty.gltf");
+  refused("text.glb", "hello", 3, "text.glb");
+  refused("deep.gltf", std::string(20000, '[') + std::string(20000, ']'), 3, "deep.gltf");
+  GltfParts far;
+  far.room.index[7] = 9999;
+  refused("index.gltf", makeGltf(far), 3, "9999");
+  GltfParts many;
+  many.indexCount = 2147483646;
+  refused("many.gltf", makeGltf(many), 3, "accessor");
+  GltfParts wide;
+  wide.byteLength = 1000000;
+  refused("wide.gltf", makeGltf(wide), 3, "ufferView");
+  GltfParts extension;
+  extension.extraTop = "\"extensionsRequired\":[\"EXT_unheard_of\"],\"extensionsUsed\":[\"EXT_unheard_of\"],";
+  refused("extension.gltf", makeGltf(extension), 5, "EXT_unheard_of");
+  GltfParts nan;
+  nan.room.position[3][1] = std::numeric_limits<float>::quiet_NaN();
+  refused("nan.gltf", makeGltf(nan), 3, "finite");
+  expectFailure(run(bakeArguments((folder_ / "none.glb").string())), 2, "none.glb");
+}
+
+TEST_F(Cli, scenesWithNothingToBakeFailByName) {
+  GltfParts ignored;
+  ignored.nodeExtras = "\"extras\":{\"relume\":{\"bake\":\"dynamic\"}},";
+  expectFailure(run(bakeArguments(put("dynamic.gltf", makeGltf(ignored)))), 4, "has no triangle to bake");
+  const std::string empty = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{}]}";
+  expectFailure(run(bakeArguments(put("none.gltf", empty))), 4, "has no triangle to bake");
+  GltfParts flat;
+  for (auto& p : flat.room.position) p = {1.0f, 1.0f, 1.0f};
+  const ProgramResult degenerate = run(bakeArguments(put("degenerate.gltf", makeGltf(flat))));
+  EXPECT_EQ(degenerate.status, 4) << degenerate.err;
+  EXPECT_NE(degenerate.err.find("relume: error: "), std::string::npos);
+}
+
+TEST_F(Cli, ctrlCStopsSoonAndLeavesTheOldFileAlone) {
+  std::ofstream(out_) << "old";
+  // Enough rays for minutes, so that the signal comes in the middle.
+  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}), folder_);
+  ASSERT_TRUE(bake.waitForStderr("links"));
+  const auto sent = std::chrono::steady_clock::now();
+  bake.send(SIGINT);
+  const ProgramResult result = bake.wait();
+  // Half a second is the promise on an idle machine; tests share theirs.
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - sent).count(), 5.0);
+  EXPECT_EQ(result.status, 4) << result.err;
+  EXPECT_NE(result.err.find("cancelled"), std::string::npos) << result.err;
+  EXPECT_EQ(readAll(out_), "old");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Cli, killedBakesLeaveTheOldFileAndTheNextRunCleansUp) {
+  std::ofstream(out_) << "old";
+  std::ofstream(out_ + ".4242-0.tmp") << "left by a killed run";
+  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}), folder_);
+  ASSERT_TRUE(bake.waitForStderr("links"));
+  bake.send(SIGKILL);
+  EXPECT_EQ(bake.wait().status, 128 + SIGKILL);
+  EXPECT_EQ(readAll(out_), "old");
+  EXPECT_EQ(run(bakeArguments(room_)).status, 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Cli, progressAsJsonLinesIsJson) {
+  const ProgramResult result = run(bakeArguments(room_, {"--progress", "json"}));
+  EXPECT_EQ(result.status, 0) << result.err;
+  std::size_t lines = 0;
+  for (std::size_t at = 0; at < result.err.size(); ++lines) {
+    const std::size_t end = result.err.find('\n', at);
+    ASSERT_NE(end, std::string::npos);
+    EXPECT_EQ(result.err[at], '{') << result.err.substr(at, end - at);
+    EXPECT_EQ(result.err[end - 1], '}');
+    at = end + 1;
+  }
+  EXPECT_GT(lines, 6u);
+  EXPECT_EQ(run(bakeArguments(room_, {"--progress", "none"})).err, "");
+}
+
+}  // namespace
+}  // namespace relume

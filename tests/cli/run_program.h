@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Runs the `relume` binary as a user would and keeps what it printed.
+#pragma once
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace relume {
+
+struct ProgramResult {
+  int status = -1;  // exit status; 128 + signal when one killed it
+  std::string out, err;
+  double seconds = 0.0;
+};
+
+inline std::string readAll(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A program that runs; its output goes to files in `folder`.
+class Program {
+ public:
+  Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder)
+      : out_(folder / "stdout.txt"), err_(folder / "stderr.txt"), begin_(std::chrono::steady_clock::now()) {
+    pid_ = ::fork();
+    if (pid_ != 0) return;
+    std::vector<char*> argv = {const_cast<char*>(RELUME_BINARY)};
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    if (!std::freopen(out_.c_str(), "wb", stdout) || !std::freopen(err_.c_str(), "wb", stderr)) ::_exit(126);
+    ::execv(RELUME_BINARY, argv.data());
+    ::_exit(127);
+  }
+
+  void send(int signal) const { ::kill(pid_, signal); }
+
+  ProgramResult wait() {
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    ProgramResult result;
+    result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result.out = readAll(out_);
+    result.err = readAll(err_);
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    return result;
+  }
+
+  // Whether the program has written `text` to stderr; gives up after half a minute.
+  bool waitForStderr(const std::string& text) const {
+    for (int i = 0; i < 3000; ++i) {
+      if (readAll(err_).find(text) != std::string::npos) return true;
+      if (::waitpid(pid_, nullptr, WNOHANG | WNOWAIT) != 0) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+
+ private:
+  std::filesystem::path out_, err_;
+  std::chrono::steady_clock::time_point begin_;
+  pid_t pid_ = -1;
+};
+
+inline ProgramResult runProgram(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  return Program(arguments, folder).wait();
+}
+
+}  // namespace relume

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// The table of options: presets are valid, JSON round-trips and is canonical, every range is enforced at both ends.
+#include "bake/options.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace relume {
+namespace {
+
+TEST(Options, presetsAreValidAndGrow) {
+  std::uint32_t surfels = 0;
+  for (const Preset preset : {Preset::draft, Preset::medium, Preset::high, Preset::best}) {
+    const BakeOptions options = presetOptions(preset);
+    EXPECT_TRUE(checkOptions(options));
+    EXPECT_GT(options.surfels.count, surfels);
+    surfels = options.surfels.count;
+  }
+  // PIC Table 2.
+  const BakeOptions high = presetOptions(Preset::high), moderate = presetOptions(Preset::medium);
+  EXPECT_EQ(high.surfels.count, 131072u);
+  EXPECT_EQ(high.links.linksPerCache, 254u);
+  EXPECT_EQ(high.lumaBands, 4u);
+  EXPECT_EQ(moderate.surfels.count, 32768u);
+  EXPECT_EQ(moderate.links.linksPerCache, 128u);
+  EXPECT_EQ(moderate.lumaBands, 3u);
+}
+
+TEST(Options, jsonRoundTripsEveryOption) {
+  BakeOptions changed;
+  // Change every option to another value of its range, then carry them over by JSON.
+  for (const OptionInfo& info : listOptions(changed)) {
+    std::string text;
+    const std::size_t bar = info.range.rfind('|');
+    if (bar != std::string::npos) text = info.value == "true" ? "false" : info.range.substr(bar + 1);
+    else if (info.range.find("each") != std::string::npos) text = "3,4,5";
+    else if (info.value.find('.') != std::string::npos) text = info.range.starts_with("0..1") ? "0.375" : "1.625";
+    else text = info.range.find("..8") != std::string::npos ? "2" : "17";
+    const Status status = setOption(changed, info.name, text);
+    ASSERT_TRUE(status) << status.error().message;
+  }
+  const std::vector<OptionInfo> before = listOptions(BakeOptions{}), after = listOptions(changed);
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NE(before[i].value, after[i].value) << before[i].name;
+  const std::string json = optionsToJson(changed);
+  const Result<BakeOptions> again = optionsFromJson(json, BakeOptions{});
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(optionsToJson(*again), json);
+}
+
+TEST(Options, jsonIsCanonical) {
+  const std::string json = optionsToJson(BakeOptions{});
+  EXPECT_EQ(json.find_first_of(" \n"), std::string::npos);
+  EXPECT_NE(json.find("\"normalWeight\":0.1,"), std::string::npos) << json;  // not 0.10000000149
+  EXPECT_LT(json.find("\"caches\""), json.find("\"links\""));
+  EXPECT_NE(json.find("\"pull\":\"importance\""), std::string::npos);
+}
+
+TEST(Options, rangesAreEnforcedAtBothEnds) {
+  struct Case {
+    const char* name;
+    const char* good;
+    const char* bad;
+  };
+  const Case cases[] = {
+      {"playSpace.walks", "1000", "999"},          {"playSpace.maxBounces", "64", "65"},
+      {"surfels.count", "16777216", "16777217"},   {"surfels.relaxIterations", "1000", "1001"},
+      {"surfels.candidateFactor", "1.5", "1.4"},   {"clustering.normalWeight", "0", "-0.1"},
+      {"caches.gridSpacing", "0", "-1"},           {"caches.gridCaches", "10000000", "10000001"},
+      {"caches.lightmapSize", "16384", "16385"},   {"caches.lightmapSize", "16", "15"},
+      {"caches.maxBackFaceShare", "1", "1.01"},    {"caches.gutterTexels", "8", "8.5"},
+      {"links.linksPerCache", "65535", "65536"},   {"links.raysPerCache", "16", "15"},
+      {"links.bands", "8", "9"},                   {"links.opennessRadius", "0.001", "0"},
+      {"links.skyPatches", "4096", "4097"},        {"lumaBands", "8", "9"},
+      {"chromaBands", "1", "0"},                   {"caches.gridResolution", "1024,1,1", "1025,1,1"},
+      {"caches.gridResolution", "2,2,2", "2,0,2"}, {"embreeIsa", "avx512", "neon"},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    BakeOptions options;
+    ASSERT_TRUE(setOption(options, c.name, c.good));
+    EXPECT_TRUE(checkOptions(options));
+    ASSERT_TRUE(setOption(options, c.name, c.bad));
+    const Status status = checkOptions(options);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::usage);
+    EXPECT_NE(status.error().message.find(c.name), std::string::npos) << status.error().message;
+  }
+}
+
+TEST(Options, numbersThatAreNotFiniteAreRefused) {
+  for (const float value : {std::nanf(""), std::numeric_limits<float>::infinity()}) {
+    BakeOptions options;
+    options.clustering.balanceWeight = value;
+    EXPECT_FALSE(checkOptions(options));
+  }
+}
+
+TEST(Options, namesAndFlagsAreUnique) {
+  std::set<std::string> names, flags;
+  for (const OptionInfo& info : listOptions(BakeOptions{})) {
+    EXPECT_TRUE(names.insert(info.name).second) << info.name;
+    EXPECT_TRUE(info.flag.empty() || flags.insert(info.flag).second) << info.flag;
+    EXPECT_FALSE(info.comment.empty());
+  }
+  EXPECT_FALSE(setOption(*std::make_unique<BakeOptions>(), "surfels", "1"));
+}
+
+}  // namespace
+}  // namespace relume
