@@ -50,8 +50,8 @@ struct RelightOptions {
   ParallelFor parallelFor;   // CPU backend; empty = one thread
   Simd simd = Simd::best;    // CPU backend; one that the processor lacks is refused
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
-  // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own from 8
-  // upward). Empty = nothing is in shadow.
+  // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own below
+  // 12). Empty = nothing is in shadow.
   std::string visibilityGlsl;
 };
 

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+// See passes.h.
+#include "runtime/gl/passes.h"
+
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace relume::gl {
+namespace {
+
+// Levels up to this many nodes are pulled several in one dispatch.
+constexpr std::uint32_t kSmallLevel = 2048;
+// Work groups of a large level; threads stride over the rest.
+constexpr GLuint kMostGroups = 65535;
+
+void bindStorage(GLuint slot, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer.get()); }
+
+GLuint groupsFor(std::size_t threads, std::size_t group) { return static_cast<GLuint>((threads + group - 1) / group); }
+
+std::vector<RelumeLight> packLights(std::span<const Light> lights) {
+  std::vector<RelumeLight> packed(lights.size());
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Light& from = lights[i];
+    RelumeLight& to = packed[i];
+    to = {};
+    to.positionWorld = from.positionWorld;
+    to.inverseRange2 = from.range > 0.0f ? 1.0f / (from.range * from.range) : 0.0f;
+    to.direction = from.direction;
+    to.kind = static_cast<uint>(from.kind);
+    to.intensity = from.intensity;
+    to.cosOuter = std::cos(from.outerConeRad);
+    to.coneScale = 1.0f / std::max(std::cos(from.innerConeRad) - to.cosOuter, 0.001f);
+  }
+  return packed;
+}
+
+// Give a buffer new contents, growing it when needed.
+void refill(Buffer& buffer, const void* data, std::size_t bytes) {
+  if (bytes == 0) return;
+  if (static_cast<std::size_t>(buffer.bytes) < bytes) {
+    buffer = makeBuffer(data, bytes, GL_STREAM_DRAW);
+    return;
+  }
+  glBindBuffer(GL_COPY_WRITE_BUFFER, buffer.get());
+  glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, GL_STREAM_DRAW);
+  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
+}
+
+}  // namespace
+
+CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands) {
+  const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
+  if (software) return {1, 64};
+  // Shared memory holds all sums of a group: 32 KiB is what every OpenGL has.
+  const int bytesPerCache = 4 * 33 * (lumaBands * lumaBands + 2 * chromaBands * chromaBands);
+  return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
+}
+
+std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands) {
+  return {{"RELUME_LUMA_BANDS", std::to_string(lumaBands)}, {"RELUME_CHROMA_BANDS", std::to_string(chromaBands)}};
+}
+
+std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
+                                                              const CacheGroup& group) {
+  auto defines = bandDefines(lumaBands, chromaBands);
+  defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
+  defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
+  if (kind == LinkKind::sh) defines.emplace_back("RELUME_SH_LINKS", "");
+  return defines;
+}
+
+Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, std::string_view visibilityGlsl) {
+  Result<Program> program = makeComputeProgram("light_surfels.comp", bandDefines(lumaBands, chromaBands), visibilityGlsl);
+  if (!program) return program.error();
+  SurfelPass pass;
+  pass.program_ = std::move(*program);
+  pass.lights_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
+  pass.host_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
+  const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
+  pass.surfelCount_ = location("relumeSurfelCount");
+  pass.senderCount_ = location("relumeSenderCount");
+  pass.lightCount_ = location("relumeLightCount");
+  pass.hostOffset_ = location("relumeHostOffset");
+  pass.emissionScale_ = location("relumeEmissionScale");
+  pass.skyRadiance_ = location("relumeSkyRadiance");
+  pass.bounceScale_ = location("relumeBounceScale");
+  return pass;
+}
+
+void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
+  const std::vector<RelumeLight> lights = packLights(setup.lights);
+  refill(lights_, lights.data(), lights.size() * sizeof(RelumeLight));
+  // What the host hands over a surfel or a patch, one after the other.
+  std::vector<glm::vec3> host;
+  const auto append = [&host](std::span<const glm::vec3> colors) {
+    const GLuint offset = colors.empty() ? kRelumeNone : static_cast<GLuint>(3 * host.size());
+    host.insert(host.end(), colors.begin(), colors.end());
+    return offset;
+  };
+  const GLuint irradiance = append(setup.surfelIrradiance), emission = append(setup.surfelEmission),
+               sky = append(setup.skyPatches);
+  refill(host_, host.data(), host.size() * sizeof(glm::vec3));
+
+  const GLuint program = program_.get();
+  const std::uint32_t senders = bake.hierarchy.senderCount();
+  glUseProgram(program);
+  glProgramUniform1ui(program, surfelCount_, bake.surfels.count());
+  glProgramUniform1ui(program, senderCount_, senders);
+  glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(lights.size()));
+  glProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
+  glProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
+  glProgramUniform3f(program, skyRadiance_, setup.skyRadiance.x, setup.skyRadiance.y, setup.skyRadiance.z);
+  glProgramUniform1f(program, bounceScale_, bounce ? setup.bounceScale : 0.0f);
+  bindStorage(RELUME_SLOT_SURFELS, gpu.surfels);
+  bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
+  bindStorage(RELUME_SLOT_LIGHTS, lights_);
+  bindStorage(RELUME_SLOT_HOST, host_);
+  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
+  bindResolve(gpu);
+  glDispatchCompute(groupsFor(senders, RELUME_SURFEL_GROUP), 1, 1);
+}
+
+Result<PullPass> PullPass::create() {
+  Result<Program> program = makeComputeProgram("pull.comp", {});
+  if (!program) return program.error();
+  PullPass pass;
+  pass.program_ = std::move(*program);
+  pass.firstLevel_ = glGetUniformLocation(pass.program_.get(), "relumeFirstLevel");
+  pass.lastLevel_ = glGetUniformLocation(pass.program_.get(), "relumeLastLevel");
+  return pass;
+}
+
+void PullPass::run(const GpuBake& gpu, const Hierarchy& hierarchy, void (*barrier)()) const {
+  glUseProgram(program_.get());
+  bindStorage(RELUME_SLOT_CHILD, gpu.child);
+  bindStorage(RELUME_SLOT_WEIGHT, gpu.weight);
+  bindStorage(RELUME_SLOT_LEVELS, gpu.levels);
+  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
+  const auto nodes = [&hierarchy](std::uint32_t level) {
+    return hierarchy.levelBegin[level + 1] - hierarchy.levelBegin[level];
+  };
+  const auto dispatch = [&](std::uint32_t first, std::uint32_t last, GLuint groups) {
+    glProgramUniform1ui(program_.get(), firstLevel_, first);
+    glProgramUniform1ui(program_.get(), lastLevel_, last);
+    glDispatchCompute(groups, 1, 1);
+    if (first > 0) barrier();
+  };
+  // The deepest level holds leaves alone.
+  for (std::uint32_t level = hierarchy.levelCount() - 1; level-- > 0;) {
+    if (nodes(level) > kSmallLevel) {
+      dispatch(level, level, std::min(groupsFor(nodes(level), RELUME_PULL_GROUP), kMostGroups));
+      continue;
+    }
+    const std::uint32_t last = level;
+    while (level > 0 && nodes(level - 1) <= kSmallLevel) --level;
+    dispatch(level, last, 1);
+  }
+}
+
+Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind) {
+  CachePass pass;
+  pass.group_ = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
+  Result<Program> program =
+      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_));
+  if (!program) return program.error();
+  pass.program_ = std::move(*program);
+  const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
+  pass.firstCache_ = location("relumeFirstCache");
+  pass.endCache_ = location("relumeEndCache");
+  pass.firstLink_ = location("relumeFirstLink");
+  pass.wordOffset_ = location("relumeWordOffset");
+  pass.halfOffset_ = location("relumeHalfOffset");
+  pass.shStride_ = location("relumeShStride");
+  return pass;
+}
+
+void CachePass::run(const GpuBake& gpu, std::uint32_t shBands) const {
+  const GLuint program = program_.get();
+  glUseProgram(program);
+  bindStorage(RELUME_SLOT_ROWS, gpu.rows);
+  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
+  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  glProgramUniform1ui(program, shStride_, shBands * shBands);
+  for (const LinkBatch& batch : gpu.batches) {
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
+    if (shBands > 0) {
+      glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SH, gpu.linkSh.get(), batch.shStart, batch.shBytes);
+    }
+    glProgramUniform1ui(program, firstLink_, batch.firstLink);
+    glProgramUniform1ui(program, wordOffset_, batch.wordOffset);
+    glProgramUniform1ui(program, halfOffset_, batch.halfOffset);
+    glProgramUniform1ui(program, endCache_, batch.endCache);
+    // The number of groups of one dispatch is limited.
+    const auto perGroup = static_cast<GLuint>(group_.caches);
+    for (GLuint first = batch.firstCache; first < batch.endCache; first += kMostGroups * perGroup) {
+      glProgramUniform1ui(program, firstCache_, first);
+      glDispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
+    }
+  }
+}
+
+Result<CopyPass> CopyPass::create(int lumaBands, int chromaBands) {
+  Result<Program> program = makeComputeProgram("copy_lightmap.comp", bandDefines(lumaBands, chromaBands));
+  if (!program) return program.error();
+  CopyPass pass;
+  pass.program_ = std::move(*program);
+  pass.mapSize_ = glGetUniformLocation(pass.program_.get(), "relumeMapSize");
+  return pass;
+}
+
+void CopyPass::run(const GpuBake& gpu) const {
+  if (gpu.mapWidth == 0) return;
+  glUseProgram(program_.get());
+  glProgramUniform2ui(program_.get(), mapSize_, gpu.mapWidth, gpu.mapHeight);
+  bindStorage(RELUME_SLOT_MAP_CACHE, gpu.mapCache);
+  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  const auto bindImage = [](GLuint unit, const Texture& texture) {
+    glBindImageTexture(unit, texture.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+  };
+  bindImage(RELUME_IMAGE_Y, gpu.mapY);
+  bindImage(RELUME_IMAGE_CO, gpu.mapCo);
+  bindImage(RELUME_IMAGE_CG, gpu.mapCg);
+  glDispatchCompute(groupsFor(gpu.mapWidth, RELUME_COPY_GROUP), groupsFor(gpu.mapHeight, RELUME_COPY_GROUP), 1);
+}
+
+void bindResolve(const GpuBake& gpu) {
+  const auto bindTexture = [](GLuint unit, GLenum target, const Texture& texture) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(target, texture.get());
+    glBindSampler(unit, 0);
+  };
+  bindTexture(RELUME_RESOLVE_UNIT_Y, GL_TEXTURE_2D_ARRAY, gpu.mapY);
+  bindTexture(RELUME_RESOLVE_UNIT_CO, GL_TEXTURE_2D_ARRAY, gpu.mapCo);
+  bindTexture(RELUME_RESOLVE_UNIT_CG, GL_TEXTURE_2D_ARRAY, gpu.mapCg);
+  bindTexture(RELUME_RESOLVE_UNIT_NORMAL, GL_TEXTURE_2D, gpu.mapNormal);
+  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  bindStorage(RELUME_RESOLVE_SLOT_GRID, gpu.gridCache);
+  glBindBufferBase(GL_UNIFORM_BUFFER, RELUME_RESOLVE_SLOT_UNIFORMS, gpu.resolve.get());
+}
+
+}  // namespace relume::gl

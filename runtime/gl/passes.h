@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// One function a pass: binds what shaders/shared/layout.h says and dispatches. No barriers here: they are the frame
+// order's (gl_backend.cpp).
+#pragma once
+
+#include "runtime/gl/program.h"
+#include "runtime/gl/upload.h"
+#include "runtime/lights.h"
+
+namespace relume::gl {
+
+// Threads that share a cache in light_caches.comp, and caches a work group.
+struct CacheGroup {
+  int lanes = 32, caches = 2;
+};
+
+// What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
+CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
+
+// Definitions that fix bands (and, for light_caches.comp, link kind and group) when a shader is compiled.
+std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands);
+std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
+                                                              const CacheGroup& group);
+
+// Uniform locations are looked up once.
+class SurfelPass {
+ public:
+  static Result<SurfelPass> create(int lumaBands, int chromaBands, std::string_view visibilityGlsl);
+  // (2) bounce: whether last frame's light may be read.
+  void run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
+  GLuint program() const { return program_.get(); }
+
+ private:
+  Program program_;
+  Buffer lights_, host_;
+  GLint surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1,
+        bounceScale_ = -1;
+};
+
+class PullPass {
+ public:
+  static Result<PullPass> create();
+  // (3) `barrier` runs between dispatches that depend on each other.
+  void run(const GpuBake& gpu, const Hierarchy& hierarchy, void (*barrier)()) const;
+
+ private:
+  Program program_;
+  GLint firstLevel_ = -1, lastLevel_ = -1;
+};
+
+class CachePass {
+ public:
+  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind);
+  // (4)
+  void run(const GpuBake& gpu, std::uint32_t shBands) const;
+
+ private:
+  Program program_;
+  CacheGroup group_;
+  GLint firstCache_ = -1, endCache_ = -1, wordOffset_ = -1, halfOffset_ = -1, firstLink_ = -1, shStride_ = -1;
+};
+
+class CopyPass {
+ public:
+  static Result<CopyPass> create(int lumaBands, int chromaBands);
+  // (5)
+  void run(const GpuBake& gpu) const;
+
+ private:
+  Program program_;
+  GLint mapSize_ = -1;
+};
+
+// The inputs of (6) on the slots of layout.h.
+void bindResolve(const GpuBake& gpu);
+
+}  // namespace relume::gl

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// See saved_state.h.
+#include "runtime/gl/saved_state.h"
+
+#include "shaders/shared/layout.h"
+
+namespace relume::gl {
+namespace {
+
+constexpr GLenum kFirstUnit = GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y;
+constexpr GLuint kUniformSlot = RELUME_RESOLVE_SLOT_UNIFORMS;
+constexpr std::array<GLenum, 8> kUnpack = {GL_UNPACK_SWAP_BYTES,  GL_UNPACK_LSB_FIRST,   GL_UNPACK_ROW_LENGTH,
+                                           GL_UNPACK_SKIP_ROWS,   GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT,
+                                           GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES};
+constexpr std::array<GLint, 8> kUnpackDefault = {0, 0, 0, 0, 0, 4, 0, 0};
+
+GLint getInteger(GLenum what) {
+  GLint value = 0;
+  glGetIntegerv(what, &value);
+  return value;
+}
+
+GLint getInteger(GLenum what, GLuint index) {
+  GLint value = 0;
+  glGetIntegeri_v(what, index, &value);
+  return value;
+}
+
+}  // namespace
+
+SavedState::Range SavedState::queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) {
+  Range range;
+  range.buffer = getInteger(binding, slot);
+  glGetInteger64i_v(start, slot, &range.start);
+  glGetInteger64i_v(size, slot, &range.size);
+  return range;
+}
+
+void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) {
+  const auto buffer = static_cast<GLuint>(range.buffer);
+  if (buffer == 0 || range.size == 0) {
+    glBindBufferBase(target, slot, buffer);
+  } else {
+    glBindBufferRange(target, slot, buffer, static_cast<GLintptr>(range.start), static_cast<GLsizeiptr>(range.size));
+  }
+}
+
+SavedState::SavedState()
+    : program_(getInteger(GL_CURRENT_PROGRAM)),
+      storage_(getInteger(GL_SHADER_STORAGE_BUFFER_BINDING)),
+      uniform_(getInteger(GL_UNIFORM_BUFFER_BINDING)),
+      copyRead_(getInteger(GL_COPY_READ_BUFFER_BINDING)),
+      copyWrite_(getInteger(GL_COPY_WRITE_BUFFER_BINDING)),
+      pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
+      activeUnit_(getInteger(GL_ACTIVE_TEXTURE)) {
+  for (GLuint i = 0; i < kStorageSlots; ++i) {
+    storageSlot_[i] = queryRange(GL_SHADER_STORAGE_BUFFER_BINDING, GL_SHADER_STORAGE_BUFFER_START,
+                                 GL_SHADER_STORAGE_BUFFER_SIZE, i);
+  }
+  uniformSlot_ = queryRange(GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE, kUniformSlot);
+  for (GLuint i = 0; i < unit_.size(); ++i) {
+    glActiveTexture(kFirstUnit + i);
+    unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY), getInteger(GL_SAMPLER_BINDING)};
+    glBindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
+  }
+  for (GLuint i = 0; i < image_.size(); ++i) {
+    image_[i] = {getInteger(GL_IMAGE_BINDING_NAME, i),    getInteger(GL_IMAGE_BINDING_LEVEL, i),
+                 getInteger(GL_IMAGE_BINDING_LAYERED, i), getInteger(GL_IMAGE_BINDING_LAYER, i),
+                 getInteger(GL_IMAGE_BINDING_ACCESS, i),  getInteger(GL_IMAGE_BINDING_FORMAT, i)};
+  }
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  for (std::size_t i = 0; i < kUnpack.size(); ++i) {
+    unpack_[i] = getInteger(kUnpack[i]);
+    glPixelStorei(kUnpack[i], kUnpackDefault[i]);
+  }
+}
+
+SavedState::~SavedState() {
+  for (std::size_t i = 0; i < kUnpack.size(); ++i) glPixelStorei(kUnpack[i], unpack_[i]);
+  for (GLuint i = 0; i < image_.size(); ++i) {
+    const Image& image = image_[i];
+    glBindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
+                       image.layer, static_cast<GLenum>(image.access), static_cast<GLenum>(image.format));
+  }
+  for (GLuint i = 0; i < unit_.size(); ++i) {
+    glActiveTexture(kFirstUnit + i);
+    glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
+    glBindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
+    glBindSampler(RELUME_RESOLVE_UNIT_Y + i, static_cast<GLuint>(unit_[i].sampler));
+  }
+  // Indexed bindings also set the generic one: restore that last.
+  for (GLuint i = 0; i < kStorageSlots; ++i) restoreRange(GL_SHADER_STORAGE_BUFFER, i, storageSlot_[i]);
+  restoreRange(GL_UNIFORM_BUFFER, kUniformSlot, uniformSlot_);
+  glActiveTexture(static_cast<GLenum>(activeUnit_));
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
+  glBindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
+  glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));
+  glBindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_));
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(storage_));
+  glUseProgram(static_cast<GLuint>(program_));
+}
+
+}  // namespace relume::gl

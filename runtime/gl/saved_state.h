@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// What the backend binds, put back when it is done: the host's renderer never notices that a frame was relit.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <array>
+
+namespace relume::gl {
+
+// Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
+// GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D and
+// 2-D array texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel unpack state.
+class SavedState {
+ public:
+  SavedState();
+  ~SavedState();
+  SavedState(const SavedState&) = delete;
+  SavedState& operator=(const SavedState&) = delete;
+
+ private:
+  struct Range {
+    GLint buffer = 0;
+    GLint64 start = 0, size = 0;
+  };
+  struct Unit {
+    GLint texture2D = 0, texture2DArray = 0, sampler = 0;
+  };
+  struct Image {
+    GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;
+  };
+  static constexpr GLuint kStorageSlots = 7;
+  static Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot);
+  static void restoreRange(GLenum target, GLuint slot, const Range& range);
+
+  GLint program_ = 0, storage_ = 0, uniform_ = 0, copyRead_ = 0, copyWrite_ = 0, pixelUnpack_ = 0, activeUnit_ = 0;
+  std::array<Range, kStorageSlots> storageSlot_;
+  Range uniformSlot_;
+  std::array<Unit, 4> unit_;
+  std::array<Image, 3> image_;
+  std::array<GLint, 8> unpack_{};
+};
+
+}  // namespace relume::gl

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// GPU time between marks of a frame, read when the GPU is done with it and never waited for. Timestamps, not
+// GL_TIME_ELAPSED: some software drivers answer nonsense to that.
+#pragma once
+
+#include "runtime/gl/handle.h"
+
+#include <array>
+
+namespace relume::gl {
+
+// kPasses intervals a frame. Several frames are in flight.
+template <std::size_t kPasses>
+class FrameTimer {
+ public:
+  FrameTimer() {
+    for (auto& frame : query_) {
+      for (Query& each : frame) {
+        GLuint name = 0;
+        glGenQueries(1, &name);
+        each = Query(name);
+      }
+    }
+  }
+  // Mark the start of a frame (0) and the end of each pass (1 .. kPasses), in order.
+  void mark(std::size_t index) { glQueryCounter(query_[current_][index].get(), GL_TIMESTAMP); }
+  // The frame's last mark was made.
+  void endFrame() {
+    pending_[current_] = true;
+    current_ = (current_ + 1) % kFrames;
+    collect(current_, true);
+  }
+  // [ms] of each pass in the last frame that finished.
+  const std::array<double, kPasses>& passMs() {
+    for (std::size_t i = 0; i < kFrames; ++i) collect((current_ + i) % kFrames, false);
+    return passMs_;
+  }
+
+ private:
+  static constexpr std::size_t kFrames = 4;
+
+  // Take the times of one frame in flight; `wait` before its queries are used again.
+  void collect(std::size_t frame, bool wait) {
+    if (!pending_[frame]) return;
+    GLint available = 0;
+    glGetQueryObjectiv(query_[frame][kPasses].get(), GL_QUERY_RESULT_AVAILABLE, &available);
+    if (!available && !wait) return;
+    std::array<GLuint64, kPasses + 1> at{};
+    for (std::size_t i = 0; i <= kPasses; ++i) glGetQueryObjectui64v(query_[frame][i].get(), GL_QUERY_RESULT, &at[i]);
+    for (std::size_t i = 0; i < kPasses; ++i) passMs_[i] = static_cast<double>(at[i + 1] - at[i]) * 1e-6;
+    pending_[frame] = false;
+  }
+
+  std::array<std::array<Query, kPasses + 1>, kFrames> query_;
+  std::array<bool, kFrames> pending_{};
+  std::array<double, kPasses> passMs_{};
+  std::size_t current_ = 0;
+};
+
+}  // namespace relume::gl

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// See upload.h.
+#include "runtime/gl/upload.h"
+
+#include "formats/pack.h"
+#include "runtime/gl/pack_node.h"
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace relume::gl {
+namespace {
+
+constexpr std::size_t kSmallest = 16;
+
+template <class T>
+Buffer makeArray(std::span<const T> data) {
+  return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
+}
+
+std::uint32_t finiteHalf(float v) { return packHalf(std::min(v, 65504.0f)); }
+
+std::vector<RelumeSurfel> packSurfels(const Surfels& surfels) {
+  std::vector<RelumeSurfel> packed(surfels.count());
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    const glm::vec3 albedo = surfels.albedo[i], emission = surfels.emission[i];
+    RelumeSurfel& s = packed[i];
+    s.positionWorld = surfels.positionWorld[i];
+    s.normal = packOctahedral(surfels.normal[i]);
+    s.albedoRG = packUnorm16x2({albedo.r, albedo.g});
+    s.albedoBEmissionR = (packUnorm16x2({albedo.b, 0.0f}) & 0xFFFFu) | finiteHalf(emission.r) << 16;
+    s.emissionGB = finiteHalf(emission.g) | finiteHalf(emission.b) << 16;
+    s.receiver = surfels.receiver[i];
+  }
+  return packed;
+}
+
+// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`.
+Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit, std::size_t alignment) {
+  const bool sh = links.kind == LinkKind::sh;
+  const std::size_t linkBytes = sh ? sizeof(std::uint32_t) : sizeof(ConeLink);
+  const std::size_t shBytes = sh ? 2 * std::size_t{links.bands} * links.bands : 0;
+  const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shBytes);
+  std::vector<LinkBatch> batches;
+  for (std::uint32_t cache = 0; cache < links.cacheCount();) {
+    LinkBatch batch;
+    batch.firstCache = cache;
+    batch.firstLink = links.rowBegin[cache];
+    while (cache < links.cacheCount() && links.rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
+    if (cache == batch.firstCache) {
+      return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
+                                               std::to_string(limit) + " bytes this OpenGL binds at once"};
+    }
+    batch.endCache = cache;
+    const std::size_t first = batch.firstLink, count = links.rowBegin[cache] - first;
+    const auto alignDown = [alignment](std::size_t byte) { return byte / alignment * alignment; };
+    const std::size_t linkStart = alignDown(first * linkBytes), shStart = alignDown(first * shBytes);
+    batch.linkStart = static_cast<GLintptr>(linkStart);
+    batch.wordOffset = static_cast<GLuint>((first * linkBytes - linkStart) / 4);
+    batch.linkBytes = static_cast<GLsizeiptr>(std::max(first * linkBytes + count * linkBytes - linkStart, kSmallest));
+    batch.shStart = static_cast<GLintptr>(shStart);
+    batch.halfOffset = static_cast<GLuint>((first * shBytes - shStart) / 2);
+    // Whole words: the last half may share its word with padding.
+    const std::size_t shEnd = (first + count) * shBytes;
+    batch.shBytes = static_cast<GLsizeiptr>(std::max((shEnd - shStart + 3) / 4 * 4, kSmallest));
+    // Caches without links keep the zeros their buffer began with.
+    if (count > 0) batches.push_back(batch);
+  }
+  return batches;
+}
+
+Texture makeTexture(GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  Texture texture(name);
+  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  glBindTexture(target, name);
+  if (target == GL_TEXTURE_2D) {
+    glTexStorage2D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  } else {
+    glTexStorage3D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers);
+  }
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return texture;
+}
+
+// Normal of each texel's cache as signed bytes, w = 1; zeros where there is none.
+std::vector<std::int8_t> packNormals(const Caches& caches) {
+  std::vector<std::int8_t> texels(4 * std::max<std::size_t>(caches.lightmap.cache.size(), 1), 0);
+  for (std::size_t i = 0; i < caches.lightmap.cache.size(); ++i) {
+    const std::uint32_t cache = caches.lightmap.cache[i];
+    if (cache == kNoCache) continue;
+    for (int k = 0; k < 3; ++k) {
+      const float v = std::clamp(caches.normal[cache][k], -1.0f, 1.0f);
+      texels[4 * i + static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * v));
+    }
+    texels[4 * i + 3] = 127;
+  }
+  return texels;
+}
+
+Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, GpuBake& gpu) {
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  const Lightmap& map = caches.lightmap;
+  if (map.width > static_cast<GLuint>(most) || map.height > static_cast<GLuint>(most)) {
+    return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " + std::to_string(map.height) +
+                                             " texels exceeds this OpenGL's largest texture, " + std::to_string(most)};
+  }
+  if (!map.cache.empty()) {
+    gpu.mapWidth = map.width;
+    gpu.mapHeight = map.height;
+  }
+  const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
+  const auto layers = [](int bands) { return (bands * bands + 3) / 4; };
+  gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(lumaBands));
+  gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
+  gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
+  gpu.mapNormal = makeTexture(GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
+  const std::vector<std::int8_t> normals = packNormals(caches);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
+                  normals.data());
+  gpu.textureBytes = std::size_t{width} * height *
+                     (8 * static_cast<std::size_t>(layers(lumaBands) + 2 * layers(chromaBands)) + 4);
+  return done();
+}
+
+Buffer makeResolve(const CacheGrid& grid) {
+  RelumeResolve resolve{};
+  resolve.gridOriginWorld = grid.originWorld;
+  resolve.gridSpacing = grid.spacing;
+  resolve.gridResolution = grid.resolution;
+  return makeBuffer(&resolve, sizeof resolve, GL_STATIC_DRAW);
+}
+
+}  // namespace
+
+Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
+  GLuint name = 0;
+  glGenBuffers(1, &name);
+  Buffer buffer{Handle<detail::deleteBuffer>(name), static_cast<GLsizeiptr>(std::max((bytes + 3) / 4 * 4, kSmallest))};
+  glBindBuffer(GL_COPY_WRITE_BUFFER, name);
+  if (data && static_cast<std::size_t>(buffer.bytes) == bytes) {
+    glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data, usage);
+    return buffer;
+  }
+  glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, usage);
+  glClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+  if (data && bytes > 0) glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
+  return buffer;
+}
+
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
+  GLint64 limit = 0;
+  GLint alignment = 1;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+  glGetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &alignment);
+  const Hierarchy& hierarchy = bake.hierarchy;
+  const Links& links = bake.links;
+
+  GpuBake gpu;
+  Result<std::vector<LinkBatch>> batches =
+      makeBatches(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 4)));
+  if (!batches) return batches.error();
+  gpu.batches = std::move(*batches);
+  const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
+  const std::size_t largest = std::max({cachesBytes, bake.surfels.count() * sizeof(RelumeSurfel),
+                                        hierarchy.nodeCount() * sizeof(PackedNode), bake.caches.lightmap.cache.size() * 4});
+  if (largest > static_cast<std::size_t>(limit)) {
+    return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) + " bytes is needed, this OpenGL binds at most " +
+                                             std::to_string(limit)};
+  }
+
+  const std::vector<RelumeSurfel> surfels = packSurfels(bake.surfels);
+  gpu.surfels = makeArray<RelumeSurfel>(surfels);
+  gpu.leafNode = makeArray<std::uint32_t>(hierarchy.leafNode);
+  gpu.child = makeArray<std::uint32_t>(hierarchy.child);
+  gpu.weight = makeArray<float>(hierarchy.firstWeight);
+  gpu.levels = makeArray<std::uint32_t>(hierarchy.levelBegin);
+  gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(PackedNode), GL_DYNAMIC_COPY);
+  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
+  if (links.kind == LinkKind::cone) {
+    gpu.links = makeArray<ConeLink>(links.cone);
+    gpu.linkSh = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
+  } else {
+    gpu.links = makeArray<std::uint32_t>(links.shNode);
+    gpu.linkSh = makeArray<std::uint16_t>(links.shCoefficients);
+  }
+  gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
+  gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
+  gpu.gridCache = makeArray<std::uint32_t>(bake.caches.grid.cache);
+  gpu.resolve = makeResolve(bake.caches.grid);
+  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, gpu); !ok) return ok.error();
+  // Bindings past a small buffer's end are errors: keep them inside.
+  for (LinkBatch& batch : gpu.batches) {
+    batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);
+    batch.shBytes = std::min(batch.shBytes, gpu.linkSh.bytes - batch.shStart);
+  }
+  if (glGetError() == GL_OUT_OF_MEMORY) {
+    return Error{ErrorCode::unsupported, "this OpenGL has not enough memory for the bake's buffers"};
+  }
+  return gpu;
+}
+
+std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
+  const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
+  return {{"surfels", bytes(surfels)},
+          {"hierarchy", bytes(child) + bytes(weight) + bytes(levels) + bytes(leafNode)},
+          {"radiosity", bytes(nodes)},
+          {"links", bytes(rows) + bytes(links) + bytes(linkSh)},
+          {"caches", bytes(caches)},
+          {"index", bytes(mapCache) + bytes(gridCache) + bytes(resolve)},
+          {"lightmap", textureBytes}};
+}
+
+}  // namespace relume::gl

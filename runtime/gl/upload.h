@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// The bake on the GPU: buffers and textures that live as long as the relighter.
+#pragma once
+
+#include "formats/bake.h"
+#include "formats/result.h"
+#include "runtime/gl/handle.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume::gl {
+
+// Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer.
+struct LinkBatch {
+  GLuint firstCache = 0, endCache = 0;
+  GLuint firstLink = 0;
+  GLintptr linkStart = 0, shStart = 0;  // [byte] aligned start of the bindings
+  GLsizeiptr linkBytes = 0, shBytes = 0;
+  GLuint wordOffset = 0, halfOffset = 0;  // where the batch's first link begins within them
+};
+
+struct GpuBake {
+  Buffer surfels, leafNode, child, weight, levels, nodes;  // nodes: PackedNode, written every frame
+  Buffer rows, links, linkSh;                              // cone links, or nodes and coefficients of SH links
+  Buffer caches;                                           // coefficients, written every frame
+  Buffer mapCache, gridCache, resolve;
+  Texture mapY, mapCo, mapCg, mapNormal;
+  std::vector<LinkBatch> batches;
+  GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
+
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+  std::size_t textureBytes = 0;
+};
+
+// A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
+Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage);
+
+// unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands);
+
+// Bytes of one cache's coefficients: four halves a word of 8 bytes, channels padded.
+inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
+  const auto words = [](int bands) { return static_cast<std::size_t>((bands * bands + 3) / 4); };
+  return 8 * (words(lumaBands) + 2 * words(chromaBands));
+}
+
+}  // namespace relume::gl

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// What C++ and GLSL must agree on: slots, sizes and structs of the OpenGL backend. Valid as both. Slots are macros because
+// GLSL 4.30 takes only literals in layout qualifiers; no pass uses more than the 8 storage blocks every driver has.
+#ifndef RELUME_LAYOUT_H
+#define RELUME_LAYOUT_H
+
+// Storage buffers of the passes.
+#define RELUME_SLOT_SURFELS 0     // surfels: RelumeSurfel[]
+#define RELUME_SLOT_LEAF_NODE 1   // surfels: node of each sender
+#define RELUME_SLOT_LIGHTS 2      // surfels: RelumeLight[]
+#define RELUME_SLOT_HOST 3        // surfels: what the host hands over a frame, three floats each
+#define RELUME_SLOT_NODES 4       // surfels (out), pull (in, out), caches (in): packed radiosity
+#define RELUME_SLOT_CHILD 0       // pull: first child or leaf
+#define RELUME_SLOT_WEIGHT 1      // pull: weight of the first child
+#define RELUME_SLOT_LEVELS 2      // pull: first node of each level
+#define RELUME_SLOT_ROWS 0        // caches: first link of each cache
+#define RELUME_SLOT_LINKS 1       // caches: cone links, or the nodes of SH links
+#define RELUME_SLOT_LINK_SH 2     // caches: coefficients of SH links, halves
+#define RELUME_SLOT_MAP_CACHE 0   // copy: cache of each texel
+
+// Images of the copy pass.
+#define RELUME_IMAGE_Y 0
+#define RELUME_IMAGE_CO 1
+#define RELUME_IMAGE_CG 2
+
+// Resolve: in the host's shaders and in the surfel pass. A host may define these before resolveGlsl().
+#ifndef RELUME_RESOLVE_UNIT_Y
+#define RELUME_RESOLVE_UNIT_Y 12       // texture unit of the light map's Y coefficients
+#endif
+#ifndef RELUME_RESOLVE_UNIT_CO
+#define RELUME_RESOLVE_UNIT_CO 13
+#endif
+#ifndef RELUME_RESOLVE_UNIT_CG
+#define RELUME_RESOLVE_UNIT_CG 14
+#endif
+#ifndef RELUME_RESOLVE_UNIT_NORMAL
+#define RELUME_RESOLVE_UNIT_NORMAL 15  // normal of the texel's cache; w = 1 where there is one
+#endif
+#ifndef RELUME_RESOLVE_SLOT_CACHES
+#define RELUME_RESOLVE_SLOT_CACHES 5   // storage buffer: coefficients of the unique caches, four halves a uvec2
+#endif
+#ifndef RELUME_RESOLVE_SLOT_GRID
+#define RELUME_RESOLVE_SLOT_GRID 6     // storage buffer: cache of each grid point
+#endif
+#ifndef RELUME_RESOLVE_SLOT_UNIFORMS
+#define RELUME_RESOLVE_SLOT_UNIFORMS 7 // uniform buffer: RelumeResolve
+#endif
+
+// Threads of a work group.
+#define RELUME_SURFEL_GROUP 64
+#define RELUME_PULL_GROUP 128
+#define RELUME_COPY_GROUP 8  // squared
+
+#ifdef __cplusplus
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace relume::gl {
+using uint = std::uint32_t;
+using glm::uvec3;
+using glm::vec3;
+#endif
+
+const uint kRelumeNone = 0xFFFFFFFFu;     // no cache; a surfel that reads the grid
+const uint kRelumeLeafBit = 0x80000000u;  // of a node's child
+
+const uint kRelumeDirectional = 0u;
+const uint kRelumePoint = 1u;
+const uint kRelumeSpot = 2u;
+
+// std430
+struct RelumeSurfel {
+  vec3 positionWorld;      // [m]
+  uint normal;             // octahedral
+  uint albedoRG;           // [0..1] unorm16
+  uint albedoBEmissionR;   // unorm16 in the low half, half in the high one
+  uint emissionGB;         // [W/m²/sr] halves
+  uint receiver;           // light-map point, unorm16, or kRelumeNone
+};
+
+// std430
+struct RelumeLight {
+  vec3 positionWorld;  // [m]
+  float inverseRange2; // [1/m²] 0 = no range
+  vec3 direction;      // unit, the way the light travels
+  uint kind;
+  vec3 intensity;      // point, spot [W/sr]; directional [W/m²]
+  float cosOuter;      // spot: cosine of the outer angle
+  float coneScale;     // spot: 1 / (cosine of the inner - cosine of the outer angle)
+  uint unused0;
+  uint unused1;
+  uint unused2;
+};
+
+// std140
+struct RelumeResolve {
+  vec3 gridOriginWorld;  // [m]
+  uint unused0;
+  vec3 gridSpacing;      // [m]
+  uint unused1;
+  uvec3 gridResolution;  // 0 = no grid
+  uint unused2;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(RelumeSurfel) == 32 && offsetof(RelumeSurfel, normal) == 12 && offsetof(RelumeSurfel, receiver) == 28);
+static_assert(sizeof(RelumeLight) == 64 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32 &&
+              offsetof(RelumeLight, coneScale) == 48);
+static_assert(sizeof(RelumeResolve) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
+              offsetof(RelumeResolve, gridResolution) == 32);
+}  // namespace relume::gl
+#endif
+
+#endif
