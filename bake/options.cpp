@@ -87,7 +87,7 @@ std::vector<Field> fields(BakeOptions& o) {
       {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
       {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
       {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
-      {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius"}, "",
+      {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius", "readError"}, "",
        "what a cut refines: the largest transfer, or transfer x cosine x node radius"},
       {"links.pull", "--pull", choice(o.links.pull), 0, 0, {"area", "openness", "importance"}, "",
        "weights of a node's children: equal areas (the paper), openness, or importance for the caches"},

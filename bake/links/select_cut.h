@@ -13,12 +13,30 @@
 
 namespace relume {
 
-// How far, at the least, a node's radiosity is likely to be from its visible leaves': its extent. [Size nodes] [m]
-// transferRadius: RMS radius; the angular radius of a sky node times the radius of the whole level; emitters count
-// kEmitterWeight times, for their light is that much stronger. transfer: 1 everywhere.
-std::vector<float> nodeExtents(const Hierarchy& hierarchy, const NodeGeometry& geometry, LinkOptions::CutKey key,
-                               std::span<const glm::vec3> emission);
+// What the keys need to know of a node. [Size nodes]
+struct CutNode {
+  float firstWeight = 0.0f;  // share of the first child in the average a link reads, equal areas
+  float extent = 0.0f;       // transferRadius: RMS radius [m]; readError: distance of the children's centres
+                            // and a surfel's width [m]
+};
+
+// A sky node's extent is its angular size times the radius of the level; an emitter's counts kEmitterWeight times, for
+// its light is that much stronger. sky senders start at emission.size().
 inline constexpr float kEmitterWeight = 8.0f;
+std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& geometry, LinkOptions::CutKey key,
+                              std::span<const glm::vec3> emission);
+
+// Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.
+//   transfer        f, the paper's.
+//   transferRadius  f * receiver's cosine * extent: light differs the more across a node the wider it is.
+//   readError       the expected square of the error made by reading the node's average in place of its visible
+//                   leaves. A link of coefficients C_s reads children a and b with C_s w and C_s (1-w); exact would be
+//                   C_a and C_b with C_a + C_b = C_s. So the error is (C_s w - C_a)(B_a - B_b), plus what reading a
+//                   and b as averages costs; with E (B_a - B_b)² taken to grow with the distance of a and b,
+//                   e²_s = |C_a - w C_s|² extent + e²_a + e²_b.
+//                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
+//                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
+void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, std::vector<float>& keys);
 
 struct CutCandidate {
   float key;
@@ -28,8 +46,7 @@ struct CutCandidate {
 // The cut as slots of the touched tree, their nodes ascending. It has at most maxNodes nodes (but never fewer than
 // the touched groups), and every touched leaf lies under exactly one of them. Children no ray reached are in no cut; a
 // node with a single touched child is replaced by it, for that costs no link. `queue` is scratch.
-void selectCut(const TouchedTree& tree, const Hierarchy& hierarchy, std::span<const float> extent,
-               LinkOptions::CutKey key, std::uint32_t maxNodes, std::vector<CutCandidate>& queue,
-               std::vector<std::uint32_t>& cut);
+void selectCut(const TouchedTree& tree, const Hierarchy& hierarchy, std::span<const float> keys, std::uint32_t maxNodes,
+               std::vector<CutCandidate>& queue, std::vector<std::uint32_t>& cut);
 
 }  // namespace relume

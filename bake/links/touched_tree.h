@@ -45,7 +45,8 @@ class TouchedTree {
   // Replace the content by these arrivals, summed up to the root. received scale: see TouchedNode::received.
   void build(std::span<const Arrival> arrivals, float receivedScale);
 
-  std::span<const TouchedNode> nodes() const { return nodes_; }           // touched leaves first
+  std::span<const TouchedNode> nodes() const { return nodes_; }           // touched leaves first,
+                                                                           // children before parents
   std::span<const TouchedNode> leaves() const { return nodes().first(leafCount_); }
   const TouchedNode& operator[](std::uint32_t slot) const { return nodes_[slot]; }
   // Slot of a node, kNoSlot when no ray reached it.

@@ -29,6 +29,7 @@ struct Worker {
   Gatherer::Scratch gather;
   std::vector<Arrival> arrivals;
   TouchedTree tree;
+  std::vector<float> keys;
   std::vector<CutCandidate> queue;
   std::vector<std::uint32_t> cut;
   ProjectScratch project;
@@ -128,7 +129,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
 
   // 1. What all caches share
   const TreeShape shape = treeShape(hierarchy);
-  const std::vector<float> extent = nodeExtents(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
+  const std::vector<CutNode> cutNode = cutNodes(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
   const Gatherer gatherer(tracer, map, hierarchy, surfels.count(), options.raysPerCache, seed);
   WorkerPool pool(hierarchy, shape, options);
   std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain);
@@ -142,7 +143,8 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
       const bool onSurface = glm::dot(caches.normal[c], caches.normal[c]) > 0.0f;
       gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals, w.count);
       w.tree.build(w.arrivals, onSurface ? 1.0f : 0.25f);
-      selectCut(w.tree, hierarchy, extent, options.key, options.linksPerCache, w.queue, w.cut);
+      cutKeys(w.tree, cutNode, options.key, w.keys);
+      selectCut(w.tree, hierarchy, w.keys, options.linksPerCache, w.queue, w.cut);
       if (options.kind == LinkKind::sh) {
         appendShRow(w.tree, w.cut, w.arrivals, options.bands, w.project, rows);
       } else {

@@ -37,8 +37,11 @@ std::vector<std::uint32_t> cutOf(const TouchedTree& tree, const Hierarchy& h, st
                                  LinkOptions::CutKey key = kTransfer) {
   std::vector<CutCandidate> queue;
   std::vector<std::uint32_t> cut;
-  const std::vector<float> extent(h.nodeCount(), 1.0f);
-  selectCut(tree, h, extent, key, maxNodes, queue, cut);
+  std::vector<CutNode> cutNode(h.nodeCount());
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
+  std::vector<float> keys;
+  cutKeys(tree, cutNode, key, keys);
+  selectCut(tree, h, keys, maxNodes, queue, cut);
   return cut;
 }
 
@@ -79,7 +82,7 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
   for (const std::uint32_t rays : {1u, 5u, 300u, 20000u}) {
     tree.build(randomArrivals(h, rays, rays), 1.0f);
     for (const std::uint32_t maxNodes : {1u, 2u, 17u, 254u, 1999u, 65535u}) {
-      for (const auto key : {kTransfer, LinkOptions::CutKey::transferRadius}) {
+      for (const auto key : {kTransfer, LinkOptions::CutKey::transferRadius, LinkOptions::CutKey::readError}) {
         const auto cut = cutOf(tree, h, maxNodes, key);
         EXPECT_LE(cut.size(), maxNodes);
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
@@ -126,6 +129,32 @@ TEST(SelectCut, refinesTheLargestTransferFirst) {
   EXPECT_EQ(nodes(2), (std::vector<std::uint32_t>{1, 2}));
   EXPECT_EQ(nodes(3), (std::vector<std::uint32_t>{1, 5, 6}));
   EXPECT_EQ(nodes(4), (std::vector<std::uint32_t>{3, 4, 5, 6}));
+}
+
+// A node seen whole is read without error however large it is; one seen by half is not.
+TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
+  Hierarchy h;
+  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, 7, kLeafBit | 3, kLeafBit | 4};
+  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0.5f, 0, 0};
+  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 7, 8};
+  h.groupRoot = std::vector<std::uint32_t>{0};
+  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7, 9};
+  const TreeShape shape = treeShape(h);
+  TouchedTree tree(h, shape);
+  const glm::vec3 z(0, 0, 1);
+  // Node 1: both halves alike, and most of the light. Node 2: leaf 5 alike with half of node 6, the other half hidden.
+  tree.build(std::vector<Arrival>{{3, 9, 1, 1, z}, {4, 9, 1, 1, z}, {5, 1, 1, 1, z}, {7, 1, 1, 1, z}}, 1.0f);
+  std::vector<CutNode> cutNode(h.nodeCount());
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
+  std::vector<float> keys;
+  cutKeys(tree, cutNode, LinkOptions::CutKey::readError, keys);
+  EXPECT_EQ(keys[tree.find(1)], 0.0f);
+  EXPECT_GT(keys[tree.find(2)], 0.0f);
+  // e² = |C_a - w C_s|² with received 1, band 0 y_0 and band 1 sqrt(3) y_0, weighted 0.3.
+  EXPECT_NEAR(keys[tree.find(6)], 0.25 * (1 + 0.3 * (1 + 3) / (4 * 3.14159265)), 1e-5);
+  std::vector<std::uint32_t> nodes;
+  for (const std::uint32_t slot : cutOf(tree, h, 3, LinkOptions::CutKey::readError)) nodes.push_back(tree[slot].node);
+  EXPECT_EQ(nodes, (std::vector<std::uint32_t>{1, 5, 7}));
 }
 
 TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
