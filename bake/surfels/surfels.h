@@ -22,8 +22,9 @@ struct SurfelSeed {
   std::uint32_t side = 0;       // scene-wide 2 * triangle + back
 };
 
-// Answers which surfel stands for a point on a side of a triangle: per side a small uv grid of nearest surfels, where
-// nearest means on the same plane or mesh first, then by distance. Immutable, thread-safe.
+// Answers which surfel stands for a point on a side of a triangle: per side a small grid over two of its edges with the
+// nearest surfel per cell, where nearest means on the same plane or mesh first, then by distance. Emitting sides have
+// emitting surfels only, and the others none of them. Immutable, thread-safe.
 class SurfelMap {
  public:
   // The surfel of a hit, or kNone when the side has none near (never seen from the play space).
@@ -31,8 +32,10 @@ class SurfelMap {
   std::size_t sizeBytes() const;
 
   std::vector<std::uint32_t> cellBegin;  // [Size 2 * triangles + 1]
-  std::vector<std::uint8_t> cellsAlong;  // [Size 2 * triangles] grid cells along an edge; 0 = no surfel
-  std::vector<std::uint32_t> cell;       // surfel per cell
+  std::vector<std::uint16_t> cellsAlong;  // [Size 2 * triangles] cells along the first edge in the low 14 bits (the other
+                                          // edge has the rest of the side's cells), the corner that the edges leave from
+                                          // in the high 2; 0 = no surfel
+  std::vector<std::uint32_t> cell;        // surfel per cell, or kNone
 };
 
 struct PlacedSurfels {
@@ -49,7 +52,11 @@ struct PlacedSurfels {
 };
 
 // n_S surfels of equal area over what the play space sees; each side of a two-sided surface that is seen has its own.
-// failed: nothing to place on. The surfels' order is progressive for `eliminated`: any prefix is well spread.
+// Emitters too small for their share get more surfels than that, so that none is missed. Emission is the mean radiance of
+// the surfel's cell: rays that hit an emitter find its power however few surfels it has.
+// The surfels' order is progressive for `eliminated`: any prefix is well spread. Fewer surfels than asked for come back
+// only where alpha masks leave nothing to stand on. usage: options out of range; failed: nothing to place on, cancelled.
+// Same result at any thread count. Notes its statistics as figures.
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
                                    std::uint64_t seed, Context& context);
 

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+// Sample elimination for Poisson disk sample sets (Yuksel 2015): of too many candidates, remove again and again the one
+// that is most crowded, where neighbour j at distance d crowds candidate i by (1 - d / D)^8. Removing goes on below the
+// wanted count with D growing, halving by halving; read backwards, the order of removal is progressive.
+//
+// Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they are
+// crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates, and
+// removing stops there.
+#include "bake/surfels/eliminate.h"
+
+#include "bake/parallel.h"
+#include "bake/surfels/neighbours.h"
+#include "bake/surfels/point_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace relume {
+namespace {
+
+constexpr float kWeightLimitBase = 0.65f;      // beta of the paper
+constexpr float kWeightLimitExponent = 1.5f;   // gamma of the paper
+constexpr float kQuotaCellSpacings = 8.0f;     // size of a quota's cell in spacings
+constexpr std::size_t kCellsPerChunk = 512;
+
+// One round: candidates sorted by grid cell, their neighbours and weights.
+struct Round {
+  std::vector<std::uint32_t> source;     // index of each point among the candidates
+  std::vector<SurfaceNode> node;
+  std::vector<float> reach;              // [m] D of each point
+  std::vector<std::size_t> neighbourBegin;
+  std::vector<std::uint32_t> neighbour;
+  std::vector<float> weight;
+  std::vector<std::uint32_t> quotaCell;  // of each point
+  std::vector<std::uint32_t> mayGo;      // per quota cell: how many may still be removed
+  float limit = 0.0f;                    // distances below limit * D crowd no more than at it
+};
+
+// (1 - d / D)^8, d limited from below.
+float crowding(float distanceSquared, float reach, float limit) {
+  const float t = 1.0f - std::max(std::sqrt(distanceSquared) / reach, limit);
+  const float t2 = t * t, t4 = t2 * t2;
+  return t4 * t4;
+}
+
+// Spread the low 21 bits to every third bit.
+std::uint64_t spreadBits(std::uint64_t v) {
+  v &= 0x1FFFFF;
+  v = (v | v << 32) & 0x1F00000000FFFFull;
+  v = (v | v << 16) & 0x1F0000FF0000FFull;
+  v = (v | v << 8) & 0x100F00F00F00F00Full;
+  v = (v | v << 4) & 0x10C30C30C30C30C3ull;
+  v = (v | v << 2) & 0x1249249249249249ull;
+  return v;
+}
+
+// Give every cell of space its share of `count`, rounding errors carried on along a Morton curve, emitter by emitter.
+void setQuotas(Round& round, std::uint32_t count, float cellSize) {
+  struct Place {
+    std::uint32_t emitter, point;
+    std::uint64_t morton;
+  };
+  const std::size_t n = round.node.size();
+  glm::vec3 low = round.node[0].positionWorld;
+  for (const SurfaceNode& node : round.node) {
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], node.positionWorld[k]);
+  }
+  std::vector<Place> places(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    std::uint64_t morton = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float cell = std::min((round.node[i].positionWorld[k] - low[k]) / cellSize, 2097151.0f);
+      morton |= spreadBits(static_cast<std::uint64_t>(cell)) << k;
+    }
+    places[i] = {round.node[i].emitter, i, morton};
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    if (a.emitter != b.emitter) return a.emitter < b.emitter;
+    return a.morton != b.morton ? a.morton < b.morton : a.point < b.point;
+  });
+
+  round.quotaCell.resize(n);
+  round.mayGo.clear();
+  const auto rounded = [&](std::size_t points) { return (2 * points * count + n) / (2 * n); };
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    while (end < n && places[end].emitter == places[begin].emitter && places[end].morton == places[begin].morton) {
+      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.mayGo.size());
+      ++end;
+    }
+    round.mayGo.push_back(static_cast<std::uint32_t>((end - begin) - (rounded(end) - rounded(begin))));
+  }
+}
+
+// Find every point's neighbours, cell by cell of a grid of that size, and their crowding.
+void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
+  struct Part {
+    std::vector<std::uint32_t> count, neighbour;
+  };
+  const std::size_t chunks = (grid.cellCount() + kCellsPerChunk - 1) / kCellsPerChunk;
+  std::vector<Part> parts(chunks);
+  round.weight.assign(round.node.size(), 0.0f);
+  parallelChunks(context, "", grid.cellCount(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
+    Part& part = parts[begin / kCellsPerChunk];
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      runs.clear();
+      grid.forEachRun(round.node[grid.cellBegin(cell)].positionWorld, 1,
+                      [&](std::uint32_t b, std::uint32_t e) { runs.emplace_back(b, e); });
+      for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
+        const SurfaceNode& a = round.node[i];
+        const float reachSquared = round.reach[i] * round.reach[i];
+        const std::size_t before = part.neighbour.size();
+        float weight = 0.0f;
+        for (const auto& [runBegin, runEnd] : runs) {
+          for (std::uint32_t j = runBegin; j < runEnd; ++j) {
+            const glm::vec3 apart = round.node[j].positionWorld - a.positionWorld;
+            const float d2 = glm::dot(apart, apart);
+            if (d2 >= reachSquared || j == i || !areNeighbours(a, round.node[j], apart, d2)) continue;
+            part.neighbour.push_back(j);
+            weight += crowding(d2, round.reach[i], round.limit);
+          }
+        }
+        part.count.push_back(static_cast<std::uint32_t>(part.neighbour.size() - before));
+        round.weight[i] = weight;
+      }
+    }
+  });
+
+  round.neighbourBegin.assign(1, 0);
+  round.neighbourBegin.reserve(round.node.size() + 1);
+  std::size_t total = 0;
+  for (const Part& part : parts) {
+    for (const std::uint32_t c : part.count) round.neighbourBegin.push_back(total += c);
+  }
+  round.neighbour.resize(total);
+  parallelChunks(context, "", chunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t firstPoint = grid.cellBegin(c * kCellsPerChunk);
+      std::copy(parts[c].neighbour.begin(), parts[c].neighbour.end(),
+                round.neighbour.begin() + static_cast<std::ptrdiff_t>(round.neighbourBegin[firstPoint]));
+      parts[c] = {};
+    }
+  });
+}
+
+// A heap with the most crowded point on top, whose keys may be out of date: weights only fall, so a key is an upper
+// bound, renewed when it comes to the top.
+class CrowdedHeap {
+ public:
+  explicit CrowdedHeap(const std::vector<float>& weight) : items_(weight.size()) {
+    for (std::uint32_t i = 0; i < items_.size(); ++i) items_[i] = {weight[i], i};
+    for (std::size_t i = items_.size() / 4 + 1; i-- > 0;) sink(i);
+  }
+  struct Item {
+    float weight;
+    std::uint32_t point;
+  };
+  bool empty() const { return items_.empty(); }
+  const Item& top() const { return items_.front(); }
+  void lowerTop(float weight) {
+    items_.front().weight = weight;
+    sink(0);
+  }
+  void pop() {
+    items_.front() = items_.back();
+    items_.pop_back();
+    sink(0);
+  }
+
+ private:
+  static bool before(const Item& a, const Item& b) {
+    return a.weight > b.weight || (a.weight == b.weight && a.point < b.point);
+  }
+  void sink(std::size_t at) {
+    const std::size_t n = items_.size();
+    if (at >= n) return;
+    const Item item = items_[at];
+    for (;;) {
+      const std::size_t begin = 4 * at + 1, end = std::min(begin + 4, n);
+      if (begin >= n) break;
+      std::size_t best = begin;
+      for (std::size_t i = begin + 1; i < end; ++i) {
+        if (before(items_[i], items_[best])) best = i;
+      }
+      if (!before(items_[best], item)) break;
+      items_[at] = items_[best];
+      at = best;
+    }
+    items_[at] = item;
+  }
+
+  std::vector<Item> items_;
+};
+
+// Remove points until the quotas are met. `removed` gets them in their order, as indices among the candidates; the rest
+// is returned, ascending.
+std::vector<std::uint32_t> runRound(Round& round, std::vector<std::uint32_t>& removed) {
+  CrowdedHeap heap(round.weight);
+  std::vector<std::uint8_t> gone(round.node.size(), 0);
+  while (!heap.empty()) {
+    const CrowdedHeap::Item top = heap.top();
+    if (round.mayGo[round.quotaCell[top.point]] == 0) {
+      heap.pop();
+      continue;
+    }
+    if (round.weight[top.point] < top.weight) {
+      heap.lowerTop(round.weight[top.point]);
+      continue;
+    }
+    heap.pop();
+    gone[top.point] = 1;
+    --round.mayGo[round.quotaCell[top.point]];
+    removed.push_back(round.source[top.point]);
+    const SurfaceNode& a = round.node[top.point];
+    for (std::size_t k = round.neighbourBegin[top.point]; k < round.neighbourBegin[top.point + 1]; ++k) {
+      const std::uint32_t j = round.neighbour[k];
+      if (gone[j] != 0) continue;
+      const glm::vec3 apart = round.node[j].positionWorld - a.positionWorld;
+      round.weight[j] -= crowding(glm::dot(apart, apart), round.reach[j], round.limit);
+    }
+  }
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i] == 0) kept.push_back(round.source[i]);
+  }
+  std::sort(kept.begin(), kept.end());
+  return kept;
+}
+
+// Reduce `points` (indices among the candidates) to `count`.
+std::vector<std::uint32_t> reduce(std::span<const SurfaceSample> candidates, std::span<const std::uint32_t> points,
+                                  std::uint32_t count, float spacing, std::vector<std::uint32_t>& removed,
+                                  Context& context) {
+  Round round;
+  std::vector<glm::vec3> position(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) position[i] = candidates[points[i]].positionWorld;
+  const PointGrid grid(position, spacing, context);
+  round.source.resize(points.size());
+  round.node.resize(points.size());
+  round.reach.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    round.source[i] = points[grid.order()[i]];
+    const SurfaceSample& sample = candidates[round.source[i]];
+    round.node[i] = {sample.positionWorld, sample.normal, sample.emitter};
+    round.reach[i] = spacing / std::sqrt(sample.density);
+  }
+  const float share = static_cast<float>(count) / static_cast<float>(points.size());
+  round.limit = kWeightLimitBase * (1.0f - std::pow(share, kWeightLimitExponent));
+  setQuotas(round, count, kQuotaCellSpacings * spacing);
+  findNeighbours(round, grid, context);
+  if (context.cancelled()) return {};
+  return runRound(round, removed);
+}
+
+}  // namespace
+
+Result<std::vector<std::uint32_t>> eliminateSamples(std::span<const SurfaceSample> candidates, std::uint32_t count,
+                                                    float spacing, Context& context) {
+  std::vector<std::uint32_t> points(candidates.size());
+  std::iota(points.begin(), points.end(), 0u);
+  std::vector<std::uint32_t> removed;
+  removed.reserve(candidates.size());
+  if (points.size() > count) points = reduce(candidates, points, count, spacing, removed, context);
+
+  // Go on removing, half by half, for the order.
+  removed.clear();
+  for (std::uint32_t left = count; left > 1 && !context.cancelled();) {
+    const std::uint32_t half = left / 2;
+    const float wider = spacing * std::sqrt(static_cast<float>(count) / static_cast<float>(half));
+    points = reduce(candidates, points, half, wider, removed, context);
+    left = half;
+    context.progress("surfels", 1.0 - 0.5 * left / count);
+  }
+  if (context.cancelled()) return cancelledError();
+  points.insert(points.end(), removed.rbegin(), removed.rend());
+  return points;
+}
+
+}  // namespace relume

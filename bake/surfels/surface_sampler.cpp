@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// See surface_sampler.h.
+#include "bake/surfels/surface_sampler.h"
+
+#include "bake/parallel.h"
+#include "bake/random.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x53555246;      // the random streams' stage
+constexpr double kMaxEmitterShare = 0.125;        // of all points, for making small emitters denser
+constexpr std::size_t kSidesPerChunk = 2048;
+constexpr std::size_t kPointsPerChunk = 8192;
+constexpr double kMaxTriesPerPoint = 64.0;        // on a side that is seen all over; more where only a part is seen
+constexpr double kRareShare = 0.25;               // sides seen less than that are looked through for the seen parts
+constexpr std::uint32_t kMaxPartsAlong = 1024;
+
+// Uniform on the triangle: the unit square, its far half folded over.
+glm::vec2 foldToTriangle(double u, double v) {
+  if (u + v > 1.0) {
+    u = 1.0 - u;
+    v = 1.0 - v;
+  }
+  return {static_cast<float>(u), static_cast<float>(v)};
+}
+
+double fraction(double x) { return x - std::floor(x); }
+
+// Which parts of a side are seen: squares of a grid over the barycentric square. Found when trying points at random
+// would take longer; empty otherwise.
+struct SeenParts {
+  std::uint32_t along = 0;
+  std::vector<std::uint32_t> part;  // row * along + column
+
+  // Point i of `count`: spread evenly over the parts; (u, v) places it within its part.
+  glm::vec2 at(std::int64_t i, std::int64_t count, double u, double v) const {
+    const auto index = static_cast<std::size_t>((static_cast<double>(i) + 0.5) / static_cast<double>(count) *
+                                                static_cast<double>(part.size()));
+    const std::uint32_t p = part[std::min(index, part.size() - 1)];
+    const std::uint32_t column = p % along, row = p / along;
+    const bool diagonal = column + row + 1 == along;
+    const glm::dvec2 inner = diagonal ? glm::dvec2(foldToTriangle(u, v)) : glm::dvec2(u, v);
+    return {static_cast<float>((column + inner.x) / along), static_cast<float>((row + inner.y) / along)};
+  }
+};
+
+SeenParts findSeenParts(const PlaySpace& playSpace, std::uint32_t side, double area, double tries) {
+  SeenParts parts;
+  const double seenShare = playSpace.seenArea[side] / area;
+  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
+  const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
+  parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, double{kMaxPartsAlong}));
+  if (tries < 2.0 * parts.along * parts.along) return parts;
+  for (std::uint32_t row = 0; row < parts.along; ++row) {
+    for (std::uint32_t column = 0; column + row < parts.along; ++column) {
+      // Squares on the diagonal stick out of the triangle: look at the middle of what is inside.
+      const float middle = column + row + 1 < parts.along ? 0.5f : 0.33f;
+      const glm::vec2 at((static_cast<float>(column) + middle) / static_cast<float>(parts.along),
+                         (static_cast<float>(row) + middle) / static_cast<float>(parts.along));
+      if (playSpace.seenAt(side, at)) parts.part.push_back(row * parts.along + column);
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::uint32_t emitterOf(const Scene& scene, std::uint32_t instance, std::uint32_t side) {
+  const Material& material = scene.material(scene.instances[instance]);
+  const glm::vec3& e = material.emission;
+  const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f) && (side % 2 == 0 || material.doubleSided);
+  return emits ? instance : kReflector;
+}
+
+SurfaceSample sampleAt(const Scene& scene, std::uint32_t instance, std::uint32_t side, const glm::vec2& barycentric) {
+  SurfaceSample sample;
+  const Instance& placed = scene.instances[instance];
+  sample.point = {instance, side / 2 - placed.firstTriangle, barycentric};
+  sample.side = side;
+  const std::array<glm::vec3, 3> corner = scene.corners(placed, sample.point.triangle);
+  sample.positionWorld =
+      corner[0] + barycentric.x * (corner[1] - corner[0]) + barycentric.y * (corner[2] - corner[0]);
+  const glm::vec3 front = geometricNormal(scene, sample.point);
+  sample.normal = side % 2 == 0 ? front : -front;
+  sample.emitter = emitterOf(scene, instance, side);
+  return sample;
+}
+
+SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpace, std::uint32_t pointCount,
+                               std::uint32_t emitterPoints, Context& context)
+    : scene_(&tracer.scene()), playSpace_(&playSpace) {
+  // Collect the sides that are seen. A triangle whose normal is lost to rounding has no side to stand on.
+  const auto instanceCount = static_cast<std::uint32_t>(scene_->instances.size());
+  std::vector<double> emitterArea(instanceCount, 0.0);
+  for (std::uint32_t i = 0; i < instanceCount && !context.cancelled(); ++i) {
+    const Instance& instance = scene_->instances[i];
+    if (instance.mode != BakeMode::fixed) continue;
+    const auto triangles = static_cast<std::uint32_t>(scene_->meshes[instance.mesh].triangle.size());
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+      for (std::uint32_t back = 0; back < 2; ++back) {
+        const std::uint32_t side = 2 * (instance.firstTriangle + t) + back;
+        const float area = playSpace.seenArea[side];
+        if (!(area > 0.0f) || geometricNormal(*scene_, {i, t, {}}) == glm::vec3(0.0f)) continue;
+        const std::uint32_t emitter = emitterOf(*scene_, i, side);
+        sides_.push_back({side, i, emitter, 1.0f});
+        seenArea_ += area;
+        if (emitter != kReflector) emitterArea[i] += area;
+      }
+    }
+  }
+
+  // Raise the density of small emitters.
+  const auto emitters = std::count_if(emitterArea.begin(), emitterArea.end(), [](double a) { return a > 0.0; });
+  const double most = emitters > 0 ? kMaxEmitterShare * pointCount / static_cast<double>(emitters) : 0.0;
+  const double wanted = std::min<double>(emitterPoints, most);
+  for (Side& side : sides_) {
+    if (side.emitter == kReflector || !(emitterArea[side.instance] > 0.0)) continue;
+    const double expected = pointCount * emitterArea[side.instance] / seenArea_;
+    side.density = static_cast<float>(std::max(1.0, wanted / expected));
+  }
+
+  measureEnd_.reserve(sides_.size() + 1);
+  measureEnd_.push_back(0.0);
+  for (const Side& side : sides_) {
+    measureEnd_.push_back(measureEnd_.back() + static_cast<double>(playSpace.seenArea[side.side]) * side.density);
+  }
+}
+
+void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
+                              std::vector<SurfaceSample>& out) const {
+  // Steps of the line that begin on this side.
+  const auto first = static_cast<std::int64_t>(std::ceil(measureEnd_[index] / step - offset));
+  const auto last = static_cast<std::int64_t>(std::ceil(measureEnd_[index + 1] / step - offset));
+  if (first >= last) return;
+  const Side& s = sides_[index];
+  const Instance& instance = scene_->instances[s.instance];
+  const std::uint32_t triangle = s.side / 2 - instance.firstTriangle;
+  const std::array<glm::vec3, 3> corner = scene_->corners(instance, triangle);
+  const double area = 0.5 * glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
+  const bool masked = scene_->material(instance).alphaMode == AlphaMode::mask;
+
+  // Draw points of a rotated Halton sequence; one that is not seen makes room for the next, one that is cut out does not.
+  RandomStream random(seed, kStage + salt, s.side);
+  const double shiftU = random.uniform(), shiftV = random.uniform();
+  const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
+  const double tries = static_cast<double>(last - first) * std::max(1.0, area / seen);
+  const SeenParts parts = findSeenParts(*playSpace_, s.side, area, tries);
+  auto triesLeft = static_cast<std::int64_t>(std::min(1e8, kMaxTriesPerPoint * (1.0 + tries)));
+  std::uint64_t halton = 0;
+  SurfaceSample sample;
+  for (std::int64_t i = first; i < last; ++i) {
+    glm::vec2 at(0.0f);
+    do {
+      ++halton;
+      const double u = fraction(radicalInverse(2, halton) + shiftU), v = fraction(radicalInverse(3, halton) + shiftV);
+      at = parts.part.empty() ? foldToTriangle(u, v) : parts.at(i - first, last - first, u, v);
+    } while (--triesLeft > 0 && !playSpace_->seenAt(s.side, at));
+    if (masked && !opaqueAt(*scene_, {s.instance, triangle, at})) continue;
+    if (i == first || sample.side != s.side) {
+      sample = sampleAt(*scene_, s.instance, s.side, at);
+      sample.density = s.density;
+    }
+    sample.point.barycentric = at;
+    sample.positionWorld = corner[0] + at.x * (corner[1] - corner[0]) + at.y * (corner[2] - corner[0]);
+    out.push_back(sample);
+  }
+}
+
+std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t seed, std::uint32_t salt,
+                                                Context& context) const {
+  if (sides_.empty() || count == 0) return {};
+  const double step = measureEnd_.back() / static_cast<double>(count);
+  const double offset = RandomStream(seed, kStage + salt, 0xFFFFFFFFFFull).uniform();
+
+  // Chunks of about as many points as sides: a large triangle counts as much as many small ones.
+  std::vector<std::size_t> chunkBegin{0};
+  double work = 0.0;
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    work += 1.0 / kSidesPerChunk + (measureEnd_[i + 1] - measureEnd_[i]) / step / kPointsPerChunk;
+    if (work >= 1.0 || i + 1 == sides_.size()) {
+      chunkBegin.push_back(i + 1);
+      work = 0.0;
+    }
+  }
+  std::vector<std::vector<SurfaceSample>> parts(chunkBegin.size() - 1);
+  parallelChunks(context, "", parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      for (std::size_t i = chunkBegin[c]; i < chunkBegin[c + 1]; ++i) drawSide(i, step, offset, seed, salt, parts[c]);
+    }
+  });
+
+  std::vector<SurfaceSample> samples;
+  samples.reserve(count + 1);
+  for (const std::vector<SurfaceSample>& part : parts) samples.insert(samples.end(), part.begin(), part.end());
+  return samples;
+}
+
+}  // namespace relume

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Points on the surfaces that the play space sees, evenly spread by area (PIC 4.2): the candidates of the placements
+// and the samples of the surfels' footprints.
+//
+// The sides of the triangles are laid end to end along a line, each as long as its seen area, and the line is cut into
+// equal steps: every triangle gets its share to within one point, and triangles too small for a point of their own share
+// one with their neighbours. Within a triangle points follow the Halton sequence.
+#pragma once
+
+#include "bake/context.h"
+#include "bake/scene/play_space.h"
+#include "bake/scene/ray_tracer.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// Emitters and reflectors are kept apart: a surfel stands for points of its own class only.
+inline constexpr std::uint32_t kReflector = 0xFFFFFFFFu;
+
+struct SurfaceSample {
+  glm::vec3 positionWorld{0.0f};
+  glm::vec3 normal{0.0f};              // geometric, of the side
+  SurfacePoint point;
+  std::uint32_t side = 0;              // scene-wide 2 * triangle + back
+  std::uint32_t emitter = kReflector;  // instance that emits from this side, or kReflector
+  float density = 1.0f;                // [>= 1] how much denser than elsewhere surfels are wanted here
+};
+
+class SurfaceSampler {
+ public:
+  // Small emitters are sampled denser, so that about emitterPoints of pointCount fall on each; at most an eighth of all
+  // points are spent on that. The tracer and the play space must outlive the sampler.
+  SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpace, std::uint32_t pointCount,
+                 std::uint32_t emitterPoints, Context& context);
+
+  // About `count` points (fewer where alpha masks cut some out), in the order of the scene's triangles. Different
+  // salts give different points. Same points at any thread count.
+  std::vector<SurfaceSample> draw(std::size_t count, std::uint64_t seed, std::uint32_t salt, Context& context) const;
+
+  bool empty() const { return sides_.empty(); }
+  double seenArea() const { return seenArea_; }             // [m²] alpha masks not taken off
+  double measure() const { return measureEnd_.back(); }     // [m²] the same, times density
+
+ private:
+  struct Side {
+    std::uint32_t side = 0;
+    std::uint32_t instance = 0;
+    std::uint32_t emitter = kReflector;
+    float density = 1.0f;
+  };
+  void drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
+                std::vector<SurfaceSample>& out) const;
+
+  const Scene* scene_ = nullptr;
+  const PlaySpace* playSpace_ = nullptr;
+  std::vector<Side> sides_;
+  std::vector<double> measureEnd_;  // [m²] [Size sides + 1] running sum of seen area x density
+  double seenArea_ = 0.0;
+};
+
+// The instance that emits from a side of one of its triangles, or kReflector.
+std::uint32_t emitterOf(const Scene& scene, std::uint32_t instance, std::uint32_t side);
+
+// The point of a triangle side at barycentric coordinates.
+SurfaceSample sampleAt(const Scene& scene, std::uint32_t instance, std::uint32_t side, const glm::vec2& barycentric);
+
+}  // namespace relume
