@@ -28,6 +28,7 @@ done
 cp tests/fuzz/seeds/*.json "$corpus/options/"
 find samples tests/fuzz/seeds ../shared/scenes/conformance -name '*.gl[bt]*' -size -64k -exec cp -t "$corpus/gltf" {} + 2>/dev/null || true
 
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 for name in "${names[@]}"; do
   echo "== fuzz_$name, $minutes min"
   "build/fuzz/tests/fuzz/fuzz_$name" -max_total_time=$((minutes * 60)) -timeout=1 -rss_limit_mb=2048 -max_len=65536 \
