@@ -8,6 +8,11 @@ if(RELUME_SANITIZE)
   add_link_options(-fsanitize=${RELUME_SANITIZE})
 endif()
 
+# libFuzzer steers by the coverage of everything it links.
+if(RELUME_BUILD_FUZZERS)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
 function(relume_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-psabi)
   # GCC 12 sees overlapping copies in "literal" + std::string (GCC bug 105651).

@@ -19,14 +19,15 @@ done
 cmake --preset fuzz
 cmake --build build/fuzz --parallel "$(nproc)" --target "${names[@]/#/fuzz_}"
 
-# Seeds: the fixtures (with the byte that asks for checksums to be made to fit), options, small scenes.
+# Seeds: the fixtures (with the byte that asks for checksums to be made to fit), options, small scenes (also of RELUME_SHARED_DIR when
+# it is set).
 corpus=build/fuzz/corpus
 mkdir -p "$corpus"/{bake_file,gltf,options} build/fuzz/findings
 for fixture in tests/golden/*.relume; do
   { printf '\1'; cat "$fixture"; } > "$corpus/bake_file/$(basename "$fixture")"
 done
 cp tests/fuzz/seeds/*.json "$corpus/options/"
-find samples tests/fuzz/seeds ../shared/scenes/conformance -name '*.gl[bt]*' -size -64k -exec cp -t "$corpus/gltf" {} + 2>/dev/null || true
+find samples tests/fuzz/seeds "${RELUME_SHARED_DIR:-/nonexistent}/scenes/conformance" -name '*.gl[bt]*' -size -64k -exec cp -t "$corpus/gltf" {} + 2>/dev/null || true
 
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 for name in "${names[@]}"; do
