@@ -384,7 +384,7 @@ def build():
                   "extras": {"relume": {"bake": "dynamic"}}})
 
     cameras = []
-    for name, at, toward, yfov in (("cam_living", (2.55, 1.5, 3.9), (2.6, 1.2, 0.0), 1.05),
+    for name, at, toward, yfov in (("cam_living", (2.5, 1.65, 3.92), (2.6, 0.85, 0.0), 1.05),
                                    ("cam_hall", (7.95, 1.6, 3.75), (5.7, 1.05, 0.9), 1.05)):
         cameras.append({"name": name, "type": "perspective", "perspective": {"yfov": yfov, "znear": 0.02, "zfar": 100.0}})
         nodes.append({"name": name, "camera": len(cameras) - 1, "translation": list(at),
@@ -396,7 +396,7 @@ def build():
         {"name": "spot", "type": "spot", "color": [0.95, 0.97, 1.0], "intensity": 22.0,
          "spot": {"innerConeAngle": 0.28, "outerConeAngle": 0.42}},
     ]
-    places = [((2.0, 6.0, -6.0), (0.28, -0.75, 0.8)), ((4.5, 1.7, 0.55), (0.0, -1.0, 0.1)),
+    places = [((2.0, 6.0, -6.0), (0.22, -0.62, 0.8)), ((4.5, 1.7, 0.55), (0.0, -1.0, 0.1)),
               ((7.6, 2.5, 3.3), (-0.6, -1.5, -2.6))]
     for i, (at, direction) in enumerate(places):
         nodes.append({"name": lights[i]["name"], "translation": list(at), "rotation": look_along(direction),

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// A camera that flies: a place, and a direction as two angles.
+#pragma once
+
+#include "bake/scene/scene.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+namespace relume {
+
+struct FlyCamera {
+  glm::vec3 position{0.0f};  // [m]
+  float yawRad = 0.0f;       // 0 = along -Z, positive turns left
+  float pitchRad = 0.0f;     // positive looks up
+  float yfovRad = 1.0f;
+
+  static FlyCamera from(const Camera& camera);
+  glm::vec3 forward() const;
+  // Move along its own axes: x right, y up, z forward [m].
+  void move(const glm::vec3& step);
+  void turn(float yaw, float pitch);
+  // Clip space for a target of that aspect; near and far planes [m].
+  glm::mat4 clipFromWorld(float aspect, float near, float far) const;
+};
+
+}  // namespace relume

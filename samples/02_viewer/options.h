@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// The command line of relume-view.
+#pragma once
+
+#include "formats/result.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct ViewerOptions {
+  std::string scene, bake, camera;
+  std::vector<std::string> lights{"all"};  // as `relume render`
+  std::uint32_t width = 1280, height = 720;
+  std::uint32_t shadowSize = 2048;
+  std::uint32_t headlessFrames = 0;  // > 0: no window, this many frames with a moving light
+  std::string moving;                // that light; empty: the first that is on and has a place
+  std::string output;                // folder of the headless frames
+  float exposure = 0.0f;             // [stops]
+  bool exitNow = false;              // --help or --version were printed
+};
+
+// usage: unknown options, values out of their ranges.
+Result<ViewerOptions> parseViewerOptions(int argc, char** argv);
+
+}  // namespace relume
