@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// Broken containers, JSON that is too deep, URIs that leave the folder, image bombs.
+#include "bake/scene/read_images.h"
+#include "tests/scene/gltf_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+#include <fstream>
+
+namespace relume {
+namespace {
+
+using namespace relume::testing;
+using Bytes = std::vector<std::uint8_t>;
+namespace fs = std::filesystem;
+
+void expectRefused(const Result<Scene>& scene, ErrorCode code, const std::string& message) {
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, code) << scene.error().message;
+  EXPECT_NE(scene.error().message.find(message), std::string::npos) << scene.error().message;
+}
+
+TEST(HostileFiles, missingFilesFoldersAndPipesAreNamed) {
+  const fs::path folder = testFolder();
+  expectRefused(importFile(folder / "none.glb"), ErrorCode::io, "none.glb: no such file");
+  expectRefused(importFile(folder), ErrorCode::io, "not a regular file");
+  const fs::path pipe = folder / "pipe.glb";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  expectRefused(importFile(pipe), ErrorCode::io, "not a regular file");
+}
+
+TEST(HostileFiles, emptyAndForeignFilesAreNamed) {
+  expectRefused(importFile(writeFile("a.glb", Bytes{})), ErrorCode::invalidFile, "a.glb: empty file");
+  expectRefused(importFile(writeFile("b.glb", std::string("PK\3\4 something"))), ErrorCode::invalidFile, "neither a .glb");
+  expectRefused(importFile(writeFile("c.gltf", std::string("{\"asset\": "))), ErrorCode::invalidFile, "not valid JSON");
+  expectRefused(importFile(writeFile("d.gltf", std::string("[1, 2]"))), ErrorCode::invalidFile, "neither a .glb");
+  expectRefused(importFile(writeFile("e.gltf", std::string("{\"a\": \"\xff\xfe\"}"))), ErrorCode::invalidFile, "JSON");
+}
+
+TEST(HostileFiles, everyTruncationOfAGlbIsRefused) {
+  GltfBuilder b;
+  b.quad();
+  std::ifstream in(b.write(), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Result<Scene> scene = importFile(writeFile("cut.glb", whole.substr(0, size)));
+    ASSERT_FALSE(scene) << size;
+    EXPECT_EQ(scene.error().code, ErrorCode::invalidFile);
+  }
+}
+
+TEST(HostileFiles, glbHeaderFieldsAreChecked) {
+  const Bytes good = glb(R"({"asset":{"version":"2.0"}})", {});
+  const auto changed = [&](std::size_t at, std::uint8_t value) {
+    Bytes bytes = good;
+    bytes[at] = value;
+    return importFile(writeFile("h.glb", bytes));
+  };
+  ASSERT_TRUE(importFile(writeFile("h.glb", good)));
+  expectRefused(changed(4, 1), ErrorCode::unsupported, "GLB version 1");
+  expectRefused(changed(11, 0x7F), ErrorCode::invalidFile, "GLB says it has");
+  expectRefused(changed(15, 0x7F), ErrorCode::invalidFile, "GLB chunk 0 says");
+  expectRefused(changed(16, 'X'), ErrorCode::invalidFile, "does not begin with a JSON chunk");
+}
+
+TEST(HostileFiles, jsonTwentyThousandDeepIsRefused) {
+  for (const char open : {'[', '{'}) {
+    std::string text = "{\"asset\":{\"version\":\"2.0\"},\"extras\":";
+    for (int i = 0; i < 20000; ++i) text += open == '[' ? "[" : "{\"a\":";
+    expectRefused(importFile(writeFile("deep.gltf", text)), ErrorCode::invalidFile, "nested more than 128 deep");
+  }
+}
+
+TEST(HostileFiles, bracketsInStringsAreNotDepth) {
+  const std::string text =
+      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"" + std::string(20000, '[') + "\\\"" + std::string(500, '{') + "\"}}";
+  EXPECT_TRUE(importFile(writeFile("flat.gltf", text)));
+}
+
+Result<Scene> importWithBuffer(const std::string& uri) {
+  const json root = {{"asset", {{"version", "2.0"}}}, {"buffers", json::array({{{"byteLength", 4}, {"uri", uri}}})}};
+  return importFile(writeFile("scene/level.gltf", root.dump()));
+}
+
+TEST(HostileFiles, urisDoNotLeaveTheFolder) {
+  writeFile("secret.bin", Bytes{1, 2, 3, 4});
+  writeFile("scene/inside.bin", Bytes{1, 2, 3, 4});
+  writeFile("scene/..trap/x.bin", Bytes{1, 2, 3, 4});
+  EXPECT_TRUE(importWithBuffer("inside.bin"));
+  EXPECT_TRUE(importWithBuffer("./inside.bin"));
+  EXPECT_TRUE(importWithBuffer("%69nside.bin"));
+  EXPECT_TRUE(importWithBuffer("..trap/x.bin"));
+  const std::string outside = (testFolder() / "secret.bin").string();
+  for (const std::string& uri : {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("..%2Fsecret.bin"),
+                                 std::string("..\\secret.bin"), std::string("%2E%2E%5Csecret.bin"),
+                                 std::string("scene/../../secret.bin"), outside, "%2F" + outside.substr(1)})
+    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "leaves the scene's folder");
+  expectRefused(importWithBuffer("file://" + outside), ErrorCode::invalidFile, "has a scheme");
+  expectRefused(importWithBuffer("http://example.org/a.bin"), ErrorCode::invalidFile, "has a scheme");
+  expectRefused(importWithBuffer("a%00b.bin"), ErrorCode::invalidFile, "malformed URI");
+  expectRefused(importWithBuffer("a%zz.bin"), ErrorCode::invalidFile, "malformed URI");
+  expectRefused(importWithBuffer(""), ErrorCode::invalidFile, "malformed URI");
+  expectRefused(importWithBuffer("none.bin"), ErrorCode::io, "'none.bin' not found beside the scene");
+  expectRefused(importWithBuffer("%252e%252e/secret.bin"), ErrorCode::io, "not found");  // decoded once only
+}
+
+TEST(HostileFiles, linksMayPointInsideTheFolderOnly) {
+  writeFile("secret.bin", Bytes{1, 2, 3, 4});
+  const fs::path inside = writeFile("scene/inside.bin", Bytes{1, 2, 3, 4});
+  const fs::path folder = inside.parent_path();
+  fs::remove(folder / "good.bin");
+  fs::remove(folder / "out.bin");
+  fs::remove(folder / "up");
+  fs::create_symlink("inside.bin", folder / "good.bin");
+  fs::create_symlink("../secret.bin", folder / "out.bin");
+  fs::create_directory_symlink("..", folder / "up");
+  EXPECT_TRUE(importWithBuffer("good.bin"));
+  expectRefused(importWithBuffer("out.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
+  expectRefused(importWithBuffer("up/secret.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
+}
+
+TEST(HostileFiles, brokenDataUrisAreNamed) {
+  expectRefused(importWithBuffer("data:application/octet-stream;base64,AA=A"), ErrorCode::invalidFile, "broken base64");
+  expectRefused(importWithBuffer("data:application/octet-stream,abcd"), ErrorCode::invalidFile, "not base64");
+  expectRefused(importWithBuffer("data:application/octet-stream;base64,AAA="), ErrorCode::invalidFile,
+                "byteLength is 4, its data has 2");
+}
+
+GltfBuilder withImage(const Bytes& file) {
+  GltfBuilder b;
+  const int texture = b.texture(file);
+  b.quad({{"material", b.material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}})}});
+  return b;
+}
+
+TEST(HostileFiles, imageBombsAreRefusedBeforeDecoding) {
+  const Bytes good = png(1, 1, {1, 2, 3, 255});
+  const auto sized = [&](std::uint32_t width, std::uint32_t height) {
+    Bytes bytes = good;
+    for (int i = 0; i < 4; ++i) {
+      bytes[static_cast<std::size_t>(16 + i)] = static_cast<std::uint8_t>(width >> (24 - 8 * i));
+      bytes[static_cast<std::size_t>(20 + i)] = static_cast<std::uint8_t>(height >> (24 - 8 * i));
+    }
+    return withImage(bytes).import();
+  };
+  expectRefused(sized(16384, 16384), ErrorCode::invalidFile, "images[0]");
+  expectRefused(sized(8192, 8192), ErrorCode::invalidFile, "claims 8192 x 8192 texels in");
+  expectRefused(sized(100000, 1), ErrorCode::invalidFile, "images[0]");
+  expectRefused(sized(0, 1), ErrorCode::invalidFile, "images[0]");
+}
+
+TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
+  expectRefused(withImage({1, 2, 3, 4}).import(), ErrorCode::invalidFile, "images[0] 'image0': not a PNG or JPEG");
+  Bytes cut = png(8, 8, Bytes(256, 77));
+  cut.resize(cut.size() / 2);
+  expectRefused(withImage(cut).import(), ErrorCode::invalidFile, "images[0]");
+  GltfBuilder missing = withImage(cut);
+  missing.root["images"][0] = {{"uri", "gone.png"}, {"name", "bricks"}};
+  expectRefused(missing.import(), ErrorCode::io, "images[0]: 'gone.png' not found beside the scene");
+  missing.root["images"][0] = {{"name", "bricks"}};
+  expectRefused(missing.import(), ErrorCode::invalidFile, "images[0]: neither uri nor bufferView");
+}
+
+TEST(HostileFiles, cancellingStopsTheImport) {
+  GltfBuilder b;
+  b.quad();
+  b.onProgress = [](std::string_view, double) { return false; };
+  const Result<Scene> scene = b.import();
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().message, cancelledError().message);
+}
+
+}  // namespace
+}  // namespace relume
