@@ -5,7 +5,7 @@
 //
 // Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they are
 // crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates, and
-// removing stops there.
+// being above it adds to the crowding of its points, being below it takes from that.
 #include "bake/surfels/eliminate.h"
 
 #include "bake/parallel.h"
@@ -23,6 +23,7 @@ namespace {
 constexpr float kWeightLimitBase = 0.65f;      // beta of the paper
 constexpr float kWeightLimitExponent = 1.5f;   // gamma of the paper
 constexpr float kQuotaCellSpacings = 8.0f;     // size of a quota's cell in spacings
+constexpr float kQuotaWeight = 3e-3f;          // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
 constexpr std::size_t kCellsPerChunk = 512;
 
 // One round: candidates sorted by grid cell, their neighbours and weights.
@@ -34,8 +35,16 @@ struct Round {
   std::vector<std::uint32_t> neighbour;
   std::vector<float> weight;
   std::vector<std::uint32_t> quotaCell;  // of each point
-  std::vector<std::uint32_t> mayGo;      // per quota cell: how many may still be removed
+  std::vector<std::uint32_t> left;       // per quota cell: points that are not removed yet
+  std::vector<std::uint32_t> quota;      // per quota cell: points that should stay
   float limit = 0.0f;                    // distances below limit * D crowd no more than at it
+
+  // How much a point is in the way: by its neighbours, and by its cell's excess over its quota. Only ever falls.
+  float excess(std::uint32_t point) const {
+    const std::uint32_t cell = quotaCell[point];
+    const auto q = static_cast<float>(quota[cell]);
+    return weight[point] + kQuotaWeight * (static_cast<float>(left[cell]) - q) / (q + 1.0f);
+  }
 };
 
 // (1 - d / D)^8, d limited from below.
@@ -82,14 +91,14 @@ void setQuotas(Round& round, std::uint32_t count, float cellSize) {
   });
 
   round.quotaCell.resize(n);
-  round.mayGo.clear();
   const auto rounded = [&](std::size_t points) { return (2 * points * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     while (end < n && places[end].emitter == places[begin].emitter && places[end].morton == places[begin].morton) {
-      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.mayGo.size());
+      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.quota.size());
       ++end;
     }
-    round.mayGo.push_back(static_cast<std::uint32_t>((end - begin) - (rounded(end) - rounded(begin))));
+    round.left.push_back(static_cast<std::uint32_t>(end - begin));
+    round.quota.push_back(static_cast<std::uint32_t>(rounded(end) - rounded(begin)));
   }
 }
 
@@ -145,22 +154,21 @@ void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
   });
 }
 
-// A heap with the most crowded point on top, whose keys may be out of date: weights only fall, so a key is an upper
+// A heap with the most crowded point on top, whose keys may be out of date: excesses only fall, so a key is an upper
 // bound, renewed when it comes to the top.
 class CrowdedHeap {
  public:
-  explicit CrowdedHeap(const std::vector<float>& weight) : items_(weight.size()) {
-    for (std::uint32_t i = 0; i < items_.size(); ++i) items_[i] = {weight[i], i};
+  explicit CrowdedHeap(const Round& round) : items_(round.node.size()) {
+    for (std::uint32_t i = 0; i < items_.size(); ++i) items_[i] = {round.excess(i), i};
     for (std::size_t i = items_.size() / 4 + 1; i-- > 0;) sink(i);
   }
   struct Item {
-    float weight;
+    float excess;
     std::uint32_t point;
   };
-  bool empty() const { return items_.empty(); }
   const Item& top() const { return items_.front(); }
-  void lowerTop(float weight) {
-    items_.front().weight = weight;
+  void lowerTop(float excess) {
+    items_.front().excess = excess;
     sink(0);
   }
   void pop() {
@@ -171,7 +179,7 @@ class CrowdedHeap {
 
  private:
   static bool before(const Item& a, const Item& b) {
-    return a.weight > b.weight || (a.weight == b.weight && a.point < b.point);
+    return a.excess > b.excess || (a.excess == b.excess && a.point < b.point);
   }
   void sink(std::size_t at) {
     const std::size_t n = items_.size();
@@ -194,24 +202,22 @@ class CrowdedHeap {
   std::vector<Item> items_;
 };
 
-// Remove points until the quotas are met. `removed` gets them in their order, as indices among the candidates; the rest
-// is returned, ascending.
-std::vector<std::uint32_t> runRound(Round& round, std::vector<std::uint32_t>& removed) {
-  CrowdedHeap heap(round.weight);
+// Remove points until `count` are left. `removed` gets them in their order, as indices among the candidates; the rest is
+// returned, ascending.
+std::vector<std::uint32_t> runRound(Round& round, std::uint32_t count, std::vector<std::uint32_t>& removed) {
+  CrowdedHeap heap(round);
   std::vector<std::uint8_t> gone(round.node.size(), 0);
-  while (!heap.empty()) {
+  for (std::size_t left = round.node.size(); left > count;) {
     const CrowdedHeap::Item top = heap.top();
-    if (round.mayGo[round.quotaCell[top.point]] == 0) {
-      heap.pop();
-      continue;
-    }
-    if (round.weight[top.point] < top.weight) {
-      heap.lowerTop(round.weight[top.point]);
+    const float excess = round.excess(top.point);
+    if (excess < top.excess) {
+      heap.lowerTop(excess);
       continue;
     }
     heap.pop();
     gone[top.point] = 1;
-    --round.mayGo[round.quotaCell[top.point]];
+    --left;
+    --round.left[round.quotaCell[top.point]];
     removed.push_back(round.source[top.point]);
     const SurfaceNode& a = round.node[top.point];
     for (std::size_t k = round.neighbourBegin[top.point]; k < round.neighbourBegin[top.point + 1]; ++k) {
@@ -251,7 +257,7 @@ std::vector<std::uint32_t> reduce(std::span<const SurfaceSample> candidates, std
   setQuotas(round, count, kQuotaCellSpacings * spacing);
   findNeighbours(round, grid, context);
   if (context.cancelled()) return {};
-  return runRound(round, removed);
+  return runRound(round, count, removed);
 }
 
 }  // namespace
