@@ -2,6 +2,7 @@
 // See parallel.h.
 #include "bake/parallel.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -29,6 +30,11 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
 
   tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
+}
+
+void runOnOneThread(const std::function<void()>& work) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  work();
 }
 
 }  // namespace relume

@@ -16,4 +16,8 @@ namespace relume {
 void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t begin, std::size_t end)>& body);
 
+// Run work while oneTBB, process-wide, has only the calling thread: for libraries over oneTBB whose result depends on
+// the number of threads.
+void runOnOneThread(const std::function<void()>& work);
+
 }  // namespace relume

@@ -22,7 +22,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <limits>
+#include <mutex>
 
 namespace relume {
 namespace {
@@ -36,6 +37,7 @@ constexpr double kHitsPerCell = 24.0;              // expected if all surface we
 constexpr float kMaxCellShare = 0.1f;              // of the median distance to a hit
 constexpr double kDroppedHits = 0.005;             // share of the hits in dropped cells
 constexpr double kDroppedDensity = 0.1;            // and they are hit less than this share of the mean
+constexpr std::uint32_t kFillNeighbours = 2;       // of six, that make a cell seen
 constexpr std::uint32_t kMaxSplits = 1024;         // along an edge, when a triangle is looked at in parts
 
 // One walk on its way.
@@ -89,15 +91,17 @@ void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walk
   const std::uint64_t key = grid.key(hit.instance, position, cross);
   hits.push_back({key, w.inAir ? 1u : 0u, w.inAir ? 0u : 1u});
 
+  const float length = glm::length(cross);
+  const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
+  const glm::vec3 off = normal * tracer.epsilonAt(position);
   if (w.random.uniform() < 0.5f) {
-    w.air = w.origin + (position - w.origin) * w.random.uniform();
+    // Off the surface also when the point is right at its end, where rounding could carry it through.
+    w.air = glm::mix(w.origin, position, w.random.uniform()) + off;
     w.origin = w.air;
     w.inAir = true;
     w.direction = uniformDirection(w.random.uniform2());
   } else {
-    const float length = glm::length(cross);
-    const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
-    w.origin = position + normal * tracer.epsilonAt(position);
+    w.origin = position + off;
     w.inAir = false;
     w.direction = cosineDirection(normal, w.random);
   }
@@ -257,6 +261,38 @@ std::vector<CellHits> keepCells(const RayTracer& tracer, const CellGrid& grid, s
   return cells;
 }
 
+// Add the cells between kept ones: hits are random, and a thinly hit surface would be full of holes.
+void fillHoles(const RayTracer& tracer, const CellGrid& grid, std::vector<CellHits>& cells, Context& context) {
+  std::vector<CellHits> filled;
+  std::mutex mutex;
+  forEachTriangle(tracer.scene(), context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
+    const glm::vec3 normal = crossOf(corners);
+    std::vector<CellHits> found;
+    forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
+      for (const glm::vec3& n : {normal, -normal}) {
+        const std::uint64_t key = grid.key(i, p, n);
+        if (indexOf(cells, key) < cells.size()) continue;
+        std::uint32_t around = 0, direct = 0;
+        for (const std::uint64_t neighbour : grid.neighbours(i, p, n)) {
+          const std::size_t at = indexOf(cells, neighbour);
+          if (at == cells.size()) continue;
+          ++around;
+          direct += cells[at].direct > 0 ? 1 : 0;
+        }
+        if (around >= kFillNeighbours) found.push_back({key, direct > 0 ? 1u : 0u, 1});
+      }
+    });
+    const std::lock_guard lock(mutex);
+    filled.insert(filled.end(), found.begin(), found.end());
+  });
+  // A cell that several triangles found has the same neighbours each time.
+  const auto byKey = [](const CellHits& a, const CellHits& b) { return a.key < b.key; };
+  cells.insert(cells.end(), filled.begin(), filled.end());
+  std::sort(cells.begin(), cells.end(), byKey);
+  cells.erase(std::unique(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.key == b.key; }),
+              cells.end());
+}
+
 // What of each side lies in the kept cells.
 void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space,
                   Context& context) {
@@ -374,7 +410,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   }
 
   // Keep what matters.
-  const std::vector<CellHits> cells = keepCells(tracer, grid, counter.sorted(), space.total, context);
+  std::vector<CellHits> cells = keepCells(tracer, grid, counter.sorted(), space.total, context);
+  fillHoles(tracer, grid, cells, context);
   measureSides(tracer, grid, cells, space, context);
   space.scene = &scene;
   space.cellOrigin = grid.origin;

@@ -6,6 +6,7 @@
 #include "bake/scene/ray_tracer.h"
 
 #include "bake/context.h"
+#include "bake/parallel.h"
 
 #include <embree3/rtcore.h>
 #if defined(__SSE2__)
@@ -150,6 +151,12 @@ ScenePtr makeScene(RTCDevice device) {
   return scene;
 }
 
+// Build. The order of primitives in the tree, and with it who wins a tie between two surfaces in one place, depends on
+// the number of threads: one thread, always the same tree.
+void commit(RTCScene scene) {
+  runOnOneThread([scene] { rtcCommitScene(scene); });
+}
+
 // World bounds of the fixed triangles, their number, and how many fixed instances each mesh has.
 struct Survey {
   glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
@@ -255,10 +262,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   auto state = std::make_unique<State>();
   state->scene = &scene;
 
-  // Open the device. The build's order of primitives, and with it who wins a tie between two surfaces in one place,
-  // depends on the number of threads: one thread, always the same tree.
-  std::string config = "threads=1,set_affinity=0";
-  if (!isa.empty()) config += ",isa=" + isa;
+  // Open the device. (Its own option "threads" would hold all of oneTBB to that number as long as the device lives.)
+  const std::string config = isa.empty() ? "" : "isa=" + isa;
   state->device.reset(rtcNewDevice(config.c_str()));
   if (!state->device) {
     return Error{ErrorCode::failed, "Embree cannot start with \"" + config + "\": error " +
@@ -312,7 +317,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
         below = state->shared.back().get();
         rtcAttachGeometry(below, mesh);
         rtcReleaseGeometry(mesh);
-        rtcCommitScene(below);
+        commit(below);
       }
       glm::mat4 toTraced = instance.toWorld;
       toTraced[3] -= glm::vec4(state->shift, 0.0f);
@@ -329,7 +334,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
     rtcAttachGeometryByID(state->top.get(), geometry, id);
     rtcReleaseGeometry(geometry);
   }
-  if (state->error.empty()) rtcCommitScene(state->top.get());
+  if (state->error.empty()) commit(state->top.get());
   if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
   return RayTracer(std::move(state));
 }

@@ -4,28 +4,58 @@
 
 #include "bake/random.h"
 
+#include <glm/ext/vector_int3_sized.hpp>
+
 #include <algorithm>
 #include <cmath>
 
 namespace relume {
 
+namespace {
+
+// A 64-bit hash stands for the cell: two of a million cells meet with probability 3e-8.
+std::uint64_t keyOf(std::uint32_t instance, std::uint32_t direction, const glm::i64vec3& voxel) {
+  std::uint64_t hash = mix64((std::uint64_t{instance} << 3) | direction);
+  for (int a = 0; a < 3; ++a) hash = mix64(hash ^ static_cast<std::uint64_t>(voxel[a]));
+  return std::max<std::uint64_t>(hash, 1);  // 0 marks an empty slot
+}
+
+// Signed axis that a normal follows most, 0..5.
+std::uint32_t directionOf(const glm::vec3& normal) {
+  int axis = 0;
+  for (int a = 1; a < 3; ++a) {
+    if (std::abs(normal[a]) > std::abs(normal[axis])) axis = a;
+  }
+  return static_cast<std::uint32_t>(2 * axis + (normal[axis] < 0.0f ? 1 : 0));
+}
+
+glm::i64vec3 voxelOf(const CellGrid& grid, const glm::vec3& position) {
+  glm::i64vec3 voxel;
+  for (int a = 0; a < 3; ++a) {
+    const float v = std::floor((position[a] - grid.origin[a]) / grid.size);
+    voxel[a] = static_cast<std::int64_t>(std::clamp(v, -1e9f, 1e9f));
+  }
+  return voxel;
+}
+
+}  // namespace
+
 std::uint64_t CellGrid::key(std::uint32_t instance, const glm::vec3& positionWorld,
                             const glm::vec3& normalOfSide) const {
-  // Signed axis of the normal, 0..5.
-  std::uint32_t axis = 0;
-  for (std::uint32_t a = 1; a < 3; ++a) {
-    if (std::abs(normalOfSide[static_cast<int>(a)]) > std::abs(normalOfSide[static_cast<int>(axis)])) axis = a;
-  }
-  const std::uint32_t direction = 2 * axis + (normalOfSide[static_cast<int>(axis)] < 0.0f ? 1u : 0u);
+  return keyOf(instance, directionOf(normalOfSide), voxelOf(*this, positionWorld));
+}
 
-  // A 64-bit hash stands for the cell: two of a million cells meet with probability 3e-8.
-  std::uint64_t hash = mix64((std::uint64_t{instance} << 3) | direction);
-  for (int a = 0; a < 3; ++a) {
-    const float voxel = std::floor((positionWorld[a] - origin[a]) / size);
-    const auto index = static_cast<std::int64_t>(std::clamp(voxel, -1e9f, 1e9f));
-    hash = mix64(hash ^ static_cast<std::uint64_t>(index));
+std::array<std::uint64_t, 6> CellGrid::neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
+                                                  const glm::vec3& normalOfSide) const {
+  const std::uint32_t direction = directionOf(normalOfSide);
+  const glm::i64vec3 centre = voxelOf(*this, positionWorld);
+  std::array<std::uint64_t, 6> keys;
+  for (int face = 0; face < 6; ++face) {
+    glm::i64vec3 voxel = centre;
+    voxel[face / 2] += face % 2 == 0 ? 1 : -1;
+    keys[static_cast<std::size_t>(face)] = keyOf(instance, direction, voxel);
   }
-  return std::max<std::uint64_t>(hash, 1);  // 0 marks an empty slot
+  return keys;
 }
 
 void CellCounter::Shard::add(const CellHits& hits) {

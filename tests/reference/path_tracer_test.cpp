@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "bake/reference/path_tracer.h"
+
+#include "bake/context.h"
+#include "tests/rays/make_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+constexpr float kPi = 3.14159265f;
+
+RayTracer tracerOf(const Scene& scene) {
+  Context context;
+  auto tracer = RayTracer::create(scene, "avx2", context);
+  EXPECT_TRUE(tracer);
+  return std::move(*tracer);
+}
+
+ReferenceImage render(const Scene& scene, const Camera& camera, const std::vector<SceneLight>& lights,
+                      const ReferenceOptions& options, int threads = 0) {
+  const RayTracer tracer = tracerOf(scene);
+  Context context;
+  context.threads = threads;
+  auto image = renderReference(tracer, camera, lights, options, context);
+  EXPECT_TRUE(image) << (image ? "" : image.error().message);
+  return std::move(*image);
+}
+
+glm::dvec3 meanOf(const std::vector<glm::vec3>& layer) {
+  glm::dvec3 sum(0.0);
+  for (const glm::vec3& v : layer) sum += glm::dvec3(v);
+  return sum / static_cast<double>(layer.size());
+}
+
+Scene floorScene() {
+  Scene scene;
+  addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, {0.2f, 0.5f, 0.8f})));
+  finish(scene);
+  return scene;
+}
+
+SceneLight lightAbove(LightType type) {
+  SceneLight light;
+  light.type = type;
+  light.intensity = {3.0f, 2.0f, 1.0f};
+  light.positionWorld = {0.3f, 2.0f, -0.2f};
+  light.direction = {0, -1, 0};
+  return light;
+}
+
+const ReferenceOptions kSmall{24, 16, 4, 4, false, glm::vec3(0.0f), 1};
+
+TEST(Reference, pointLightOverAPlaneGivesICosOverDSquared) {
+  const Scene scene = floorScene();
+  const auto image = render(scene, lookAt({0, 3, 3}, {0, 0, 0}), {lightAbove(LightType::point)}, kSmall);
+  const std::size_t centre = 8 * 24 + 12;
+  // Pixel means of a smooth function against its value at the pixel's centre.
+  const glm::vec3 p = image.position[centre], toLight = glm::vec3(0.3f, 2.0f, -0.2f) - p;
+  const float d = glm::length(toLight), expected = 3.0f * (toLight.y / d) / (d * d);
+  EXPECT_NEAR(image.direct[centre].x * kPi, expected, 0.05f * expected);
+  EXPECT_EQ(image.indirect[centre], glm::vec3(0.0f));  // nothing else to reflect
+  EXPECT_NEAR(image.albedo[centre].y, 0.5f, 1e-6f);
+  EXPECT_NEAR(image.normal[centre].y, 1.0f, 1e-6f);
+  EXPECT_NEAR(image.depth[centre], glm::dot(p - glm::vec3(0, 3, 3), glm::normalize(glm::vec3(0, -3, -3))), 1e-4f);
+}
+
+TEST(Reference, irradianceOfEachKindOfLightIsItsFormula) {
+  const glm::vec3 up(0, 1, 0), p(0.8f, 0.0f, 0.3f);
+  glm::vec3 toLight;
+  float distance = 0.0f;
+
+  SceneLight sun = lightAbove(LightType::directional);
+  sun.direction = glm::normalize(glm::vec3(1, -1, 0));
+  EXPECT_NEAR(lightIrradiance(sun, p, up, toLight, distance).x, 3.0f * std::sqrt(0.5f), 1e-6f);
+  EXPECT_TRUE(std::isinf(distance));
+  EXPECT_EQ(lightIrradiance(sun, p, -up, toLight, distance), glm::vec3(0.0f));
+
+  SceneLight point = lightAbove(LightType::point);
+  const glm::vec3 offset = point.positionWorld - p;
+  const float d = glm::length(offset), expected = 3.0f * offset.y / (d * d * d);
+  EXPECT_NEAR(lightIrradiance(point, p, up, toLight, distance).x, expected, 1e-6f);
+  EXPECT_NEAR(distance, d, 1e-6f);
+  point.range = 3.0f;
+  const float window = 1.0f - std::pow(d / 3.0f, 4.0f);
+  EXPECT_NEAR(lightIrradiance(point, p, up, toLight, distance).x, expected * window, 1e-6f);
+  point.range = 2.0f;
+  EXPECT_EQ(lightIrradiance(point, p, up, toLight, distance), glm::vec3(0.0f));
+
+  // KHR_lights_punctual: the squared line in the cosine between outer and inner angle.
+  SceneLight spot = lightAbove(LightType::spot);
+  spot.innerConeRad = 0.1f;
+  spot.outerConeRad = 0.6f;
+  const float cosine = offset.y / d;
+  const float line = (cosine - std::cos(0.6f)) / (std::cos(0.1f) - std::cos(0.6f));
+  ASSERT_GT(line, 0.05f);
+  ASSERT_LT(line, 0.95f);
+  EXPECT_NEAR(lightIrradiance(spot, p, up, toLight, distance).x, expected * line * line, 1e-6f);
+  EXPECT_EQ(lightIrradiance(spot, {5, 0, 0}, up, toLight, distance), glm::vec3(0.0f));
+  spot.innerConeRad = spot.outerConeRad;  // a hard edge, no division by zero
+  EXPECT_NEAR(lightIrradiance(spot, {0.3f, 0, -0.2f}, up, toLight, distance).x, 0.75f, 1e-5f);
+}
+
+TEST(Reference, anOccluderGivesZero) {
+  Scene scene = floorScene();
+  addInstance(scene, quad({-1, 1, 1}, {2, 0, 0}, {0, 0, -2}));
+  finish(scene);
+  const RayTracer tracer = tracerOf(scene);
+  const std::vector<SceneLight> lights{lightAbove(LightType::point)};
+  EXPECT_EQ(directIrradiance(tracer, lights, {0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+  EXPECT_GT(directIrradiance(tracer, lights, {4, 0, 0}, {0, 1, 0}).x, 0.0f);
+}
+
+TEST(Reference, constantSkyLightsAnOpenPlaneByItsRadiance) {
+  ReferenceOptions options = kSmall;
+  options.skyRadiance = {0.5f, 1.0f, 2.0f};
+  const auto image = render(floorScene(), lookAt({0, 3, 0.1f}, {0, 0, 0}), {}, options);
+  for (const glm::vec3& e : image.direct) {
+    EXPECT_NEAR(e.x, 0.5f, 1e-5f);
+    EXPECT_NEAR(e.z, 2.0f, 1e-5f);
+  }
+}
+
+TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
+  // Every wall emits Le and reflects rho: the radiance is Le / (1 - rho) everywhere; light that was reflected at most n
+  // times gives the partial sum.
+  const float rho = 0.5f, le = 2.0f;
+  Scene scene;
+  addInstance(scene, box({-1, -1, -1}, {1, 1, 1}, true, addMaterial(scene, glm::vec3(rho), glm::vec3(le))));
+  finish(scene);
+  ReferenceOptions options = kSmall;
+  options.emissive = true;
+  options.samplesPerPixel = 256;
+  for (const std::uint32_t bounces : {0u, 1u, 3u, 64u}) {
+    options.maxBounces = bounces;
+    const auto image = render(scene, lookAt({0.2f, 0.1f, 0.3f}, {1, 0.2f, 0}), {}, options);
+    // Irradiance / pi: Le straight, Le (rho + rho² + ...) reflected.
+    const double reflected = le * rho * (1.0 - std::pow(rho, bounces)) / (1.0 - rho);
+    EXPECT_NEAR(meanOf(image.direct).x, le, 0.01 * le) << bounces;
+    EXPECT_NEAR(meanOf(image.indirect).x, reflected, 0.01 * le) << bounces;
+    EXPECT_NEAR(meanOf(image.emission).x, le, 1e-5);
+    const double radiance = meanOf(image.emission).x + rho * (meanOf(image.direct).x + meanOf(image.indirect).x);
+    if (bounces == 64) {
+      EXPECT_NEAR(radiance, le / (1.0 - rho), 0.01 * le);
+    }
+  }
+}
+
+TEST(Reference, emitterOverAFloorGivesItsFormFactorAndNothingBehindIt) {
+  // A 1 x 1 m emitter of radiance 5, 1 m above the floor, facing down. Point below its centre: four corner rectangles of
+  // form factor F(a, b, h); E = L pi 4 F.
+  Scene scene;
+  addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, glm::vec3(0.5f))));
+  addInstance(scene, quad({-0.5f, 1, -0.5f}, {1, 0, 0}, {0, 0, 1}, addMaterial(scene, glm::vec3(0.0f), glm::vec3(5.0f))));
+  finish(scene);
+  ReferenceOptions options = kSmall;
+  options.emissive = true;
+  options.samplesPerPixel = 2048;
+  options.width = options.height = 1;
+  const auto image = render(scene, lookAt({0, 0.5f, 0}, {0, 0, 0}, 0.01f, {1, 0, 0}), {}, options);
+  const double a = 0.5, root = std::sqrt(1 + a * a);
+  const double corner = (a / root * std::atan(a / root) * 2) / (2 * kPi);
+  EXPECT_NEAR(image.direct[0].x, 5.0 * 4 * corner, 0.02 * 5.0 * 4 * corner);
+  const auto above = render(scene, lookAt({0, 3, 0}, {0, 1.5f, 0}, 0.01f, {1, 0, 0}), {}, options);
+  EXPECT_EQ(above.emission[0], glm::vec3(0.0f));  // its back is dark
+  scene.materials[1].doubleSided = true;
+  const auto both = render(scene, lookAt({0, 3, 0}, {0, 1.5f, 0}, 0.01f, {1, 0, 0}), {}, options);
+  EXPECT_NEAR(both.emission[0].x, 5.0f, 1e-5f);
+}
+
+TEST(Reference, bothSidesOfAFaceReflect) {
+  const Scene scene = floorScene();
+  SceneLight light = lightAbove(LightType::point);
+  light.positionWorld.y = -2.0f;
+  const auto image = render(scene, lookAt({0, -3, 3}, {0, 0, 0}), {light}, kSmall);
+  EXPECT_GT(image.direct[8 * 24 + 12].x, 0.1f);
+  EXPECT_NEAR(image.normal[8 * 24 + 12].y, -1.0f, 1e-6f);
+}
+
+TEST(Reference, halvesEstimateTheNoise) {
+  Scene scene;
+  addInstance(scene, box({-1, -1, -1}, {1, 1, 1}, true, addMaterial(scene, glm::vec3(0.6f))));
+  finish(scene);
+  SceneLight light = lightAbove(LightType::point);
+  light.positionWorld = {0.3f, 0.4f, 0.2f};
+  ReferenceOptions options = kSmall;
+  options.samplesPerPixel = 64;
+  const Camera camera = lookAt({-0.5f, 0, 0.5f}, {1, 0, -1});
+  const auto a = render(scene, camera, {light}, options);
+  options.seed = 2;
+  const auto b = render(scene, camera, {light}, options);
+  double estimated = 0, found = 0;
+  for (std::size_t i = 0; i < a.indirect.size(); ++i) {
+    estimated += glm::dot(a.indirectError[i], a.indirectError[i]) + glm::dot(b.indirectError[i], b.indirectError[i]);
+    const glm::vec3 difference = a.indirect[i] - b.indirect[i];
+    found += glm::dot(difference, difference);
+  }
+  EXPECT_NEAR(estimated / found, 1.0, 0.3);
+}
+
+TEST(Reference, sameImageAtAnyThreadCountAnotherForAnotherSeed) {
+  const Scene scene = floorScene();
+  ReferenceOptions options = kSmall;
+  options.skyRadiance = glm::vec3(1.0f);
+  const Camera camera = lookAt({0, 3, 3}, {0, 0, 0});
+  const std::vector<SceneLight> lights{lightAbove(LightType::point)};
+  const auto one = render(scene, camera, lights, options, 1), many = render(scene, camera, lights, options, 4);
+  EXPECT_EQ(one.direct, many.direct);
+  EXPECT_EQ(one.directError, many.directError);
+  options.seed = 2;
+  EXPECT_NE(render(scene, camera, lights, options).direct, one.direct);
+}
+
+TEST(Reference, optionsOutOfRangeAreRefused) {
+  const Scene scene = floorScene();
+  const RayTracer tracer = tracerOf(scene);
+  Context context;
+  for (const auto& change : {+[](ReferenceOptions& o) { o.width = 0; }, +[](ReferenceOptions& o) { o.height = 16385; },
+                             +[](ReferenceOptions& o) { o.samplesPerPixel = 0; },
+                             +[](ReferenceOptions& o) { o.maxBounces = 1025; }}) {
+    ReferenceOptions options = kSmall;
+    change(options);
+    const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, options, context);
+    ASSERT_FALSE(image);
+    EXPECT_EQ(image.error().code, ErrorCode::usage);
+  }
+  context.cancel();
+  EXPECT_FALSE(renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, kSmall, context));
+}
+
+}  // namespace
+}  // namespace relume
