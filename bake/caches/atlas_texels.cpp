@@ -21,32 +21,31 @@ std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& s
   return texels;
 }
 
-// Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
-// rings only; edge neighbours go before corner neighbours.
-void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
+// The cache of a filled neighbour, edge neighbours before corner neighbours; kNoCache when none of the eight is filled.
+std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t>& texels, int x, int y) {
   constexpr std::array<std::array<int, 2>, 8> kNeighbors{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
-  const int width = static_cast<int>(size.x), height = static_cast<int>(size.y);
-  const auto at = [&](int x, int y) -> std::uint32_t& { return texels[static_cast<std::size_t>(y) * size.x + static_cast<std::size_t>(x)]; };
-  std::vector<std::array<int, 2>> empty;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (at(x, y) == kNoCache) empty.push_back({x, y});
-    }
+  for (const auto& n : kNeighbors) {
+    const int nx = x + n[0], ny = y + n[1];
+    if (nx < 0 || ny < 0 || nx >= static_cast<int>(size.x) || ny >= static_cast<int>(size.y)) continue;
+    const std::uint32_t cache = texels[static_cast<std::size_t>(ny) * size.x + static_cast<std::size_t>(nx)];
+    if (cache != kNoCache) return cache;
   }
-  std::vector<std::uint32_t> found;
+  return kNoCache;
+}
+
+// Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
+// rings only.
+void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
+  std::vector<std::uint32_t> empty, found;
+  for (std::uint32_t i = 0; i < texels.size(); ++i) {
+    if (texels[i] == kNoCache) empty.push_back(i);
+  }
   while (!empty.empty()) {
-    found.assign(empty.size(), kNoCache);
-    for (std::size_t i = 0; i < empty.size(); ++i) {
-      for (const auto& n : kNeighbors) {
-        const int x = empty[i][0] + n[0], y = empty[i][1] + n[1];
-        if (x < 0 || y < 0 || x >= width || y >= height || at(x, y) == kNoCache) continue;
-        found[i] = at(x, y);
-        break;
-      }
-    }
+    found.clear();
+    for (const std::uint32_t i : empty) found.push_back(neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)));
     std::size_t left = 0;
     for (std::size_t i = 0; i < empty.size(); ++i) {
-      if (found[i] != kNoCache) at(empty[i][0], empty[i][1]) = found[i];
+      if (found[i] != kNoCache) texels[empty[i]] = found[i];
       else empty[left++] = empty[i];
     }
     if (left == empty.size()) return;
@@ -71,6 +70,7 @@ class Filler {
       texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
       home_[request_.single[s]] = at;
     }
+    surround();
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p);
 
     Lightmap map;
@@ -110,6 +110,19 @@ class Filler {
         if (x < size.x && y < size.y && home_[cache] == glm::uvec2(kNone)) home_[cache] = origin + glm::uvec2(x, y);
       }
     }
+  }
+
+  // Copy what is filled to the free texels around it: coordinates of 16 bits miss a texel's centre by a hair.
+  void surround() {
+    const glm::uvec2 size(plan_.side);
+    std::vector<std::uint32_t> ring = texels_;
+    for (std::uint32_t y = 0; y < size.y; ++y) {
+      for (std::uint32_t x = 0; x < size.x; ++x) {
+        std::uint32_t& texel = ring[std::size_t{y} * size.x + x];
+        if (texel == kNoCache) texel = neighborOf(size, texels_, static_cast<int>(x), static_cast<int>(y));
+      }
+    }
+    texels_ = std::move(ring);
   }
 
   std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side)); }

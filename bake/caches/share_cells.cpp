@@ -29,7 +29,9 @@ constexpr float kCacheCost = 0.12f;
 constexpr float kOffPlane = 3.0f;
 // Texels with less surface than this choose in groups of neighbours that look the same way.
 constexpr float kSmallShare = 0.25f;
-constexpr float kGroupTexels = 0.3f;
+constexpr float kGroupTexels = 0.4f;
+// A cache looks this far for texels that it could serve.
+constexpr float kMaxReach = 1.6f;
 // Beyond this share of near hits a cache lies in a gap that nothing looks into.
 constexpr float kMaxNearShare = 0.9f;
 constexpr int kRounds = 4;
@@ -46,7 +48,7 @@ struct Unit {
 class Sharer {
  public:
   Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober, const CacheOptions& options)
-      : scene_(scene), set_(set), cells_(cells), prober_(prober), options_(options), reach_(kGridError / kErrorPerTexel),
+      : scene_(scene), set_(set), cells_(cells), prober_(prober), options_(options), reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
         voxel_(std::max(cells.texelSize, 1e-12f)), units_(voxel_), caches_(voxel_) {}
 
   SharedCaches run(Context& context) {
@@ -59,6 +61,7 @@ class Sharer {
       makeUnits(open);
       const std::size_t before = result_.caches.size();
       openCaches();
+      if (result_.caches.size() == before && round > 0) break;
       checkCaches(before, context);
       chooseCaches(open, context);
       std::erase_if(open, [&](std::uint32_t cell) { return result_.cacheOfCell[cell] != kNoCache; });
@@ -90,6 +93,13 @@ class Sharer {
     });
   }
 
+  // The face of a cube that a normal goes through.
+  static std::uint32_t sideOf(const glm::vec3& n) {
+    const glm::vec3 a = glm::abs(n);
+    const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    return static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
+  }
+
   // Group the small cells; order by weight.
   void makeUnits(const std::vector<std::uint32_t>& open) {
     struct Small {
@@ -104,8 +114,7 @@ class Sharer {
         unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0});
         continue;
       }
-      const glm::ivec3 look = glm::ivec3(glm::round(spot_[cell].normal * 1.4f)) + 1;
-      small.push_back({PointHash::key(groups.voxelOf(spot_[cell].positionWorld)), static_cast<std::uint32_t>(look.x + 4 * look.y + 16 * look.z), cell});
+      small.push_back({PointHash::key(groups.voxelOf(spot_[cell].positionWorld)), sideOf(spot_[cell].normal), cell});
     }
     std::sort(small.begin(), small.end(), [](const Small& a, const Small& b) {
       if (a.voxel != b.voxel) return a.voxel < b.voxel;

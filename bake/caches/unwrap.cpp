@@ -13,7 +13,7 @@ namespace relume {
 namespace {
 
 // A projection that loses less area than this needs no better map.
-constexpr float kFlatEnough = 0.85f;
+constexpr float kFlatEnough = 0.92f;
 // Curved charts below this share of the mesh's area stay projected: nobody sees their stretch.
 constexpr double kCurvedAreaShare = 1e-4;
 constexpr std::size_t kFewestCurvedFaces = 6;

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: MIT
+// Caches of small scenes with known answers: on surfaces, in free space, on the side that is seen.
+#include "bake/caches/caches.h"
+#include "tests/caches/meshes.h"
+#include "tests/caches/reads.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <random>
+
+namespace relume {
+namespace {
+
+using test::addBox;
+using test::addInstance;
+using test::addQuad;
+using test::addTriangle;
+using test::readLightmap;
+
+const glm::vec3 kRoomLow(-2, 0, -3), kRoomHigh(2, 3, 3);
+
+Scene roomScene() {
+  Scene scene;
+  scene.name = "room";
+  Mesh room;
+  addBox(room, kRoomLow, kRoomHigh, true);
+  addInstance(scene, std::move(room), "room");
+  Camera camera;
+  camera.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(0.1f, 1.4f, 2.2f));
+  scene.cameras.push_back(camera);
+  return scene;
+}
+
+// A scene with all that cache placement needs.
+struct Placed {
+  Scene scene;
+  std::optional<RayTracer> tracer;
+  PlaySpace playSpace;
+  Caches caches;
+};
+
+void place(Placed& p, const CacheOptions& options, int threads = 0, PlaySpaceOptions::Mode mode = PlaySpaceOptions::Mode::seen) {
+  Context context;
+  context.threads = threads;
+  auto tracer = RayTracer::create(p.scene, "avx2", context);
+  ASSERT_TRUE(tracer) << tracer.error().message;
+  p.tracer.emplace(std::move(*tracer));
+  PlaySpaceOptions space;
+  space.mode = mode;
+  space.walks = 1u << 16;
+  auto found = findPlaySpace(*p.tracer, space, 1, context);
+  ASSERT_TRUE(found) << found.error().message;
+  p.playSpace = std::move(*found);
+  auto caches = placeCaches(*p.tracer, p.playSpace, options, 1, context);
+  ASSERT_TRUE(caches) << caches.error().message;
+  p.caches = std::move(*caches);
+}
+
+CacheOptions fewCaches(std::uint32_t count) {
+  CacheOptions options;
+  options.lightmapCaches = count;
+  options.gridCaches = 200;
+  return options;
+}
+
+std::uint32_t gridCount(const Caches& caches) {
+  return static_cast<std::uint32_t>(std::count(caches.normal.begin(), caches.normal.end(), glm::vec3(0.0f)));
+}
+
+TEST(PlaceCaches, RoomHasItsCachesOnTheWallsLookingIn) {
+  Placed p{roomScene(), {}, {}, {}};
+  place(p, fewCaches(1000));
+  const std::uint32_t grid = gridCount(p.caches);
+  EXPECT_GT(grid, 100u);
+  EXPECT_NEAR(static_cast<double>(p.caches.count() - grid), 1000.0, 50.0);
+  for (std::uint32_t c = 0; c < p.caches.count(); ++c) {
+    const glm::vec3 x = p.caches.positionWorld[c], n = p.caches.normal[c];
+    const glm::vec3 low = x - kRoomLow, high = kRoomHigh - x;
+    const float off = std::min({low.x, low.y, low.z, high.x, high.y, high.z});
+    EXPECT_GT(off, 0.0f);
+    if (c < grid) {
+      EXPECT_EQ(n, glm::vec3(0.0f)) << "grid first";
+      continue;
+    }
+    EXPECT_LT(off, 0.011f) << "on a wall";
+    EXPECT_GT(glm::dot(n, glm::vec3(0, 1.5f, 0) - x), 0.0f);
+    EXPECT_NEAR(glm::length(n), 1.0f, 1e-4);
+  }
+}
+
+// Interpolating the caches' own positions must give the point that is read: the test of texel centres, corners, packing.
+TEST(PlaceCaches, ReadsInterpolateBetweenCachesAroundThePoint) {
+  Placed p{roomScene(), {}, {}, {}};
+  place(p, fewCaches(1000));
+  const float texel = std::sqrt(108.0f / 1000.0f);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+  double error = 0.0;
+  int count = 0;
+  for (std::uint32_t t = 0; t < 12; ++t) {
+    for (int k = 0; k < 400; ++k) {
+      glm::vec2 w(uniform(random), uniform(random));
+      if (w.x + w.y > 1.0f) w = 1.0f - w;
+      const auto c = p.scene.corners(p.scene.instances[0], t);
+      const glm::vec3 x = c[0] + (c[1] - c[0]) * w.x + (c[2] - c[0]) * w.y;
+      const auto read = readLightmap(p.caches, 0, t, w, false);
+      ASSERT_FALSE(read.gridLit);
+      EXPECT_EQ(read.unfilled, 0.0f);
+      EXPECT_LT(glm::distance(read.position, x), 0.6f * texel);
+      error += glm::distance(read.position, x);
+      ++count;
+    }
+  }
+  EXPECT_LT(error / count, 0.08 * texel);
+  EXPECT_TRUE(p.caches.lightmap.backCornerUv.empty()) << "nobody sees the room from outside";
+}
+
+TEST(PlaceCaches, MirroredAndScaledInstancesReadTheSameWay) {
+  Placed p;
+  p.scene = roomScene();
+  Mesh unit = p.scene.meshes[0];
+  for (glm::vec3& v : unit.position) v *= 100.0f;
+  p.scene.meshes.clear();
+  p.scene.instances.clear();
+  addInstance(p.scene, unit, "mirrored", glm::scale(glm::mat4(1.0f), glm::vec3(-0.01f, 0.01f, 0.02f)));
+  place(p, fewCaches(1000));
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0.0f, 0.5f);
+  for (std::uint32_t t = 0; t < 12; ++t) {
+    const glm::vec2 w(uniform(random), uniform(random));
+    const auto c = p.scene.corners(p.scene.instances[0], t);
+    // Corners in the world are wound for the front: 1 and 2 trade places.
+    const glm::vec3 x = c[0] + (c[1] - c[0]) * w.y + (c[2] - c[0]) * w.x;
+    const auto read = readLightmap(p.caches, 0, t, w, false);
+    ASSERT_FALSE(read.gridLit);
+    EXPECT_LT(glm::distance(read.position, x), 0.35f);
+    EXPECT_GT(glm::dot(read.normal, geometricNormal(p.scene, {0, t, {0.3f, 0.3f}})), 0.9f);
+  }
+}
+
+TEST(PlaceCaches, NoCacheLiesInsideASolid) {
+  Placed p{roomScene(), {}, {}, {}};
+  Mesh pillar;
+  // Sunk into the floor and through the ceiling.
+  addBox(pillar, {-0.7f, -0.5f, -0.7f}, {0.7f, 3.5f, 0.7f}, false);
+  addInstance(p.scene, std::move(pillar), "pillar");
+  CacheOptions options = fewCaches(2000);
+  options.gridCaches = 3000;
+  place(p, options);
+  int inside = 0, grid = 0;
+  for (std::uint32_t c = 0; c < p.caches.count(); ++c) {
+    const glm::vec3 x = p.caches.positionWorld[c];
+    inside += std::max(std::abs(x.x), std::abs(x.z)) < 0.699f;
+    EXPECT_GT(x.y, 0.0f);
+    EXPECT_LT(x.y, 3.0f);
+    grid += p.caches.normal[c] == glm::vec3(0.0f);
+  }
+  EXPECT_EQ(inside, 0);
+  const CacheGrid& lattice = p.caches.grid;
+  EXPECT_LT(grid, static_cast<int>(lattice.cache.size())) << "points inside the pillar are gone";
+  EXPECT_GT(grid, static_cast<int>(lattice.cache.size()) * 7 / 10);
+
+  // The floor under the pillar reads caches beside it.
+  for (float s = 0.01f; s < 1.0f; s += 0.02f) {
+    for (std::uint32_t t = 0; t < 12; ++t) {
+      const auto read = readLightmap(p.caches, 0, t, {0.5f * s, 0.5f * (1.0f - s)}, false);
+      ASSERT_FALSE(read.gridLit);
+      EXPECT_EQ(read.unfilled, 0.0f);
+    }
+  }
+}
+
+TEST(PlaceCaches, BothSidesOfACurtainHaveTheirOwnCaches) {
+  Placed p{roomScene(), {}, {}, {}};
+  Mesh curtain;
+  addQuad(curtain, {-1, 0.5f, 0}, {1, 0.5f, 0}, {1, 2.5f, 0}, {-1, 2.5f, 0});
+  p.scene.materials.emplace_back();
+  p.scene.materials[0].doubleSided = true;
+  curtain.material = 0;
+  const std::uint32_t instance = addInstance(p.scene, std::move(curtain), "curtain");
+  place(p, fewCaches(1000));
+  ASSERT_FALSE(p.caches.lightmap.backCornerUv.empty());
+  for (std::uint32_t t = 0; t < 2; ++t) {
+    const auto front = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, false), back = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, true);
+    ASSERT_FALSE(front.gridLit);
+    ASSERT_FALSE(back.gridLit);
+    EXPECT_NEAR(front.normal.z, 1.0f, 1e-3);
+    EXPECT_NEAR(back.normal.z, -1.0f, 1e-3);
+    EXPECT_GT(front.position.z, 0.0f);
+    EXPECT_LT(back.position.z, 0.0f);
+    EXPECT_NEAR(front.position.x, back.position.x, 0.05f);
+  }
+}
+
+// A heap of leaves, each far smaller than a texel, shares caches; hardly any leaf is left to the grid.
+TEST(PlaceCaches, TinyTrianglesShareCachesNearBy) {
+  Placed p{roomScene(), {}, {}, {}};
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+  Mesh leaves;
+  for (int i = 0; i < 20000; ++i) {
+    const glm::vec3 c = glm::vec3(0, 1, 0) + 0.6f * glm::vec3(uniform(random), uniform(random), uniform(random));
+    const glm::vec3 a = glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)) + 1e-3f) * 0.01f;
+    const glm::vec3 b = glm::normalize(glm::cross(a, glm::vec3(uniform(random), uniform(random), uniform(random)) + 1e-3f)) * 0.01f;
+    addTriangle(leaves, c - a, c + a, c + b);
+  }
+  p.scene.materials.emplace_back();
+  p.scene.materials[0].doubleSided = true;
+  leaves.material = 0;
+  const std::uint32_t instance = addInstance(p.scene, std::move(leaves), "leaves");
+  place(p, fewCaches(1500));
+  EXPECT_NEAR(static_cast<double>(p.caches.count() - gridCount(p.caches)), 1500.0, 75.0);
+  int lit = 0, seen = 0;
+  const std::uint32_t first = p.scene.instances[instance].firstTriangle;
+  for (std::uint32_t t = 0; t < 20000; ++t) {
+    if (!(p.playSpace.seenArea[2 * (first + t)] > 0.0f)) continue;
+    ++seen;
+    const auto read = readLightmap(p.caches, instance, t, {0.3f, 0.3f}, false);
+    if (read.gridLit) continue;
+    ++lit;
+    const SurfacePoint middle{instance, t, {0.3f, 0.3f}};
+    const auto c = p.scene.corners(p.scene.instances[instance], t);
+    ASSERT_NE(read.nearest, kNoCache);
+    EXPECT_LT(glm::distance(p.caches.positionWorld[read.nearest], (c[0] + c[1] + c[2]) / 3.0f), 0.8f);
+    EXPECT_GT(glm::dot(p.caches.normal[read.nearest], geometricNormal(p.scene, middle)), 0.45f);
+  }
+  EXPECT_GT(seen, 5000);
+  EXPECT_GT(lit, seen * 8 / 10);
+}
+
+// Pebbles on both sides of a thin wall: sharing must not reach through.
+TEST(PlaceCaches, NothingIsSharedThroughAWall) {
+  Placed p{roomScene(), {}, {}, {}};
+  Mesh wall;
+  addBox(wall, {-2, 0, -0.05f}, {2, 3, 0.05f}, false);
+  addInstance(p.scene, std::move(wall), "wall");
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+  Mesh pebbles;
+  for (int i = 0; i < 2000; ++i) {
+    const float z = 0.2f * uniform(random);
+    const glm::vec3 c(1.9f * uniform(random), 0.05f, z + (z < 0.0f ? -0.08f : 0.08f));
+    addTriangle(pebbles, c + glm::vec3(-0.02f, 0, 0.02f), c + glm::vec3(0.02f, 0, 0.02f), c + glm::vec3(0, 0, -0.02f));
+  }
+  const std::uint32_t instance = addInstance(p.scene, std::move(pebbles), "pebbles");
+  Camera other;
+  other.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(0.1f, 1.4f, -2.2f));
+  p.scene.cameras.push_back(other);
+  place(p, fewCaches(600));
+  int lit = 0;
+  for (std::uint32_t t = 0; t < 2000; ++t) {
+    const auto read = readLightmap(p.caches, instance, t, {0.3f, 0.3f}, false);
+    if (read.gridLit) continue;
+    ++lit;
+    const auto c = p.scene.corners(p.scene.instances[instance], t);
+    EXPECT_GT(p.caches.positionWorld[read.nearest].z * c[0].z, 0.0f) << "triangle " << t;
+  }
+  EXPECT_GT(lit, 1500);
+}
+
+TEST(PlaceCaches, DynamicMeshesAreLitByTheGrid) {
+  Placed p{roomScene(), {}, {}, {}};
+  Mesh box;
+  addBox(box, {-0.5f, 0.5f, -0.5f}, {0.5f, 1.5f, 0.5f}, false);
+  const std::uint32_t instance = addInstance(p.scene, std::move(box), "ball");
+  p.scene.instances[instance].mode = BakeMode::dynamic;
+  place(p, fewCaches(500));
+  for (std::uint32_t t = 0; t < 12; ++t) EXPECT_TRUE(readLightmap(p.caches, instance, t, {0.3f, 0.3f}, false).gridLit);
+  EXPECT_EQ(p.caches.lightmap.parts[instance].triangleCount, 12u);
+}
+
+TEST(PlaceCaches, TexelDensityOfANodeIsRespected) {
+  const auto cachesOnPanel = [](float density) {
+    Placed p{roomScene(), {}, {}, {}};
+    Mesh panel;
+    addQuad(panel, {-1, 1, -2.9f}, {1, 1, -2.9f}, {1, 2, -2.9f}, {-1, 2, -2.9f});
+    const std::uint32_t instance = addInstance(p.scene, std::move(panel), "panel");
+    p.scene.instances[instance].texelDensity = density;
+    place(p, fewCaches(1500));
+    return std::count_if(p.caches.positionWorld.begin(), p.caches.positionWorld.end(), [](const glm::vec3& x) {
+      return std::abs(x.z + 2.89f) < 0.012f && std::abs(x.x) < 1.01f && std::abs(x.y - 1.5f) < 0.51f;
+    });
+  };
+  EXPECT_GT(cachesOnPanel(3.0f), 4 * cachesOnPanel(1.0f));
+}
+
+TEST(PlaceCaches, AskedForSizeIsTheSizeOfTheLightMap) {
+  Placed p{roomScene(), {}, {}, {}};
+  CacheOptions options = fewCaches(100);
+  options.lightmapSize = 64;
+  place(p, options);
+  EXPECT_EQ(p.caches.lightmap.width, 64u);
+  EXPECT_EQ(p.caches.lightmap.height, 64u);
+  EXPECT_GT(p.caches.count(), 2000u) << "most of 4096 texels are used";
+}
+
+TEST(PlaceCaches, GridAloneAndLightMapAlone) {
+  Placed p{roomScene(), {}, {}, {}};
+  CacheOptions options = fewCaches(0);
+  options.gridResolution = {3, 4, 5};
+  place(p, options);
+  EXPECT_EQ(p.caches.count(), 60u);
+  EXPECT_EQ(p.caches.grid.resolution, glm::uvec3(3, 4, 5));
+  EXPECT_TRUE(p.caches.lightmap.cache.empty());
+
+  options = fewCaches(300);
+  options.gridCaches = 0;
+  place(p, options);
+  EXPECT_TRUE(p.caches.grid.cache.empty());
+  EXPECT_EQ(gridCount(p.caches), 0u);
+  EXPECT_GT(p.caches.count(), 280u);
+}
+
+TEST(PlaceCaches, OneThreadAndTwoGiveTheSameBytes) {
+  Placed a{roomScene(), {}, {}, {}}, b{roomScene(), {}, {}, {}};
+  for (Placed* p : {&a, &b}) {
+    addInstance(p->scene, test::sphere(0.8f, 40, 60), "ball", glm::translate(glm::mat4(1.0f), glm::vec3(0, 1, 0)));
+    place(*p, fewCaches(1200), p == &a ? 1 : 2);
+  }
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
+  };
+  EXPECT_TRUE(same(a.caches.positionWorld, b.caches.positionWorld));
+  EXPECT_TRUE(same(a.caches.normal, b.caches.normal));
+  EXPECT_TRUE(same(a.caches.grid.cache, b.caches.grid.cache));
+  EXPECT_TRUE(same(a.caches.lightmap.cache, b.caches.lightmap.cache));
+  EXPECT_TRUE(same(a.caches.lightmap.cornerUv, b.caches.lightmap.cornerUv));
+  EXPECT_TRUE(same(a.caches.lightmap.backCornerUv, b.caches.lightmap.backCornerUv));
+}
+
+TEST(PlaceCaches, SurfelsReadCachesAtTheirOwnPlace) {
+  Placed p{roomScene(), {}, {}, {}};
+  place(p, fewCaches(1000));
+  std::vector<SurfelSeed> seeds;
+  for (std::uint32_t t = 0; t < 12; ++t) {
+    SurfelSeed seed;
+    seed.point = {0, t, {0.25f, 0.35f}};
+    const auto c = p.scene.corners(p.scene.instances[0], t);
+    seed.positionWorld = c[0] * 0.4f + c[1] * 0.25f + c[2] * 0.35f;
+    seed.side = 2 * t;
+    seeds.push_back(seed);
+    seed.side = 2 * t + 1;
+    seeds.push_back(seed);
+  }
+  Context context;
+  const auto receivers = findReceivers(*p.tracer, p.caches, seeds, context);
+  ASSERT_EQ(receivers.size(), seeds.size());
+  for (std::size_t i = 0; i < seeds.size(); i += 2) {
+    ASSERT_NE(receivers[i], kGridReceiver);
+    const glm::vec2 texel = unpackUnorm16x2(receivers[i]) * static_cast<float>(p.caches.lightmap.width);
+    const std::uint32_t cache = p.caches.lightmap.cache[static_cast<std::size_t>(texel.y) * p.caches.lightmap.width + static_cast<std::size_t>(texel.x)];
+    ASSERT_NE(cache, kNoCache);
+    EXPECT_LT(glm::distance(p.caches.positionWorld[cache], seeds[i].positionWorld), 0.4f);
+    EXPECT_EQ(receivers[i + 1], kGridReceiver) << "the outside has no light map";
+  }
+}
+
+TEST(PlaceCaches, CancelledWorkSaysSo) {
+  Placed p{roomScene(), {}, {}, {}};
+  place(p, fewCaches(100));
+  Context context;
+  context.cancel();
+  const auto caches = placeCaches(*p.tracer, p.playSpace, fewCaches(100), 1, context);
+  ASSERT_FALSE(caches);
+  EXPECT_EQ(caches.error().code, ErrorCode::failed);
+}
+
+TEST(PlaceCaches, NoValidCacheAnywhereIsAnError) {
+  Placed p{roomScene(), {}, {}, {}};
+  place(p, fewCaches(100));
+  CacheOptions options;
+  options.gridCaches = 0;
+  options.lightmapCaches = 0;
+  Context context;
+  EXPECT_FALSE(placeCaches(*p.tracer, p.playSpace, options, 1, context));
+}
+
+}  // namespace
+}  // namespace relume
