@@ -47,12 +47,12 @@ struct RelightOptions {
   Backend backend = Backend::cpu;
   int lumaBands = 0;         // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
   int chromaBands = 0;       // [0, 1..lumaBands] 0 = what the bake recommends
-  ParallelFor parallelFor;   // CPU backend; empty = one thread
+  ParallelFor parallelFor{};  // CPU backend; empty = one thread
   Simd simd = Simd::best;    // CPU backend; one that the processor lacks is refused
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
   // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own below
   // 12). Empty = nothing is in shadow.
-  std::string visibilityGlsl;
+  std::string visibilityGlsl{};
 };
 
 struct PassTime {

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+// The runtime's public door on the CPU backend: analytic light, checks, sharing.
+#include "runtime/relighter.h"
+
+#include "tests/runtime/furnace_bake.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <thread>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+Relighter make(const Bake& bake, const RelightOptions& options = {}) {
+  Result<Relighter> made = Relighter::create(bake, options);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+TEST(Furnace, bouncesFollowTheGeometricSeries) {
+  const float rho = 0.6f, emission = 2.0f;
+  for (const std::uint32_t bands : {2u, 3u, 4u, 6u}) {
+    Relighter relighter = make(test::makeFurnaceBake(rho, emission, bands));
+    float radiosity = 0.0f;
+    for (int frame = 0; frame < 40; ++frame) {
+      ASSERT_TRUE(relighter.relight({}));
+      // B_k+1 = pi Le + rho B_k.
+      radiosity = kPi * emission + rho * radiosity;
+      ASSERT_NEAR(relighter.nodeRadiosity()[0].g, radiosity, 0.004f * radiosity) << "bands " << bands << " frame " << frame;
+    }
+    // In the limit irradiance is the radiosity pi Le / (1 - rho).
+    const float limit = kPi * emission / (1.0f - rho);
+    EXPECT_NEAR(relighter.irradianceOnLightmap({0.5f / 6.0f, 0.5f}, {1, 0, 0}).r, limit, 0.005f * limit);
+    EXPECT_NEAR(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}).b, limit, 0.005f * limit);
+  }
+}
+
+TEST(Furnace, bounceScaleScalesEachBounce) {
+  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 4));
+  LightSetup setup;
+  setup.bounceScale = 0.0f;
+  for (int frame = 0; frame < 3; ++frame) relighter.relight(setup);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 1e-4f);
+  setup.bounceScale = 0.5f;
+  EXPECT_GT(relightUntilConverged(relighter, setup), 3);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi / (1.0f - 0.25f), 0.005f * kPi);
+}
+
+TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 3);
+  Relighter relighter = make(bake);
+  LightSetup setup;
+  setup.emissionScale = glm::vec3(0.0f);
+  setup.bounceScale = 0.0f;
+  relighter.relight(setup);
+  EXPECT_EQ(relighter.nodeRadiosity()[0], glm::vec3(0.0f));
+  const std::vector<glm::vec3> irradiance(6, glm::vec3(3, 2, 1));
+  setup.surfelIrradiance = irradiance;
+  relighter.relight(setup);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].r, 1.5f, 1e-5f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].b, 0.5f, 1e-5f);
+  const std::vector<glm::vec3> emission(6, glm::vec3(0, 1, 0));
+  setup.surfelEmission = emission;
+  relighter.relight(setup);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, 1.0f + kPi, 1e-5f);
+}
+
+TEST(Furnace, resetForgets) {
+  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 3));
+  for (int i = 0; i < 5; ++i) relighter.relight({});
+  relighter.reset();
+  EXPECT_EQ(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+  relighter.relight({});
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 1e-4f);
+}
+
+TEST(Sky, patchesAndConstantReachTheCaches) {
+  // Only sky: no surfel sends light.
+  const Bake bake = test::makeSyntheticBake({.surfels = 64, .skyPatches = 32, .linksPerCache = 64});
+  Relighter relighter = make(bake);
+  LightSetup setup;
+  setup.emissionScale = glm::vec3(0.0f);
+  setup.bounceScale = 0.0f;
+  setup.skyRadiance = glm::vec3(2.0f);
+  relighter.relight(setup);
+  const std::vector<float> constant = relighter.cacheCoefficients();
+  EXPECT_GT(constant[0], 0.0f);
+  std::vector<glm::vec3> patches(32, glm::vec3(2.0f));
+  setup.skyPatches = patches;
+  setup.skyRadiance = glm::vec3(77.0f);
+  relighter.relight(setup);
+  EXPECT_EQ(relighter.cacheCoefficients(), constant);
+}
+
+TEST(Visibility, isAskedForAndMultiplied) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
+  Relighter relighter = make(bake);
+  std::vector<Light> lights(2);
+  lights[0].kind = LightKind::directional;
+  lights[0].direction = {-1, 0, 0};
+  lights[1].intensity = glm::vec3(5.0f);
+  LightSetup setup;
+  setup.lights = lights;
+  setup.bounceScale = 0.0f;
+  setup.visibility = [](std::uint32_t light, const glm::vec3&, const glm::vec3& normal) {
+    EXPECT_TRUE(light == 1 || normal.x == 1.0f) << "a surfel that faces away needs no shadow";
+    return light == 0 ? 0.25f : 0.0f;
+  };
+  relighter.relight(setup);
+  // Wall 0 faces +X: leaf 5.
+  EXPECT_NEAR(relighter.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-6f);
+}
+
+TEST(Threads, changeNothing) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 9000, .linksPerCache = 90});
+  std::vector<Light> lights(1);
+  lights[0].positionWorld = {3, 2, 3};
+  LightSetup setup;
+  setup.lights = lights;
+  RelightOptions threaded;
+  threaded.parallelFor = [](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+    std::thread other([&] {
+      for (std::uint32_t i = tasks; i-- > 0;) {
+        if (i % 2) body(i);
+      }
+    });
+    for (std::uint32_t i = 0; i < tasks; i += 2) body(i);
+    other.join();
+  };
+  Relighter one = make(bake), two = make(bake, threaded);
+  for (int frame = 0; frame < 3; ++frame) {
+    one.relight(setup);
+    two.relight(setup);
+  }
+  EXPECT_EQ(one.cacheCoefficients(), two.cacheCoefficients());
+}
+
+TEST(Sharing, relightersKeepTheBakesArraysAlive) {
+  std::vector<Relighter> relighters;
+  {
+    const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
+    relighters.push_back(make(bake));
+    relighters.push_back(make(bake, {.lumaBands = 3, .chromaBands = 1}));
+  }
+  LightSetup dark;
+  dark.emissionScale = glm::vec3(0.0f);
+  std::thread other([&] { relighters[1].relight(dark); });
+  relighters[0].relight({});
+  other.join();
+  EXPECT_NEAR(relighters[0].nodeRadiosity()[0].g, kPi, 1e-4f);
+  EXPECT_EQ(relighters[1].nodeRadiosity()[0], glm::vec3(0.0f));
+  EXPECT_EQ(relighters[1].coefficientsPerCache(), 9 + 2);
+}
+
+void expectRefused(const Relighter& relighter, const LightSetup& setup, const std::string& word) {
+  const Status status = relighter.check(setup);
+  ASSERT_FALSE(status) << word;
+  EXPECT_EQ(status.error().code, ErrorCode::usage);
+  EXPECT_NE(status.error().message.find(word), std::string::npos) << status.error().message;
+}
+
+TEST(Setup, whatCannotBeLitIsRefusedByName) {
+  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 2));
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(relighter.check({}));
+  const std::vector<glm::vec3> five(5, glm::vec3(1.0f));
+  std::vector<glm::vec3> six(6, glm::vec3(1.0f));
+  LightSetup setup;
+  setup.surfelIrradiance = five;
+  expectRefused(relighter, setup, "surfelIrradiance has 5 elements, expected none or 6");
+  setup = {};
+  setup.skyPatches = five;
+  expectRefused(relighter, setup, "skyPatches");
+  setup = {};
+  six[3].y = nan;
+  setup.surfelEmission = six;
+  expectRefused(relighter, setup, "surfelEmission[3]");
+  setup = {};
+  setup.bounceScale = 1.5f;
+  expectRefused(relighter, setup, "bounceScale");
+  setup = {};
+  setup.skyRadiance.x = -1.0f;
+  expectRefused(relighter, setup, "skyRadiance");
+  setup = {};
+  setup.emissionScale.z = infinite;
+  expectRefused(relighter, setup, "emissionScale");
+  std::vector<Light> lights(2);
+  setup = {};
+  setup.lights = lights;
+  lights[1].intensity.x = nan;
+  expectRefused(relighter, setup, "lights[1].intensity");
+  lights[1] = {};
+  lights[1].kind = LightKind::directional;
+  lights[1].direction = {0, 0, 0};
+  expectRefused(relighter, setup, "lights[1].direction");
+  lights[1] = {};
+  lights[1].kind = LightKind::spot;
+  lights[1].innerConeRad = 2.0f;
+  expectRefused(relighter, setup, "cone angles");
+  lights[1] = {};
+  lights[1].range = -1.0f;
+  expectRefused(relighter, setup, "lights[1].range");
+  // A refused setup leaves the light as it was.
+  lights.resize(1);
+  setup.lights = lights;
+  ASSERT_TRUE(relighter.relight(setup));
+  const std::vector<float> before = relighter.cacheCoefficients();
+  setup.bounceScale = nan;
+  EXPECT_FALSE(relighter.relight(setup));
+  EXPECT_EQ(relighter.cacheCoefficients(), before);
+}
+
+TEST(Options, bandsAreHeldAgainstLinksAndEachOther) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 3);
+  EXPECT_EQ(make(bake).lumaBands(), 3);
+  for (const RelightOptions& options : {RelightOptions{.lumaBands = 4}, RelightOptions{.lumaBands = -1},
+                                        RelightOptions{.lumaBands = 2, .chromaBands = 3}, RelightOptions{.chromaBands = 9}}) {
+    const Result<Relighter> made = Relighter::create(bake, options);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, ErrorCode::usage);
+    EXPECT_NE(made.error().message.find("Bands is"), std::string::npos);
+  }
+}
+
+// Breaks one thing of a good bake.
+void expectInvalid(void (*breakIt)(Bake&), const std::string& word) {
+  Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 2);
+  breakIt(bake);
+  const Result<Relighter> made = Relighter::create(bake, {});
+  ASSERT_FALSE(made) << word;
+  EXPECT_EQ(made.error().code, ErrorCode::invalidFile);
+  EXPECT_NE(made.error().message.find(word), std::string::npos) << made.error().message;
+}
+
+template <class T>
+void change(Array<T>& array, std::size_t index, T value) {
+  std::vector<T> copy = array.toVector();
+  copy[index] = value;
+  array = std::move(copy);
+}
+
+TEST(BakeCheck, eachBrokenInvariantIsNamed) {
+  expectInvalid([](Bake& b) { b = Bake{}; }, "no senders");
+  expectInvalid([](Bake& b) { b.surfels.normal = std::vector<glm::vec3>(5); }, "surfels.normal has 5");
+  expectInvalid([](Bake& b) { change(b.surfels.albedo, 2, glm::vec3(1.5f)); }, "surfels.albedo[2]");
+  expectInvalid([](Bake& b) { change(b.surfels.emission, 1, glm::vec3(std::nanf(""))); }, "surfels.emission[1]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.child, 1, 0u); }, "hierarchy.child[1]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.child, 4, 10u); }, "hierarchy.child[4]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.child, 6, kLeafBit | 6u); }, "hierarchy.child[6]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.firstWeight, 0, 1.5f); }, "hierarchy.firstWeight[0]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.levelBegin, 4, 12u); }, "hierarchy.levelBegin[4]");
+  expectInvalid([](Bake& b) { change(b.hierarchy.leafNode, 3, 7u); }, "hierarchy.leafNode[3]");
+  expectInvalid([](Bake& b) { change(b.caches.lightmap.cache, 5, 7u); }, "caches.lightmap.cache[5]");
+  expectInvalid([](Bake& b) { change(b.caches.grid.cache, 0, 99u); }, "caches.grid.cache[0]");
+  expectInvalid([](Bake& b) { b.caches.lightmap.width = 7; }, "caches.lightmap.cache has 6");
+  expectInvalid([](Bake& b) { change(b.links.rowBegin, 2, 99u); }, "links.rowBegin[3]");
+  expectInvalid([](Bake& b) { change(b.links.shNode, 4, 11u); }, "links.node[4]");
+  expectInvalid([](Bake& b) { b.links.bands = 9; }, "links.bands");
+  expectInvalid([](Bake& b) { b.links.bands = 3; }, "links.shCoefficients");
+}
+
+TEST(Environment, patchesAverageTheirTexels) {
+  const std::vector<glm::vec3> centres = {{0, 1, 0}, {0, -1, 0}};
+  // Four rows of eight: the upper half 1, the lower half 3.
+  std::vector<glm::vec3> texels(32, glm::vec3(1.0f));
+  std::fill(texels.begin() + 16, texels.end(), glm::vec3(3.0f));
+  const std::vector<glm::vec3> radiance = projectEnvironment(centres, texels, 8, 4);
+  ASSERT_EQ(radiance.size(), 2u);
+  EXPECT_NEAR(radiance[0].x, 1.0f, 1e-6f);
+  EXPECT_NEAR(radiance[1].x, 3.0f, 1e-6f);
+  EXPECT_TRUE(projectEnvironment(centres, texels, 8, 5).empty());
+  EXPECT_TRUE(projectEnvironment(centres, {}, 0, 0).empty());
+}
+
+TEST(Environment, theMiddleOfARowIsMinusZAndColumnsTurnTowardPlusX) {
+  const std::vector<glm::vec3> centres = {{0, 0, -1}, {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}};
+  std::vector<glm::vec3> texels(64 * 3, glm::vec3(0.0f));
+  // Columns 24..39 are the quarter around the middle, 40..55 the next one.
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 24; column < 40; ++column) texels[row * 64 + column] = glm::vec3(1.0f);
+    for (std::size_t column = 40; column < 56; ++column) texels[row * 64 + column] = glm::vec3(2.0f);
+  }
+  const std::vector<glm::vec3> radiance = projectEnvironment(centres, texels, 64, 3);
+  EXPECT_NEAR(radiance[0].x, 1.0f, 1e-6f);
+  EXPECT_NEAR(radiance[1].x, 2.0f, 1e-6f);
+  EXPECT_EQ(radiance[2].x, 0.0f);
+  EXPECT_EQ(radiance[3].x, 0.0f);
+}
+
+}  // namespace
+}  // namespace relume
