@@ -3,6 +3,7 @@
 // that is most crowded, where neighbour j at distance d crowds candidate i by (1 - d / D)^8. Removing goes on below the
 // wanted count with D growing, halving by halving; read backwards, the order of removal is progressive.
 //
+// Deviation: a queue of buckets in place of the paper's heap; what falls into one bucket is as crowded to 1 in 65536.
 // Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they are
 // crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates, and
 // being above it adds to the crowding of its points, being below it takes from that.
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace relume {
@@ -26,6 +28,26 @@ constexpr float kQuotaCellSpacings = 8.0f;     // size of a quota's cell in spac
 constexpr float kQuotaWeight = 3e-3f;          // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
 constexpr std::size_t kCellsPerChunk = 512;
 
+// A cell of space that should keep its share of the points.
+struct QuotaCell {
+  std::uint32_t left = 0;        // points that are not removed yet
+  std::uint32_t quota = 0;       // points that should stay
+  std::uint32_t nextUpdate = 0;  // when so many are left, the penalty is set anew
+  float penalty = 0.0f;
+
+  // Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while the
+  // cell is far too full.
+  void update() {
+    const auto q = static_cast<float>(quota);
+    penalty = kQuotaWeight * (static_cast<float>(left) - q) / (q + 1.0f);
+    const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 4 : 0u, quota / 16});
+    nextUpdate = left > step ? left - step : 0;
+  }
+  void remove() {
+    if (--left <= nextUpdate) update();
+  }
+};
+
 // One round: candidates sorted by grid cell, their neighbours and weights.
 struct Round {
   std::vector<std::uint32_t> source;     // index of each point among the candidates
@@ -35,16 +57,11 @@ struct Round {
   std::vector<std::uint32_t> neighbour;
   std::vector<float> weight;
   std::vector<std::uint32_t> quotaCell;  // of each point
-  std::vector<std::uint32_t> left;       // per quota cell: points that are not removed yet
-  std::vector<std::uint32_t> quota;      // per quota cell: points that should stay
+  std::vector<QuotaCell> cells;
   float limit = 0.0f;                    // distances below limit * D crowd no more than at it
 
   // How much a point is in the way: by its neighbours, and by its cell's excess over its quota. Only ever falls.
-  float excess(std::uint32_t point) const {
-    const std::uint32_t cell = quotaCell[point];
-    const auto q = static_cast<float>(quota[cell]);
-    return weight[point] + kQuotaWeight * (static_cast<float>(left[cell]) - q) / (q + 1.0f);
-  }
+  float excess(std::uint32_t point) const { return weight[point] + cells[quotaCell[point]].penalty; }
 };
 
 // (1 - d / D)^8, d limited from below.
@@ -94,11 +111,13 @@ void setQuotas(Round& round, std::uint32_t count, float cellSize) {
   const auto rounded = [&](std::size_t points) { return (2 * points * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     while (end < n && places[end].emitter == places[begin].emitter && places[end].morton == places[begin].morton) {
-      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.quota.size());
+      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.cells.size());
       ++end;
     }
-    round.left.push_back(static_cast<std::uint32_t>(end - begin));
-    round.quota.push_back(static_cast<std::uint32_t>(rounded(end) - rounded(begin)));
+    QuotaCell& cell = round.cells.emplace_back();
+    cell.left = static_cast<std::uint32_t>(end - begin);
+    cell.quota = static_cast<std::uint32_t>(rounded(end) - rounded(begin));
+    cell.update();
   }
 }
 
@@ -154,73 +173,59 @@ void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
   });
 }
 
-// A heap with the most crowded point on top, whose keys may be out of date: excesses only fall, so a key is an upper
-// bound, renewed when it comes to the top.
-class CrowdedHeap {
+// Points by their excess, in buckets of equal width, the most crowded first. A point's bucket may be out of date: excesses
+// only fall, so it is an upper bound, renewed when the point comes up.
+class CrowdedQueue {
  public:
-  explicit CrowdedHeap(const Round& round) : items_(round.node.size()) {
-    for (std::uint32_t i = 0; i < items_.size(); ++i) items_[i] = {round.excess(i), i};
-    for (std::size_t i = items_.size() / 4 + 1; i-- > 0;) sink(i);
+  explicit CrowdedQueue(const Round& round) : next_(round.node.size()), head_(kBuckets, kEnd) {
+    float high = -std::numeric_limits<float>::infinity();
+    for (std::uint32_t i = 0; i < next_.size(); ++i) high = std::max(high, round.excess(i));
+    low_ = -kQuotaWeight;
+    perUnit_ = kBuckets / std::max(high - low_, 1e-6f);
+    for (std::uint32_t i = 0; i < next_.size(); ++i) push(i, round.excess(i));
+    current_ = kBuckets - 1;
   }
-  struct Item {
-    float excess;
-    std::uint32_t point;
-  };
-  const Item& top() const { return items_.front(); }
-  void lowerTop(float excess) {
-    items_.front().excess = excess;
-    sink(0);
-  }
-  void pop() {
-    items_.front() = items_.back();
-    items_.pop_back();
-    sink(0);
+  // Take out the most crowded point. [not empty]
+  std::uint32_t pop(const Round& round) {
+    for (;;) {
+      while (head_[current_] == kEnd) --current_;
+      const std::uint32_t point = head_[current_];
+      head_[current_] = next_[point];
+      if (bucketOf(round.excess(point)) >= current_) return point;
+      push(point, round.excess(point));
+    }
   }
 
  private:
-  static bool before(const Item& a, const Item& b) {
-    return a.excess > b.excess || (a.excess == b.excess && a.point < b.point);
+  static constexpr std::size_t kBuckets = 1u << 16;
+  static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
+  std::size_t bucketOf(float excess) const {
+    const float at = (excess - low_) * perUnit_;
+    return at > 0.0f ? std::min(static_cast<std::size_t>(at), kBuckets - 1) : 0;
   }
-  void sink(std::size_t at) {
-    const std::size_t n = items_.size();
-    if (at >= n) return;
-    const Item item = items_[at];
-    for (;;) {
-      const std::size_t begin = 4 * at + 1, end = std::min(begin + 4, n);
-      if (begin >= n) break;
-      std::size_t best = begin;
-      for (std::size_t i = begin + 1; i < end; ++i) {
-        if (before(items_[i], items_[best])) best = i;
-      }
-      if (!before(items_[best], item)) break;
-      items_[at] = items_[best];
-      at = best;
-    }
-    items_[at] = item;
+  void push(std::uint32_t point, float excess) {
+    const std::size_t bucket = bucketOf(excess);
+    next_[point] = head_[bucket];
+    head_[bucket] = point;
   }
 
-  std::vector<Item> items_;
+  std::vector<std::uint32_t> next_, head_;
+  std::size_t current_ = 0;
+  float low_ = 0.0f, perUnit_ = 1.0f;
 };
 
 // Remove points until `count` are left. `removed` gets them in their order, as indices among the candidates; the rest is
 // returned, ascending.
 std::vector<std::uint32_t> runRound(Round& round, std::uint32_t count, std::vector<std::uint32_t>& removed) {
-  CrowdedHeap heap(round);
+  CrowdedQueue queue(round);
   std::vector<std::uint8_t> gone(round.node.size(), 0);
-  for (std::size_t left = round.node.size(); left > count;) {
-    const CrowdedHeap::Item top = heap.top();
-    const float excess = round.excess(top.point);
-    if (excess < top.excess) {
-      heap.lowerTop(excess);
-      continue;
-    }
-    heap.pop();
-    gone[top.point] = 1;
-    --left;
-    --round.left[round.quotaCell[top.point]];
-    removed.push_back(round.source[top.point]);
-    const SurfaceNode& a = round.node[top.point];
-    for (std::size_t k = round.neighbourBegin[top.point]; k < round.neighbourBegin[top.point + 1]; ++k) {
+  for (std::size_t left = round.node.size(); left > count; --left) {
+    const std::uint32_t point = queue.pop(round);
+    gone[point] = 1;
+    round.cells[round.quotaCell[point]].remove();
+    removed.push_back(round.source[point]);
+    const SurfaceNode& a = round.node[point];
+    for (std::size_t k = round.neighbourBegin[point]; k < round.neighbourBegin[point + 1]; ++k) {
       const std::uint32_t j = round.neighbour[k];
       if (gone[j] != 0) continue;
       const glm::vec3 apart = round.node[j].positionWorld - a.positionWorld;
