@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// What placement is made of: points by area, the grid of points, elimination.
+#include "bake/random.h"
+#include "bake/surfels/eliminate.h"
+#include "bake/surfels/point_grid.h"
+#include "bake/surfels/surface_sampler.h"
+#include "tests/surfels/make_level.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+namespace relume {
+namespace {
+
+TEST(SurfaceSampler, everyTriangleGetsItsShareToWithinOnePoint) {
+  Level level;
+  level.begin("strip");
+  for (int i = 0; i < 50; ++i) {
+    const auto x = static_cast<float>(i);
+    level.addTriangle({x, 0, 0}, {x, 0, 0.02f * (x + 1)}, {x + 1, 0, 0});
+  }
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const PlaySpace space = level.fronts();
+  const SurfaceSampler sampler(tracer, space, 777, 0, context);
+  const std::vector<SurfaceSample> points = sampler.draw(777, 5, 0, context);
+  EXPECT_EQ(points.size(), 777u);
+  std::vector<int> count(50, 0);
+  for (const SurfaceSample& p : points) ++count[p.point.triangle];
+  for (int i = 0; i < 50; ++i) EXPECT_NEAR(count[i], 777.0 * space.seenArea[2 * i] / space.seenTotal, 1.0001) << i;
+}
+
+TEST(SurfaceSampler, pointsFillATriangleEvenly) {
+  Level level;
+  level.begin("floor");
+  level.addTriangle({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const PlaySpace space = level.fronts();
+  const SurfaceSampler sampler(tracer, space, 6400, 0, context);
+  std::vector<int> cell(64, 0);
+  for (const SurfaceSample& p : sampler.draw(6400, 5, 0, context)) {
+    const auto column = static_cast<int>(8 * p.point.barycentric.x), row = static_cast<int>(8 * p.point.barycentric.y);
+    ++cell[8 * row + column];
+  }
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 8; ++column) {
+      const double expected = row + column < 7 ? 200 : (row + column == 7 ? 100 : 0);
+      EXPECT_NEAR(cell[8 * row + column], expected, expected > 0 ? 12 : 0);
+    }
+  }
+}
+
+TEST(SurfaceSampler, pointsFallOnSeenCellsOnly) {
+  // A plane of which a rounded 100 m² of 4 km² are seen: found quickly, and nothing outside.
+  Level level;
+  level.begin("plane");
+  level.addTriangle({-1000, 0, -1000}, {-1000, 0, 3000}, {1000, 0, -1000});
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  PlaySpaceOptions options;
+  options.walks = 20000;
+  Camera camera;
+  camera.toWorld[3] = glm::vec4(0, 2, 0, 1);
+  level.scene().cameras.push_back(camera);
+  level.begin("walls");
+  level.addRectangle({-5, 0, -5}, {10, 0, 0}, {0, 4, 0});
+  level.addRectangle({-5, 0, 5}, {0, 4, 0}, {10, 0, 0});
+  level.addRectangle({-5, 0, -5}, {0, 4, 0}, {0, 0, 10});
+  level.addRectangle({5, 0, -5}, {0, 0, 10}, {0, 4, 0});
+  level.addRectangle({-5, 4, -5}, {10, 0, 0}, {0, 0, 10});
+  const RayTracer closed = level.tracer(context);
+  const auto space = findPlaySpace(closed, options, 1, context);
+  ASSERT_TRUE(space);
+  ASSERT_GT(space->seenArea[0], 50.0f);
+  ASSERT_LT(space->seenArea[0], 40000.0f);
+  const SurfaceSampler sampler(closed, *space, 2000, 0, context);
+  int outside = 0;
+  for (const SurfaceSample& p : sampler.draw(2000, 5, 0, context)) {
+    if (!space->seenAt(p.side, p.point.barycentric)) ++outside;
+  }
+  EXPECT_LE(outside, 20);
+}
+
+TEST(SurfaceSampler, sameBytesAtAnyThreadCount) {
+  Level level;
+  level.begin("room");
+  level.addRoom({5, 3, 4});
+  Context one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const RayTracer tracer = level.tracer(one);
+  const PlaySpace space = level.bothSides();
+  const SurfaceSampler sampler(tracer, space, 30000, 0, one);
+  const std::vector<SurfaceSample> a = sampler.draw(30000, 5, 0, one), b = sampler.draw(30000, 5, 0, two);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].positionWorld, b[i].positionWorld);
+}
+
+TEST(PointGrid, neighbourhoodsHoldAllPointsWithinACell) {
+  std::vector<glm::vec3> points;
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    RandomStream r(4, 4, i);
+    points.emplace_back(10.0f * r.uniform(), 2.0f * r.uniform() * r.uniform(), 7.0f * r.uniform());
+  }
+  Context context;
+  const PointGrid grid(points, 0.5f, context);
+  std::vector<std::uint32_t> sorted(grid.order().begin(), grid.order().end());
+  std::sort(sorted.begin(), sorted.end());
+  for (std::uint32_t i = 0; i < 3000; ++i) ASSERT_EQ(sorted[i], i);
+  for (std::uint64_t q = 0; q < 300; ++q) {
+    RandomStream r(4, 5, q);
+    const glm::vec3 p(12.0f * r.uniform() - 1.0f, 3.0f * r.uniform() - 0.5f, 9.0f * r.uniform() - 1.0f);
+    std::multiset<std::uint32_t> cube, shells;
+    grid.forEachRun(p, 2, [&](std::uint32_t b, std::uint32_t e) {
+      for (std::uint32_t i = b; i < e; ++i) cube.insert(grid.order()[i]);
+    });
+    for (int ring = 0; ring <= 2; ++ring) {
+      grid.forEachRunOfShell(p, ring, [&](std::uint32_t b, std::uint32_t e) {
+        for (std::uint32_t i = b; i < e; ++i) shells.insert(grid.order()[i]);
+      });
+    }
+    EXPECT_EQ(cube, shells);
+    for (std::uint32_t i = 0; i < 3000; ++i) {
+      if (glm::length(points[i] - p) < 2 * grid.cellSize()) {
+        EXPECT_EQ(cube.count(i), 1u);
+      }
+    }
+  }
+}
+
+TEST(PointGrid, takesNoPointsOnePointAndHugeExtents) {
+  Context context;
+  const PointGrid none(std::vector<glm::vec3>{}, 1.0f, context);
+  none.forEachRun(glm::vec3(0.0f), 1, [](std::uint32_t, std::uint32_t) { FAIL(); });
+  const PointGrid far(std::vector<glm::vec3>{{0, 0, 0}, {1e7f, 1e7f, 1e7f}}, 1e-3f, context);
+  int found = 0;
+  far.forEachRun(glm::vec3(1e7f), 1, [&](std::uint32_t b, std::uint32_t e) { found += static_cast<int>(e - b); });
+  EXPECT_EQ(found, 1);
+  far.forEachRun(glm::vec3(-1e30f), 1, [](std::uint32_t, std::uint32_t) { FAIL(); });
+}
+
+TEST(EliminateSamples, keepsEachCandidateAtMostOnce) {
+  Level level;
+  level.begin("room");
+  level.addRoom({5, 3, 4});
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const PlaySpace space = level.fronts();
+  const SurfaceSampler sampler(tracer, space, 1000, 0, context);
+  const std::vector<SurfaceSample> candidates = sampler.draw(5000, 5, 0, context);
+  for (const std::uint32_t count : {1u, 2u, 3u, 999u, 5000u}) {
+    const auto order = eliminateSamples(candidates, count, 0.3f, context);
+    ASSERT_TRUE(order);
+    EXPECT_EQ(order->size(), count);
+    EXPECT_EQ(std::set<std::uint32_t>(order->begin(), order->end()).size(), count);
+  }
+}
+
+TEST(EliminateSamples, coincidentCandidatesAreNoHang) {
+  std::vector<SurfaceSample> candidates(3000);
+  for (SurfaceSample& c : candidates) c.normal = glm::vec3(0, 1, 0);
+  Context context;
+  const auto order = eliminateSamples(candidates, 100, 0.1f, context);
+  ASSERT_TRUE(order);
+  EXPECT_EQ(order->size(), 100u);
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// The map from hits to surfels, against looking at all surfels.
+#include "bake/random.h"
+#include "bake/surfels/map_cost.h"
+#include "bake/surfels/surfel_map.h"
+#include "tests/surfels/make_level.h"
+
+#include <cmath>
+
+namespace relume {
+namespace {
+
+// Surfels at random on the seen sides.
+std::vector<SurfaceSample> scatter(const Level& constLevel, const PlaySpace& space, std::size_t count) {
+  Level& level = const_cast<Level&>(constLevel);
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const SurfaceSampler sampler(tracer, space, static_cast<std::uint32_t>(count), 4, context);
+  return sampler.draw(count, 3, 0, context);
+}
+
+std::uint32_t bruteForce(const SurfaceSample& point, std::span<const SurfaceSample> surfels, float spacing,
+                         float reach) {
+  float best = kNoMapping;
+  std::uint32_t found = kNone;
+  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+    const float cost = mapCost(point, surfels[i], spacing);
+    if (cost < best) best = cost, found = i;
+  }
+  if (found != kNone && glm::length(surfels[found].positionWorld - point.positionWorld) > reach) return kNone;
+  return found;
+}
+
+TEST(SurfelMap, smallTrianglesMapToTheBestSurfelOfTheirCentre) {
+  // Triangles of a cell each, at all angles.
+  Level level;
+  level.begin("crumbs");
+  for (std::uint64_t i = 0; i < 600; ++i) {
+    RandomStream r(1, 1, i);
+    const auto small = [&] { return 0.1f * glm::vec3(r.uniform() - 0.5f, r.uniform() - 0.5f, r.uniform() - 0.5f); };
+    const glm::vec3 at(4.0f * r.uniform(), 2.0f * r.uniform(), 4.0f * r.uniform());
+    level.addTriangle(at, at + small(), at + small());
+    if (i == 300) level.begin("more");
+  }
+  const PlaySpace space = level.bothSides();
+  const std::vector<SurfaceSample> surfels = scatter(level, space, 300);
+  const float spacing = 0.4f;
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, spacing, context);
+  int mapped = 0;
+  for (std::uint32_t side = 0; side < 2 * level.scene().triangleCount(); ++side) {
+    const SurfaceSample point = sampleOf(level.scene(), side, glm::vec2(1.0f / 3.0f));
+    const std::uint32_t expected = bruteForce(point, surfels, spacing, kSeenReach * spacing);
+    EXPECT_EQ(map.at(side, {0.2f, 0.5f}), expected) << side;
+    mapped += expected != kNone ? 1 : 0;
+  }
+  EXPECT_GT(mapped, 1100);
+}
+
+TEST(SurfelMap, largeTrianglesMapEveryPointToASurfelAboutAsNearAsTheNearest) {
+  Level level;
+  level.begin("room");
+  level.addRoom({6, 3, 4});
+  const PlaySpace space = level.fronts();
+  const std::vector<SurfaceSample> surfels = scatter(level, space, 2000);
+  const float spacing = std::sqrt(2.0f / std::sqrt(3.0f) * 108.0f / 2000.0f);
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, spacing, context);
+  for (std::uint64_t i = 0; i < 20000; ++i) {
+    RandomStream r(1, 1, i);
+    const std::uint32_t side = 2 * r.below(level.scene().triangleCount());
+    glm::vec2 b = r.uniform2();
+    if (b.x + b.y > 1.0f) b = glm::vec2(1.0f) - b;
+    const std::uint32_t surfel = map.at(side, b);
+    ASSERT_NE(surfel, kNone);
+    const SurfaceSample point = sampleOf(level.scene(), side, b);
+    EXPECT_GT(glm::dot(point.normal, surfels[surfel].normal), 0.9f);
+    const std::uint32_t best = bruteForce(point, surfels, spacing, 1e30f);
+    const auto distance = [&](std::uint32_t s) { return glm::length(surfels[s].positionWorld - point.positionWorld); };
+    EXPECT_LE(distance(surfel), distance(best) + 0.75f * spacing);
+  }
+}
+
+TEST(SurfelMap, edgesAndCornersOfTheTriangleAreCovered) {
+  Level level;
+  level.begin("floor");
+  level.addTriangle({0, 0, 0}, {0, 0, 7}, {3, 0, 0});
+  level.addTriangle({0, 0, 0}, {3, 0, 0}, {1, 0, -9});
+  const PlaySpace space = level.fronts();
+  const std::vector<SurfaceSample> surfels = scatter(level, space, 700);
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, 0.2f, context);
+  for (const std::uint32_t side : {0u, 2u}) {
+    for (int i = 0; i <= 1000; ++i) {
+      const float t = static_cast<float>(i) / 1000.0f;
+      EXPECT_NE(map.at(side, {t, 1.0f - t}), kNone) << t;
+      EXPECT_NE(map.at(side, {t, 0.0f}), kNone) << t;
+      EXPECT_NE(map.at(side, {0.0f, t}), kNone) << t;
+    }
+    EXPECT_NE(map.at(side, {-1e-6f, 1.000001f}), kNone);
+  }
+}
+
+TEST(SurfelMap, hitsDoNotCrossAOneCentimetreGap) {
+  // Two layers 1 cm apart whose surfels are 20 cm apart.
+  Level level;
+  level.begin("lower");
+  level.addRectangle({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
+  level.begin("upper");
+  level.addRectangle({0, 0.01f, 0}, {0, 0, 4}, {4, 0, 0});
+  const PlaySpace space = level.bothSides();
+  const std::vector<SurfaceSample> surfels = scatter(level, space, 1600);
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, 0.2f, context);
+  int crossed = 0;
+  for (std::uint64_t i = 0; i < 4000; ++i) {
+    RandomStream r(2, 1, i);
+    const std::uint32_t side = r.below(8);
+    glm::vec2 b = r.uniform2();
+    if (b.x + b.y > 1.0f) b = glm::vec2(1.0f) - b;
+    const std::uint32_t surfel = map.at(side, b);
+    ASSERT_NE(surfel, kNone);
+    EXPECT_EQ(surfels[surfel].side % 2, side % 2);
+    crossed += surfels[surfel].point.instance != side / 4 ? 1 : 0;
+  }
+  EXPECT_LT(crossed, 40);
+}
+
+TEST(SurfelMap, unseenSidesMapOnlyToSurfelsNearby) {
+  Level level;
+  level.begin("seen");
+  level.addRectangle({0, 0, 0}, {0, 0, 2}, {2, 0, 0});
+  level.begin("near");
+  level.addRectangle({2, 0, 0}, {0, 0, 2}, {0.2f, 0, 0});
+  level.begin("far");
+  level.addRectangle({20, 0, 0}, {0, 0, 2}, {2, 0, 0});
+  const PlaySpace space = level.playSpace([](std::uint32_t side) { return side == 0 || side == 2; });
+  const std::vector<SurfaceSample> surfels = scatter(level, space, 400);
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, 0.1f, context);
+  EXPECT_NE(map.at(4, {0.3f, 0.3f}), kNone);
+  EXPECT_EQ(map.at(5, {0.3f, 0.3f}), kNone);
+  EXPECT_EQ(map.at(8, {0.3f, 0.3f}), kNone);
+  EXPECT_EQ(map.at(1, {0.3f, 0.3f}), kNone);
+}
+
+TEST(SurfelMap, hugeTrianglesAndSliversStaySmall) {
+  Level level;
+  level.begin("plane");
+  level.addTriangle({-1e5f, 0, -1e5f}, {0, 0, 1e5f}, {1e5f, 0, -1e5f});
+  level.begin("sliver");
+  for (int i = 0; i < 100; ++i) {
+    const auto x = static_cast<float>(i);
+    level.addTriangle({x, 1, 0}, {x + 0.001f, 1, 500}, {x, 1, 1000});
+  }
+  PlaySpace space = level.bothSides();
+  space.seenArea[0] = 10.0f;
+  space.seenArea[1] = 0.0f;
+  std::vector<SurfaceSample> surfels;
+  for (std::uint32_t side = 2; side < 202; ++side) surfels.push_back(sampleOf(level.scene(), side, {0.3f, 0.3f}));
+  Context context;
+  const SurfelMap map = buildSurfelMap(level.scene(), space, surfels, 0.1f, context);
+  EXPECT_LT(map.sizeBytes(), 10u << 20);
+}
+
+}  // namespace
+}  // namespace relume
