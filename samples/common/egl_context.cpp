@@ -148,5 +148,6 @@ bool EglContext::makeCurrent() const {
 
 int EglContext::errorCount() const { return state_->log.errors; }
 const std::string& EglContext::lastError() const { return state_->log.last; }
+void EglContext::forgetErrors() { state_->log = {}; }
 
 }  // namespace relume

@@ -32,6 +32,7 @@ class EglContext {
   // Debug contexts: errors and undefined behaviour reported since creation, and the text of the last.
   int errorCount() const;
   const std::string& lastError() const;
+  void forgetErrors();
 
  private:
   struct State;

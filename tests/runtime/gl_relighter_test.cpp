@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL backend against the CPU backend, pass by pass and over whole frames; its manners toward the host.
+#include "runtime/relighter.h"
+
+#include "runtime/cpu/light_caches.h"
+#include "runtime/cpu/pull.h"
+#include "shaders/shared/layout.h"
+#include "tests/runtime/furnace_bake.h"
+#include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include "formats/color.h"
+#include "formats/pack.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+class GlRelighter : public test::GlTest {};
+
+Relighter make(const Bake& bake, Backend backend, int luma = 0, int chroma = 0, const std::string& visibility = {}) {
+  RelightOptions options;
+  options.backend = backend;
+  options.lumaBands = luma;
+  options.chromaBands = chroma;
+  options.visibilityGlsl = visibility;
+  Result<Relighter> made = Relighter::create(bake, options);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+// A light of each kind.
+std::vector<Light> someLights() {
+  std::vector<Light> lights(3);
+  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
+  lights[2] = {.kind = LightKind::spot, .intensity = {90, 30, 10}, .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  return lights;
+}
+
+// Largest difference of two lists of numbers, relative to the root mean square of the first.
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double square = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    square += static_cast<double>(a[i]) * a[i];
+    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])));
+  }
+  return largest / std::sqrt(std::max(square / static_cast<double>(a.size()), 1e-30));
+}
+
+// Largest difference of two lists of coefficients, relative to coefficient 0 of their cache.
+double coefficientDifference(const std::vector<float>& a, const std::vector<float>& b, int perCache) {
+  EXPECT_EQ(a.size(), b.size());
+  const auto stride = static_cast<std::size_t>(perCache);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])) / std::max(a[i - i % stride], 1e-6f));
+  }
+  return largest;
+}
+
+std::vector<float> flatten(const std::vector<glm::vec3>& v) {
+  std::vector<float> flat;
+  for (const glm::vec3& each : v) flat.insert(flat.end(), {each.x, each.y, each.z});
+  return flat;
+}
+
+test::SyntheticOptions room(LinkKind kind, std::uint32_t bands) {
+  // Enough surfels for levels that fill many groups, and sky.
+  return {.surfels = 9000, .skyPatches = 48, .linksPerCache = 61, .kind = kind, .bands = bands};
+}
+
+TEST(GlRelighterWithoutContext, isRefused) {
+  const Result<EglContext> probe = EglContext::create();
+  if (!probe) GTEST_SKIP() << probe.error().message;
+  {
+    const EglContext ended = *EglContext::create();
+  }
+  RelightOptions options;
+  options.backend = Backend::gl;
+  const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::unsupported);
+  EXPECT_NE(made.error().message.find("found none"), std::string::npos) << made.error().message;
+}
+
+TEST_F(GlRelighter, surfelPassAgrees) {
+  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
+  const std::vector<Light> lights = someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  setup.skyRadiance = {0.5f, 0.7f, 1.0f};
+  Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+  const auto leaves = [&bake](const Relighter& relighter) {
+    const std::vector<glm::vec3> all = relighter.nodeRadiosity();
+    std::vector<glm::vec3> picked;
+    for (const std::uint32_t node : bake.hierarchy.leafNode) picked.push_back(all[node]);
+    return flatten(picked);
+  };
+  cpu.relight(setup);
+  gl.relight(setup);
+  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 2e-3);
+  // The host's own numbers in place of lights, emission and sky.
+  std::vector<glm::vec3> irradiance, emission, patches;
+  for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+    irradiance.emplace_back(s % 7, s % 5, s % 3);
+    emission.emplace_back(s % 2, s % 11, 0.5f);
+  }
+  for (std::size_t p = 0; p < 48; ++p) patches.emplace_back(p, 1.0f, 0.0f);
+  setup.bounceScale = 0.0f;
+  setup.surfelIrradiance = irradiance;
+  setup.surfelEmission = emission;
+  setup.skyPatches = patches;
+  cpu.relight(setup);
+  gl.relight(setup);
+  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 1e-3);
+}
+
+TEST_F(GlRelighter, pullPassAgrees) {
+  for (const std::uint32_t surfels : {1u, 2u, 37u, 20000u}) {
+    const Bake bake = test::makeSyntheticBake({.surfels = surfels, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
+    const std::vector<Light> lights = someLights();
+    LightSetup setup;
+    setup.lights = lights;
+    Relighter gl = make(bake, Backend::gl);
+    gl.relight(setup);
+    const std::vector<glm::vec3> found = gl.nodeRadiosity();
+    std::vector<glm::vec4> nodes;
+    for (const glm::vec3& each : found) nodes.emplace_back(rgbToYCoCg(each), 0.0f);
+    cpu::pull(bake.hierarchy, nodes, {});
+    std::vector<glm::vec3> expected;
+    for (const glm::vec4& each : nodes) expected.push_back(yCoCgToRgb(glm::vec3(each)));
+    EXPECT_LT(difference(flatten(expected), flatten(found)), 1e-3) << surfels << " surfels";
+  }
+}
+
+TEST_F(GlRelighter, cachePassAgreesForBothKindsAndManyBands) {
+  for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+    const Bake bake = test::makeSyntheticBake({.surfels = 600, .linksPerCache = 61, .kind = kind, .bands = 8});
+    const std::vector<Light> lights = someLights();
+    LightSetup setup;
+    setup.lights = lights;
+    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 3}, {8, 6}}) {
+      Relighter gl = make(bake, Backend::gl, luma, chroma);
+      gl.relight(setup);
+      std::vector<glm::vec4> nodes;
+      for (const glm::vec3& each : gl.nodeRadiosity()) nodes.emplace_back(rgbToYCoCg(each), 0.0f);
+      std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
+      cpu::lightCaches(cpu::lightCachesKernel(Simd::best), bake.links, nodes, luma, chroma, expected, {});
+      // Halves have 11 bits.
+      EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3) << "kind " << static_cast<int>(kind) << " l " << luma << " " << chroma;
+    }
+  }
+}
+
+TEST_F(GlRelighter, copyPassFillsEachTexelFromItsCache) {
+  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 3));
+  Relighter gl = make(bake, Backend::gl, 3, 2);
+  gl.relight({});
+  const std::vector<float> coefficients = gl.cacheCoefficients();
+  const GlResolveInputs inputs = gl.glResolveInputs();
+  const Lightmap& map = bake.caches.lightmap;
+  const auto expectChannel = [&](GLuint texture, std::size_t layers, std::size_t first, std::size_t count) {
+    std::vector<float> texels(4 * layers * map.cache.size());
+    glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
+    glGetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA, GL_FLOAT, texels.data());
+    glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+    for (std::size_t t = 0; t < map.cache.size(); ++t) {
+      for (std::size_t i = 0; i < 4 * layers; ++i) {
+        const float found = texels[(i / 4 * map.cache.size() + t) * 4 + i % 4];
+        const bool stored = map.cache[t] != kNoCache && i < count;
+        const float expected = stored ? coefficients[map.cache[t] * std::size_t{17} + first + i] : 0.0f;
+        ASSERT_EQ(found, expected) << "texel " << t << " coefficient " << i;
+      }
+    }
+  };
+  ASSERT_EQ(gl.coefficientsPerCache(), 17);
+  expectChannel(inputs.lightmapY, 3, 0, 9);
+  expectChannel(inputs.lightmapCo, 1, 9, 4);
+  expectChannel(inputs.lightmapCg, 1, 13, 4);
+}
+
+TEST_F(GlRelighter, resolveAgreesOnLightmapAndGrid) {
+  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
+  const std::vector<Light> lights = someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  // Points and normals: on the map's valid texels and their borders, in the room and outside of it.
+  std::vector<float> in;
+  for (int i = 0; i < 2000; ++i) {
+    const auto fraction = [i](float step) { return std::fmod(static_cast<float>(i) * step, 1.0f); };
+    const glm::vec3 n = glm::normalize(glm::vec3(fraction(0.377f), fraction(0.619f), fraction(0.791f)) * 2.0f - 1.0f);
+    const glm::vec3 p = glm::vec3(fraction(0.131f), fraction(0.273f), fraction(0.417f)) * glm::vec3(14, 6, 8) - 1.0f;
+    in.insert(in.end(), {fraction(0.618034f), fraction(0.754878f), n.x, n.y, n.z, p.x, p.y, p.z});
+  }
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {6, 1}}) {
+    Relighter gl = make(bake, Backend::gl, luma, chroma);
+    gl.relight(setup);
+    gl.bindResolveInputs();
+    const std::vector<float> found = test::runCompute(
+        gl.resolveGlsl(),
+        "uint k = 8u * i; vec3 n = vec3(inData[k+2u], inData[k+3u], inData[k+4u]);\n"
+        "vec3 a = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n);\n"
+        "vec3 b = relumeIrradianceGrid(vec3(inData[k+5u], inData[k+6u], inData[k+7u]), n);\n"
+        "for (int j = 0; j < 3; ++j) { outData[6u*i+uint(j)] = a[j]; outData[6u*i+3u+uint(j)] = b[j]; }\n",
+        in, in.size() / 8, in.size() / 8 * 6);
+    std::vector<float> map, mapFound, grid, gridFound;
+    for (std::size_t i = 0; i < in.size() / 8; ++i) {
+      const float* q = &in[8 * i];
+      const glm::vec3 n(q[2], q[3], q[4]);
+      const glm::vec3 a = gl.irradianceOnLightmap({q[0], q[1]}, n), b = gl.irradianceInGrid({q[5], q[6], q[7]}, n);
+      map.insert(map.end(), {a.x, a.y, a.z});
+      grid.insert(grid.end(), {b.x, b.y, b.z});
+      mapFound.insert(mapFound.end(), found.begin() + static_cast<std::ptrdiff_t>(6 * i), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 3));
+      gridFound.insert(gridFound.end(), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 3), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 6));
+    }
+    // Texture filters weigh with 8 bits, and the map's normals have 8.
+    EXPECT_LT(difference(map, mapFound), 0.06) << luma << " " << chroma;
+    EXPECT_LT(difference(grid, gridFound), 1e-3) << luma << " " << chroma;
+  }
+}
+
+TEST_F(GlRelighter, framesWithBouncesAgree) {
+  for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+    const Bake bake = test::makeSyntheticBake(room(kind, 4));
+    const std::vector<Light> lights = someLights();
+    LightSetup setup;
+    setup.lights = lights;
+    setup.skyRadiance = glm::vec3(0.3f);
+    Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+    for (int frame = 0; frame < 5; ++frame) {
+      cpu.relight(setup);
+      gl.relight(setup);
+      EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.005) << "frame " << frame;
+    }
+    gl.reset();
+    cpu.reset();
+    cpu.relight(setup);
+    gl.relight(setup);
+    EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.001) << "after reset";
+  }
+}
+
+TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
+  Relighter gl = make(test::makeFurnaceBake(0.6f, 2.0f, 4), Backend::gl);
+  relightUntilConverged(gl, {});
+  const float limit = kPi * 2.0f / 0.4f;
+  EXPECT_NEAR(gl.nodeRadiosity()[0].g, limit, 0.01f * limit);
+  EXPECT_NEAR(gl.irradianceOnLightmap({0.5f / 6.0f, 0.5f}, {1, 0, 0}).r, limit, 0.01f * limit);
+}
+
+TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
+  Relighter gl = make(bake, Backend::gl, 0, 0,
+                      "uniform float hostShadow;\n"
+                      "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
+  std::vector<Light> lights(2);
+  for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
+  LightSetup setup;
+  setup.lights = lights;
+  glProgramUniform1f(gl.surfelProgram(), glGetUniformLocation(gl.surfelProgram(), "hostShadow"), 0.25f);
+  gl.relight(setup);
+  EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-4f);
+}
+
+TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {
+  RelightOptions options;
+  options.backend = Backend::gl;
+  options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
+  const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::failed);
+  EXPECT_NE(made.error().message.find("relumeVisibility"), std::string::npos) << made.error().message;
+  EXPECT_GT(context_->errorCount(), 0);
+  context_->forgetErrors();
+}
+
+TEST_F(GlRelighter, twoRelightersShareABakeAndAContext) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
+  Relighter one = make(bake, Backend::gl), two = make(bake, Backend::gl, 2, 1);
+  LightSetup dark;
+  dark.emissionScale = glm::vec3(0.0f);
+  one.relight({});
+  two.relight(dark);
+  EXPECT_NEAR(one.nodeRadiosity()[0].g, kPi, 1e-3f);
+  EXPECT_EQ(two.nodeRadiosity()[0], glm::vec3(0.0f));
+}
+
+TEST_F(GlRelighter, bakesWithoutLightmapGridOrLinksAreLit) {
+  Bake bake = test::makeSyntheticBake({.surfels = 100, .grid = {0, 0, 0}, .lightmapSize = 8, .lightmapCaches = 0});
+  Relighter none = make(bake, Backend::gl);
+  EXPECT_TRUE(none.relight({}));
+  EXPECT_TRUE(none.cacheCoefficients().empty());
+  EXPECT_EQ(none.irradianceInGrid({0, 0, 0}, {0, 0, 1}), glm::vec3(0.0f));
+  bake.caches = Caches{};
+  bake.surfels.receiver = std::vector<std::uint32_t>(100, kGridReceiver);
+  Relighter empty = make(bake, Backend::gl);
+  EXPECT_TRUE(empty.relight({}));
+  EXPECT_TRUE(empty.relight({}));
+}
+
+TEST_F(GlRelighter, timesEachPassWithoutWaiting) {
+  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::cone, 4)), Backend::gl);
+  for (int frame = 0; frame < 6; ++frame) gl.relight({});
+  glFinish();
+  const std::vector<PassTime> times = gl.passTimes();
+  ASSERT_EQ(times.size(), 4u);
+  EXPECT_STREQ(times[2].pass, "caches");
+  EXPECT_GT(times[2].ms, 0.0);
+}
+
+// What SavedState promises, set to something odd and read back.
+TEST_F(GlRelighter, bindingsOfTheHostAreAsTheyWere) {
+  GLuint buffers[9], textures[2], sampler = 0;
+  glGenBuffers(9, buffers);
+  glGenTextures(2, textures);
+  glGenSamplers(1, &sampler);
+  const auto bind = [&] {
+    for (GLuint i = 0; i < 7; ++i) {
+      glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[i]);
+      glBufferData(GL_SHADER_STORAGE_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
+      glBindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffers[i], 256, 512);
+    }
+    glBindBuffer(GL_UNIFORM_BUFFER, buffers[7]);
+    glBufferData(GL_UNIFORM_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 7, buffers[7]);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[8]);
+    glBindBuffer(GL_COPY_READ_BUFFER, buffers[1]);
+    glBindBuffer(GL_COPY_WRITE_BUFFER, buffers[2]);
+    glActiveTexture(GL_TEXTURE0 + 13);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[0]);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16F, 4, 4, 2);
+    glBindSampler(13, sampler);
+    glActiveTexture(GL_TEXTURE0 + 15);
+    glBindTexture(GL_TEXTURE_2D, textures[1]);
+    glBindImageTexture(1, textures[0], 0, GL_FALSE, 1, GL_READ_ONLY, GL_RGBA16F);
+    glActiveTexture(GL_TEXTURE0 + 3);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
+  };
+  bind();
+  const auto snapshot = [] {
+    std::vector<GLint64> state;
+    GLint value = 0;
+    GLint64 wide = 0;
+    for (const GLenum what : {GL_CURRENT_PROGRAM, GL_SHADER_STORAGE_BUFFER_BINDING, GL_UNIFORM_BUFFER_BINDING,
+                              GL_COPY_READ_BUFFER_BINDING, GL_COPY_WRITE_BUFFER_BINDING, GL_ACTIVE_TEXTURE,
+                              GL_UNPACK_ALIGNMENT, GL_UNPACK_ROW_LENGTH, GL_PIXEL_UNPACK_BUFFER_BINDING}) {
+      glGetIntegerv(what, &value);
+      state.push_back(value);
+    }
+    for (GLuint i = 0; i < 8; ++i) {
+      glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, i, &value);
+      state.push_back(value);
+      for (const GLenum what : {GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE}) {
+        glGetInteger64i_v(what, i, &wide);
+        state.push_back(wide);
+      }
+      glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, i, &value);
+      state.push_back(value);
+      for (const GLenum what : {GL_IMAGE_BINDING_NAME, GL_IMAGE_BINDING_LAYERED, GL_IMAGE_BINDING_LAYER, GL_IMAGE_BINDING_ACCESS}) {
+        glGetIntegeri_v(what, i, &value);
+        state.push_back(value);
+      }
+    }
+    for (GLenum unit = 0; unit < 16; ++unit) {
+      glActiveTexture(GL_TEXTURE0 + unit);
+      for (const GLenum what : {GL_TEXTURE_BINDING_2D, GL_TEXTURE_BINDING_2D_ARRAY, GL_SAMPLER_BINDING}) {
+        glGetIntegerv(what, &value);
+        state.push_back(value);
+      }
+    }
+    glActiveTexture(static_cast<GLenum>(state[5]));
+    return state;
+  };
+  const std::vector<GLint64> before = snapshot();
+  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::sh, 4)), Backend::gl);
+  EXPECT_EQ(snapshot(), before) << "create()";
+  const std::vector<Light> lights = someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  gl.relight(setup);
+  gl.relight(setup);
+  EXPECT_EQ(snapshot(), before) << "relight()";
+  gl.reset();
+  gl.cacheCoefficients();
+  gl.nodeRadiosity();
+  gl.passTimes();
+  EXPECT_EQ(snapshot(), before) << "readers";
+  glDeleteBuffers(9, buffers);
+  glDeleteTextures(2, textures);
+  glDeleteSamplers(1, &sampler);
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// The shaders' libraries against their C++ twins, and all shaders against the reference compiler.
+#include "runtime/gl/pack_node.h"
+#include "runtime/gl/passes.h"
+#include "tests/runtime/gl_test_support.h"
+
+#include "formats/color.h"
+#include "formats/pack.h"
+#include "formats/sh.h"
+
+#include <glm/geometric.hpp>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+namespace relume {
+namespace {
+
+using test::runCompute;
+
+class GlLibrary : public test::GlTest {};
+
+std::string library(const char* file, int bands = 1) {
+  const std::vector<std::pair<std::string, std::string>> defines = {{"RELUME_SH_BANDS", std::to_string(bands)}};
+  Result<std::string> text = gl::expandShader(file, defines);
+  EXPECT_TRUE(text) << (text ? "" : text.error().message);
+  return text ? *text : std::string();
+}
+
+std::vector<float> randomDirections(std::size_t count) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  std::vector<float> all = {0, 0, 1, 0, 0, -1, 1, 0, 0, 0, -1, 0};
+  while (all.size() < 3 * count) {
+    const float x = normal(random), y = normal(random), z = normal(random);
+    const glm::vec3 d = glm::normalize(glm::vec3(x, y, z));
+    all.insert(all.end(), {d.x, d.y, d.z});
+  }
+  return all;
+}
+
+float bitsAsFloat(std::uint32_t bits) { return std::bit_cast<float>(bits); }
+
+TEST_F(GlLibrary, sphericalHarmonicsAgreeInAllBands) {
+  const std::size_t count = 300;
+  const std::vector<float> in = randomDirections(count);
+  for (int bands = 1; bands <= 8; ++bands) {
+    const auto n = static_cast<std::size_t>(bands * bands);
+    const std::vector<float> out = runCompute(
+        library("lib/sh.glsl", bands),
+        "float y[RELUME_SH_COUNT]; relumeEvaluateSh(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), y);\n"
+        "for (int k = 0; k < RELUME_SH_COUNT; ++k) outData[i * uint(RELUME_SH_COUNT) + uint(k)] = y[k];\n",
+        in, count, count * n);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<float, kMaxCoefficients> y;
+      evaluateSh(bands, {in[3 * i], in[3 * i + 1], in[3 * i + 2]}, y);
+      for (std::size_t k = 0; k < n; ++k) ASSERT_NEAR(out[i * n + k], y[k], 2e-5f) << "bands " << bands << " index " << k;
+    }
+  }
+}
+
+TEST_F(GlLibrary, coneRatiosAgree) {
+  std::vector<float> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(-1.0f + 0.01f * static_cast<float>(i));
+  const std::vector<float> out = runCompute(
+      library("lib/sh.glsl", 8),
+      "float r[8]; relumeConeBandRatios(inData[i], r); for (int k = 0; k < 8; ++k) outData[i * 8u + uint(k)] = r[k];\n", in,
+      in.size(), in.size() * 8);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    std::array<float, 8> ratio;
+    coneBandRatios(8, in[i], ratio);
+    for (std::size_t k = 0; k < 8; ++k) ASSERT_NEAR(out[8 * i + k], ratio[k], 1e-5f);
+  }
+}
+
+TEST_F(GlLibrary, cosineFactorsAndBandsAgree) {
+  const std::vector<float> out =
+      runCompute(library("lib/sh.glsl", 8), "outData[i] = kRelumeCosine[kRelumeBandOf[i]];\n", {0.0f}, 64, 64);
+  for (int l = 0; l < 8; ++l) {
+    for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+      ASSERT_NEAR(out[static_cast<std::size_t>(i)], clampedCosineFactors()[static_cast<std::size_t>(l)], 1e-6f);
+    }
+  }
+}
+
+TEST_F(GlLibrary, packedDirectionsAndPointsAgree) {
+  const std::vector<float> directions = randomDirections(500);
+  std::vector<float> in;
+  for (std::size_t i = 0; i < 500; ++i) {
+    in.push_back(bitsAsFloat(packOctahedral({directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]})));
+  }
+  in.push_back(bitsAsFloat(kNoDirection));
+  const std::vector<float> out = runCompute(library("lib/pack.glsl"),
+                                            "uint bits = floatBitsToUint(inData[i]); vec3 d = relumeUnpackOctahedral(bits);\n"
+                                            "outData[5u*i] = d.x; outData[5u*i+1u] = d.y; outData[5u*i+2u] = d.z;\n"
+                                            "vec2 p = relumeUnpackUnorm16x2(bits); outData[5u*i+3u] = p.x; outData[5u*i+4u] = p.y;\n",
+                                            in, in.size(), in.size() * 5);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(in[i]);
+    const glm::vec3 d = unpackOctahedral(bits);
+    const glm::vec2 p = unpackUnorm16x2(bits);
+    for (int k = 0; k < 3; ++k) ASSERT_NEAR(out[5 * i + static_cast<std::size_t>(k)], d[k], 2e-6f);
+    for (int k = 0; k < 2; ++k) ASSERT_NEAR(out[5 * i + 3 + static_cast<std::size_t>(k)], p[k], 1e-6f);
+  }
+}
+
+TEST_F(GlLibrary, packedNodesAgreeAndKeepAnyUnit) {
+  std::mt19937 random(9);
+  std::vector<float> in = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int i = 0; i < 400; ++i) {
+    const float scale = std::pow(10.0f, static_cast<float>(random() % 24) - 12.0f);
+    for (int k = 0; k < 3; ++k) in.push_back(scale * static_cast<float>(random() % 10001) / 10000.0f);
+  }
+  const std::size_t count = in.size() / 3;
+  const std::vector<float> out = runCompute(
+      library("lib/pack.glsl") + library("lib/color.glsl"),
+      "uvec2 p = relumePackNode(relumeRgbToYCoCg(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u])));\n"
+      "vec3 c = relumeYCoCgToRgb(relumeUnpackNode(p));\n"
+      "for (int k = 0; k < 3; ++k) outData[3u*i+uint(k)] = c[k];\n",
+      in, count, in.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 color(in[3 * i], in[3 * i + 1], in[3 * i + 2]);
+    const glm::vec3 back = yCoCgToRgb(gl::unpackNode(gl::packNode(rgbToYCoCg(color))));
+    const float tolerance = 1e-4f * std::max(color.r, std::max(color.g, color.b));
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_NEAR(back[k], color[k], tolerance);
+      ASSERT_NEAR(out[3 * i + static_cast<std::size_t>(k)], color[k], tolerance);
+    }
+  }
+}
+
+// Every pass in every shape that the runtime compiles, through the reference compiler.
+TEST(Shaders, passTheReferenceCompiler) {
+#if !defined(RELUME_GLSLANG_VALIDATOR)
+  GTEST_SKIP() << "glslangValidator was not found when this test was built";
+#else
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("relume_shaders_" + std::to_string(std::random_device{}()));
+  fs::create_directories(folder);
+  std::string command = std::string(RELUME_GLSLANG_VALIDATOR);
+  int files = 0;
+  const auto add = [&](const char* shader, const char* stage, gl::Defines defines, const std::string& tail = "") {
+    Result<std::string> text = gl::expandShader(shader, defines);
+    ASSERT_TRUE(text) << text.error().message;
+    const fs::path path = folder / (std::to_string(files++) + "." + stage);
+    std::ofstream(path) << "#version 430 core\n" << *text << tail;
+    command += " " + path.string();
+  };
+  add("pull.comp", "comp", {});
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
+    const auto bands = gl::bandDefines(luma, chroma);
+    add("light_surfels.comp", "comp", bands);
+    add("copy_lightmap.comp", "comp", bands);
+    add("resolve.glsl", "frag", bands,
+        "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); }\n");
+    for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+      for (const char* renderer : {"llvmpipe", "hardware"}) {
+        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, gl::chooseCacheGroup(renderer, luma, chroma)));
+      }
+    }
+  }
+  const fs::path log = folder / "log";
+  const int status = std::system((command + " > " + log.string() + " 2>&1").c_str());
+  std::ifstream in(log);
+  EXPECT_EQ(status, 0) << std::string(std::istreambuf_iterator<char>(in), {});
+  fs::remove_all(folder);
+#endif
+}
+
+TEST(Shaders, unknownIncludesAreNamed) {
+  const Result<std::string> text = gl::expandShader("no_such.comp", {});
+  ASSERT_FALSE(text);
+  EXPECT_NE(text.error().message.find("no_such.comp"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// See gl_test_support.h.
+#include "tests/runtime/gl_test_support.h"
+
+namespace relume::test {
+
+std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
+                              std::size_t count, std::size_t outFloats) {
+  const std::string source = "#version 430 core\n" + text +
+                             "layout(local_size_x = 64) in;\n"
+                             "layout(std430, binding = 0) readonly buffer In { float inData[]; };\n"
+                             "layout(std430, binding = 1) writeonly buffer Out { float outData[]; };\n"
+                             "uniform uint threadCount;\n"
+                             "void main() {\n  uint i = gl_GlobalInvocationID.x;\n  if (i >= threadCount) return;\n" +
+                             body + "}\n";
+  const char* pointer = source.c_str();
+  const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
+  glShaderSource(shader, 1, &pointer, nullptr);
+  glCompileShader(shader);
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, shader);
+  glLinkProgram(program);
+  GLint linked = GL_FALSE;
+  glGetProgramiv(program, GL_LINK_STATUS, &linked);
+  std::string log(4096, '\0');
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  EXPECT_TRUE(linked) << log.c_str();
+  std::vector<float> out(outFloats, 0.0f);
+  if (linked) {
+    GLuint buffers[2];
+    glGenBuffers(2, buffers);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffers[0]);
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * 4), in.data(), GL_STATIC_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, buffers[1]);
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(outFloats * 4), nullptr, GL_STATIC_DRAW);
+    glUseProgram(program);
+    glUniform1ui(glGetUniformLocation(program, "threadCount"), static_cast<GLuint>(count));
+    glDispatchCompute(static_cast<GLuint>((count + 63) / 64), 1, 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(outFloats * 4), out.data());
+    glUseProgram(0);
+    glDeleteBuffers(2, buffers);
+  }
+  glDeleteProgram(program);
+  glDeleteShader(shader);
+  return out;
+}
+
+}  // namespace relume::test

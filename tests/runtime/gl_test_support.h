@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// A headless debug context for a test, skipped with the reason where there is none; and compute shaders run over floats.
+#pragma once
+
+#include "formats/result.h"
+#include "samples/common/egl_context.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relume::test {
+
+// A test with a context, which must end without a complaint of the driver.
+class GlTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Result<EglContext> made = EglContext::create({.debug = true});
+    if (!made) GTEST_SKIP() << made.error().message;
+    context_.emplace(std::move(*made));
+  }
+  void TearDown() override {
+    if (!context_) return;
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    EXPECT_EQ(context_->errorCount(), 0) << context_->lastError();
+    context_.reset();
+  }
+  std::optional<EglContext> context_;
+};
+
+// Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body` knows
+// its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).
+std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
+                              std::size_t count, std::size_t outFloats);
+
+}  // namespace relume::test
