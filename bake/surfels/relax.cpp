@@ -14,9 +14,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <exception>
+#include <span>
 #include <string>
 
 namespace relume {
@@ -30,17 +30,17 @@ constexpr float kProbeHeight = 0.35f;     // of the spacing, from which the surf
 constexpr float kMinCosine = 0.7f;        // between the normals before and after
 
 // Where a surfel is pushed to, on its tangent plane.
-glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, const int* neighbour,
-                 const float* distanceSquared, float spacing) {
+glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, std::span<const std::size_t> neighbours,
+                 float spacing) {
   const SurfaceSample& self = samples[i];
   const float reach = spacing / std::sqrt(self.density);
   glm::vec3 push(0.0f);
-  for (std::size_t k = 0; k < kNeighbours; ++k) {
-    if (neighbour[k] < 0 || static_cast<std::size_t>(neighbour[k]) == i || distanceSquared[k] >= reach * reach) continue;
-    const SurfaceSample& other = samples[static_cast<std::size_t>(neighbour[k])];
+  for (const std::size_t j : neighbours) {
+    if (j == i) continue;
+    const SurfaceSample& other = samples[j];
     const glm::vec3 apart = self.positionWorld - other.positionWorld;
     const float distance = glm::length(apart);
-    if (!(distance > 1e-6f * reach)) continue;
+    if (!(distance > 1e-6f * reach) || distance >= reach) continue;
     if (!areNeighbours({self.positionWorld, self.normal, self.emitter}, {other.positionWorld, other.normal, other.emitter},
                        apart, distance * distance)) {
       continue;
@@ -79,18 +79,18 @@ void relaxOnce(const RayTracer& tracer, const PlaySpace& playSpace, float spacin
 
   std::vector<SurfaceSample> moved(samples.size());
   parallelChunks(context, "", samples.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    const std::size_t count = end - begin;
-    std::vector<int> neighbour(count * kNeighbours, -1);
-    std::vector<float> distance(count * kNeighbours, 0.0f);
-    flann::Matrix<int> indices(neighbour.data(), count, kNeighbours);
-    flann::Matrix<float> distances(distance.data(), count, kNeighbours);
+    // FLANN leaves what lies beyond the number of points undefined: ask for no more.
+    const std::size_t count = end - begin, wanted = std::min(kNeighbours, samples.size());
+    std::vector<std::size_t> neighbour(count * wanted);
+    std::vector<float> distance(count * wanted);
+    flann::Matrix<std::size_t> indices(neighbour.data(), count, wanted);
+    flann::Matrix<float> distances(distance.data(), count, wanted);
     flann::SearchParams search(flann::FLANN_CHECKS_UNLIMITED);
     search.cores = 1;
-    const std::size_t wanted = std::min(kNeighbours, samples.size());
     index.knnSearch(flann::Matrix<float>(coordinates.data() + 3 * begin, count, 3), indices, distances, wanted, search);
     for (std::size_t i = begin; i < end; ++i) {
-      const glm::vec3 to = pushed(samples, i, &neighbour[(i - begin) * kNeighbours],
-                                  &distance[(i - begin) * kNeighbours], spacing);
+      const std::span near(&neighbour[(i - begin) * wanted], wanted);
+      const glm::vec3 to = pushed(samples, i, near, spacing);
       moved[i] = putBack(tracer, playSpace, samples[i], to, spacing);
     }
   });

@@ -154,7 +154,8 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const SeenParts parts = findSeenParts(*playSpace_, s.side, area, tries);
   auto triesLeft = static_cast<std::int64_t>(std::min(1e8, kMaxTriesPerPoint * (1.0 + tries)));
   std::uint64_t halton = 0;
-  SurfaceSample sample;
+  SurfaceSample sample = sampleAt(*scene_, s.instance, s.side, glm::vec2(0.0f));
+  sample.density = s.density;
   for (std::int64_t i = first; i < last; ++i) {
     glm::vec2 at(0.0f);
     do {
@@ -163,10 +164,6 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
       at = parts.part.empty() ? foldToTriangle(u, v) : parts.at(i - first, last - first, u, v);
     } while (--triesLeft > 0 && !playSpace_->seenAt(s.side, at));
     if (masked && !opaqueAt(*scene_, {s.instance, triangle, at})) continue;
-    if (i == first || sample.side != s.side) {
-      sample = sampleAt(*scene_, s.instance, s.side, at);
-      sample.density = s.density;
-    }
     sample.point.barycentric = at;
     sample.positionWorld = corner[0] + at.x * (corner[1] - corner[0]) + at.y * (corner[2] - corner[0]);
     out.push_back(sample);
