@@ -135,10 +135,10 @@ float checkSh(const Links& l, std::uint64_t index, Findings& findings) {
   return transfer;
 }
 
-// f = y_0 * solid angle / pi (formats/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Halves and
-// float sums stay within 1 %.
+// f = y_0 * solid angle / pi (formats/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Solid angles
+// estimated by few rays, and halves, stay within 5 %.
 void checkEnergy(const Caches& caches, std::uint32_t cache, double transfer, Findings& findings) {
-  constexpr double kSphere = 4.0 * 0.28209479177387814, kTolerance = 1.01;
+  constexpr double kSphere = 4.0 * 0.28209479177387814, kTolerance = 1.05;
   const glm::vec3 n = caches.normal[cache];
   const bool surface = n.x != 0.0f || n.y != 0.0f || n.z != 0.0f;
   if (transfer > kSphere * kTolerance)

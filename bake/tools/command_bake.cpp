@@ -181,8 +181,8 @@ void addTableOptions(CLI::App& command, BakeArguments& arguments) {
 void addBakeCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("bake", "Bake how light travels through a level");
   auto arguments = std::make_shared<BakeArguments>();
-  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)");
-  command->add_option("-o,--output", arguments->output, "Bake to write (.relume)");
+  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->option_text("FILE");
+  command->add_option("-o,--output", arguments->output, "Bake to write (.relume)")->option_text("FILE");
   static const std::map<std::string, Preset> kPresets = {
       {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
   command
@@ -191,9 +191,9 @@ void addBakeCommand(CLI::App& app, Action& action) {
                    "[draft|medium|high|best]")
       ->option_text("NAME [high]")
       ->transform(CLI::CheckedTransformer(kPresets).description(""));
-  command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset");
+  command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")->option_text("FILE");
   command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
-  command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file");
+  command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")->option_text("FILE");
   addTerminalOptions(*command, arguments->terminal);
   command->add_option("--bands", arguments->bands, "Bands of SH links, luma and chroma together [1..8]")
       ->option_text("[4]")

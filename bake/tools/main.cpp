@@ -6,6 +6,8 @@
 
 #include <cstdio>
 #include <exception>
+#include <new>
+#include <string>
 
 namespace relume {
 
@@ -21,7 +23,7 @@ int main(int argc, char** argv) {
   using namespace relume;
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
   Action action;
   addBakeCommand(app, action);
@@ -39,6 +41,12 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
     return fail({ErrorCode::usage, std::string(e.what()) + " (see relume --help)"});
+  }
+
+  if (!action) {
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    return fail({ErrorCode::usage, "a command is required: " + names + " (see relume --help)"});
   }
 
   // The last line of defence: room doors return errors, so only exhausted memory should arrive here.

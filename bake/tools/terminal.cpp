@@ -60,7 +60,8 @@ struct Terminal::State {
   std::mutex mutex;  // guards what follows, and stderr
   std::string stage;
   double fraction = -1.0;
-  Clock::time_point begin = Clock::now(), stageBegin = begin, lastDrawn{};
+  std::map<std::string, Clock::time_point, std::less<>> stageBegin;  // stages nest: the outer one comes back
+  Clock::time_point lastDrawn{};
   bool lineOpen = false;
   std::atomic<bool> stop{false};
   std::thread watcher;  // turns the signal into a cancelled context
@@ -92,9 +93,9 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
   const bool started = newStage != stage;
   if (started) {
     stage = newStage;
-    stageBegin = now;
     fraction = -1.0;
   }
+  const Clock::time_point begin = stageBegin.try_emplace(stage, now).first->second;
   // Chunks finish in any order: progress never steps back; draw ten times a second, print each fifth.
   if (newFraction <= fraction) return;
   const bool finished = newFraction >= 1.0;
@@ -104,7 +105,7 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
   if (!started && !finished && !due) return;
   fraction = newFraction;
   lastDrawn = now;
-  const double seconds = std::chrono::duration<double>(now - stageBegin).count();
+  const double seconds = std::chrono::duration<double>(now - begin).count();
   const double eta = fraction > 0.02 && !finished ? seconds * (1.0 - fraction) / fraction : 0.0;
   if (bar) {
     drawBar(eta);
@@ -112,9 +113,12 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
     const nlohmann::json line = {{"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"seconds", seconds},
                                  {"secondsLeft", eta}};
     std::fprintf(stderr, "%s\n", line.dump().c_str());
-  } else if (started || finished || due) {
-    std::fprintf(stderr, "relume: %s: %.0f %%%s\n", stage.c_str(), 100.0 * fraction,
-                 finished ? (" (" + std::to_string(seconds).substr(0, 5) + " s)").c_str() : "");
+  } else if (finished) {
+    std::fprintf(stderr, "relume: %s: done in %.2f s\n", stage.c_str(), seconds);
+  } else if (eta > 0.5) {
+    std::fprintf(stderr, "relume: %s: %.0f %%, %.0f s left\n", stage.c_str(), 100.0 * fraction, eta);
+  } else {
+    std::fprintf(stderr, "relume: %s: %.0f %%\n", stage.c_str(), 100.0 * fraction);
   }
 }
 
@@ -124,7 +128,7 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
                                                                {"json", ProgressStyle::json},
                                                                {"none", ProgressStyle::none}};
   command.add_option("--threads", options.threads, "Threads; 0 = all cores; never changes the result [0..1024]")
-      ->capture_default_str()
+      ->option_text("N [0]")
       ->check(CLI::Range(0, 1024));
   command
       .add_option("--progress", options.progress,
@@ -146,6 +150,7 @@ Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<Sta
     return !interrupted.load();
   };
   s.context.onMessage = [&s](Severity severity, std::string_view message) {
+    if (s.style == ProgressStyle::none && severity == Severity::info) return;
     const std::lock_guard lock(s.mutex);
     s.closeLine();
     if (s.style != ProgressStyle::json) return logMessage(severity, std::string(message));

@@ -24,7 +24,8 @@ struct TerminalOptions {
 };
 void addTerminalOptions(CLI::App& command, TerminalOptions& options);
 
-// Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line;
+// Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
+// warnings and errors only;
 // Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
 class Terminal {
  public:

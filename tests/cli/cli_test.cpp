@@ -96,7 +96,7 @@ TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
 }
 
 TEST_F(Cli, usageErrors) {
-  expectFailure(run({}), 1, "subcommand is required");
+  expectFailure(run({}), 1, "a command is required: bake");
   expectFailure(run({"bale"}), 1, "bale");
   expectFailure(run({"bake", room_}), 1, "-o FILE");
   expectFailure(run(bakeArguments(room_, {"--frobnicate"})), 1, "--frobnicate");

@@ -61,7 +61,9 @@ class Program {
   bool waitForStderr(const std::string& text) const {
     for (int i = 0; i < 3000; ++i) {
       if (readAll(err_).find(text) != std::string::npos) return true;
-      if (::waitpid(pid_, nullptr, WNOHANG | WNOWAIT) != 0) return false;
+      siginfo_t ended{};
+      if (::waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 || ended.si_pid != 0)
+        return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
