@@ -171,6 +171,7 @@ void addTableOptions(CLI::App& command, BakeArguments& arguments) {
         .add_option_function<std::string>(
             info.flag, [&arguments, name = info.name](const std::string& text) { arguments.flagged[name] = text; },
             info.comment + " [" + info.range + unit + "]")
+        ->take_last()  // a flag given twice counts as the last one
         ->option_text("[" + value + "]")
         ->group("Options of the bake (default: preset high)");
   }
