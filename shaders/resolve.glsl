@@ -26,10 +26,9 @@ layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBloc
 
 // The receiver's lobe, four coefficients a vector: `linear` parts of the exact lobe for a surface, the rest clamped cosine.
 void relumeMakeLobe(vec3 n, float linear, float single, out vec4 lobe[RELUME_LUMA_LAYERS]) {
-  float y[RELUME_SH_COUNT];
-  relumeEvaluateSh(n, y);
-  for (int i = 0; i < RELUME_LUMA_LAYERS; ++i) lobe[i] = vec4(0.0);
-  for (int i = 0; i < RELUME_SH_COUNT; ++i) lobe[i >> 2][i & 3] = (1.0 - linear) * kRelumeCosine[kRelumeBandOf[i]] * y[i];
+  float scale[RELUME_LUMA_BANDS];
+  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) scale[l] = (1.0 - linear) * kRelumeCosine[l];
+  relumeEvaluateSh(n, scale, lobe);
 #if RELUME_LUMA_BANDS == 1
   lobe[0].x *= single;
 #else

@@ -55,7 +55,7 @@ CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands
   const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
   if (software) return {1, 64};
   // Shared memory holds all sums of a group: 32 KiB is what every OpenGL has.
-  const int bytesPerCache = 4 * 33 * (lumaBands * lumaBands + 2 * chromaBands * chromaBands);
+  const int bytesPerCache = 32 * static_cast<int>(2 * cacheBytes(lumaBands, chromaBands));
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
 }
 
@@ -68,6 +68,8 @@ std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int
   auto defines = bandDefines(lumaBands, chromaBands);
   defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
+  // GLSL 4.30 wants a literal for the group's size.
+  defines.emplace_back("RELUME_THREADS", std::to_string(group.lanes * group.caches));
   if (kind == LinkKind::sh) defines.emplace_back("RELUME_SH_LINKS", "");
   return defines;
 }

@@ -50,16 +50,20 @@ TEST_F(GlLibrary, sphericalHarmonicsAgreeInAllBands) {
   const std::size_t count = 300;
   const std::vector<float> in = randomDirections(count);
   for (int bands = 1; bands <= 8; ++bands) {
-    const auto n = static_cast<std::size_t>(bands * bands);
+    const auto n = static_cast<std::size_t>(bands * bands), words = (n + 3) / 4 * 4;
     const std::vector<float> out = runCompute(
         library("lib/sh.glsl", bands),
-        "float y[RELUME_SH_COUNT]; relumeEvaluateSh(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), y);\n"
-        "for (int k = 0; k < RELUME_SH_COUNT; ++k) outData[i * uint(RELUME_SH_COUNT) + uint(k)] = y[k];\n",
-        in, count, count * n);
+        "vec4 y[RELUME_SH_WORDS]; float scale[RELUME_SH_BANDS];\n"
+        "for (int l = 0; l < RELUME_SH_BANDS; ++l) scale[l] = 1.0;\n"
+        "relumeEvaluateSh(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), scale, y);\n"
+        "for (int k = 0; k < 4 * RELUME_SH_WORDS; ++k) outData[i * uint(4 * RELUME_SH_WORDS) + uint(k)] = y[k >> 2][k & 3];\n",
+        in, count, count * words);
     for (std::size_t i = 0; i < count; ++i) {
       std::array<float, kMaxCoefficients> y;
       evaluateSh(bands, {in[3 * i], in[3 * i + 1], in[3 * i + 2]}, y);
-      for (std::size_t k = 0; k < n; ++k) ASSERT_NEAR(out[i * n + k], y[k], 2e-5f) << "bands " << bands << " index " << k;
+      for (std::size_t k = 0; k < words; ++k) {
+        ASSERT_NEAR(out[i * words + k], k < n ? y[k] : 0.0f, 2e-5f) << "bands " << bands << " index " << k;
+      }
     }
   }
 }
@@ -69,23 +73,19 @@ TEST_F(GlLibrary, coneRatiosAgree) {
   for (int i = 0; i <= 200; ++i) in.push_back(-1.0f + 0.01f * static_cast<float>(i));
   const std::vector<float> out = runCompute(
       library("lib/sh.glsl", 8),
-      "float r[8]; relumeConeBandRatios(inData[i], r); for (int k = 0; k < 8; ++k) outData[i * 8u + uint(k)] = r[k];\n", in,
+      "float r[8]; relumeConeBandRatios(inData[i], 2.0, r); for (int k = 0; k < 8; ++k) outData[i * 8u + uint(k)] = r[k];\n", in,
       in.size(), in.size() * 8);
   for (std::size_t i = 0; i < in.size(); ++i) {
     std::array<float, 8> ratio;
     coneBandRatios(8, in[i], ratio);
-    for (std::size_t k = 0; k < 8; ++k) ASSERT_NEAR(out[8 * i + k], ratio[k], 1e-5f);
+    for (std::size_t k = 0; k < 8; ++k) ASSERT_NEAR(out[8 * i + k], 2.0f * ratio[k], 2e-5f);
   }
 }
 
-TEST_F(GlLibrary, cosineFactorsAndBandsAgree) {
+TEST_F(GlLibrary, cosineFactorsAgree) {
   const std::vector<float> out =
-      runCompute(library("lib/sh.glsl", 8), "outData[i] = kRelumeCosine[kRelumeBandOf[i]];\n", {0.0f}, 64, 64);
-  for (int l = 0; l < 8; ++l) {
-    for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-      ASSERT_NEAR(out[static_cast<std::size_t>(i)], clampedCosineFactors()[static_cast<std::size_t>(l)], 1e-6f);
-    }
-  }
+      runCompute(library("lib/sh.glsl", 8), "outData[i] = kRelumeCosine[i];\n", {0.0f}, 8, 8);
+  for (std::size_t l = 0; l < 8; ++l) ASSERT_NEAR(out[l], clampedCosineFactors()[l], 1e-6f);
 }
 
 TEST_F(GlLibrary, packedDirectionsAndPointsAgree) {
