@@ -22,6 +22,7 @@ struct ReferenceArguments {
   std::vector<std::string> lights{"all"};
   std::vector<float> sky{0.0f, 0.0f, 0.0f};
   ReferenceOptions options;
+  bool half = false;
   TerminalOptions terminal;
 };
 
@@ -113,7 +114,7 @@ int runReference(ReferenceArguments& arguments) {
   if (!image) return fail(image.error());
 
   // 3. Write
-  if (Status ok = writeExr(arguments.output, toChannels(*image)); !ok) return fail(ok.error());
+  if (Status ok = writeExr(arguments.output, toChannels(*image), arguments.half); !ok) return fail(ok.error());
   std::printf("wrote %s\n", arguments.output.c_str());
   return 0;
 }
@@ -140,6 +141,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
                       "OpenEXR to write: DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, Position, Normal, Depth, and "
                       "half the difference of two half renders as DiffIndErr, DiffDirErr")
       ->required();
+  command->add_flag("--half", a->half, "write 16-bit floats, except depth and position");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runReference(*a); }; });
 }

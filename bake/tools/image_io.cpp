@@ -9,6 +9,7 @@
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <half.h>
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
@@ -114,7 +115,7 @@ Result<ChannelImage> readExr(const std::filesystem::path& path) {
   }
 }
 
-Status writeExr(const std::filesystem::path& path, const ChannelImage& image) {
+Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bool half) {
   for (const auto& [name, channel] : image.channels) {
     if (Status ok = checkSize(path, image.width, image.height, channel.size()); !ok) return ok;
   }
@@ -123,10 +124,17 @@ Status writeExr(const std::filesystem::path& path, const ChannelImage& image) {
       Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
       header.compression() = Imf::ZIP_COMPRESSION;
       Imf::FrameBuffer buffer;
+      std::map<std::string, std::vector<Imath::half>> narrow;
       for (const auto& [name, channel] : image.channels) {
-        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-        auto* base = reinterpret_cast<char*>(const_cast<float*>(channel.data()));  // only read through by writePixels
-        buffer.insert(name, Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * image.width));
+        const bool isHalf = half && !name.starts_with("Depth") && !name.starts_with("Position");
+        if (isHalf) narrow[name].assign(channel.begin(), channel.end());
+        const Imf::PixelType type = isHalf ? Imf::HALF : Imf::FLOAT;
+        const std::size_t stride = isHalf ? sizeof(Imath::half) : sizeof(float);
+        // Only read through by writePixels.
+        const void* values = isHalf ? static_cast<const void*>(narrow[name].data()) : channel.data();
+        auto* base = static_cast<char*>(const_cast<void*>(values));
+        header.channels().insert(name, Imf::Channel(type));
+        buffer.insert(name, Imf::Slice(type, base, stride, stride * image.width));
       }
       Imf::OutputFile file(temporary.c_str(), header, 0);
       file.setFrameBuffer(buffer);

@@ -30,8 +30,9 @@ struct ChannelImage {
 // invalidFile: not an OpenEXR, broken, or larger than 16384 x 16384 pixels or 1024 channels.
 Result<ChannelImage> readExr(const std::filesystem::path& path);
 
-// Write 32-bit float channels, ZIP compressed. usage: a channel whose size is not width x height; io: not writable.
-Status writeExr(const std::filesystem::path& path, const ChannelImage& image);
+// Write 32-bit float channels, ZIP compressed; with `half`, 16-bit ones, except Depth and Position. usage: a channel
+// whose size is not width x height; io: not writable.
+Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bool half = false);
 
 // Write linear radiance as 8-bit sRGB after multiplying by exposure; above 1 clips. [Size pixels == width height]
 // usage: sizes disagree; io: not writable.
