@@ -178,6 +178,12 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   };
   traced.statistics = {count.rays, share(count.backFaces, count.rays), share(count.misses, count.rays),
                        share(count.unmapped, count.rays), share(visibleLeaves, caches.count())};
+  context.figure("links", traced.links.count());
+  context.figure("rays", static_cast<double>(count.rays));
+  context.figure("rays_back_face_share", traced.statistics.backFaceShare);
+  context.figure("rays_missed_share", traced.statistics.missShare);
+  context.figure("rays_unmapped_share", traced.statistics.unmappedShare);
+  context.figure("visible_leaves_mean", traced.statistics.visibleLeavesMean);
   return traced;
 }
 
