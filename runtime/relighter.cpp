@@ -171,6 +171,7 @@ std::vector<std::pair<std::string, std::size_t>> Relighter::bufferSizes() const 
           {"links", bytes(bake.links.rowBegin) + bytes(bake.links.cone) + bytes(bake.links.shNode) +
                         bytes(bake.links.shCoefficients)},
           {"caches", bytes(bake.caches.normal) + state_->cpu->cacheLight().coefficients.size_bytes()},
+          {"bounce", state_->cpu->bounceBytes()},
           {"index", bytes(bake.caches.lightmap.cache) + bytes(bake.caches.grid.cache)}};
 }
 

@@ -17,6 +17,7 @@ CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, LightCa
       chromaBands_(chromaBands),
       kernel_(kernel),
       parallelFor_(std::move(parallelFor)),
+      bounce_(bake, lumaBands, chromaBands, parallelFor_),
       node_(bake.hierarchy.nodeCount(), glm::vec4(0.0f)),
       coefficients_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}}.stride(), 0.0f) {}
 
@@ -26,8 +27,8 @@ void CpuBackend::relight(const LightSetup& setup) {
     return std::chrono::duration<double, std::milli>(to - from).count();
   };
   const auto start = Clock::now();
-  const CacheLight last{lumaBands_, chromaBands_, lit_ ? std::span<const float>(coefficients_) : std::span<const float>()};
-  lightSurfels(bake_, setup, last, node_, parallelFor_);
+  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(cacheLight(), parallelFor_);
+  lightSurfels(bake_, setup, lit_ ? &bounce_ : nullptr, node_, parallelFor_);
   const auto surfels = Clock::now();
   pull(bake_.hierarchy, node_, parallelFor_);
   const auto pulled = Clock::now();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "formats/bake.h"
+#include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
@@ -27,12 +28,14 @@ class CpuBackend {
   CacheLight cacheLight() const { return {lumaBands_, chromaBands_, coefficients_}; }
   std::span<const glm::vec4> nodes() const { return node_; }  // (Y, Co, Cg, 0) of radiosity [W/m²]
   std::vector<PassTime> passTimes() const;
+  std::size_t bounceBytes() const { return bounce_.bytes(); }
 
  private:
   const Bake& bake_;
   int lumaBands_, chromaBands_;
   LightCachesKernel kernel_;
   ParallelFor parallelFor_;
+  Bounce bounce_;
   std::vector<glm::vec4> node_;      // [Size nodes]
   std::vector<float> coefficients_;  // [Size n_C * stride]
   bool lit_ = false;                 // whether coefficients_ hold a frame

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "formats/bake.h"
-#include "runtime/cpu/resolve.h"
+#include "runtime/cpu/bounce.h"
 #include "runtime/relighter.h"
 
 #include <glm/vec4.hpp>
@@ -18,8 +18,8 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 // Writes the leaves of `node` as (Y, Co, Cg, 0) of radiosity [W/m²]:
 //   surfel:     albedo * (direct + bounceScale * last frame's irradiance at its receiver) + pi * emission
 //   sky patch:  pi * radiance
-// `last` holds no coefficients in the first frame. [Size node >= hierarchy.nodeCount()]
-void lightSurfels(const Bake& bake, const LightSetup& setup, const CacheLight& last, std::span<glm::vec4> node,
+// `bounce` has last frame's light, null before there is one. [Size node >= hierarchy.nodeCount()]
+void lightSurfels(const Bake& bake, const LightSetup& setup, const Bounce* bounce, std::span<glm::vec4> node,
                   const ParallelFor& parallelFor);
 
 }  // namespace relume::cpu

@@ -4,6 +4,7 @@
 
 #include "formats/color.h"
 #include "formats/sh.h"
+#include "runtime/cpu/stencil.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -57,23 +58,6 @@ float applyLobe(const Lobe& lobe, const float* c, std::size_t count) {
   return e;
 }
 
-// Up to eight caches and their weights.
-struct Stencil {
-  std::array<std::uint32_t, 8> cache;
-  std::array<float, 8> weight;
-  int count = 0;
-
-  void add(std::uint32_t c, float w) {
-    cache[static_cast<std::size_t>(count)] = c;
-    weight[static_cast<std::size_t>(count++)] = w;
-  }
-  float total() const {
-    float sum = 0.0f;
-    for (int k = 0; k < count; ++k) sum += weight[static_cast<std::size_t>(k)];
-    return sum;
-  }
-};
-
 glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, float scale) {
   const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
   const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
@@ -104,25 +88,8 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal) {
   const Lightmap& map = caches.lightmap;
   if (map.width == 0 || map.height == 0) return glm::vec3(0.0f);
-  // Texel centres are at (i + 0.5) / size; beyond the outer ones the map is constant. This order turns NaN into 0.
-  const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
-  const glm::vec2 p = glm::min(glm::max(glm::vec2(0.0f), uv * size - 0.5f), size - 1.0f);
-  const auto x0 = static_cast<std::uint32_t>(p.x), y0 = static_cast<std::uint32_t>(p.y);
-  const std::uint32_t x1 = std::min(x0 + 1, map.width - 1), y1 = std::min(y0 + 1, map.height - 1);
-  const glm::vec2 f(p.x - static_cast<float>(x0), p.y - static_cast<float>(y0));
-
-  Stencil stencil;
-  glm::vec3 cacheNormal(0.0f);
-  const auto add = [&](std::uint32_t x, std::uint32_t y, float w) {
-    const std::uint32_t cache = map.cache[std::size_t{y} * map.width + x];
-    if (cache == kNoCache || w <= 0.0f) return;
-    stencil.add(cache, w);
-    cacheNormal += w * caches.normal[cache];
-  };
-  add(x0, y0, (1 - f.x) * (1 - f.y));
-  add(x1, y0, f.x * (1 - f.y));
-  add(x0, y1, (1 - f.x) * f.y);
-  add(x1, y1, f.x * f.y);
+  glm::vec3 cacheNormal;
+  const Stencil stencil = lightmapStencil(caches, uv, cacheNormal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
   const float length = glm::length(cacheNormal);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Each CPU pass against a slow double-precision oracle.
+#include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
@@ -291,6 +292,35 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
   EXPECT_EQ(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
+}
+
+// The table of band 1 gives what the general resolve gives, for all kinds of receivers.
+TEST(Bounce, agreesWithResolveAtEverySurfel) {
+  Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
+  // Some normals that are no longer the map's.
+  std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
+  for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
+  bake.surfels.normal = std::move(normal);
+  const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}}) {
+    std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
+    cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
+    const cpu::CacheLight light{luma, chroma, coefficients};
+    cpu::Bounce bounce(bake, luma, chroma, {});
+    bounce.setLight(light, {});
+    std::size_t gridLit = 0;
+    for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+      const Surfels& surfels = bake.surfels;
+      const bool grid = surfels.receiver[s] == kGridReceiver;
+      gridLit += grid ? 1 : 0;
+      const glm::vec3 want =
+          grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
+               : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
+      ASSERT_LT(glm::length(bounce.irradiance(s) - want), 1e-4f * (1.0f + glm::length(want))) << "surfel " << s;
+    }
+    EXPECT_GT(gridLit, 0u);
+    EXPECT_LT(gridLit, 2000u);
+  }
 }
 
 }  // namespace
