@@ -5,25 +5,23 @@
 // chords spreads the walkers evenly over the connected air (hit-and-run sampling). A ray that leaves the level carries
 // nobody: the far side of a roof is not reached through the sky.
 //
-// Hits are counted per cell of surface. The cells that are thinly hit, so thinly that all of them together hold
-// kDroppedHits of the hits, are dropped: little light can come from there, and surfels are better spent elsewhere.
+// Hits are counted per cell of surface; cells that are hardly ever hit are dropped (keep_cells.h).
 #include "bake/scene/play_space.h"
 
 #include "bake/parallel.h"
 #include "bake/random.h"
 #include "bake/scene/find_starts.h"
+#include "bake/scene/keep_cells.h"
 #include "bake/scene/seen_cells.h"
+#include "bake/scene/surface_parts.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <limits>
-#include <mutex>
 
 namespace relume {
 namespace {
@@ -35,10 +33,6 @@ constexpr std::size_t kReceivers = 1u << 14;       // points handed over
 constexpr float kFreshStarts = 0.25f;              // share of a later round that starts anew
 constexpr double kHitsPerCell = 24.0;              // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;              // of the median distance to a hit
-constexpr double kDroppedHits = 0.005;             // share of the hits in dropped cells
-constexpr double kDroppedDensity = 0.1;            // and they are hit less than this share of the mean
-constexpr std::uint32_t kFillNeighbours = 2;       // of six, that make a cell seen
-constexpr std::uint32_t kMaxSplits = 1024;         // along an edge, when a triangle is looked at in parts
 
 // One walk on its way.
 struct Walker {
@@ -50,18 +44,6 @@ struct Walker {
   bool known = true;       // see Start
   bool ended = false;
 };
-
-struct WalkResult {
-  CellCounter counter;
-  std::vector<glm::vec3> receivers;
-};
-
-glm::vec3 pointOf(const std::array<glm::vec3, 3>& c, const glm::vec2& b) {
-  return c[0] + (c[1] - c[0]) * b.x + (c[2] - c[0]) * b.y;
-}
-
-// Normal by the world corners, front side; not unit.
-glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
 
 glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
   const glm::vec3 d = unitNormal + 0.9999f * uniformDirection(random.uniform2());
@@ -182,117 +164,6 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, std::span<cons
   return {*middle, static_cast<float>(distances.size()) / static_cast<float>(kProbes)};
 }
 
-// Visit the fixed triangles in parallel: visit(instance index, triangle, corners, area).
-template <class Visit>
-void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
-  parallelChunks(context, "", scene.triangleCount(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
-      const Instance& instance = scene.instances[i];
-      if (instance.mode != BakeMode::fixed) continue;
-      const auto triangle = static_cast<std::uint32_t>(t) - instance.firstTriangle;
-      const auto corners = scene.corners(instance, triangle);
-      const float area = 0.5f * glm::length(crossOf(corners));
-      if (area > 0.0f && std::isfinite(area)) visit(i, triangle, corners, area);
-    }
-  });
-}
-
-// Visit the centres of the n² equal parts of a triangle, small enough for the cells: visit(position).
-template <class Visit>
-std::uint32_t forEachPart(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const Visit& visit) {
-  const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
-  const auto n = static_cast<std::uint32_t>(std::clamp(wanted, 1.0f, static_cast<float>(kMaxSplits)));
-  const float third = 1.0f / (3.0f * static_cast<float>(n));
-  for (std::uint32_t row = 0; row < n; ++row) {
-    for (std::uint32_t k = 0; k < 2 * (n - row) - 1; ++k) {
-      // Parts that point up sit at (1/3, 1/3) of their square, those that point down at (2/3, 2/3).
-      const float inner = k % 2 == 0 ? 1.0f : 2.0f;
-      const glm::vec2 b(third * (3.0f * static_cast<float>(k / 2) + inner),
-                        third * (3.0f * static_cast<float>(row) + inner));
-      visit(pointOf(corners, b));
-    }
-  }
-  return n * n;
-}
-
-std::size_t indexOf(const std::vector<CellHits>& cells, std::uint64_t key) {
-  const auto at = std::lower_bound(cells.begin(), cells.end(), key,
-                                   [](const CellHits& c, std::uint64_t k) { return c.key < k; });
-  return at != cells.end() && at->key == key ? static_cast<std::size_t>(at - cells.begin()) : cells.size();
-}
-
-// Drop the thinly hit cells (kDroppedHits); needs each cell's area.
-std::vector<CellHits> keepCells(const RayTracer& tracer, const CellGrid& grid, std::vector<CellHits> cells,
-                                double totalArea, Context& context) {
-  // Sum areas in fixed point, so that the order of additions does not matter.
-  const double unit = totalArea * 0x1p-52;
-  std::vector<std::atomic<std::uint64_t>> area(cells.size());
-  forEachTriangle(tracer.scene(), context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
-    const glm::vec3 normal = crossOf(corners);
-    std::vector<std::size_t> found;
-    const std::uint32_t parts = forEachPart(corners, triangle, grid.size, [&](const glm::vec3& p) {
-      for (const glm::vec3& n : {normal, -normal}) found.push_back(indexOf(cells, grid.key(i, p, n)));
-    });
-    const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
-    for (const std::size_t at : found) {
-      if (at < cells.size()) area[at].fetch_add(share, std::memory_order_relaxed);
-    }
-  });
-
-  // Sort by hits per area; drop from the thin end. A cell whose surface no part's centre fell into is kept.
-  double hits = 0.0, seen = 0.0;
-  std::vector<std::pair<double, std::uint32_t>> byDensity(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double count = static_cast<double>(cells[i].direct) + cells[i].bounced;
-    const double a = static_cast<double>(area[i].load()) * unit;
-    byDensity[i] = {a > 0.0 ? count / a : std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(i)};
-    hits += count;
-    seen += a;
-  }
-  std::sort(byDensity.begin(), byDensity.end());
-  double dropped = 0.0;
-  for (const auto& [density, i] : byDensity) {
-    dropped += static_cast<double>(cells[i].direct) + cells[i].bounced;
-    if (dropped > kDroppedHits * hits || density > kDroppedDensity * hits / std::max(seen, unit)) break;
-    cells[i].key = 0;
-  }
-  std::erase_if(cells, [](const CellHits& c) { return c.key == 0; });
-  return cells;
-}
-
-// Add the cells between kept ones: hits are random, and a thinly hit surface would be full of holes.
-void fillHoles(const RayTracer& tracer, const CellGrid& grid, std::vector<CellHits>& cells, Context& context) {
-  std::vector<CellHits> filled;
-  std::mutex mutex;
-  forEachTriangle(tracer.scene(), context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
-    const glm::vec3 normal = crossOf(corners);
-    std::vector<CellHits> found;
-    forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
-      for (const glm::vec3& n : {normal, -normal}) {
-        const std::uint64_t key = grid.key(i, p, n);
-        if (indexOf(cells, key) < cells.size()) continue;
-        std::uint32_t around = 0, direct = 0;
-        for (const std::uint64_t neighbour : grid.neighbours(i, p, n)) {
-          const std::size_t at = indexOf(cells, neighbour);
-          if (at == cells.size()) continue;
-          ++around;
-          direct += cells[at].direct > 0 ? 1 : 0;
-        }
-        if (around >= kFillNeighbours) found.push_back({key, direct > 0 ? 1u : 0u, 1});
-      }
-    });
-    const std::lock_guard lock(mutex);
-    filled.insert(filled.end(), found.begin(), found.end());
-  });
-  // A cell that several triangles found has the same neighbours each time.
-  const auto byKey = [](const CellHits& a, const CellHits& b) { return a.key < b.key; };
-  cells.insert(cells.end(), filled.begin(), filled.end());
-  std::sort(cells.begin(), cells.end(), byKey);
-  cells.erase(std::unique(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.key == b.key; }),
-              cells.end());
-}
-
 // What of each side lies in the kept cells.
 void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space,
                   Context& context) {
@@ -410,8 +281,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   }
 
   // Keep what matters.
-  std::vector<CellHits> cells = keepCells(tracer, grid, counter.sorted(), space.total, context);
-  fillHoles(tracer, grid, cells, context);
+  const std::vector<CellHits> cells = keepCells(scene, grid, counter.sorted(), space.total, context);
   measureSides(tracer, grid, cells, space, context);
   space.scene = &scene;
   space.cellOrigin = grid.origin;
