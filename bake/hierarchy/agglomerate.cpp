@@ -3,9 +3,9 @@
 // two clusters that are nearest under the metric of metric.h; ties break by index.
 //
 // The metric is not reducible (ERRATA of PIC 4.3): chains of nearest neighbours would give another, worse tree, and a
-// merge may be nearer than the one before. So a heap holds, for every cluster, a lower bound: its nearest neighbour when
-// it was last looked up. A cluster born later looks up its own, so the heap's top is the nearest pair of all as soon as
-// both of its clusters live; where the neighbour is dead, it is looked up again.
+// merge may be nearer than the one before. So a heap holds, for every cluster, a lower bound: its nearest neighbour
+// when it was last looked up. A cluster born later looks up its own, so the heap's top is the nearest pair of all as
+// soon as both of its clusters live; where the neighbour is dead, it is looked up again.
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/parallel.h"
@@ -132,7 +132,7 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
     sums[i] = {(surfels.positionWorld[members[i]] - metric.origin) * metric.inverseExtent, normal, normal, 1};
     entries[i] = {clusterPoint(sums[i], metric), i};
   }
-  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight, context);
+  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight);
 
   // Look up the nearest neighbour of each.
   std::vector<Candidate> candidates(leafCount);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 // The same loops for wider registers; contraction is off, so all of them give the same bits.
 #if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
@@ -122,8 +121,7 @@ std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
   int axis = 0;
   float widest = -1.0f;
   for (int k = 0; k < 7; ++k) {
-    const float span =
-        k < 6 ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[6] / high[6]);
+    const float span = k < 6 ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[6] / high[6]);
     if (span > widest) widest = span, axis = k;
   }
 
@@ -182,9 +180,8 @@ ClusterPoint laneAt(const Leaf& leaf, std::uint32_t lane) {
 
 }  // namespace
 
-ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight,
-                             Context& context)
-    : slot_(idCount, kDead), balanceWeight_(balanceWeight), context_(&context) {
+ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight)
+    : slot_(idCount, kDead), balanceWeight_(balanceWeight) {
   std::vector<Entry> entries(clusters.begin(), clusters.end());
   build(entries);
 }
@@ -271,8 +268,7 @@ std::uint32_t ClusterSearch::buildNode(std::span<Entry> entries, std::uint32_t p
     }
     const auto at = static_cast<std::uint32_t>(i);
     const bool isLeaf = parts[i].size() <= static_cast<std::size_t>(kLeafSize);
-    const std::uint32_t child =
-        isLeaf ? buildLeaf(parts[i], index, at) | kLeafChild : buildNode(parts[i], index, at);
+    const std::uint32_t child = isLeaf ? buildLeaf(parts[i], index, at) | kLeafChild : buildNode(parts[i], index, at);
     nodes_[index].child[i] = child;
     setChildBounds(nodes_[index], i, parts[i]);
   }

@@ -4,7 +4,6 @@
 // slot of one of its children; bounds only grow, so they stay bounds; the whole is built anew once a quarter is dead.
 #pragma once
 
-#include "bake/context.h"
 #include "bake/hierarchy/metric.h"
 
 #include <cstdint>
@@ -27,7 +26,7 @@ class ClusterSearch {
   };
 
   // idCount: ids are below it, those of clusters to come included.
-  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight, Context& context);
+  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight);
 
   // The nearest other cluster of a living one; among equals the next id, in the circle of all ids, after its own: then
   // heaps of coincident clusters pair off instead of all choosing the same. Thread-safe against itself.
@@ -38,7 +37,7 @@ class ClusterSearch {
 
   bool alive(std::uint32_t id) const { return slot_[id] != kDead; }
 
-  static constexpr int kWidth = 8;     // children of a node
+  static constexpr int kWidth = 8;      // children of a node
   static constexpr int kLeafSize = 16;  // clusters of a leaf
   static constexpr std::uint32_t kDead = 0xFFFFFFFFu;
   static constexpr std::uint32_t kLeafChild = 0x80000000u;  // bit of Node::child: a leaf, not a node
@@ -71,7 +70,6 @@ class ClusterSearch {
   std::size_t built_ = 0;            // clusters at the last build
   std::size_t living_ = 0;
   float balanceWeight_ = 0.0f;
-  Context* context_ = nullptr;
 };
 
 }  // namespace relume

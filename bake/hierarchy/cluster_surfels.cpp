@@ -2,8 +2,8 @@
 // The clustering stage (PIC 4.3): splits the senders into groups that no cluster may mix, clusters each, and lays the
 // whole out for the runtime.
 //
-// Deviation: PIC has one tree over all surfels. Emitters get a subtree of their own, so that a cut never averages a lamp
-// with the wall around it, and so do the sky patches, which have no place in space.
+// Deviation: PIC has one tree over all surfels. Emitters get a subtree of their own, so that a cut never averages a
+// lamp with the wall around it, and so do the sky patches, which have no place in space.
 #include "bake/hierarchy/flatten.h"
 #include "bake/hierarchy/hierarchy.h"
 

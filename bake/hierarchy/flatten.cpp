@@ -72,7 +72,8 @@ Hierarchy flatten(std::span<const ClusterGroup> groups) {
       continue;
     }
     const std::uint32_t merge = source.join ? 0 : source.node - group.tree.leafCount;
-    const Source first = source.join ? joinSource(source.group - 1) : Source{source.group, group.tree.first[merge], false};
+    const Source first =
+        source.join ? joinSource(source.group - 1) : Source{source.group, group.tree.first[merge], false};
     const Source second =
         source.join ? rootSource(source.group) : Source{source.group, group.tree.second[merge], false};
     child[i] = static_cast<std::uint32_t>(order.size());

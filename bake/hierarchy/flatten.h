@@ -15,8 +15,8 @@ struct ClusterGroup {
   std::vector<std::uint32_t> sender;
 };
 
-// Joins the groups' trees, in their order, under one root: ((g0, g1), g2). firstWeight is the share of the leaves, which
-// are all of one size within a group. skyDirection stays empty. [Size groups >= 1, every sender in exactly one]
+// Joins the groups' trees, in their order, under one root: ((g0, g1), g2). firstWeight is the share of the leaves,
+// which are all of one size within a group. skyDirection stays empty. [Size groups >= 1, every sender in exactly one]
 Hierarchy flatten(std::span<const ClusterGroup> groups);
 
 }  // namespace relume

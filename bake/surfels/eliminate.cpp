@@ -4,9 +4,9 @@
 // wanted count with D growing, halving by halving; read backwards, the order of removal is progressive.
 //
 // Deviation: a queue of buckets in place of the paper's heap; what falls into one bucket is as crowded to 1 in 65536.
-// Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they are
-// crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates, and
-// being above it adds to the crowding of its points, being below it takes from that.
+// Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they
+// are crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates,
+// and being above it adds to the crowding of its points, being below it takes from that.
 #include "bake/surfels/eliminate.h"
 
 #include "bake/parallel.h"
@@ -22,10 +22,10 @@
 namespace relume {
 namespace {
 
-constexpr float kWeightLimitBase = 0.65f;      // beta of the paper
-constexpr float kWeightLimitExponent = 1.5f;   // gamma of the paper
-constexpr float kQuotaCellSpacings = 8.0f;     // size of a quota's cell in spacings
-constexpr float kQuotaWeight = 3e-3f;          // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
+constexpr float kWeightLimitBase = 0.65f;     // beta of the paper
+constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
+constexpr float kQuotaCellSpacings = 8.0f;    // size of a quota's cell in spacings
+constexpr float kQuotaWeight = 3e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
 constexpr std::size_t kCellsPerChunk = 512;
 
 // A cell of space that should keep its share of the points.
@@ -35,12 +35,12 @@ struct QuotaCell {
   std::uint32_t nextUpdate = 0;  // when so many are left, the penalty is set anew
   float penalty = 0.0f;
 
-  // Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while the
-  // cell is far too full.
+  // Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while
+  // the cell is far too full.
   void update() {
     const auto q = static_cast<float>(quota);
     penalty = kQuotaWeight * (static_cast<float>(left) - q) / (q + 1.0f);
-    const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 4 : 0u, quota / 16});
+    const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 3 : 0u, quota / 16});
     nextUpdate = left > step ? left - step : 0;
   }
   void remove() {
@@ -48,20 +48,28 @@ struct QuotaCell {
   }
 };
 
+// What removing a point changes of its neighbours and needs of them, in half a cache line.
+struct alignas(32) Point {
+  glm::vec3 positionWorld{0.0f};
+  float weight = 0.0f;
+  float reach = 0.0f;  // [m] D
+  std::uint32_t quotaCell = 0;
+  std::uint32_t next = 0;  // in its bucket of the queue
+  bool gone = false;
+};
+
 // One round: candidates sorted by grid cell, their neighbours and weights.
 struct Round {
-  std::vector<std::uint32_t> source;     // index of each point among the candidates
+  std::vector<std::uint32_t> source;  // index of each point among the candidates
   std::vector<SurfaceNode> node;
-  std::vector<float> reach;              // [m] D of each point
+  std::vector<Point> points;
   std::vector<std::size_t> neighbourBegin;
   std::vector<std::uint32_t> neighbour;
-  std::vector<float> weight;
-  std::vector<std::uint32_t> quotaCell;  // of each point
   std::vector<QuotaCell> cells;
-  float limit = 0.0f;                    // distances below limit * D crowd no more than at it
+  float limit = 0.0f;  // distances below limit * D crowd no more than at it
 
   // How much a point is in the way: by its neighbours, and by its cell's excess over its quota. Only ever falls.
-  float excess(std::uint32_t point) const { return weight[point] + cells[quotaCell[point]].penalty; }
+  float excess(const Point& point) const { return point.weight + cells[point.quotaCell].penalty; }
 };
 
 // (1 - d / D)^8, d limited from below.
@@ -107,11 +115,10 @@ void setQuotas(Round& round, std::uint32_t count, float cellSize) {
     return a.morton != b.morton ? a.morton < b.morton : a.point < b.point;
   });
 
-  round.quotaCell.resize(n);
   const auto rounded = [&](std::size_t points) { return (2 * points * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     while (end < n && places[end].emitter == places[begin].emitter && places[end].morton == places[begin].morton) {
-      round.quotaCell[places[end].point] = static_cast<std::uint32_t>(round.cells.size());
+      round.points[places[end].point].quotaCell = static_cast<std::uint32_t>(round.cells.size());
       ++end;
     }
     QuotaCell& cell = round.cells.emplace_back();
@@ -128,7 +135,6 @@ void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
   };
   const std::size_t chunks = (grid.cellCount() + kCellsPerChunk - 1) / kCellsPerChunk;
   std::vector<Part> parts(chunks);
-  round.weight.assign(round.node.size(), 0.0f);
   parallelChunks(context, "", grid.cellCount(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kCellsPerChunk];
     std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;
@@ -138,20 +144,20 @@ void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
                       [&](std::uint32_t b, std::uint32_t e) { runs.emplace_back(b, e); });
       for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
         const SurfaceNode& a = round.node[i];
-        const float reachSquared = round.reach[i] * round.reach[i];
+        const float reach = round.points[i].reach;
         const std::size_t before = part.neighbour.size();
         float weight = 0.0f;
         for (const auto& [runBegin, runEnd] : runs) {
           for (std::uint32_t j = runBegin; j < runEnd; ++j) {
             const glm::vec3 apart = round.node[j].positionWorld - a.positionWorld;
             const float d2 = glm::dot(apart, apart);
-            if (d2 >= reachSquared || j == i || !areNeighbours(a, round.node[j], apart, d2)) continue;
+            if (d2 >= reach * reach || j == i || !areNeighbours(a, round.node[j], apart, d2)) continue;
             part.neighbour.push_back(j);
-            weight += crowding(d2, round.reach[i], round.limit);
+            weight += crowding(d2, reach, round.limit);
           }
         }
         part.count.push_back(static_cast<std::uint32_t>(part.neighbour.size() - before));
-        round.weight[i] = weight;
+        round.points[i].weight = weight;
       }
     }
   });
@@ -173,68 +179,73 @@ void findNeighbours(Round& round, const PointGrid& grid, Context& context) {
   });
 }
 
-// Points by their excess, in buckets of equal width, the most crowded first. A point's bucket may be out of date: excesses
-// only fall, so it is an upper bound, renewed when the point comes up.
+// Points by their excess, in buckets of equal width, the most crowded first. A point's bucket may be out of date:
+// excesses only fall, so it is an upper bound, renewed when the point comes up.
 class CrowdedQueue {
  public:
-  explicit CrowdedQueue(const Round& round) : next_(round.node.size()), head_(kBuckets, kEnd) {
+  explicit CrowdedQueue(Round& round) : round_(round), head_(kBuckets, kEnd) {
     float high = -std::numeric_limits<float>::infinity();
-    for (std::uint32_t i = 0; i < next_.size(); ++i) high = std::max(high, round.excess(i));
-    low_ = -kQuotaWeight;
-    perUnit_ = kBuckets / std::max(high - low_, 1e-6f);
-    for (std::uint32_t i = 0; i < next_.size(); ++i) push(i, round.excess(i));
+    for (const Point& point : round.points) high = std::max(high, round.excess(point));
+    perUnit_ = kBuckets / std::max(high - kLow, 1e-6f);
+    for (std::uint32_t i = 0; i < round.points.size(); ++i) push(i);
     current_ = kBuckets - 1;
   }
   // Take out the most crowded point. [not empty]
-  std::uint32_t pop(const Round& round) {
+  std::uint32_t pop() {
     for (;;) {
       while (head_[current_] == kEnd) --current_;
-      const std::uint32_t point = head_[current_];
-      head_[current_] = next_[point];
-      if (bucketOf(round.excess(point)) >= current_) return point;
-      push(point, round.excess(point));
+      const std::uint32_t i = head_[current_];
+      head_[current_] = round_.points[i].next;
+      if (bucketOf(i) >= current_) return i;
+      push(i);
     }
   }
 
  private:
   static constexpr std::size_t kBuckets = 1u << 16;
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
-  std::size_t bucketOf(float excess) const {
-    const float at = (excess - low_) * perUnit_;
+  static constexpr float kLow = -kQuotaWeight;  // no excess is below
+  std::size_t bucketOf(std::uint32_t i) const {
+    const float at = (round_.excess(round_.points[i]) - kLow) * perUnit_;
     return at > 0.0f ? std::min(static_cast<std::size_t>(at), kBuckets - 1) : 0;
   }
-  void push(std::uint32_t point, float excess) {
-    const std::size_t bucket = bucketOf(excess);
-    next_[point] = head_[bucket];
-    head_[bucket] = point;
+  void push(std::uint32_t i) {
+    const std::size_t bucket = bucketOf(i);
+    round_.points[i].next = head_[bucket];
+    head_[bucket] = i;
   }
 
-  std::vector<std::uint32_t> next_, head_;
+  Round& round_;
+  std::vector<std::uint32_t> head_;
   std::size_t current_ = 0;
-  float low_ = 0.0f, perUnit_ = 1.0f;
+  float perUnit_ = 1.0f;
 };
 
-// Remove points until `count` are left. `removed` gets them in their order, as indices among the candidates; the rest is
-// returned, ascending.
-std::vector<std::uint32_t> runRound(Round& round, std::uint32_t count, std::vector<std::uint32_t>& removed) {
+// Remove points until `count` are left. `removed` gets them in their order, as indices among the candidates; the rest
+// is returned, ascending.
+std::vector<std::uint32_t> runRound(Round& round, std::uint32_t count, std::vector<std::uint32_t>& removed,
+                                    Context& context) {
+  constexpr std::size_t kCheckEvery = 1u << 16;
   CrowdedQueue queue(round);
-  std::vector<std::uint8_t> gone(round.node.size(), 0);
-  for (std::size_t left = round.node.size(); left > count; --left) {
-    const std::uint32_t point = queue.pop(round);
-    gone[point] = 1;
-    round.cells[round.quotaCell[point]].remove();
-    removed.push_back(round.source[point]);
-    const SurfaceNode& a = round.node[point];
-    for (std::size_t k = round.neighbourBegin[point]; k < round.neighbourBegin[point + 1]; ++k) {
-      const std::uint32_t j = round.neighbour[k];
-      if (gone[j] != 0) continue;
-      const glm::vec3 apart = round.node[j].positionWorld - a.positionWorld;
-      round.weight[j] -= crowding(glm::dot(apart, apart), round.reach[j], round.limit);
+  for (std::size_t left = round.points.size(); left > count; --left) {
+    const std::uint32_t i = queue.pop();
+    Point& a = round.points[i];
+    a.gone = true;
+    round.cells[a.quotaCell].remove();
+    removed.push_back(round.source[i]);
+    for (std::size_t k = round.neighbourBegin[i]; k < round.neighbourBegin[i + 1]; ++k) {
+      Point& b = round.points[round.neighbour[k]];
+      if (b.gone) continue;
+      const glm::vec3 apart = b.positionWorld - a.positionWorld;
+      b.weight -= crowding(glm::dot(apart, apart), b.reach, round.limit);
     }
+    if (left % kCheckEvery == 0 && !context.progress("surfels", 0.1 + 0.4 * count / static_cast<double>(left)))
+      return {};
   }
   std::vector<std::uint32_t> kept;
-  for (std::size_t i = 0; i < gone.size(); ++i) {
-    if (gone[i] == 0) kept.push_back(round.source[i]);
+  kept.reserve(count);
+  for (std::size_t i = 0; i < round.points.size(); ++i) {
+    if (!round.points[i].gone) kept.push_back(round.source[i]);
   }
   std::sort(kept.begin(), kept.end());
   return kept;
@@ -250,19 +261,20 @@ std::vector<std::uint32_t> reduce(std::span<const SurfaceSample> candidates, std
   const PointGrid grid(position, spacing, context);
   round.source.resize(points.size());
   round.node.resize(points.size());
-  round.reach.resize(points.size());
+  round.points.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     round.source[i] = points[grid.order()[i]];
     const SurfaceSample& sample = candidates[round.source[i]];
     round.node[i] = {sample.positionWorld, sample.normal, sample.emitter};
-    round.reach[i] = spacing / std::sqrt(sample.density);
+    round.points[i].positionWorld = sample.positionWorld;
+    round.points[i].reach = spacing / std::sqrt(sample.density);
   }
   const float share = static_cast<float>(count) / static_cast<float>(points.size());
   round.limit = kWeightLimitBase * (1.0f - std::pow(share, kWeightLimitExponent));
   setQuotas(round, count, kQuotaCellSpacings * spacing);
   findNeighbours(round, grid, context);
   if (context.cancelled()) return {};
-  return runRound(round, count, removed);
+  return runRound(round, count, removed, context);
 }
 
 }  // namespace
@@ -282,7 +294,7 @@ Result<std::vector<std::uint32_t>> eliminateSamples(std::span<const SurfaceSampl
     const float wider = spacing * std::sqrt(static_cast<float>(count) / static_cast<float>(half));
     points = reduce(candidates, points, half, wider, removed, context);
     left = half;
-    context.progress("surfels", 1.0 - 0.5 * left / count);
+    context.progress("surfels", 0.7 - 0.2 * left / count);
   }
   if (context.cancelled()) return cancelledError();
   points.insert(points.end(), removed.rbegin(), removed.rend());

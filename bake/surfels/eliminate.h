@@ -11,9 +11,9 @@
 
 namespace relume {
 
-// Choose `count` of the candidates, well spread, each region getting its share of them. Returns their indices in an order
-// of which any prefix is well spread. spacing [m]: of the densest packing of `count` discs on the candidates' area (at
-// density 1). [count <= candidates] failed: cancelled.
+// Choose `count` of the candidates, well spread, each region getting its share of them. Returns their indices in an
+// order of which any prefix is well spread. spacing [m]: of the densest packing of `count` discs on the candidates'
+// area (at density 1). [count <= candidates] failed: cancelled.
 Result<std::vector<std::uint32_t>> eliminateSamples(std::span<const SurfaceSample> candidates, std::uint32_t count,
                                                     float spacing, Context& context);
 

@@ -16,8 +16,8 @@ struct Footprints {
   std::vector<glm::vec3> emission;  // [W/m²/sr] [Size n_S]
 };
 
-// Means over the samples that the map assigns to each surfel; the surfel's own point where it gets none. Samples stand for
-// equal areas (at density 1); sampleWidth [m] is the width of that area and selects the textures' mip level.
+// Means over the samples that the map assigns to each surfel; the surfel's own point where it gets none. Samples stand
+// for equal areas (at density 1); sampleWidth [m] is the width of that area and selects the textures' mip level.
 Footprints integrateFootprints(const Scene& scene, const SurfelMap& map, std::span<const SurfaceSample> surfels,
                                std::span<const SurfaceSample> samples, float sampleWidth, Context& context);
 

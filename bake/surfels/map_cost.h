@@ -14,8 +14,8 @@ inline constexpr float kNoMapping = std::numeric_limits<float>::infinity();
 
 // [m²] Squared distance, plus: heights over the other's plane, which part thin layers, counted kHeight times; the
 // angle between the normals; kForeign squared spacings where the surfel lies neither on the point's plane nor on its
-// instance. Never below the squared distance. Infinite where the surfel must not stand for the point: faces away, or one
-// of the two emits and the other does not. spacing [m]: of the densest packing of the surfels.
+// instance. Never below the squared distance. Infinite where the surfel must not stand for the point: faces away, or
+// one of the two emits and the other does not. spacing [m]: of the densest packing of the surfels.
 inline float mapCost(const SurfaceSample& point, const SurfaceSample& surfel, float spacing) {
   constexpr float kHeight = 32.0f, kNormal = 1.0f, kForeign = 4.0f, kSamePlane = 0.02f;
   const float cosine = glm::dot(point.normal, surfel.normal);

@@ -16,9 +16,9 @@ struct SurfaceNode {
   std::uint32_t emitter = 0xFFFFFFFFu;  // see SurfaceSample
 };
 
-// The two sides of a wall are no neighbours, nor are parallel layers, nor an emitter and what is around it. Two points of
-// one surface lie near each other's tangent plane as far as their normals agree: with d between them, theta between the
-// normals and h the larger height over a plane, h² <= d² (2 sin² theta + 0.02). Symmetric to the last bit.
+// The two sides of a wall are no neighbours, nor are parallel layers, nor an emitter and what is around it. Two points
+// of one surface lie near each other's tangent plane as far as their normals agree: with d between them, theta between
+// the normals and h the larger height over a plane, h² <= d² (2 sin² theta + 0.02). Symmetric to the last bit.
 inline bool areNeighbours(const SurfaceNode& a, const SurfaceNode& b, const glm::vec3& apart, float distanceSquared) {
   const float cosine = glm::dot(a.normal, b.normal);
   if (cosine < -0.1f || a.emitter != b.emitter) return false;

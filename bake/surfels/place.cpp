@@ -17,9 +17,9 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kMaxSurfels = 1u << 24;
-constexpr std::uint32_t kEmitterSurfels = 16;       // at least, of each emitter, where the count allows
-constexpr std::size_t kManyCandidates = 1u << 25;   // beyond, fewer candidates a surfel are enough
-constexpr std::size_t kFootprintSamples = 16;       // a surfel
+constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter, where the count allows
+constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates a surfel are enough
+constexpr std::size_t kFootprintSamples = 16;      // a surfel
 constexpr int kMaxRedraws = 4;
 
 Status checkOptions(const SurfelOptions& options) {
@@ -27,12 +27,12 @@ Status checkOptions(const SurfelOptions& options) {
     return Error{ErrorCode::usage, "surfel count must be in [2, 16777216], found " + std::to_string(options.count)};
   }
   if (!(options.candidateFactor >= 1.5f && options.candidateFactor <= 20.0f)) {
-    return Error{ErrorCode::usage, "candidate factor of surfels must be in [1.5, 20], found " +
-                                       std::to_string(options.candidateFactor)};
+    return Error{ErrorCode::usage,
+                 "candidate factor of surfels must be in [1.5, 20], found " + std::to_string(options.candidateFactor)};
   }
   if (options.relaxIterations > 1000) {
-    return Error{ErrorCode::usage, "relaxation rounds of surfels must be in [0, 1000], found " +
-                                       std::to_string(options.relaxIterations)};
+    return Error{ErrorCode::usage,
+                 "relaxation rounds of surfels must be in [0, 1000], found " + std::to_string(options.relaxIterations)};
   }
   return done();
 }
@@ -110,8 +110,7 @@ Result<Placement> placeSamples(const RayTracer& tracer, const PlaySpace& playSpa
   thinOut(placement.samples, count);
   if (options.placement == Kind::relaxed) {
     const float spacing = densestSpacing(sampler.measure() * drawn.share, placement.samples.size());
-    const Status ok =
-        relaxSamples(tracer, playSpace, options.relaxIterations, spacing, placement.samples, context);
+    const Status ok = relaxSamples(tracer, playSpace, options.relaxIterations, spacing, placement.samples, context);
     if (!ok) return ok.error();
   }
   return placement;
@@ -127,8 +126,8 @@ PlacedSurfels::Statistics measure(const Placement& placement, const SurfaceSampl
   s.spacingMean = measured.mean;
   s.spacingCv = measured.cv;
   s.spacingDensest = spacing;
-  s.areaError = static_cast<float>(
-      std::fabs(static_cast<double>(placement.samples.size()) * areaEach - s.areaSeen) / s.areaSeen);
+  s.areaError =
+      static_cast<float>(std::fabs(static_cast<double>(placement.samples.size()) * areaEach - s.areaSeen) / s.areaSeen);
   context.figure("surfels", static_cast<double>(placement.samples.size()));
   context.figure("area_seen_m2", s.areaSeen);
   context.figure("area_total_m2", s.areaTotal);

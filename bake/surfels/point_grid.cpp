@@ -65,7 +65,9 @@ PointGrid::PointGrid(std::span<const glm::vec3> points, float cellSize, Context&
   order_.resize(points.size());
   begin_.clear();
   std::size_t rows = 0;
-  const auto rowOf = [&](std::uint64_t key) { return static_cast<std::size_t>(key) / static_cast<std::size_t>(size_.x); };
+  const auto rowOf = [&](std::uint64_t key) {
+    return static_cast<std::size_t>(key) / static_cast<std::size_t>(size_.x);
+  };
   for (std::size_t i = 0; i < items.size(); ++i) {
     order_[i] = items[i].second;
     if (i > 0 && items[i].first == items[i - 1].first) continue;

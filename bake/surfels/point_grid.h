@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Points in space sorted into cubic cells, of which only the occupied ones are stored. The points of a row of cells along
-// x are contiguous, so that a neighbourhood of 3x3x3 cells is nine runs of points.
+// Points in space sorted into cubic cells, of which only the occupied ones are stored. The points of a row of cells
+// along x are contiguous, so that a neighbourhood of 3x3x3 cells is nine runs of points.
 #pragma once
 
 #include "bake/context.h"
@@ -26,8 +26,8 @@ class PointGrid {
   std::uint32_t cellBegin(std::size_t c) const { return begin_[c]; }
   std::span<const std::uint32_t> order() const { return order_; }
 
-  // Visit the runs of sorted points in the cube of cells within `rings` cells of the one that holds p: visit(begin, end)
-  // indexes order(). Runs come in the order of their cells.
+  // Visit the runs of sorted points in the cube of cells within `rings` cells of the one that holds p: visit(begin,
+  // end) indexes order(). Runs come in the order of their cells.
   template <class Visit>
   void forEachRun(const glm::vec3& p, int rings, const Visit& visit) const {
     const Cell c = cellOf(p);
@@ -87,10 +87,10 @@ class PointGrid {
   glm::vec3 origin_{0.0f};
   float cellSize_ = 1.0f;
   Cell size_{0, 0, 0};
-  std::vector<std::uint64_t> key_;     // of the occupied cells, ascending
-  std::vector<std::uint32_t> begin_;   // [Size cells + 1] into order_
-  std::vector<std::uint32_t> order_;   // point indices, sorted by cell, then index
-  std::vector<Row> rows_;              // hash table of the occupied rows; power of two
+  std::vector<std::uint64_t> key_;    // of the occupied cells, ascending
+  std::vector<std::uint32_t> begin_;  // [Size cells + 1] into order_
+  std::vector<std::uint32_t> order_;  // point indices, sorted by cell, then index
+  std::vector<Row> rows_;             // hash table of the occupied rows; power of two
   std::size_t rowMask_ = 0;
 };
 

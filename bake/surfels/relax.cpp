@@ -22,12 +22,12 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kNeighbours = 13;   // itself included
+constexpr std::size_t kNeighbours = 13;  // itself included
 constexpr std::size_t kChunk = 4096;
-constexpr float kStep = 0.35f;            // of the summed lack of distance
-constexpr float kMaxStep = 0.3f;          // of the spacing, in one round
-constexpr float kProbeHeight = 0.35f;     // of the spacing, from which the surface is looked for
-constexpr float kMinCosine = 0.7f;        // between the normals before and after
+constexpr float kStep = 0.35f;         // of the summed lack of distance
+constexpr float kMaxStep = 0.3f;       // of the spacing, in one round
+constexpr float kProbeHeight = 0.35f;  // of the spacing, from which the surface is looked for
+constexpr float kMinCosine = 0.7f;     // between the normals before and after
 
 // Where a surfel is pushed to, on its tangent plane.
 glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, std::span<const std::size_t> neighbours,
@@ -41,8 +41,8 @@ glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, std::
     const glm::vec3 apart = self.positionWorld - other.positionWorld;
     const float distance = glm::length(apart);
     if (!(distance > 1e-6f * reach) || distance >= reach) continue;
-    if (!areNeighbours({self.positionWorld, self.normal, self.emitter}, {other.positionWorld, other.normal, other.emitter},
-                       apart, distance * distance)) {
+    if (!areNeighbours({self.positionWorld, self.normal, self.emitter},
+                       {other.positionWorld, other.normal, other.emitter}, apart, distance * distance)) {
       continue;
     }
     push += (kStep * (reach - distance) / distance) * apart;

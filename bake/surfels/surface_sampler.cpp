@@ -14,12 +14,12 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x53555246;      // the random streams' stage
-constexpr double kMaxEmitterShare = 0.125;        // of all points, for making small emitters denser
+constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
+constexpr double kMaxEmitterShare = 0.125;    // of all points, for making small emitters denser
 constexpr std::size_t kSidesPerChunk = 2048;
 constexpr std::size_t kPointsPerChunk = 8192;
-constexpr double kMaxTriesPerPoint = 64.0;        // on a side that is seen all over; more where only a part is seen
-constexpr double kRareShare = 0.25;               // sides seen less than that are looked through for the seen parts
+constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen all over; more where only a part is seen
+constexpr double kRareShare = 0.25;         // sides seen less than that are looked through for the seen parts
 constexpr std::uint32_t kMaxPartsAlong = 1024;
 
 // Uniform on the triangle: the unit square, its far half folded over.
@@ -31,7 +31,9 @@ glm::vec2 foldToTriangle(double u, double v) {
   return {static_cast<float>(u), static_cast<float>(v)};
 }
 
-double fraction(double x) { return x - std::floor(x); }
+double fraction(double x) {
+  return x - std::floor(x);
+}
 
 // Which parts of a side are seen: squares of a grid over the barycentric square. Found when trying points at random
 // would take longer; empty otherwise.
@@ -85,8 +87,7 @@ SurfaceSample sampleAt(const Scene& scene, std::uint32_t instance, std::uint32_t
   sample.point = {instance, side / 2 - placed.firstTriangle, barycentric};
   sample.side = side;
   const std::array<glm::vec3, 3> corner = scene.corners(placed, sample.point.triangle);
-  sample.positionWorld =
-      corner[0] + barycentric.x * (corner[1] - corner[0]) + barycentric.y * (corner[2] - corner[0]);
+  sample.positionWorld = corner[0] + barycentric.x * (corner[1] - corner[0]) + barycentric.y * (corner[2] - corner[0]);
   const glm::vec3 front = geometricNormal(scene, sample.point);
   sample.normal = side % 2 == 0 ? front : -front;
   sample.emitter = emitterOf(scene, instance, side);
@@ -146,7 +147,8 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const double area = 0.5 * glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
   const bool masked = scene_->material(instance).alphaMode == AlphaMode::mask;
 
-  // Draw points of a rotated Halton sequence; one that is not seen makes room for the next, one that is cut out does not.
+  // Draw points of a rotated Halton sequence; one that is not seen makes room for the next, one that is cut out does
+  // not.
   RandomStream random(seed, kStage + salt, s.side);
   const double shiftU = random.uniform(), shiftV = random.uniform();
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);

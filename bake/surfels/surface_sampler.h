@@ -3,8 +3,8 @@
 // and the samples of the surfels' footprints.
 //
 // The sides of the triangles are laid end to end along a line, each as long as its seen area, and the line is cut into
-// equal steps: every triangle gets its share to within one point, and triangles too small for a point of their own share
-// one with their neighbours. Within a triangle points follow the Halton sequence.
+// equal steps: every triangle gets its share to within one point, and triangles too small for a point of their own
+// share one with their neighbours. Within a triangle points follow the Halton sequence.
 #pragma once
 
 #include "bake/context.h"
@@ -21,7 +21,7 @@ inline constexpr std::uint32_t kReflector = 0xFFFFFFFFu;
 
 struct SurfaceSample {
   glm::vec3 positionWorld{0.0f};
-  glm::vec3 normal{0.0f};              // geometric, of the side
+  glm::vec3 normal{0.0f};  // geometric, of the side
   SurfacePoint point;
   std::uint32_t side = 0;              // scene-wide 2 * triangle + back
   std::uint32_t emitter = kReflector;  // instance that emits from this side, or kReflector
@@ -40,8 +40,8 @@ class SurfaceSampler {
   std::vector<SurfaceSample> draw(std::size_t count, std::uint64_t seed, std::uint32_t salt, Context& context) const;
 
   bool empty() const { return sides_.empty(); }
-  double seenArea() const { return seenArea_; }             // [m²] alpha masks not taken off
-  double measure() const { return measureEnd_.back(); }     // [m²] the same, times density
+  double seenArea() const { return seenArea_; }          // [m²] alpha masks not taken off
+  double measure() const { return measureEnd_.back(); }  // [m²] the same, times density
 
  private:
   struct Side {

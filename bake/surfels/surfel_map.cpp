@@ -17,10 +17,10 @@
 namespace relume {
 namespace {
 
-constexpr float kCellSpacings = 0.5f;         // wanted size of a cell
-constexpr float kUnseenCellSpacings = 2.0f;   // on sides that the play space does not see
-// A grid's cells are limited to what the areas need: slivers have long edges and little area, and huge ground planes may
-// be seen in a corner only.
+constexpr float kCellSpacings = 0.5f;        // wanted size of a cell
+constexpr float kUnseenCellSpacings = 2.0f;  // on sides that the play space does not see
+// A grid's cells are limited to what the areas need: slivers have long edges and little area, and huge ground planes
+// may be seen in a corner only.
 constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
@@ -52,7 +52,8 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   double columns = 0.0, rows = 0.0;
   GridShape shape;
   for (std::uint32_t k = 0; k < 3; ++k) {
-    const double c = std::max(1.0, std::ceil(length[k] / size)), r = std::max(1.0, std::ceil(length[(k + 2) % 3] / size));
+    const double c = std::max(1.0, std::ceil(length[k] / size)),
+                 r = std::max(1.0, std::ceil(length[(k + 2) % 3] / size));
     if (k > 0 && c * r >= columns * rows) continue;
     columns = c;
     rows = r;
@@ -71,48 +72,57 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   return shape;
 }
 
-// Surfels sorted by the cells of a grid.
+// Surfels sorted by the cells of a grid: one spacing wide for seen sides; as wide as the whole reach for the many sides
+// that are not seen, most of which have no surfel near.
 struct SortedSurfels {
   PointGrid grid;
-  std::vector<SurfaceSample> sample;  // in the grid's order
+  std::vector<glm::vec3> position;    // in the grid's order
+  std::vector<SurfaceSample> sample;  // the same
   std::span<const std::uint32_t> id;
   float spacing = 0.0f;
 
-  // The surfel of least cost within so many rings; among equals the smallest index.
-  std::uint32_t best(const SurfaceSample& point, int rings) const {
-    float bestCost = kNoMapping;
+  // The surfel of least cost among those within reach [m]; among equals the smallest index.
+  std::uint32_t best(const SurfaceSample& point, float reach) const {
+    float bestCost = kNoMapping, farthest = reach * reach;
     std::uint32_t found = kNone;
-    for (int ring = 0; ring <= rings; ++ring) {
+    const auto visit = [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        // The cost is no less than the squared distance.
+        const glm::vec3 apart = position[i] - point.positionWorld;
+        if (glm::dot(apart, apart) > farthest) continue;
+        const float cost = mapCost(point, sample[i], spacing);
+        if (cost > bestCost || cost == kNoMapping || (cost == bestCost && id[i] > found)) continue;
+        bestCost = cost;
+        found = id[i];
+        farthest = std::min(farthest, cost);
+      }
+    };
+    const int rings = static_cast<int>(std::ceil(reach / grid.cellSize()));
+    grid.forEachRun(point.positionWorld, 1, visit);
+    for (int ring = 2; ring <= rings; ++ring) {
       // Everything within ring - 1 whole cells has been looked at.
-      const float covered = static_cast<float>(std::max(ring - 1, 0)) * grid.cellSize();
+      const float covered = static_cast<float>(ring - 1) * grid.cellSize();
       if (bestCost < covered * covered) break;
-      grid.forEachRunOfShell(point.positionWorld, ring, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t i = begin; i < end; ++i) {
-          const float cost = mapCost(point, sample[i], spacing);
-          if (cost < bestCost || (cost == bestCost && cost < kNoMapping && id[i] < found)) bestCost = cost, found = id[i];
-        }
-      });
+      grid.forEachRunOfShell(point.positionWorld, ring, visit);
     }
-    const float reach = static_cast<float>(rings) * spacing;
-    return bestCost < kNoMapping && withinReach(point, found, reach) ? found : kNone;
-  }
-
-  std::vector<glm::vec3> position;  // of surfel id
-  bool withinReach(const SurfaceSample& point, std::uint32_t surfel, float reach) const {
-    const glm::vec3 apart = position[surfel] - point.positionWorld;
-    return glm::dot(apart, apart) <= reach * reach;
+    return found;
   }
 };
 
-SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing, Context& context) {
+SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing, float cellSize, Context& context) {
   SortedSurfels sorted;
   sorted.spacing = spacing;
-  sorted.position.reserve(surfels.size());
-  for (const SurfaceSample& s : surfels) sorted.position.push_back(s.positionWorld);
-  sorted.grid = PointGrid(sorted.position, spacing, context);
+  std::vector<glm::vec3> position;
+  position.reserve(surfels.size());
+  for (const SurfaceSample& s : surfels) position.push_back(s.positionWorld);
+  sorted.grid = PointGrid(position, cellSize, context);
   sorted.id = sorted.grid.order();
+  sorted.position.reserve(surfels.size());
   sorted.sample.reserve(surfels.size());
-  for (const std::uint32_t i : sorted.id) sorted.sample.push_back(surfels[i]);
+  for (const std::uint32_t i : sorted.id) {
+    sorted.position.push_back(surfels[i].positionWorld);
+    sorted.sample.push_back(surfels[i]);
+  }
   return sorted;
 }
 
@@ -122,13 +132,14 @@ struct SideCells {
   std::vector<std::uint32_t> cell;
 };
 
-SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, std::uint32_t instance,
-                  std::uint32_t side) {
+SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float reach,
+                  std::uint32_t instance, std::uint32_t side) {
   const bool seen = playSpace.seenArea[side] > 0.0f;
   SurfaceSample point = sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f));
   if (point.normal == glm::vec3(0.0f)) return {};
   const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], point.point.triangle);
-  const GridShape shape = shapeOf(corner, sorted.spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
+  const GridShape shape =
+      shapeOf(corner, sorted.spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
 
   SideCells cells;
   cells.cellsAlong = shape.columns | shape.corner << kCornerShift;
@@ -147,7 +158,7 @@ SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSu
       if (shape.columns == 1 && shape.rows == 1) g = glm::vec2(1.0f / 3.0f);
       const glm::vec2 b = fromGrid(g, shape.corner);
       point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
-      const std::uint32_t surfel = sorted.best(point, seen ? kSeenReach : kUnseenReach);
+      const std::uint32_t surfel = sorted.best(point, reach);
       cells.cell[std::size_t{row} * shape.columns + column] = surfel;
       any |= surfel != kNone;
     }
@@ -176,7 +187,9 @@ std::size_t SurfelMap::sizeBytes() const {
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
-  const SortedSurfels sorted = sortSurfels(surfels, spacing, context);
+  const float seenReach = kSeenReach * spacing, unseenReach = kUnseenReach * spacing;
+  const SortedSurfels forSeen = sortSurfels(surfels, spacing, spacing, context);
+  const SortedSurfels forUnseen = sortSurfels(surfels, spacing, unseenReach, context);
   const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
 
   struct Part {
@@ -190,7 +203,10 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
       const auto side = static_cast<std::uint32_t>(s);
       const std::uint32_t instance = scene.instanceOf(side / 2);
       SideCells cells;
-      if (scene.instances[instance].mode == BakeMode::fixed) cells = mapSide(scene, playSpace, sorted, instance, side);
+      if (scene.instances[instance].mode == BakeMode::fixed) {
+        const bool seen = playSpace.seenArea[side] > 0.0f;
+        cells = mapSide(scene, playSpace, seen ? forSeen : forUnseen, seen ? seenReach : unseenReach, instance, side);
+      }
       part.count.push_back(static_cast<std::uint32_t>(cells.cell.size()));
       part.cellsAlong.push_back(static_cast<std::uint16_t>(cells.cellsAlong));
       part.cell.insert(part.cell.end(), cells.cell.begin(), cells.cell.end());

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bake/context.h"
-#include "bake/surfels/surfels.h"
 #include "bake/surfels/surface_sampler.h"
+#include "bake/surfels/surfels.h"
 
 #include <span>
 

@@ -17,9 +17,9 @@ namespace relume {
 // A surfel as it is placed, before its footprint is integrated.
 struct SurfelSeed {
   glm::vec3 positionWorld{0.0f};
-  glm::vec3 normal{0.0f};       // geometric, of the side it stands for
+  glm::vec3 normal{0.0f};  // geometric, of the side it stands for
   SurfacePoint point;
-  std::uint32_t side = 0;       // scene-wide 2 * triangle + back
+  std::uint32_t side = 0;  // scene-wide 2 * triangle + back
 };
 
 // Answers which surfel stands for a point on a side of a triangle: per side a small grid over two of its edges with the
@@ -31,32 +31,32 @@ class SurfelMap {
   std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const;
   std::size_t sizeBytes() const;
 
-  std::vector<std::uint32_t> cellBegin;  // [Size 2 * triangles + 1]
-  std::vector<std::uint16_t> cellsAlong;  // [Size 2 * triangles] cells along the first edge in the low 14 bits (the other
-                                          // edge has the rest of the side's cells), the corner that the edges leave from
-                                          // in the high 2; 0 = no surfel
-  std::vector<std::uint32_t> cell;        // surfel per cell, or kNone
+  std::vector<std::uint32_t> cellBegin;   // [Size 2 * triangles + 1]
+  std::vector<std::uint16_t> cellsAlong;  // [Size 2 * triangles] cells along the first edge in the low 14 bits (the
+                                          // other edge has the rest of the side's cells), the corner that the edges
+                                          // leave from in the high 2; 0 = no surfel
+  std::vector<std::uint32_t> cell;  // surfel per cell, or kNone
 };
 
 struct PlacedSurfels {
-  Surfels surfels;              // receiver is kGridReceiver everywhere until caches are placed
+  Surfels surfels;  // receiver is kGridReceiver everywhere until caches are placed
   SurfelMap map;
   std::vector<SurfelSeed> seeds;  // [Size n_S]
   struct Statistics {
-    double areaSeen = 0, areaTotal = 0;      // [m²]
-    float spacingMin = 0, spacingMean = 0;   // [m] nearest-neighbour distance
-    float spacingCv = 0;                     // coefficient of variation of that distance
-    float spacingDensest = 0;                // [m] D: spacing of the densest packing of the same count on that area
-    float areaError = 0;                     // |n_S areaEach - areaSeen| / areaSeen
+    double areaSeen = 0, areaTotal = 0;     // [m²]
+    float spacingMin = 0, spacingMean = 0;  // [m] nearest-neighbour distance
+    float spacingCv = 0;                    // coefficient of variation of that distance
+    float spacingDensest = 0;               // [m] D: spacing of the densest packing of the same count on that area
+    float areaError = 0;                    // |n_S areaEach - areaSeen| / areaSeen
   } statistics;
 };
 
 // n_S surfels of equal area over what the play space sees; each side of a two-sided surface that is seen has its own.
-// Emitters too small for their share get more surfels than that, so that none is missed. Emission is the mean radiance of
-// the surfel's cell: rays that hit an emitter find its power however few surfels it has.
-// The surfels' order is progressive for `eliminated`: any prefix is well spread. Fewer surfels than asked for come back
-// only where alpha masks leave nothing to stand on. usage: options out of range; failed: nothing to place on, cancelled.
-// Same result at any thread count. Notes its statistics as figures.
+// Emitters too small for their share get more surfels than that, so that none is missed. Emission is the mean radiance
+// of the surfel's cell: rays that hit an emitter find its power however few surfels it has. The surfels' order is
+// progressive for `eliminated`: any prefix is well spread. Fewer surfels than asked for come back only where alpha
+// masks leave nothing to stand on. usage: options out of range; failed: nothing to place on, cancelled. Same result at
+// any thread count. Notes its statistics as figures.
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
                                    std::uint64_t seed, Context& context);
 

@@ -18,8 +18,7 @@ namespace {
 double printedDistance(const ClusterSum& a, const ClusterSum& b, const ClusteringOptions& options) {
   const glm::dvec3 apart = glm::dvec3(a.center) - glm::dvec3(b.center);
   const double larger = std::max(a.leaves, b.leaves), smaller = std::min(a.leaves, b.leaves);
-  return glm::dot(apart, apart) +
-         options.normalWeight * (1.0 - glm::dot(glm::dvec3(a.normal), glm::dvec3(b.normal))) +
+  return glm::dot(apart, apart) + options.normalWeight * (1.0 - glm::dot(glm::dvec3(a.normal), glm::dvec3(b.normal))) +
          options.balanceWeight * (larger - smaller) / larger;
 }
 
@@ -34,8 +33,8 @@ ClusterMetric metricFor(const Surfels& surfels, const ClusteringOptions& options
 std::vector<ClusterSum> leafSums(const Surfels& surfels, const ClusterMetric& metric) {
   std::vector<ClusterSum> sums;
   for (std::uint32_t i = 0; i < surfels.count(); ++i) {
-    sums.push_back({(surfels.positionWorld[i] - metric.origin) * metric.inverseExtent, surfels.normal[i],
-                    surfels.normal[i], 1});
+    sums.push_back(
+        {(surfels.positionWorld[i] - metric.origin) * metric.inverseExtent, surfels.normal[i], surfels.normal[i], 1});
   }
   return sums;
 }
@@ -53,8 +52,8 @@ ClusterTree agglomerateSlowly(const Surfels& surfels, const ClusteringOptions& o
     std::uint32_t first = 0, second = 0;
     for (auto a = living.begin(); a != living.end(); ++a) {
       for (auto b = std::next(a); b != living.end(); ++b) {
-        const float d = clusterDistance(clusterPoint(sums[*a], metric), clusterPoint(sums[*b], metric),
-                                        metric.balanceWeight);
+        const float d =
+            clusterDistance(clusterPoint(sums[*a], metric), clusterPoint(sums[*b], metric), metric.balanceWeight);
         if (d < nearest) nearest = d, first = *a, second = *b;
       }
     }
@@ -286,8 +285,7 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
     entries.push_back({clusterPoint(sums[i], metric), i});
     living.push_back(i);
   }
-  Context context;
-  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight, context);
+  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight);
   RandomStream random(5, 6, 7);
   for (std::uint32_t merged = count; merged < 2 * count - 1; ++merged) {
     const std::uint32_t asked = living[random.below(static_cast<std::uint32_t>(living.size()))];
@@ -295,7 +293,8 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
     for (const std::uint32_t other : living) {
       if (other == asked) continue;
       const float d = clusterDistance(entries[asked].point, entries[other].point, metric.balanceWeight);
-      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked)) expected = {d, other};
+      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
+        expected = {d, other};
     }
     const ClusterSearch::Nearest found = search.nearest(asked);
     ASSERT_EQ(found.id, expected.id) << merged;

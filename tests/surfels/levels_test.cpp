@@ -45,8 +45,7 @@ void expectGoodSurfels(const char* file, std::uint32_t count, double spacingMin)
     const Hit hit = tracer->trace({from, 0.0f, glm::normalize(to)});
     if (!hit) continue;
     ++hits;
-    const std::uint32_t side =
-        2 * (scene->instances[hit.instance].firstTriangle + hit.triangle) + (hit.back ? 1u : 0u);
+    const std::uint32_t side = 2 * (scene->instances[hit.instance].firstTriangle + hit.triangle) + (hit.back ? 1u : 0u);
     const std::uint32_t surfel = placed->map.at(side, hit.barycentric);
     if (surfel == kNone) {
       ++unmapped;
@@ -59,9 +58,15 @@ void expectGoodSurfels(const char* file, std::uint32_t count, double spacingMin)
   EXPECT_LT(unmapped, hits / 100);
 }
 
-TEST(Levels, sponza) { expectGoodSurfels("sponza/sponza.glb", 16384, 0.55); }
-TEST(Levels, cornell) { expectGoodSurfels("cornell/cornell.glb", 8192, 0.6); }
-TEST(Levels, house) { expectGoodSurfels("house/house.glb", 8192, 0.4); }
+TEST(Levels, sponza) {
+  expectGoodSurfels("sponza/sponza.glb", 16384, 0.55);
+}
+TEST(Levels, cornell) {
+  expectGoodSurfels("cornell/cornell.glb", 8192, 0.6);
+}
+TEST(Levels, house) {
+  expectGoodSurfels("house/house.glb", 8192, 0.4);
+}
 
 }  // namespace
 }  // namespace relume

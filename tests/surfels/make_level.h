@@ -7,8 +7,8 @@
 #include "bake/scene/scene.h"
 #include "bake/surfels/surface_sampler.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <optional>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The map from hits to surfels, against looking at all surfels.
+#include "bake/surfels/surfel_map.h"
 #include "bake/random.h"
 #include "bake/surfels/map_cost.h"
-#include "bake/surfels/surfel_map.h"
 #include "tests/surfels/make_level.h"
 
 #include <cmath>
@@ -24,10 +24,10 @@ std::uint32_t bruteForce(const SurfaceSample& point, std::span<const SurfaceSamp
   float best = kNoMapping;
   std::uint32_t found = kNone;
   for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+    if (glm::length(surfels[i].positionWorld - point.positionWorld) > reach) continue;
     const float cost = mapCost(point, surfels[i], spacing);
     if (cost < best) best = cost, found = i;
   }
-  if (found != kNone && glm::length(surfels[found].positionWorld - point.positionWorld) > reach) return kNone;
   return found;
 }
 
