@@ -238,13 +238,26 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
     scene.images.push_back(std::move(*image));
     source.push_back(i);
   }
+  const auto whereIs = [&](std::size_t i) {
+    return document.at(jsonPath("images", static_cast<int>(source[i])) + " '" + scene.images[i].name + "'");
+  };
+
+  // Views may overlap: together the images cannot hold more than the bytes there are.
+  std::uint64_t available = document.dataBytes, claimed = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    available += owned[i].size();
+    const Result<ImageSize> size = peekImage(bytes[i], whereIs(i));
+    if (!size) return size.error();
+    claimed += static_cast<std::uint64_t>(size->width) * size->height;
+  }
+  if (claimed > mostPixels(available))
+    return document.invalid("images", "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) +
+                                          " bytes");
 
   std::vector<std::optional<Error>> errors(scene.images.size());
   parallelChunks(context, "read images", scene.images.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::string where = document.at(jsonPath("images", static_cast<int>(source[i])) + " '" +
-                                            scene.images[i].name + "'");
-      Result<Image> decoded = decodeImage(bytes[i], where);
+      Result<Image> decoded = decodeImage(bytes[i], whereIs(i));
       if (!decoded) {
         errors[i] = decoded.error();
         continue;

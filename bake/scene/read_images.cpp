@@ -15,10 +15,8 @@
 #define STBI_NO_STDIO
 #define STBI_NO_HDR
 #define STBI_NO_LINEAR
-#define STBI_NO_PIC
-#define STBI_NO_PNM
-#define STBI_NO_GIF
-#define STBI_NO_PSD
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_PNG
 #define STBI_MAX_DIMENSIONS 16384
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
@@ -34,11 +32,46 @@
 namespace relume {
 namespace {
 
-// Deflate packs at most 1032:1, JPEG's all-zero 8x8 blocks 64 pixels into a byte at best.
-constexpr std::uint64_t kMaxPixelsPerByte = 1032;
+// Deflate packs at most 1032:1, and a PNG of one bit a pixel 8 of them into a byte; a JPEG block of 64 pixels takes at
+// least one bit.
+constexpr std::uint64_t kMaxPixelsPerByte = 8 * 1032;
+constexpr std::uint64_t kMaxJpegPixelsPerByte = 512;
+constexpr int kMaxJpegScans = 128;  // a progressive file decodes every scan over the whole image
 
 std::string sized(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
+}
+
+// What of a JPEG stb_image would trip over, or null: a Huffman table of more than 256 symbols (it writes past its own),
+// or more scans than any encoder makes. Walks the markers as the decoder does.
+const char* jpegProblem(std::span<const std::uint8_t> bytes) {
+  const auto at = [&](std::size_t i) { return i < bytes.size() ? static_cast<int>(bytes[i]) : 0; };
+  int scans = 0;
+  for (std::size_t i = 2; i + 1 < bytes.size();) {
+    const int marker = at(i + 1);
+    if (at(i) != 0xFF || marker == 0xFF) {
+      ++i;
+      continue;
+    }
+    i += 2;
+    const bool standsAlone = marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
+    if (standsAlone) continue;
+    if (marker == 0xD9) break;
+    const int length = at(i) * 256 + at(i + 1);
+    if (marker == 0xDA && ++scans > kMaxJpegScans) return "too many scans";
+    if (marker == 0xC4) {
+      std::size_t table = i + 2;
+      for (int left = length - 2; left > 0;) {
+        int symbols = 0;
+        for (std::size_t k = 1; k <= 16; ++k) symbols += at(table + k);
+        if (symbols > 256) return "a Huffman table of more than 256 symbols";
+        table += 17 + static_cast<std::size_t>(symbols);
+        left -= 17 + symbols;
+      }
+    }
+    i += static_cast<std::size_t>(std::max(length, 2));
+  }
+  return nullptr;
 }
 
 // Share of each source texel in one destination texel along an axis; at most three where a size is odd.
@@ -118,6 +151,8 @@ Image::Level halve(const Image::Level& source, bool weighByAlpha) {
 
 }  // namespace
 
+std::uint64_t mostPixels(std::uint64_t bytes) { return kMaxPixelsPerByte * bytes + 4096; }
+
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return Error{ErrorCode::invalidFile, where + ": more than 2 GiB of image data"};
@@ -128,23 +163,28 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
     return Error{ErrorCode::invalidFile,
                  where + ": not a PNG or JPEG image that can be read (" + (reason ? reason : "unknown") + ")"};
   }
-  return ImageSize{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * size.height;
+  if (size.width == 0 || size.height == 0 || size.width > kMaxImageSide || size.height > kMaxImageSide ||
+      pixels > kMaxImagePixels) {
+    return Error{ErrorCode::invalidFile, where + ": " + sized(size.width, size.height) + " texels; expected 1 to " +
+                                             std::to_string(kMaxImageSide) + " a side and at most " +
+                                             std::to_string(kMaxImagePixels) + " in all"};
+  }
+  const bool jpeg = bytes[0] == 0xFF;
+  if (pixels > (jpeg ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : mostPixels(bytes.size()))) {
+    return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
+                                             std::to_string(bytes.size()) + " bytes"};
+  }
+  return size;
 }
 
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   const Result<ImageSize> size = peekImage(bytes, where);
   if (!size) return size.error();
-  const std::uint64_t pixels = static_cast<std::uint64_t>(size->width) * size->height;
-  if (size->width == 0 || size->height == 0 || size->width > kMaxImageSide || size->height > kMaxImageSide ||
-      pixels > kMaxImagePixels) {
-    return Error{ErrorCode::invalidFile, where + ": " + sized(size->width, size->height) + " texels; expected 1 to " +
-                                             std::to_string(kMaxImageSide) + " a side and at most " +
-                                             std::to_string(kMaxImagePixels) + " in all"};
-  }
-  if (pixels > kMaxPixelsPerByte * bytes.size() + 4096) {
-    return Error{ErrorCode::invalidFile, where + ": claims " + sized(size->width, size->height) + " texels in " +
-                                             std::to_string(bytes.size()) + " bytes"};
-  }
+  const bool jpeg = bytes[0] == 0xFF;
+  if (const char* problem = jpeg ? jpegProblem(bytes) : nullptr)
+    return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
 
   int width = 0, height = 0, channels = 0;
   const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(

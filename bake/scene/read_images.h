@@ -14,14 +14,17 @@ namespace relume {
 inline constexpr std::uint32_t kMaxImageSide = 16384;          // [texels]
 inline constexpr std::uint64_t kMaxImagePixels = 1ull << 27;   // of one image
 
-// The size of an image from its header alone. invalidFile: not an image we can read.
+// The size of an image from its header alone. invalidFile: not an image we can read, or its header claims more than the
+// limits above or than a compressed file of that many bytes can hold; `where` names the image in messages.
 struct ImageSize {
   std::uint32_t width = 0, height = 0;
 };
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where);
 
-// Level 0 only. invalidFile: broken, or its header claims more than the limits above or than a compressed file of
-// that many bytes can hold; `where` names the image in messages.
+// Texels that image data of so many bytes can hold at best.
+std::uint64_t mostPixels(std::uint64_t bytes);
+
+// Level 0 only. invalidFile: as peekImage, or broken.
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where);
 
 // Append levels down to 1 x 1 by box filter in linear light. weighByAlpha: colours count by their alpha, so that what

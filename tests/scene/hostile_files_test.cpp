@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <random>
 
 namespace relume {
 namespace {
@@ -149,6 +150,38 @@ TEST(HostileFiles, imageBombsAreRefusedBeforeDecoding) {
   expectRefused(sized(8192, 8192), ErrorCode::invalidFile, "claims 8192 x 8192 texels in");
   expectRefused(sized(100000, 1), ErrorCode::invalidFile, "images[0]");
   expectRefused(sized(0, 1), ErrorCode::invalidFile, "images[0]");
+}
+
+TEST(HostileFiles, manyImagesOverTheSameBytesAreRefused) {
+  // Each image alone could hold what its header claims; all of them over the same bytes could not.
+  Bytes file = png(32, 32, [] {
+    std::mt19937 random(3);
+    Bytes noise(4096);
+    for (std::uint8_t& v : noise) v = static_cast<std::uint8_t>(random() % 256);
+    return noise;
+  }());
+  ASSERT_GT(file.size(), 2100u);
+  for (const std::size_t at : {std::size_t{18}, std::size_t{22}}) file[at] = 4096 >> 8;  // IHDR: 4096 + 32 a side
+  GltfBuilder b;
+  const int view = b.view(file);
+  for (std::size_t i = 0; i < 3; ++i) {
+    b.root["images"].push_back({{"bufferView", view}});
+    b.root["textures"].push_back({{"source", i}});
+    b.material({{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", i}}}});
+  }
+  b.quad();
+  expectRefused(b.import(), ErrorCode::invalidFile, "images: claim 51121152 texels in");
+}
+
+TEST(HostileFiles, jpegTablesThatOverflowTheDecoderAreRefused) {
+  // SOI, a Huffman table of 17 x 255 symbols, a frame of 8 x 8.
+  Bytes jpeg = {0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0, 8, 0, 8, 1, 1, 0x11, 0, 0xFF, 0xC4, 0x10, 0x02, 0x00};
+  jpeg.insert(jpeg.end(), 16, 255);
+  jpeg.resize(jpeg.size() + 5000, 1);
+  expectRefused(withImage(jpeg).import(), ErrorCode::invalidFile, "Huffman table of more than 256 symbols");
+  Bytes scans = {0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0, 8, 0, 8, 1, 1, 0x11, 0};
+  for (int i = 0; i < 200; ++i) scans.insert(scans.end(), {0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 63, 0});
+  expectRefused(withImage(scans).import(), ErrorCode::invalidFile, "too many scans");
 }
 
 TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
