@@ -44,7 +44,8 @@ RayCount& RayCount::operator+=(const RayCount& other) {
 
 SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
   if (directions.empty()) return;
-  side_ = std::clamp(8u * static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(directions.size())))), 32u, 256u);
+  side_ = std::clamp(8u * static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(directions.size())))), 32u,
+                     256u);
   patch_.resize(std::size_t{side_} * side_);
   for (std::uint32_t i = 0; i < patch_.size(); ++i) {
     const glm::vec2 cell(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);

@@ -13,17 +13,17 @@ namespace relume {
 
 // Links of consecutive caches, before all rows are joined.
 struct LinkRows {
-  std::vector<std::uint32_t> length;          // [Size caches] links of a cache
-  std::vector<std::uint32_t> shNode;          // as in Links
+  std::vector<std::uint32_t> length;  // [Size caches] links of a cache
+  std::vector<std::uint32_t> shNode;  // as in Links
   std::vector<std::uint16_t> shCoefficients;
   std::vector<ConeLink> cone;
 };
 
 // Memory of one thread.
 struct ProjectScratch {
-  std::vector<std::uint32_t> linkOf;     // [Size touched nodes] link of a leaf's slot
+  std::vector<std::uint32_t> linkOf;  // [Size touched nodes] link of a leaf's slot
   std::vector<std::uint32_t> stack;
-  std::vector<float> coefficients;       // [Size links * bands²]
+  std::vector<float> coefficients;  // [Size links * bands²]
 };
 
 // Append a row of cone links: f, the mean direction of the rays, and the cone whose band 1 is theirs.

@@ -8,7 +8,9 @@ namespace relume {
 namespace {
 
 // 2^-40 of a cache's light is one unit: 2^24 caches fit, and a ray of a million is still 10^6 units.
-std::uint64_t toFixed(float value) { return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f); }
+std::uint64_t toFixed(float value) {
+  return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f);
+}
 
 float share(double first, double second, float otherwise) {
   return first + second > 0.0 ? static_cast<float>(first / (first + second)) : otherwise;
@@ -65,9 +67,12 @@ void PullSums::merge(const PullSums& other) {
 
 std::vector<float> PullSums::weights(const Hierarchy& hierarchy) const {
   switch (kind_) {
-    case LinkOptions::PullWeight::openness: return byOpenness(hierarchy);
-    case LinkOptions::PullWeight::importance: return byImportance(hierarchy);
-    case LinkOptions::PullWeight::area: break;
+    case LinkOptions::PullWeight::openness:
+      return byOpenness(hierarchy);
+    case LinkOptions::PullWeight::importance:
+      return byImportance(hierarchy);
+    case LinkOptions::PullWeight::area:
+      break;
   }
   return hierarchy.firstWeight.toVector();
 }
@@ -77,7 +82,8 @@ std::vector<float> PullSums::byOpenness(const Hierarchy& hierarchy) const {
   constexpr double kUnseen = 1e-3;
   std::vector<double> value(hierarchy.nodeCount(), 0.0);
   for (const std::uint32_t leaf : hierarchy.leafNode) {
-    value[leaf] = std::max(kUnseen, rays_[leaf] > 0 ? static_cast<double>(all_[leaf]) * 0x1p-40 / static_cast<double>(rays_[leaf]) : 0.0);
+    value[leaf] = std::max(
+        kUnseen, rays_[leaf] > 0 ? static_cast<double>(all_[leaf]) * 0x1p-40 / static_cast<double>(rays_[leaf]) : 0.0);
   }
   sumUp(hierarchy, value);
   std::vector<float> weight(hierarchy.nodeCount(), 0.0f);

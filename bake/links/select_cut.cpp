@@ -23,7 +23,8 @@ Shape shapeWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry, std
   if (hierarchy.skyDirection.empty()) return shape;
   float level = 0.0f;
   for (const std::uint32_t root : hierarchy.groupRoot) {
-    if (std::isfinite(geometry.radius[root]) && geometry.area[root] > 0.0f) level = std::max(level, geometry.radius[root]);
+    if (std::isfinite(geometry.radius[root]) && geometry.area[root] > 0.0f)
+      level = std::max(level, geometry.radius[root]);
   }
   if (!(level > 0.0f)) level = 1.0f;
 
@@ -65,13 +66,12 @@ std::vector<std::uint8_t> emittingNodes(const Hierarchy& hierarchy, std::span<co
 
 // |C_a - w C_s|² of readError; a is the first child, nullptr when no ray reached it.
 float readMismatch(const TouchedNode* a, const TouchedNode& s, float w) {
-  constexpr float kOtherNormals = 0.3f;            // weight of bands 0 and 1 beside the irradiance
+  constexpr float kOtherNormals = 0.3f;  // weight of bands 0 and 1 beside the irradiance
   constexpr float kBand0 = 1.0f / 12.566371f, kBand1 = 3.0f / 12.566371f;  // squares of y_0 and of y_1's constant
   const float received = (a ? a->received : 0.0f) - w * s.received;
   const float weight = (a ? a->weight : 0.0f) - w * s.weight;
   const glm::vec3 direction = (a ? a->direction : glm::vec3(0.0f)) - w * s.direction;
-  return received * received +
-         kOtherNormals * (kBand0 * weight * weight + kBand1 * glm::dot(direction, direction));
+  return received * received + kOtherNormals * (kBand0 * weight * weight + kBand1 * glm::dot(direction, direction));
 }
 
 }  // namespace
@@ -104,8 +104,12 @@ void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey k
     const TouchedNode& s = nodes[slot];
     const CutNode& c = cutNode[s.node];
     switch (key) {
-      case CutKey::transfer: keys[slot] = s.weight; break;
-      case CutKey::transferRadius: keys[slot] = s.received * c.extent; break;
+      case CutKey::transfer:
+        keys[slot] = s.weight;
+        break;
+      case CutKey::transferRadius:
+        keys[slot] = s.received * c.extent;
+        break;
       case CutKey::readError:
         keys[slot] = readMismatch(s.child[0] == kNoSlot ? nullptr : &nodes[s.child[0]], s, c.firstWeight) * c.extent;
         for (const std::uint32_t child : s.child) {

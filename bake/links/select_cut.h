@@ -17,7 +17,7 @@ namespace relume {
 struct CutNode {
   float firstWeight = 0.0f;  // share of the first child in the average a link reads, equal areas
   float extent = 0.0f;       // transferRadius: RMS radius [m]; readError: distance of the children's centres
-                            // and a surfel's width [m]
+                             // and a surfel's width [m]
 };
 
 // A sky node's extent is its angular size times the radius of the level; an emitter's counts kEmitterWeight times, for
@@ -36,7 +36,8 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
 //                   e²_s = |C_a - w C_s|² extent + e²_a + e²_b.
 //                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
 //                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
-void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, std::vector<float>& keys);
+void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key,
+             std::vector<float>& keys);
 
 struct CutCandidate {
   float key;

@@ -43,9 +43,11 @@ void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) 
   nodes_.clear();
   for (auto& level : level_) level.clear();
 
-  // Bin the rays to leaves.
+  // Bin the rays to leaves. Neighbouring rays often end in the same one.
+  std::uint32_t slot = 0;
   for (const Arrival& arrival : arrivals) {
-    TouchedNode& leaf = nodes_[touch(arrival.leaf)];
+    if (nodes_.empty() || nodes_[slot].node != arrival.leaf) slot = touch(arrival.leaf);
+    TouchedNode& leaf = nodes_[slot];
     leaf.rays += 1;
     leaf.weight += arrival.weight;
     leaf.received += arrival.weight * arrival.cosine * receivedScale;
@@ -55,11 +57,11 @@ void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) 
 
   // Sum up, deepest level first. A parent has at most two summands: their order does not change the sum.
   for (std::size_t depth = level_.size() - 1; depth > 0; --depth) {
-    for (const std::uint32_t slot : level_[depth]) {
-      const std::uint32_t parent = touch(shape_.parent[nodes_[slot].node]);
-      const TouchedNode& from = nodes_[slot];
+    for (const std::uint32_t child : level_[depth]) {
+      const std::uint32_t parent = touch(shape_.parent[nodes_[child].node]);
+      const TouchedNode& from = nodes_[child];
       TouchedNode& to = nodes_[parent];
-      to.child[from.node - hierarchy_.child[to.node]] = slot;
+      to.child[from.node - hierarchy_.child[to.node]] = child;
       to.rays += from.rays;
       to.weight += from.weight;
       to.received += from.received;

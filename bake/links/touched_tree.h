@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What one cache sees, summed up the hierarchy (PIC 4.5): the leaves its rays hit and their ancestors, and nothing else.
-// A dense sum over all nodes for every cache would cost more than the rays.
+// What one cache sees, summed up the hierarchy (PIC 4.5): the leaves its rays hit and their ancestors, and nothing
+// else. A dense sum over all nodes for every cache would cost more than the rays.
 #pragma once
 
 #include "bake/links/gather.h"
@@ -45,8 +45,10 @@ class TouchedTree {
   // Replace the content by these arrivals, summed up to the root. received scale: see TouchedNode::received.
   void build(std::span<const Arrival> arrivals, float receivedScale);
 
-  std::span<const TouchedNode> nodes() const { return nodes_; }           // touched leaves first,
-                                                                           // children before parents
+  std::span<const TouchedNode> nodes() const {
+    return nodes_;
+  }  // touched leaves first,
+     // children before parents
   std::span<const TouchedNode> leaves() const { return nodes().first(leafCount_); }
   const TouchedNode& operator[](std::uint32_t slot) const { return nodes_[slot]; }
   // Slot of a node, kNoSlot when no ray reached it.

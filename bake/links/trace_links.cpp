@@ -69,7 +69,8 @@ class WorkerPool {
   std::vector<std::unique_ptr<Worker>> idle_;
 };
 
-Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Caches& caches, const LinkOptions& options) {
+Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Caches& caches,
+                  const LinkOptions& options) {
   if (hierarchy.nodeCount() == 0 || hierarchy.senderCount() != surfels.count() + hierarchy.skyDirection.size()) {
     return Error{ErrorCode::failed, "links: the hierarchy has " + std::to_string(hierarchy.senderCount()) +
                                         " senders, expected " + std::to_string(surfels.count()) + " surfels and " +
@@ -79,9 +80,10 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
     return Error{ErrorCode::failed, "links: caches have different numbers of positions and normals"};
   }
   if (options.linksPerCache < hierarchy.groupRoot.size()) {
-    return Error{ErrorCode::usage, "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
-                                       " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
-                                       std::to_string(options.linksPerCache)};
+    return Error{ErrorCode::usage,
+                 "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
+                     " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
+                     std::to_string(options.linksPerCache)};
   }
   return done();
 }
@@ -91,7 +93,8 @@ Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options
   std::uint64_t total = 0;
   for (const LinkRows& rows : chunks) total += rows.shNode.size() + rows.cone.size();
   if (total > std::numeric_limits<std::uint32_t>::max()) {
-    return Error{ErrorCode::failed, "links: " + std::to_string(total) + " links are more than 2^32 - 1; use fewer caches or links"};
+    return Error{ErrorCode::failed,
+                 "links: " + std::to_string(total) + " links are more than 2^32 - 1; use fewer caches or links"};
   }
   const bool sh = options.kind == LinkKind::sh;
   std::vector<std::uint32_t> rowBegin{0}, shNode;
@@ -129,7 +132,8 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
 
   // 1. What all caches share
   const TreeShape shape = treeShape(hierarchy);
-  const std::vector<CutNode> cutNode = cutNodes(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
+  const std::vector<CutNode> cutNode =
+      cutNodes(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
   const Gatherer gatherer(tracer, map, hierarchy, surfels.count(), options.raysPerCache, seed);
   WorkerPool pool(hierarchy, shape, options);
   std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain);
@@ -141,7 +145,8 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
     LinkRows& rows = chunks[begin / kGrain];
     for (std::size_t c = begin; c < end; ++c) {
       const bool onSurface = glm::dot(caches.normal[c], caches.normal[c]) > 0.0f;
-      gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals, w.count);
+      gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals,
+                      w.count);
       w.tree.build(w.arrivals, onSurface ? 1.0f : 0.25f);
       cutKeys(w.tree, cutNode, options.key, w.keys);
       selectCut(w.tree, hierarchy, w.keys, options.linksPerCache, w.queue, w.cut);

@@ -87,9 +87,8 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
         EXPECT_LE(cut.size(), maxNodes);
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
         for (const TouchedNode& leaf : tree.leaves()) {
-          const auto holding = std::count_if(cut.begin(), cut.end(), [&](std::uint32_t slot) {
-            return holds(shape, tree[slot].node, leaf.node);
-          });
+          const auto holding = std::count_if(
+              cut.begin(), cut.end(), [&](std::uint32_t slot) { return holds(shape, tree[slot].node, leaf.node); });
           ASSERT_EQ(holding, 1) << leaf.node;
         }
         for (std::size_t i = 1; i < cut.size(); ++i) EXPECT_LT(tree[cut[i - 1]].node, tree[cut[i]].node);
@@ -192,7 +191,8 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
         for (std::uint32_t i = 0; i < size; ++i) c[i] += double{a.weight} * y[i];
       }
       for (std::uint32_t i = 0; i < size; ++i) {
-        EXPECT_NEAR(unpackHalf(rows.shCoefficients[link * size + i]), c[i], 1e-3 * std::abs(c[0]) + 1e-3 * std::abs(c[i]));
+        EXPECT_NEAR(unpackHalf(rows.shCoefficients[link * size + i]), c[i],
+                    1e-3 * std::abs(c[0]) + 1e-3 * std::abs(c[i]));
       }
     }
   }

@@ -2,8 +2,8 @@
 #include "bake/links/directions.h"
 #include "formats/sh.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <array>
 #include <cmath>
@@ -15,7 +15,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 const glm::vec3 kTilted = glm::normalize(glm::vec3(0.3f, -0.8f, 0.5f));
 
-std::vector<DirectionStrata::Sample> samplesOf(const DirectionStrata& strata, const glm::vec3& normal, std::uint64_t item) {
+std::vector<DirectionStrata::Sample> samplesOf(const DirectionStrata& strata, const glm::vec3& normal,
+                                               std::uint64_t item) {
   DirectionStrata::Sequence sequence(strata, normal, RandomStream(7, 1, item));
   std::vector<DirectionStrata::Sample> samples(strata.count());
   for (auto& sample : samples) sample = sequence.next();
@@ -105,7 +106,8 @@ TEST(Directions, packetsOfSixteenStayTogether) {
 
 TEST(Directions, dependOnTheItemAlone) {
   const DirectionStrata strata(256);
-  const auto a = samplesOf(strata, kTilted, 1), again = samplesOf(strata, kTilted, 1), b = samplesOf(strata, kTilted, 2);
+  const auto a = samplesOf(strata, kTilted, 1), again = samplesOf(strata, kTilted, 1),
+             b = samplesOf(strata, kTilted, 2);
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].direction, again[i].direction);
     EXPECT_NE(a[i].direction, b[i].direction);

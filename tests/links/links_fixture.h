@@ -27,8 +27,8 @@ class CellScene {
     scene_.instances.push_back({});
   }
 
-  // The rectangle corner + s edgeU + t edgeV; its front is the side of cross(edgeU, edgeV). back: that side reflects too.
-  // mapped = false: it only stands in the way.
+  // The rectangle corner + s edgeU + t edgeV; its front is the side of cross(edgeU, edgeV). back: that side reflects
+  // too. mapped = false: it only stands in the way.
   void addRectangle(const glm::vec3& corner, const glm::vec3& edgeU, const glm::vec3& edgeV, std::uint32_t cells,
                     bool back = false, bool mapped = true, const glm::vec3& emission = glm::vec3(0.0f)) {
     const glm::vec3 u = edgeU / static_cast<float>(cells), v = edgeV / static_cast<float>(cells);

@@ -31,7 +31,8 @@ LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
   return o;
 }
 
-Result<Traced> trace(const CellScene& cells, const LinkOptions& options, std::uint32_t skyPatches = 0, int threads = 1) {
+Result<Traced> trace(const CellScene& cells, const LinkOptions& options, std::uint32_t skyPatches = 0,
+                     int threads = 1) {
   Context context;
   context.threads = threads;
   Result<RayTracer> tracer = RayTracer::create(cells.scene(), "avx2", context);
@@ -39,7 +40,8 @@ Result<Traced> trace(const CellScene& cells, const LinkOptions& options, std::ui
   const Surfels surfels = cells.surfels();
   Result<Hierarchy> hierarchy = clusterSurfels(surfels, skyPatches, {}, context);
   if (!hierarchy) return hierarchy.error();
-  Result<TracedLinks> links = traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), options, 1, context);
+  Result<TracedLinks> links =
+      traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), options, 1, context);
   if (!links) return links.error();
   return Traced{std::move(*hierarchy), std::move(*links)};
 }
@@ -62,11 +64,13 @@ std::vector<float> lightCache(const Links& links, std::uint32_t cache, double ra
 
 double transferOf(const Links& links, std::uint32_t cache) {
   double f = 0;
-  for (std::uint32_t i = links.rowBegin[cache]; i < links.rowBegin[cache + 1]; ++i) f += unpackHalf(links.cone[i].transfer);
+  for (std::uint32_t i = links.rowBegin[cache]; i < links.rowBegin[cache + 1]; ++i)
+    f += unpackHalf(links.cone[i].transfer);
   return f;
 }
 
-// Form factor of a point on one square's axis to a parallel square of side `side` at `distance` (Howell C-4 four times).
+// Form factor of a point on one square's axis to a parallel square of side `side` at `distance` (Howell C-4 four
+// times).
 double pointToSquare(double side, double distance) {
   const double x = side / 2 / distance, r = std::sqrt(1 + x * x);
   return 4.0 / (2 * kPi) * 2 * (x / r) * std::atan(x / r);
@@ -224,7 +228,8 @@ TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
   ASSERT_EQ(b.shCoefficients.size(), b.count() * 9u);
   for (std::uint32_t i = 0; i < a.count(); ++i) {
     EXPECT_EQ(a.cone[i].node, b.shNode[i]);
-    EXPECT_NEAR(unpackHalf(a.cone[i].transfer), unpackHalf(b.shCoefficients[i * 9]), 2e-3 * unpackHalf(a.cone[i].transfer));
+    EXPECT_NEAR(unpackHalf(a.cone[i].transfer), unpackHalf(b.shCoefficients[i * 9]),
+                2e-3 * unpackHalf(a.cone[i].transfer));
   }
   EXPECT_EQ(cone->traced.firstWeight, sh->traced.firstWeight);
 }
@@ -244,11 +249,13 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
                    i % 2 ? glm::vec3(0, 1, 0) : glm::vec3(0.0f));
   }
   for (const auto kind : {LinkKind::cone, LinkKind::sh}) {
-    for (const auto pull : {LinkOptions::PullWeight::area, LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
+    for (const auto pull :
+         {LinkOptions::PullWeight::area, LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
       LinkOptions options = coneOptions(1024, 50);
       options.kind = kind;
       options.pull = pull;
-      const auto one = trace(cells, options, 16, 1), two = trace(cells, options, 16, 2), five = trace(cells, options, 16, 5);
+      const auto one = trace(cells, options, 16, 1), two = trace(cells, options, 16, 2),
+                 five = trace(cells, options, 16, 5);
       ASSERT_TRUE(one && two && five);
       for (const auto* other : {&*two, &*five}) {
         EXPECT_TRUE(sameBytes(one->traced.links.rowBegin, other->traced.links.rowBegin));
@@ -304,7 +311,8 @@ TEST(TraceLinks, stopsWhenCancelled) {
   auto hierarchy = clusterSurfels(surfels, 0, {}, context);
   ASSERT_TRUE(tracer && hierarchy);
   context.onProgress = [](std::string_view, double fraction) { return fraction < 0.02; };
-  const auto links = traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), coneOptions(256, 10), 1, context);
+  const auto links =
+      traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), coneOptions(256, 10), 1, context);
   ASSERT_FALSE(links);
   EXPECT_EQ(links.error().code, ErrorCode::failed);
   EXPECT_EQ(links.error().message, "cancelled");
