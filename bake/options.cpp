@@ -88,7 +88,7 @@ std::vector<Field> fields(BakeOptions& o) {
       {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
       {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
       {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius", "readError"}, "",
-       "what a cut refines: the largest transfer, or transfer x cosine x node radius"},
+       "what a cut refines: the largest transfer (the paper), transfer x cosine x radius, or the error of reading an average"},
       {"links.pull", "--pull", choice(o.links.pull), 0, 0, {"area", "openness", "importance"}, "",
        "weights of a node's children: equal areas (the paper), openness, or importance for the caches"},
       {"links.opennessRadius", "", &o.links.opennessRadius, 1e-6, kFloatMax, {}, "m", "R of openness d²/(d²+R²)"},

@@ -2,6 +2,7 @@
 // See pull_weights.h.
 #include "bake/links/pull_weights.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relume {
