@@ -57,14 +57,17 @@ Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
   return seen;
 }
 
-// Irradiance [W/m²] over links at a point: from the light map where its triangle side is on it, else from the grid.
-glm::vec3 linkIrradiance(const Bake& bake, const Relighter& relighter, const Seen& seen) {
+// Irradiance [W/m²] over links at a point: from the light map where its side of the triangle is on it, else from the grid.
+glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const Seen& seen) {
   const Lightmap& map = bake.caches.lightmap;
   const LightmapPart& part = map.parts[seen.point.instance];
+  const Array<std::uint32_t>& corners = seen.back ? map.backCornerUv : map.cornerUv;
   const std::uint64_t corner = part.firstCorner + 3ull * seen.point.triangle;
-  if (!seen.back && seen.point.triangle < part.triangleCount && map.cornerUv[corner] != kGridLit) {
-    const glm::vec2 a = unpackUnorm16x2(map.cornerUv[corner]), b = unpackUnorm16x2(map.cornerUv[corner + 1]),
-                    c = unpackUnorm16x2(map.cornerUv[corner + 2]);
+  if (seen.point.triangle < part.triangleCount && corner + 2 < corners.size() && corners[corner] != kGridLit) {
+    // The light map has corners in glTF order; a mirrored instance's points count them the other way round.
+    const bool mirrored = scene.instances[seen.point.instance].flipped;
+    const glm::vec2 a = unpackUnorm16x2(corners[corner]), b = unpackUnorm16x2(corners[corner + (mirrored ? 2 : 1)]),
+                    c = unpackUnorm16x2(corners[corner + (mirrored ? 1 : 2)]);
     const glm::vec2 uv = a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;
     return relighter.irradianceOnLightmap(uv, seen.normal);
   }
@@ -115,8 +118,8 @@ class CpuRenderer {
     const glm::vec3 reflected = weight * kInvPi * albedo;
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.position, seen.normal);
-    if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(*request_.bake, *relit_.all, seen);
-    if (relit_.straight) frame_.straight[pixel] += reflected * linkIrradiance(*request_.bake, *relit_.straight, seen);
+    if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (relit_.straight) frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
     if (request_.emissive && (!hit.back || scene.material(scene.instances[hit.instance]).doubleSided)) {
       frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
     }

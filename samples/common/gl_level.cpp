@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <span>
 
 namespace relume {
 namespace {
@@ -32,18 +31,11 @@ glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t v
   return {t[0] * uv.x + t[1] * uv.y + t[2], t[3] * uv.x + t[4] * uv.y + t[5]};
 }
 
-// The array of back corners, where the light map has one.
-template <class Map>
-std::span<const std::uint32_t> backCorners(const Map& map) {
-  if constexpr (requires { map.backCornerUv; }) return map.backCornerUv.span();
-  return {};
-}
-
-// Corner of a triangle on the light map, of its front (0) or back (1).
+// Corner of a triangle, in glTF order, on the light map of its front (0) or back (1).
 std::uint32_t lightmapCorner(const Lightmap* map, std::uint32_t instance, std::uint32_t triangle, std::uint32_t k, int side) {
   if (!map || instance >= map->parts.size() || triangle >= map->parts[instance].triangleCount) return kGridLit;
   const std::uint64_t corner = map->parts[instance].firstCorner + 3ull * triangle + k;
-  const std::span<const std::uint32_t> uv = side == 0 ? map->cornerUv.span() : backCorners(*map);
+  const Array<std::uint32_t>& uv = side == 0 ? map->cornerUv : map->backCornerUv;
   return corner < uv.size() ? uv[corner] : kGridLit;
 }
 
@@ -65,7 +57,7 @@ void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map
       if (length > 0.0f) normal /= length;
       out.push_back({corners[k], normal, textureUv(mesh, material.albedoTexture, v),
                      textureUv(mesh, material.emissionTexture, v),
-                     {lightmapCorner(map, index, t, k, 0), lightmapCorner(map, index, t, k, 1)}});
+                     {lightmapCorner(map, index, t, c, 0), lightmapCorner(map, index, t, c, 1)}});
     }
   }
 }
@@ -259,8 +251,8 @@ layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
 layout(location = 4) uniform float levelAlphaCutoff;
 layout(location = 5) uniform bool levelDoubleSided;
-layout(binding = 12) uniform sampler2D levelAlbedoTexture;
-layout(binding = 13) uniform sampler2D levelEmissionTexture;
+layout(binding = 10) uniform sampler2D levelAlbedoTexture;
+layout(binding = 11) uniform sampler2D levelEmissionTexture;
 bool levelOpaque() {
   return levelAlphaCutoff < 0.0 || levelAlbedoFactor.a * texture(levelAlbedoTexture, levelUvAlbedo).a >= levelAlphaCutoff;
 }

@@ -35,7 +35,7 @@ class GlLevel {
   glm::vec3 boundsMax() const { return boundsMax_; }
   std::uint32_t triangleCount() const { return triangleCount_; }
 
-  static constexpr int kMaterialUnit = 12;  // texture units: albedo, emission
+  static constexpr int kMaterialUnit = 10;  // texture units: albedo, emission; the resolve has 12 to 15
 
  private:
   struct Batch {  // triangles of one material, contiguous in the vertex buffer

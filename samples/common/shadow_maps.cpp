@@ -4,6 +4,9 @@
 // Bias: a receiver is moved along its normal by two texels times the sine of the angle to the light. At that angle the
 // depth stored for one texel spans texel * tan(angle), and a move o along the normal gains o / cos(angle), so that the
 // move covers the texel itself and the neighbours of the 2 x 2 comparison at every angle.
+//
+// Depths are compared in GLSL, on the four texels of a gather: compute shaders have no derivatives for a comparing
+// sampler to choose a level by, and plain layers for a cube's sides give the same filter everywhere.
 #include "samples/common/shadow_maps.h"
 
 #include "samples/common/gl_program.h"
@@ -22,6 +25,7 @@ namespace relume {
 namespace {
 
 constexpr float kWidestFlat = 1.2f;  // [rad] half angle of the widest spot that has a flat map
+constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
 constexpr GLint kLightLocation = 8;
 
 const char* kDepthFragment = R"(
@@ -65,27 +69,30 @@ float farthest(const GlLevel& level, const glm::vec3& position) {
   return 1.01f * distance + 0.01f;
 }
 
-glm::mat4 cubeFace(const glm::vec3& position, std::uint32_t face, float near, float far) {
+// A side of a cube, opened a little wider than a right angle so that the filter finds its neighbours past the edge.
+glm::mat4 cubeSide(const glm::vec3& position, std::uint32_t side, float near, float far) {
   constexpr std::array<glm::vec3, 6> kForward{
       {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   constexpr std::array<glm::vec3, 6> kUp{{{0, -1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, -1, 0}}};
-  return glm::perspective(glm::radians(90.0f), 1.0f, near, far) *
-         glm::lookAt(position, position + kForward[face], kUp[face]);
+  const float half = near * kSideTangent;
+  return glm::frustum(-half, half, -half, half, near, far) *
+         glm::lookAt(position, position + kForward[side], kUp[side]);
 }
 
 bool needsCube(const Light& light) {
   return light.kind == LightKind::point || (light.kind == LightKind::spot && light.outerConeRad > kWidestFlat);
 }
 
-void setComparison(GLenum target) {
-  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTexParameteri(target, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glTexParameteri(target, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-  glTexParameteri(target, GL_TEXTURE_WRAP_S, target == GL_TEXTURE_2D_ARRAY ? GL_CLAMP_TO_BORDER : GL_CLAMP_TO_EDGE);
-  glTexParameteri(target, GL_TEXTURE_WRAP_T, target == GL_TEXTURE_2D_ARRAY ? GL_CLAMP_TO_BORDER : GL_CLAMP_TO_EDGE);
-  const std::array<float, 4> lit{1.0f, 1.0f, 1.0f, 1.0f};
-  glTexParameterfv(target, GL_TEXTURE_BORDER_COLOR, lit.data());
+GlTexture depthLayers(GLsizei side, GLsizei layers) {
+  GlTexture texture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D_ARRAY, texture.name());
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT32F, side, side, layers);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  return texture;
 }
 
 }  // namespace
@@ -106,18 +113,8 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
   if (flat_.name() != 0 && flat == flatLayers_ && cubes == cubes_) return done();
   while (glGetError() != GL_NO_ERROR) {
   }
-  const auto side = static_cast<GLsizei>(flat > 0 ? size_ : 1), cubeSide = static_cast<GLsizei>(cubes > 0 ? size_ / 2 : 1);
-  flat_ = GlTexture::make();
-  glBindTexture(GL_TEXTURE_2D_ARRAY, flat_.name());
-  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT32F, side, side, static_cast<GLsizei>(std::max(flat, 1u)));
-  setComparison(GL_TEXTURE_2D_ARRAY);
-  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
-  cube_ = GlTexture::make();
-  glBindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, cube_.name());
-  glTexStorage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 1, GL_DEPTH_COMPONENT32F, cubeSide, cubeSide,
-                 static_cast<GLsizei>(6 * std::max(cubes, 1u)));
-  setComparison(GL_TEXTURE_CUBE_MAP_ARRAY);
-  glBindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, 0);
+  flat_ = depthLayers(static_cast<GLsizei>(flat > 0 ? size_ : 1), static_cast<GLsizei>(std::max(flat, 1u)));
+  sides_ = depthLayers(static_cast<GLsizei>(cubes > 0 ? size_ / 2 : 1), static_cast<GLsizei>(6 * std::max(cubes, 1u)));
   flatLayers_ = flat;
   cubes_ = cubes;
   if (glGetError() != GL_NO_ERROR) {
@@ -154,15 +151,15 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
       const glm::mat4 clip = fitDirectional(level, light.direction, side);
       map.mapFromWorld = mapFromClip * clip;
       map.place = {0.0f, static_cast<float>(flatLayer), side / static_cast<float>(size_), 0.0f};
-      renderFace(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
+      renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
       continue;
     }
     const float far = farthest(level, light.positionWorld), near = std::max(0.01f, 1e-4f * far);
     map.light = glm::vec4(light.positionWorld, 1.0f / far);
     if (needsCube(light)) {
-      map.place = {1.0f, static_cast<float>(cube), 4.0f / static_cast<float>(size_), 0.0f};
-      for (std::uint32_t face = 0; face < 6; ++face)
-        renderFace(level, moved, cubeFace(light.positionWorld, face, near, far), map.light, cube_.name(), 6 * cube + face,
+      map.place = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
+      for (std::uint32_t side = 0; side < 6; ++side)
+        renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(), 6 * cube + side,
                    size_ / 2);
       ++cube;
     } else {
@@ -172,14 +169,14 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
           glm::lookAt(light.positionWorld, light.positionWorld + light.direction, anyUp(light.direction));
       map.mapFromWorld = mapFromClip * clip;
       map.place = {0.0f, static_cast<float>(flatLayer), 2.0f * std::tan(half) / static_cast<float>(size_), 0.0f};
-      renderFace(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
+      renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
     }
   }
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   return done();
 }
 
-void ShadowMaps::renderFace(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld,
+void ShadowMaps::renderLayer(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld,
                             const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, texture, 0, static_cast<GLint>(layer));
   glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
@@ -199,46 +196,70 @@ void ShadowMaps::setUniforms(GLuint program) const {
     glProgramUniform4fv(program, location("relumeShadowPlace" + at), 1, glm::value_ptr(maps_[i].place));
   }
   glProgramUniform1i(program, location("relumeShadowFlat"), kFlatUnit);
-  glProgramUniform1i(program, location("relumeShadowCube"), kCubeUnit);
+  glProgramUniform1i(program, location("relumeShadowSides"), kSideUnit);
 }
 
 void ShadowMaps::bind() const {
   glActiveTexture(GL_TEXTURE0 + kFlatUnit);
   glBindTexture(GL_TEXTURE_2D_ARRAY, flat_.name());
-  glActiveTexture(GL_TEXTURE0 + kCubeUnit);
-  glBindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, cube_.name());
+  glActiveTexture(GL_TEXTURE0 + kSideUnit);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, sides_.name());
   glActiveTexture(GL_TEXTURE0);
 }
 
 std::string ShadowMaps::glsl() {
-  return "const uint relumeShadowCount = " + std::to_string(kMaxLights) + "u;\n" + R"(
+  return "const uint relumeShadowCount = " + std::to_string(kMaxLights) + "u;\nconst float relumeSideTangent = " +
+         std::to_string(kSideTangent) + ";\n" + R"(
 uniform mat4 relumeShadowFromWorld[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
 uniform vec4 relumeShadowPlace[relumeShadowCount];
-uniform sampler2DArrayShadow relumeShadowFlat;
-uniform samplerCubeArrayShadow relumeShadowCube;
+uniform sampler2DArray relumeShadowFlat;
+uniform sampler2DArray relumeShadowSides;
+// Bilinear mean of four comparisons, the depths in the order of textureGather: (0,1), (1,1), (1,0), (0,0).
+float relumeCompare(vec4 depths, vec2 texel, float reference) {
+  vec4 lit = vec4(greaterThanEqual(depths, vec4(reference)));
+  vec2 w = fract(texel - 0.5);
+  return mix(mix(lit.w, lit.z, w.x), mix(lit.x, lit.y, w.x), w.y);
+}
+float relumeVisibilityFlat(vec3 at, float layer, float reference) {
+  if (any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)))) return 1.0;
+  vec2 size = vec2(textureSize(relumeShadowFlat, 0).xy);
+  return relumeCompare(textureGather(relumeShadowFlat, vec3(at.xy, layer)), at.xy * size, reference);
+}
+// The side of the cube that v points to, and where on it.
+float relumeVisibilityCube(vec3 v, float layer, float reference) {
+  vec3 a = abs(v);
+  vec3 at;  // right, up, forward
+  if (a.x >= a.y && a.x >= a.z) {
+    at = v.x > 0.0 ? vec3(-v.z, -v.y, a.x) : vec3(v.z, -v.y, a.x);
+    layer += v.x > 0.0 ? 0.0 : 1.0;
+  } else if (a.y >= a.z) {
+    at = v.y > 0.0 ? vec3(v.x, v.z, a.y) : vec3(v.x, -v.z, a.y);
+    layer += v.y > 0.0 ? 2.0 : 3.0;
+  } else {
+    at = v.z > 0.0 ? vec3(v.x, -v.y, a.z) : vec3(-v.x, -v.y, a.z);
+    layer += v.z > 0.0 ? 4.0 : 5.0;
+  }
+  vec2 uv = 0.5 + 0.5 * at.xy / (at.z * relumeSideTangent);
+  vec2 size = vec2(textureSize(relumeShadowSides, 0).xy);
+  return relumeCompare(textureGather(relumeShadowSides, vec3(uv, layer)), uv * size, reference);
+}
 float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
   vec4 source = relumeShadowLight[light], place = relumeShadowPlace[light];
   if (place.x < 0.0) return 1.0;
   bool directional = source.w == 0.0;
+  mat4 m = relumeShadowFromWorld[light];
   vec3 toLight = source.xyz - positionWorld;
-  float texel = place.z;
-  vec3 along;
-  if (directional) {
-    mat4 m = relumeShadowFromWorld[light];
-    along = normalize(-vec3(m[0][2], m[1][2], m[2][2]));
-  } else {
-    texel *= length(toLight);
-    along = normalize(toLight);
-  }
+  float texel = directional ? place.z : place.z * length(toLight);
+  vec3 along = normalize(directional ? -vec3(m[0][2], m[1][2], m[2][2]) : toLight);
   float cosine = dot(along, normal);
   vec3 p = positionWorld + normal * (2.0 * texel * sqrt(max(1.0 - cosine * cosine, 0.0)) + 0.25 * texel);
-  float reference = distance(p, source.xyz) * source.w - 0.25 * texel * source.w;
-  if (place.x > 0.5) return texture(relumeShadowCube, vec4(p - source.xyz, place.y), reference);
-  vec4 q = relumeShadowFromWorld[light] * vec4(p, 1.0);
+  float reference = (distance(p, source.xyz) - 0.25 * texel) * source.w;
+  if (place.x > 0.5) return relumeVisibilityCube(p - source.xyz, 6.0 * place.y, reference);
+  vec4 q = m * vec4(p, 1.0);
   if (!directional && q.w <= 0.0) return 0.0;
   vec3 at = q.xyz / q.w;
-  return texture(relumeShadowFlat, vec4(at.xy, place.y, directional ? at.z : reference));
+  return relumeVisibilityFlat(at, place.y, directional ? at.z : reference);
 }
 )";
 }
