@@ -115,7 +115,7 @@ def table(rows, folder_name):
     for name, row in rows:
         result = row["what"] if row["what"] == "baked" else f"{row['what']} ({row['code']})"
         triangles = "" if row["triangles"] is None else f"{row['triangles']:,}"
-        message = row["message"].removeprefix("error: ")
+        message = re.sub(r"^(relume: )?error: ", "", row["message"])
         out.append(f"| {cell(name)} | {result} | {triangles} | {row['seconds']:.1f} | {cell(message)} |")
     return "\n".join(out) + "\n"
 
