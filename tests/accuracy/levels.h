@@ -41,6 +41,11 @@ struct AccuracyBound {
 };
 
 inline const std::vector<AccuracyBound> kAccuracyBounds{
+    {"two_rooms/cam_living__sun", "indirect", 0.08, 0.04, 0.05},
+    {"two_rooms/cam_living__lamp", "indirect", 0.06, 0.03, 0.03},
+    {"two_rooms/cam_hall__spot", "indirect", 0.05, 0.03, 0.03},
+    {"two_rooms/cam_hall__emissive", "bounced", 0.08, 0.06, 0.04},
+    {"two_rooms/cam_hall__emissive", "indirect", 0.06, 0.05, 0.03},
     {"cornell/cam_corner__spot", "indirect", 0.04, 0, 0.01},
     {"cornell/cam_corner__emissive", "bounced", 0.025, 0, 0.01},
     {"cornell/cam_corner__emissive", "indirect", 0.15, 0, 0.01},
