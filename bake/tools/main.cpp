@@ -29,12 +29,8 @@ int main(int argc, char** argv) {
   addBakeCommand(app, action);
   addInfoCommand(app, action);
   addValidateCommand(app, action);
-#ifdef RELUME_COMMAND_RENDER
   addRenderCommand(app, action);
-#endif
-#ifdef RELUME_COMMAND_REFERENCE
   addReferenceCommand(app, action);
-#endif
 
   try {
     app.parse(argc, argv);

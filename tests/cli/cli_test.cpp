@@ -84,6 +84,9 @@ TEST_F(Cli, sceneInfoReportsMeshes) {
   EXPECT_NE(info.out.find("node \"Room\""), std::string::npos) << info.out;
   EXPECT_NE(info.out.find("degenerate"), std::string::npos) << info.out;
   EXPECT_NE(info.out.find("duplicate"), std::string::npos) << info.out;
+  const ProgramResult baked = run(bakeArguments(scene));
+  EXPECT_EQ(baked.status, 0) << baked.err;
+  EXPECT_NE(baked.err.find("mesh report: degenerate"), std::string::npos) << baked.err;
 }
 
 TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
