@@ -11,71 +11,112 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <array>
 #include <numbers>
 
 namespace relume::cpu {
 namespace {
 
 constexpr std::uint32_t kGrain = 2048;
-// irradianceLinear()'s factor: 4 pi / 3 y_1.
-constexpr float kLinear = static_cast<float>(4.0 * std::numbers::pi / 3.0 * 0.48860251190291992);
+constexpr std::size_t kRows = 9;
+constexpr float kPi = std::numbers::pi_v<float>;
 
-bool isPlain(const Bake& bake, std::uint32_t s) {
+typedef float Float4 __attribute__((vector_size(16)));
+
+// Share of the exact lobe at a surfel that reads the light map.
+float linearShare(const Bake& bake, std::uint32_t s) {
   const Surfels& surfels = bake.surfels;
-  if (surfels.receiver[s] == kGridReceiver || bake.caches.lightmap.cache.empty()) return false;
-  const glm::vec2 uv = unpackUnorm16x2(surfels.receiver[s]);
-  for (const std::size_t texel : texelsAround(bake.caches.lightmap, uv).texel) {
-    if (bake.caches.lightmap.cache[texel] == kNoCache) return false;
-  }
-  glm::vec3 normal;
-  lightmapStencil(bake.caches, uv, normal);
-  const float length = glm::length(normal);
-  return length > 0.0f && surfaceBlend(glm::dot(normal, surfels.normal[s]) / length) >= 1.0f;
+  if (surfels.receiver[s] == kGridReceiver) return 0.0f;
+  const Stencil stencil = lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]));
+  return surfaceBlend(glm::dot(stencilNormal(bake.caches, stencil), surfels.normal[s]));
+}
+
+// The lobe of resolve.cpp as the nine coefficients of three bands, written out: A_l y_l^m(n) and (4 pi / 3) y_1^m(n).
+std::array<float, kRows> makeLobe(int bands, const glm::vec3& n, float linear) {
+  const float clamped = 1.0f - linear;
+  const float band1 = (clamped * 2.0f / 3.0f + linear * 4.0f / 3.0f) * kPi * 0.488602512f;
+  const float band2 = bands > 2 ? clamped * 0.25f * kPi : 0.0f;
+  return {clamped * kPi * 0.282094792f,
+          band1 * n.y,
+          band1 * n.z,
+          band1 * n.x,
+          band2 * 1.092548431f * n.x * n.y,
+          band2 * 1.092548431f * n.y * n.z,
+          band2 * 0.315391565f * (3.0f * n.z * n.z - 1.0f),
+          band2 * 1.092548431f * n.x * n.z,
+          band2 * 0.546274215f * (n.x * n.x - n.y * n.y)};
 }
 
 }  // namespace
 
 Bounce::Bounce(const Bake& bake, int lumaBands, int chromaBands, const ParallelFor& parallelFor)
-    : bake_(bake), chromaFollows_(chromaBands == 1), plain_(bake.surfels.count(), 0), row_(bake.caches.count()) {
-  // One band of luma knows no direction: there is no band 1 to make a table of.
+    : bake_(bake), inTable_(lumaBands >= 2 && lumaBands <= 4), chromaFollows_(chromaBands == 1) {
   if (lumaBands < 2) return;
+  linear_.resize(bake.surfels.count());
+  table_.resize(4 * kRows * bake.caches.count(), 0.0f);
   forChunks(parallelFor, bake.surfels.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) plain_[s] = isPlain(bake_, s) ? 1 : 0;
+    for (std::uint32_t s = begin; s < end; ++s) linear_[s] = linearShare(bake_, s);
   });
 }
 
 void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor) {
   light_ = light;
-  if (light.lumaBands < 2) return;
+  if (table_.empty()) return;
   const std::size_t luma = light.lumaCount(), chroma = light.chromaCount(), stride = light.stride();
   forChunks(parallelFor, bake_.caches.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t cache = begin; cache < end; ++cache) {
       const float* y = light.coefficients.data() + stride * cache;
       const float *co = y + luma, *cg = co + chroma;
-      const auto row = [&](std::size_t i) {
-        return kLinear * (chromaFollows_ ? glm::vec4(y[i], 0, 0, 0) : glm::vec4(y[i], co[i], cg[i], 0));
-      };
-      row_[cache] = {row(3), row(1), row(2), glm::vec4(y[0], co[0], cg[0], 0)};
+      float* row = table_.data() + 4 * kRows * cache;
+      for (std::size_t i = 0; i < std::min(kRows, luma); ++i) row[4 * i] = y[i];
+      for (std::size_t i = 0; i < std::min(kRows, chroma); ++i) {
+        row[4 * i + 1] = co[i];
+        row[4 * i + 2] = cg[i];
+      }
     }
   });
+}
+
+glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, float linear) const {
+  const float total = stencil.total();
+  if (!(total > 0.0f)) return glm::vec3(0.0f);
+  const std::array<float, kRows> lobe = makeLobe(light_.lumaBands, normal, linear);
+  Float4 e{}, constant{};
+  for (int k = 0; k < stencil.count; ++k) {
+    const float* row = table_.data() + 4 * kRows * stencil.cache[static_cast<std::size_t>(k)];
+    const auto at = [row](std::size_t i) {
+      Float4 v;
+      __builtin_memcpy(&v, row + 4 * i, sizeof v);
+      return v;
+    };
+    Float4 sum = lobe[1] * at(1) + lobe[2] * at(2) + lobe[3] * at(3);
+    if (linear < 1.0f) {
+      sum += lobe[0] * at(0) + lobe[4] * at(4) + lobe[5] * at(5) + lobe[6] * at(6) + lobe[7] * at(7) + lobe[8] * at(8);
+    }
+    const float w = stencil.weight[static_cast<std::size_t>(k)] / total;
+    e += w * sum;
+    if (chromaFollows_) constant += w * at(0);
+  }
+  glm::vec3 yCoCg(e[0], e[1], e[2]);
+  if (chromaFollows_) {
+    yCoCg = constant[0] > 0.0f ? yCoCg.x * glm::vec3(1.0f, constant[1] / constant[0], constant[2] / constant[0])
+                               : glm::vec3(yCoCg.x, 0.0f, 0.0f);
+  }
+  return glm::max(yCoCgToRgb(yCoCg), glm::vec3(0.0f));
 }
 
 glm::vec3 Bounce::irradiance(std::uint32_t s) const {
   const Surfels& surfels = bake_.surfels;
   const glm::vec3 n = surfels.normal[s];
-  if (surfels.receiver[s] == kGridReceiver) return irradianceInGrid(bake_.caches, light_, surfels.positionWorld[s], n);
-  const glm::vec2 uv = unpackUnorm16x2(surfels.receiver[s]);
-  if (!plain_[s]) return irradianceOnLightmap(bake_.caches, light_, uv, n);
-
-  const TexelQuad quad = texelsAround(bake_.caches.lightmap, uv);
-  glm::vec4 e(0.0f), constant(0.0f);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Rows& rows = row_[bake_.caches.lightmap.cache[quad.texel[k]]];
-    e += quad.weight[k] * (n.x * rows.x + n.y * rows.y + n.z * rows.z);
-    if (chromaFollows_) constant += quad.weight[k] * rows.constant;
+  const float linear = linear_.empty() ? 0.0f : linear_[s];
+  const bool table = inTable_ || linear >= 1.0f;
+  if (surfels.receiver[s] == kGridReceiver) {
+    const glm::vec3 p = surfels.positionWorld[s];
+    return table ? gather(gridStencil(bake_.caches.grid, p, n), n, 0.0f) : irradianceInGrid(bake_.caches, light_, p, n);
   }
-  if (chromaFollows_ && constant.x > 0.0f) e = glm::vec4(e.x, e.x * constant.y / constant.x, e.x * constant.z / constant.x, 0);
-  return glm::max(yCoCgToRgb(glm::vec3(e)), glm::vec3(0.0f));
+  const glm::vec2 uv = unpackUnorm16x2(surfels.receiver[s]);
+  return table ? gather(lightmapStencil(bake_.caches, uv), n, linear) : irradianceOnLightmap(bake_.caches, light_, uv, n);
 }
 
 }  // namespace relume::cpu

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 // What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that never
-// move. Nearly all surfels lie where the light map's normals are their own; for those only band 1 counts, and a table of it,
-// made once a frame, is all they read.
+// move. How a surfel's normal stands to the light map's is known once and for all, and the diffuse lobe of up to four
+// bands needs the first nine coefficients only (band 3 of the clamped cosine is zero; where the normals agree it is band 1
+// alone): a table of those, a cache line or two a cache, is made once a frame.
 #pragma once
 
 #include "formats/bake.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
 
-#include <glm/vec4.hpp>
-
 #include <vector>
 
 namespace relume::cpu {
+
+struct Stencil;
 
 class Bounce {
  public:
@@ -22,18 +23,16 @@ class Bounce {
   void setLight(const CacheLight& light, const ParallelFor& parallelFor);
   // Irradiance [W/m²] at surfel s.
   glm::vec3 irradiance(std::uint32_t s) const;
-  std::size_t bytes() const { return plain_.size() + row_.size() * sizeof(Rows); }
+  std::size_t bytes() const { return (linear_.size() + table_.size()) * sizeof(float); }
 
  private:
-  // (Y, Co, Cg, 0) of irradiance for a normal along x, y, z; and coefficient 0.
-  struct Rows {
-    glm::vec4 x, y, z, constant;
-  };
+  glm::vec3 gather(const Stencil& stencil, const glm::vec3& normal, float linear) const;
 
   const Bake& bake_;
+  bool inTable_;               // whether the table holds all that a lobe needs
   bool chromaFollows_;
-  std::vector<std::uint8_t> plain_;  // [Size n_S] 1 = four valid texels around it, normals its own
-  std::vector<Rows> row_;            // [Size n_C]
+  std::vector<float> linear_;  // [Size n_S] share of the exact lobe, surfaceBlend() of the surfel's and the map's normal
+  std::vector<float> table_;   // [Size n_C * 36] (Y, Co, Cg, 0) of coefficients 0 to 8
   CacheLight light_;
 };
 

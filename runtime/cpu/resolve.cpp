@@ -86,43 +86,15 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 }  // namespace
 
 glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal) {
-  const Lightmap& map = caches.lightmap;
-  if (map.width == 0 || map.height == 0) return glm::vec3(0.0f);
-  glm::vec3 cacheNormal;
-  const Stencil stencil = lightmapStencil(caches, uv, cacheNormal);
+  const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  const float length = glm::length(cacheNormal);
-  if (length > 0.0f) cacheNormal /= length;
-  return gather(light, stencil, makeLobe(light.lumaBands, normal, cacheNormal), 1.0f / total);
+  return gather(light, stencil, makeLobe(light.lumaBands, normal, stencilNormal(caches, stencil)), 1.0f / total);
 }
 
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal) {
-  const CacheGrid& grid = caches.grid;
-  const glm::uvec3 r = grid.resolution;
-  if (r.x == 0 || r.y == 0 || r.z == 0) return glm::vec3(0.0f);
-  const glm::vec3 extent = glm::vec3(r - 1u);
-  const glm::vec3 safeSpacing = glm::max(grid.spacing, glm::vec3(1e-20f));
-  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing), extent);
-  const glm::uvec3 base = glm::uvec3(p);
-  const glm::vec3 f = p - glm::vec3(base);
-
-  Stencil stencil;
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    const glm::uvec3 offset(corner & 1u, (corner >> 1) & 1u, corner >> 2);
-    const glm::uvec3 at = glm::min(base + offset, r - 1u);
-    const glm::vec3 share = glm::mix(1.0f - f, f, glm::vec3(offset));
-    const float w = share.x * share.y * share.z;
-    const std::uint32_t cache = grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x];
-    if (cache == kNoCache || w <= 0.0f) continue;
-    // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
-    const glm::vec3 toward = grid.originWorld + glm::vec3(at) * grid.spacing - positionWorld;
-    const float distance = glm::length(toward);
-    const float cosine = distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f;
-    const float wrap = std::max(0.05f, 0.5f + 0.5f * cosine);
-    stencil.add(cache, w * wrap * wrap);
-  }
+  const Stencil stencil = gridStencil(caches.grid, positionWorld, normal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
   return gather(light, stencil, makeLobe(light.lumaBands, normal, glm::vec3(0.0f)), 1.0f / total);

@@ -302,7 +302,7 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
   for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
   bake.surfels.normal = std::move(normal);
   const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
-  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}}) {
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
     cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
     const cpu::CacheLight light{luma, chroma, coefficients};
