@@ -31,9 +31,8 @@ Status chooseMoving(ViewState& state, const std::string& name) {
 }  // namespace
 
 Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
-  auto state = initialState(scene, options.camera, options.lights);
+  auto state = initialState(scene, options);
   if (!state) return state.error();
-  state->exposure = options.exposure;
   if (Status ok = chooseMoving(*state, options.moving); !ok) return ok;
   std::error_code failure;
   std::filesystem::create_directories(options.output, failure);

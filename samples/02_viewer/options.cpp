@@ -32,6 +32,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->delimiter(',')->capture_default_str();
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--exposure", o.exposure, "stops")->check(CLI::Range(-30.0, 30.0))->capture_default_str();
+  app.add_option("--view", o.view, "what to shade with at the start")
+      ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))->capture_default_str();
+  app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(kOverlayNames.begin(), kOverlayNames.end())));
   app.add_option("--shadow-size", o.shadowSize, "texels along a side of a shadow map")->check(CLI::Range(64, 8192))->capture_default_str();
   CLI::Option* headless =
       app.add_option("--headless", o.headlessFrames, "draw so many frames without a window, a light moving")->check(CLI::Range(1, 100000));

@@ -4,11 +4,15 @@
 
 #include "formats/result.h"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace relume {
+
+inline constexpr std::array<const char*, 5> kViewNames{"full", "direct", "links", "albedo", "normal"};  // as ViewMode
+inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
 
 struct ViewerOptions {
   std::string scene, bake, camera;
@@ -19,6 +23,8 @@ struct ViewerOptions {
   std::string moving;                // that light; empty: the first that is on and has a place
   std::string output;                // folder of the headless frames
   float exposure = 0.0f;             // [stops]
+  std::string view = "full";         // a name of kViewNames
+  std::vector<std::string> overlays; // of kOverlayNames
   bool exitNow = false;              // --help or --version were printed
 };
 

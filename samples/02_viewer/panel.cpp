@@ -59,7 +59,7 @@ void timeTable(const Viewer& viewer) {
 
 void drawPanel(const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize(ImVec2(340, 620), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize(ImVec2(340, 700), ImGuiCond_FirstUseEver);
   ImGui::Begin("Relume");
   ImGui::Text("%u surfels, %u caches, %u links", bake.surfels.count(), bake.caches.count(), bake.links.count());
   if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) viewControls(scene, state);

@@ -79,6 +79,20 @@ Light toRuntime(const SceneLight& light) {
   return {kind, light.intensity, light.positionWorld, light.direction, light.range, light.innerConeRad, light.outerConeRad};
 }
 
+// Which lights of the scene are on at the start.
+Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
+  const auto named = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
+  for (const SceneLight& light : scene.lights)
+    state.lights.push_back({light.name, toRuntime(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
+  for (const std::string& name : names) {
+    const bool known = name == "all" || name == "none" || name == "emissive" ||
+                       std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
+    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
+  }
+  return done();
+}
+
 }  // namespace
 
 Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize) {
@@ -224,26 +238,24 @@ std::vector<glm::vec3> Viewer::cacheColors() const {
   return colors;
 }
 
-Result<ViewState> initialState(const Scene& scene, const std::string& camera, const std::vector<std::string>& lights) {
+Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
   ViewState state;
-  bool found = scene.cameras.empty() && camera.empty();
+  bool found = scene.cameras.empty() && options.camera.empty();
   for (const Camera& c : scene.cameras) {
-    if (found || (!camera.empty() && c.name != camera)) continue;
+    if (found || (!options.camera.empty() && c.name != options.camera)) continue;
     state.camera = FlyCamera::from(c);
     found = true;
   }
-  if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + camera + "\" in the scene"};
-  state.emission = 0.0f;
-  for (const SceneLight& light : scene.lights) {
-    const bool on = std::any_of(lights.begin(), lights.end(), [&](const std::string& n) { return n == light.name || n == "all"; });
-    state.lights.push_back({light.name, toRuntime(light), on, 0.0f, false, light.positionWorld});
-  }
-  for (const std::string& name : lights) {
-    if (name == "all" || name == "emissive") state.emission = 1.0f;
-    const bool known = name == "all" || name == "none" || name == "emissive" ||
-                       std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
-    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
-  }
+  if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
+  if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
+  state.exposure = options.exposure;
+  state.mode = static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
+  const auto wanted = [&](const char* name) {
+    return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
+  };
+  state.surfels = wanted("surfels");
+  state.caches = wanted("caches");
+  state.lightmap = wanted("lightmap");
   return state;
 }
 

@@ -9,6 +9,7 @@
 #include "runtime/relighter.h"
 #include "samples/02_viewer/discs.h"
 #include "samples/02_viewer/fly_camera.h"
+#include "samples/02_viewer/options.h"
 #include "samples/common/gl_level.h"
 #include "samples/common/shadow_maps.h"
 
@@ -78,8 +79,8 @@ class Viewer {
   std::vector<std::pair<std::string, double>> times_;
 };
 
-// The state a scene starts with: its camera and lights by name. usage: a name the scene does not know.
-Result<ViewState> initialState(const Scene& scene, const std::string& camera, const std::vector<std::string>& lights);
+// The state a scene starts with, as the command line has it. usage: a camera or light the scene does not know.
+Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
 
 // Move the lights that orbit to where they are at `seconds`.
 void animate(ViewState& state, double seconds);

@@ -107,9 +107,8 @@ Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& vi
 }  // namespace
 
 Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
-  auto state = initialState(scene, options.camera, options.lights);
+  auto state = initialState(scene, options);
   if (!state) return state.error();
-  state->exposure = options.exposure;
   Window window;
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43) return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};

@@ -374,6 +374,8 @@ def build():
         meshes.append({"name": name, "primitives": [{"attributes": attributes, "indices": glb.indices(mesh.index),
                                                      "material": material_index[mesh.material]}]})
         nodes.append({"name": name, "mesh": len(meshes) - 1})
+        if name in ("outside", "ground"):  # only ever seen from afar
+            nodes[-1]["extras"] = {"relume": {"texelDensity": 0.25}}
 
     # A ball that a game would move: no part of the bake, drawn with the light of the grid.
     toy = ball("red", 0.14, 12, 24)

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+// Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
+#include "bake/bake.h"
+#include "bake/tools/render_cpu.h"
+#include "bake/tools/render_frame.h"
+#ifdef RELUME_RENDER_GL
+#include "bake/tools/render_gl.h"
+#endif
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+
+const Scene& level() {
+  static const Scene scene = [] {
+    Context context;
+    auto imported = importGltf(kLevel, context);
+    EXPECT_TRUE(imported) << imported.error().message;
+    return std::move(*imported);
+  }();
+  return scene;
+}
+
+Bake bakeDraft(const Scene& scene) {
+  BakeOptions options = presetOptions(Preset::draft);
+  options.caches.lightmapCaches = 2500;
+  Context context;
+  auto made = bake(scene, options, context);
+  EXPECT_TRUE(made) << made.error().message;
+  return std::move(*made);
+}
+
+const Bake& levelBake() {
+  static const Bake made = bakeDraft(level());
+  return made;
+}
+
+const Camera& camera(const Scene& scene, const std::string& name) {
+  return *std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == name; });
+}
+
+RenderRequest request(const Scene& scene, const Bake* made, const std::string& cameraName) {
+  RenderRequest r;
+  r.bake = made;
+  r.camera = camera(scene, cameraName);
+  r.lights = scene.lights;
+  r.emissive = true;
+  r.skyRadiance = {0.5f, 0.7f, 1.0f};
+  r.width = 128;
+  r.height = 72;
+  r.samples = 2;
+  r.straight = true;
+  r.centres = true;
+  return r;
+}
+
+Result<RenderedFrame> drawCpu(const Scene& scene, const RenderRequest& r, int threads = 0) {
+  Context context;
+  context.threads = threads;
+  auto tracer = RayTracer::create(scene, "avx2", context);
+  if (!tracer) return tracer.error();
+  return renderCpu(*tracer, r, context);
+}
+
+// Root of the mean squared difference over the mean of `a`.
+double relativeRms(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
+  double squared = 0.0, mean = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const glm::vec3 d = a[i] - b[i];
+    squared += glm::dot(d, d) / 3.0;
+    mean += (a[i].r + a[i].g + a[i].b) / 3.0;
+  }
+  const auto n = static_cast<double>(a.size());
+  return std::sqrt(squared / n) / (mean / n);
+}
+
+double total(const std::vector<glm::vec3>& image) {
+  double sum = 0.0;
+  for (const glm::vec3& p : image) sum += p.r + p.g + p.b;
+  return sum;
+}
+
+// Share of pixels that differ by more than `bound` of the mean.
+double shareBeyond(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b, double bound) {
+  const double mean = total(a) / (3.0 * static_cast<double>(a.size()));
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) count += glm::length(a[i] - b[i]) > bound * mean;
+  return static_cast<double>(count) / static_cast<double>(a.size());
+}
+
+// The level seen in a mirror at x = 0: geometry, cameras, lights, volumes.
+Scene mirrored(const Scene& original) {
+  Scene scene = original;
+  glm::mat4 mirror(1.0f);
+  mirror[0][0] = -1.0f;
+  for (Instance& instance : scene.instances) {
+    instance.toWorld = mirror * instance.toWorld;
+    instance.flipped = !instance.flipped;
+  }
+  for (Camera& c : scene.cameras) c.toWorld = mirror * c.toWorld;
+  for (PlayVolume& v : scene.volumes) v.toWorld = mirror * v.toWorld;
+  for (SceneLight& l : scene.lights) {
+    l.positionWorld.x = -l.positionWorld.x;
+    l.direction.x = -l.direction.x;
+  }
+  return scene;
+}
+
+// Means of 8 x 8 pixels: what is left is not a matter of where single rays fell.
+std::vector<glm::vec3> blocks(const std::vector<glm::vec3>& image, std::uint32_t width) {
+  std::vector<glm::vec3> out(image.size() / 64, glm::vec3(0.0f));
+  for (std::size_t i = 0; i < image.size(); ++i)
+    out[i / width / 8 * (width / 8) + i % width / 8] += image[i] / 64.0f;
+  return out;
+}
+
+TEST(CameraRays, middleLooksForwardAndEdgesSpanTheFieldOfView) {
+  Camera c;
+  c.yfovRad = 1.0f;
+  const CameraRays rays(c, 320, 180);
+  glm::vec3 origin, direction;
+  rays.at(160.0f, 90.0f, origin, direction);
+  EXPECT_NEAR(glm::length(direction - glm::vec3(0, 0, -1)), 0.0f, 1e-6f);
+  rays.at(160.0f, 0.0f, origin, direction);
+  EXPECT_NEAR(std::atan2(direction.y, -direction.z), 0.5f, 1e-5f) << "row 0 is on top";
+  rays.at(320.0f, 90.0f, origin, direction);
+  EXPECT_NEAR(direction.x / -direction.z, std::tan(0.5f) * 320.0f / 180.0f, 1e-5f);
+}
+
+TEST(ComposeAov, dividesByAlbedoAndLeavesBlackChannelsBlack) {
+  RenderedFrame frame;
+  frame.resize(1, 1, false);
+  frame.albedo[0] = {0.5f, 0.0f, 0.25f};
+  frame.indirect[0] = {1.0f, 0.0f, 0.5f};
+  frame.straight[0] = {0.25f, 0.0f, 0.5f};
+  frame.direct[0] = {2.0f, 0.0f, 0.0f};
+  frame.emission[0] = {0.0f, 3.0f, 0.0f};
+  EXPECT_EQ(composeAov(frame, Aov::indirect)[0], glm::vec3(2.0f, 0.0f, 2.0f));
+  EXPECT_EQ(composeAov(frame, Aov::bounced)[0], glm::vec3(1.5f, 0.0f, 0.0f));
+  EXPECT_EQ(composeAov(frame, Aov::full)[0], glm::vec3(3.0f, 3.0f, 0.5f));
+  EXPECT_EQ(composeAov(frame, Aov::unbounced)[0], glm::vec3(2.25f, 3.0f, 0.5f));
+}
+
+TEST(RenderCpu, isTheSameAtAnyThreadCount) {
+  const RenderRequest r = request(level(), &levelBake(), "cam_hall");
+  const auto one = drawCpu(level(), r, 1), two = drawCpu(level(), r, 2);
+  ASSERT_TRUE(one && two);
+  for (const Aov aov : {Aov::full, Aov::bounced, Aov::normal, Aov::depth})
+    EXPECT_EQ(composeAov(*one, aov), composeAov(*two, aov));
+}
+
+TEST(RenderCpu, emittersAloneHaveNothingBouncedInTheFirstFrame) {
+  RenderRequest r = request(level(), &levelBake(), "cam_hall");
+  r.lights.clear();
+  r.bounces = 1;
+  const auto frame = drawCpu(level(), r);
+  ASSERT_TRUE(frame);
+  EXPECT_GT(total(frame->indirect), 0.0);
+  EXPECT_EQ(total(frame->direct), 0.0);
+  for (const glm::vec3& p : composeAov(*frame, Aov::bounced)) EXPECT_LT(glm::length(p), 1e-5f);
+}
+
+TEST(RenderCpu, everyBounceAddsLessLightThanTheOneBefore) {
+  RenderRequest r = request(level(), &levelBake(), "cam_living");
+  r.emissive = false;
+  r.skyRadiance = glm::vec3(0.0f);
+  double before = 0.0, gain = 0.0;
+  for (const int bounces : {1, 2, 3, 4}) {
+    r.bounces = bounces;
+    const auto frame = drawCpu(level(), r);
+    ASSERT_TRUE(frame);
+    const double now = total(frame->indirect);
+    EXPECT_GT(now, before);
+    if (bounces > 1) {
+      EXPECT_LT(now - before, gain) << bounces;
+    }
+    gain = now - before;
+    before = now;
+  }
+  r.bounces = 0;
+  const auto converged = drawCpu(level(), r);
+  ASSERT_TRUE(converged);
+  EXPECT_GT(total(converged->indirect), before);
+  EXPECT_LT(total(converged->indirect), before + 8.0 * gain);
+}
+
+TEST(RenderCpu, aMirroredLevelLooksMirrored) {
+  const Scene mirror = mirrored(level());
+  const Bake mirrorBake = bakeDraft(mirror);
+  for (const char* name : {"cam_living", "cam_hall"}) {
+    const auto a = drawCpu(level(), request(level(), &levelBake(), name));
+    const auto b = drawCpu(mirror, request(mirror, &mirrorBake, name));
+    ASSERT_TRUE(a && b);
+    EXPECT_LT(relativeRms(blocks(a->direct, 128), blocks(b->direct, 128)), 0.01) << name;
+    EXPECT_LT(relativeRms(blocks(a->albedo, 128), blocks(b->albedo, 128)), 1e-3) << name;
+    EXPECT_LT(relativeRms(blocks(composeAov(*a, Aov::indirect), 128), blocks(composeAov(*b, Aov::indirect), 128)), 0.12) << name;
+  }
+}
+
+#ifdef RELUME_RENDER_GL
+// OpenGL shades the same pixels with shadow maps, half floats and its own rasteriser: a few pixels on edges differ, the
+// rest must not.
+TEST(RenderGl, agreesWithTheCpu) {
+  for (const char* name : {"cam_living", "cam_hall"}) {
+    const RenderRequest r = request(level(), &levelBake(), name);
+    Context context;
+    const auto gl = renderGl(level(), r, context);
+    if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
+    ASSERT_TRUE(gl) << gl.error().message;
+    const auto cpu = drawCpu(level(), r);
+    ASSERT_TRUE(cpu) << cpu.error().message;
+    const auto pair = [&](Aov aov) { return std::pair(composeAov(*cpu, aov), composeAov(*gl, aov)); };
+    const auto [indirectCpu, indirectGl] = pair(Aov::indirect);
+    EXPECT_LT(relativeRms(indirectCpu, indirectGl), 0.03) << name;
+    EXPECT_NEAR(total(indirectGl) / total(indirectCpu), 1.0, 0.01) << name;
+    const auto [bouncedCpu, bouncedGl] = pair(Aov::bounced);
+    EXPECT_LT(relativeRms(bouncedCpu, bouncedGl), 0.04) << name;
+    const auto [albedoCpu, albedoGl] = pair(Aov::albedo);
+    EXPECT_LT(relativeRms(albedoCpu, albedoGl), 0.03) << name << ": mip levels";
+    const auto [directCpu, directGl] = pair(Aov::direct);
+    EXPECT_LT(shareBeyond(directCpu, directGl, 0.05), 0.05) << name << ": shadow edges only";
+    EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03) << name;
+    for (const Aov aov : {Aov::normal, Aov::position, Aov::depth}) {
+      const auto [a, b] = pair(aov);
+      EXPECT_LT(shareBeyond(a, b, 0.02), 0.01) << name << " " << aovNames()[static_cast<std::size_t>(aov)];
+    }
+  }
+}
+
+TEST(RenderGl, tilesJoinWithoutSeams) {
+  RenderRequest r = request(level(), nullptr, "cam_hall");
+  r.straight = false;
+  r.centres = false;
+  r.lights = {r.lights.front()};
+  Context context;
+  r.width = 150;
+  r.height = 90;
+  r.samples = 1;
+  const auto whole = renderGl(level(), r, context);
+  if (!whole && whole.error().code == ErrorCode::unsupported) GTEST_SKIP() << whole.error().message;
+  ASSERT_TRUE(whole) << whole.error().message;
+  // The same view in 3 x 3 times as many pixels takes more than one tile; its block means are the supersampled view.
+  r.samples = 9;
+  const auto tiled = renderGl(level(), r, context);
+  ASSERT_TRUE(tiled) << tiled.error().message;
+  EXPECT_LT(shareBeyond(whole->albedo, tiled->albedo, 0.3), 0.08);
+  EXPECT_NEAR(total(tiled->albedo) / total(whole->albedo), 1.0, 0.01);
+}
+#endif
+
+}  // namespace
+}  // namespace relume
