@@ -106,16 +106,23 @@ float irradianceLinear(std::span<const float> c, const glm::vec3& n) {
 }
 
 float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& n, const glm::vec3& cacheNormal) {
-  const float blend = bands < 2 ? 0.0f : surfaceBlend(glm::dot(n, cacheNormal));
+  const float present = glm::dot(cacheNormal, cacheNormal);
+  if (bands < 2) return (1.0f + present) * irradianceClamped(bands, c, n);
+  const SurfaceLobe lobe = present > 0.0f ? surfaceLobe(glm::dot(n, cacheNormal)) : SurfaceLobe{};
   float e = 0.0f;
-  if (blend > 0.0f) e += blend * irradianceLinear(c, n);
-  if (blend < 1.0f) e += (1.0f - blend) * irradianceClamped(bands, c, n);
+  if (lobe.linear > 0.0f) e += lobe.linear * irradianceLinear(c, n);
+  if (lobe.clamped > 0.0f) e += lobe.clamped * irradianceClamped(bands, c, n);
   return e;
 }
 
 float surfaceBlend(float cosine) {
   const float t = std::clamp((cosine - 0.85f) / (0.99f - 0.85f), 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
+}
+
+SurfaceLobe surfaceLobe(float cosine, float geometricCosine) {
+  const float blend = surfaceBlend(cosine);
+  return {blend / std::max(geometricCosine, 0.85f), (1.0f - blend) * 2.0f / (1.0f + std::max(geometricCosine, 0.0f))};
 }
 
 }  // namespace relume

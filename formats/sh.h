@@ -45,12 +45,24 @@ float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n)
 // linear there. [Size c >= 4]
 float irradianceLinear(std::span<const float> c, const glm::vec3& n);
 
-// Irradiance at a surface cache with unit normal cacheNormal for a shading normal n: exact irradianceLinear() where the
-// normals agree, blending to irradianceClamped() as they part. weight = surfaceBlend(dot(n, cacheNormal)).
-// A zero cacheNormal (grid cache) gives the clamped lobe.
+// Irradiance at a surface cache with unit normal cacheNormal for a shading normal n: irradianceLinear() and
+// irradianceClamped() by the factors of surfaceLobe(). A zero cacheNormal (grid cache) gives the clamped lobe. One band
+// knows no direction: it gives pi times the mean radiance of the half that a surface cache sees.
 float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& n, const glm::vec3& cacheNormal);
 
 // Share of irradianceLinear() for a cosine between shading and cache normal: 1 above 0.99, 0 below 0.85, smooth between.
 float surfaceBlend(float cosine);
+
+// Factors on irradianceLinear() and irradianceClamped() at a surface cache with normal m, for cosine = dot(n, m) of the
+// shading normal and geometricCosine = dot(g, m) of the receiver's own plane g.
+//
+// The shares are surfaceBlend(cosine) and the rest. A cache has seen only the half of the world above m, a receiver whose
+// plane is tilted sees a lune below: of a uniform world the linear form has caught g.m, the clamped one (1 + g.m) / 2.
+// Dividing by that takes the lune to be as bright as the rest.
+struct SurfaceLobe {
+  float linear = 0.0f, clamped = 1.0f;
+};
+SurfaceLobe surfaceLobe(float cosine, float geometricCosine);
+inline SurfaceLobe surfaceLobe(float cosine) { return surfaceLobe(cosine, cosine); }
 
 }  // namespace relume

@@ -119,8 +119,13 @@ void Relighter::reset() {
 #endif
 }
 
+glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
+                                          const glm::vec3& geometricNormal) const {
+  return cpu::irradianceOnLightmap(state_->bake.caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
+}
+
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
-  return cpu::irradianceOnLightmap(state_->bake.caches, state_->cacheLight(), lightmapUv, normal);
+  return irradianceOnLightmap(lightmapUv, normal, normal);
 }
 
 glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {

@@ -89,6 +89,10 @@ class Relighter {
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
   // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set); never negative.
+  // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches have
+  // not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
+  glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
+                                 const glm::vec3& geometricNormal) const;
   glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
   glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
@@ -108,8 +112,8 @@ class Relighter {
 
   // GL backend only; zero and empty on the CPU.
   GlResolveInputs glResolveInputs() const;
-  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) and
-  // vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots are those of shaders/shared/layout.h (kResolve...)
+  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
+  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots are those of shaders/shared/layout.h (kResolve...)
   // unless the host defines RELUME_RESOLVE_... macros before it.
   std::string resolveGlsl() const;
   // Bind all resolve inputs to the default slots of shaders/shared/layout.h. Leaves them bound.

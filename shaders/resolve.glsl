@@ -2,8 +2,9 @@
 // Step 6, for the host's shaders: irradiance [W/m²] by indirect light at a receiver (PIC 3.2). runtime/cpu/resolve.h says
 // what is computed; a test runs both.
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n)            uv of Lightmap::cornerUv, front or back set
+//   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal)
 //   vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n)
-// n is the unit shading normal. Multiply by albedo / pi for reflected radiance. Needs RELUME_LUMA_BANDS and
+// n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for reflected radiance. Needs RELUME_LUMA_BANDS and
 // RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
 #include "shared/layout.h"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
@@ -24,16 +25,22 @@ layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCache
 layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGridCache[]; };
 layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
 
-// The receiver's lobe, four coefficients a vector: `linear` parts of the exact lobe for a surface, the rest clamped cosine.
-void relumeMakeLobe(vec3 n, float linear, float single, out vec4 lobe[RELUME_LUMA_LAYERS]) {
+// Factors of the linear (x) and the clamped form (y) at a surface cache: formats/sh.h, surfaceLobe().
+vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
+  float blend = smoothstep(0.85, 0.99, cosine);
+  return vec2(blend / max(geometricCosine, 0.85), (1.0 - blend) * 2.0 / (1.0 + max(geometricCosine, 0.0)));
+}
+
+// The receiver's lobe, four coefficients a vector; share: relumeSurfaceLobe().
+void relumeMakeLobe(vec3 n, vec2 share, float single, out vec4 lobe[RELUME_LUMA_LAYERS]) {
   float scale[RELUME_LUMA_BANDS];
-  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) scale[l] = (1.0 - linear) * kRelumeCosine[l];
+  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) scale[l] = share.y * kRelumeCosine[l];
   relumeEvaluateSh(n, scale, lobe);
 #if RELUME_LUMA_BANDS == 1
   lobe[0].x *= single;
 #else
   // 4 pi / 3 times y_1.
-  lobe[0].yzw += linear * 2.04665342 * n.yzx;
+  lobe[0].yzw += share.x * 2.04665342 * n.yzx;
 #endif
 }
 
@@ -44,21 +51,22 @@ vec3 relumeFinish(vec3 e, vec3 constant) {
   return max(relumeYCoCgToRgb(e), vec3(0.0));
 }
 
-vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) {
+vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   // The filtered w is the share of texels that have a cache: dividing by it leaves the others out.
   vec4 normal = textureLod(relumeLightmapNormal, uv, 0.0);
   if (!(normal.w > 0.0)) return vec3(0.0);
   float size = length(normal.xyz);
   vec3 cacheNormal = size > 0.0 ? normal.xyz / size : vec3(0.0);
-  float linear = RELUME_LUMA_BANDS < 2 ? 0.0 : smoothstep(0.85, 0.99, dot(n, cacheNormal));
+  vec2 share = RELUME_LUMA_BANDS < 2 ? vec2(0.0, 1.0)
+                                     : relumeSurfaceLobe(dot(n, cacheNormal), dot(geometricNormal, cacheNormal));
   vec4 lobe[RELUME_LUMA_LAYERS];
-  relumeMakeLobe(n, linear, 1.0 + dot(cacheNormal, cacheNormal), lobe);
+  relumeMakeLobe(n, share, 1.0 + dot(cacheNormal, cacheNormal), lobe);
 
   vec4 y0 = textureLod(relumeLightmapY, vec3(uv, 0.0), 0.0);
   vec4 co0 = textureLod(relumeLightmapCo, vec3(uv, 0.0), 0.0);
   vec4 cg0 = textureLod(relumeLightmapCg, vec3(uv, 0.0), 0.0);
   vec3 e = vec3(dot(lobe[0], y0), dot(lobe[0], co0), dot(lobe[0], cg0));
-  if (linear < 1.0) {
+  if (share.y > 0.0) {
     for (int layer = 1; layer < RELUME_LUMA_LAYERS; ++layer) {
       e.x += dot(lobe[layer], textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0));
     }
@@ -69,6 +77,8 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) {
   }
   return relumeFinish(e / normal.w, vec3(y0.x, co0.x, cg0.x));
 }
+
+vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) { return relumeIrradianceLightmap(uv, n, n); }
 
 vec4 relumeCoefficients(uint word) {
   uvec2 halves = relumeCache[word];
@@ -83,7 +93,7 @@ vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
   uvec3 base = uvec3(p);
   vec3 f = p - vec3(base);
   vec4 lobe[RELUME_LUMA_LAYERS];
-  relumeMakeLobe(n, 0.0, 1.0, lobe);
+  relumeMakeLobe(n, vec2(0.0, 1.0), 1.0, lobe);
 
   vec3 e = vec3(0.0), constant = vec3(0.0);
   float total = 0.0;

@@ -47,13 +47,14 @@ ParallelFor parallelFor(Context& context) {
 // A point of the level as the camera sees it.
 struct Seen {
   SurfacePoint point;
-  glm::vec3 position, normal;  // normal toward the viewer
+  glm::vec3 position, normal, planeNormal;  // normals toward the viewer
   bool back;
 };
 
 Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
-  Seen seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()), hit.back};
-  if (hit.back) seen.normal = -seen.normal;
+  Seen seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()),
+            geometricNormal(scene, hit.point()), hit.back};
+  if (hit.back) seen.normal = -seen.normal, seen.planeNormal = -seen.planeNormal;
   return seen;
 }
 
@@ -69,7 +70,7 @@ glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& 
     const glm::vec2 a = unpackUnorm16x2(corners[corner]), b = unpackUnorm16x2(corners[corner + (mirrored ? 2 : 1)]),
                     c = unpackUnorm16x2(corners[corner + (mirrored ? 1 : 2)]);
     const glm::vec2 uv = a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;
-    return relighter.irradianceOnLightmap(uv, seen.normal);
+    return relighter.irradianceOnLightmap(uv, seen.normal, seen.planeNormal);
   }
   return relighter.irradianceInGrid(seen.position, seen.normal);
 }

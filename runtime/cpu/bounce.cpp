@@ -24,18 +24,19 @@ constexpr float kPi = std::numbers::pi_v<float>;
 
 typedef float Float4 __attribute__((vector_size(16)));
 
-// Share of the exact lobe at a surfel that reads the light map.
-float linearShare(const Bake& bake, std::uint32_t s) {
+// Cosine between a surfel's normal and the light map's where it reads it; kNoMap where it reads the grid.
+constexpr float kNoMap = 2.0f;
+float cosineToMap(const Bake& bake, std::uint32_t s) {
   const Surfels& surfels = bake.surfels;
-  if (surfels.receiver[s] == kGridReceiver) return 0.0f;
+  if (surfels.receiver[s] == kGridReceiver) return kNoMap;
   const Stencil stencil = lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]));
-  return surfaceBlend(glm::dot(stencilNormal(bake.caches, stencil), surfels.normal[s]));
+  return glm::dot(stencilNormal(bake.caches, stencil), surfels.normal[s]);
 }
 
 // The lobe of resolve.cpp as the nine coefficients of three bands, written out: A_l y_l^m(n) and (4 pi / 3) y_1^m(n).
-std::array<float, kRows> makeLobe(int bands, const glm::vec3& n, float linear) {
-  const float clamped = 1.0f - linear;
-  const float band1 = (clamped * 2.0f / 3.0f + linear * 4.0f / 3.0f) * kPi * 0.488602512f;
+std::array<float, kRows> makeLobe(int bands, const glm::vec3& n, const SurfaceLobe& share) {
+  const float clamped = share.clamped;
+  const float band1 = (clamped * 2.0f / 3.0f + share.linear * 4.0f / 3.0f) * kPi * 0.488602512f;
   const float band2 = bands > 2 ? clamped * 0.25f * kPi : 0.0f;
   return {clamped * kPi * 0.282094792f,
           band1 * n.y,
@@ -53,10 +54,10 @@ std::array<float, kRows> makeLobe(int bands, const glm::vec3& n, float linear) {
 Bounce::Bounce(const Bake& bake, int lumaBands, int chromaBands, const ParallelFor& parallelFor)
     : bake_(bake), inTable_(lumaBands >= 2 && lumaBands <= 4), chromaFollows_(chromaBands == 1) {
   if (lumaBands < 2) return;
-  linear_.resize(bake.surfels.count());
+  cosine_.resize(bake.surfels.count());
   table_.resize(4 * kRows * bake.caches.count(), 0.0f);
   forChunks(parallelFor, bake.surfels.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) linear_[s] = linearShare(bake_, s);
+    for (std::uint32_t s = begin; s < end; ++s) cosine_[s] = cosineToMap(bake_, s);
   });
 }
 
@@ -78,10 +79,10 @@ void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor) {
   });
 }
 
-glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, float linear) const {
+glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, const SurfaceLobe& share) const {
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  const std::array<float, kRows> lobe = makeLobe(light_.lumaBands, normal, linear);
+  const std::array<float, kRows> lobe = makeLobe(light_.lumaBands, normal, share);
   Float4 e{}, constant{};
   for (int k = 0; k < stencil.count; ++k) {
     const float* row = table_.data() + 4 * kRows * stencil.cache[static_cast<std::size_t>(k)];
@@ -91,7 +92,7 @@ glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, float 
       return v;
     };
     Float4 sum = lobe[1] * at(1) + lobe[2] * at(2) + lobe[3] * at(3);
-    if (linear < 1.0f) {
+    if (share.clamped > 0.0f) {
       sum += lobe[0] * at(0) + lobe[4] * at(4) + lobe[5] * at(5) + lobe[6] * at(6) + lobe[7] * at(7) + lobe[8] * at(8);
     }
     const float w = stencil.weight[static_cast<std::size_t>(k)] / total;
@@ -109,14 +110,15 @@ glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, float 
 glm::vec3 Bounce::irradiance(std::uint32_t s) const {
   const Surfels& surfels = bake_.surfels;
   const glm::vec3 n = surfels.normal[s];
-  const float linear = linear_.empty() ? 0.0f : linear_[s];
-  const bool table = inTable_ || linear >= 1.0f;
+  const bool map = !cosine_.empty() && cosine_[s] != kNoMap;
+  const SurfaceLobe share = map ? surfaceLobe(cosine_[s]) : SurfaceLobe{};
+  const bool table = inTable_ || (map && share.clamped == 0.0f);
   if (surfels.receiver[s] == kGridReceiver) {
     const glm::vec3 p = surfels.positionWorld[s];
-    return table ? gather(gridStencil(bake_.caches.grid, p, n), n, 0.0f) : irradianceInGrid(bake_.caches, light_, p, n);
+    return table ? gather(gridStencil(bake_.caches.grid, p, n), n, share) : irradianceInGrid(bake_.caches, light_, p, n);
   }
   const glm::vec2 uv = unpackUnorm16x2(surfels.receiver[s]);
-  return table ? gather(lightmapStencil(bake_.caches, uv), n, linear) : irradianceOnLightmap(bake_.caches, light_, uv, n);
+  return table ? gather(lightmapStencil(bake_.caches, uv), n, share) : irradianceOnLightmap(bake_.caches, light_, uv, n);
 }
 
 }  // namespace relume::cpu

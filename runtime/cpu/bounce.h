@@ -6,6 +6,7 @@
 #pragma once
 
 #include "formats/bake.h"
+#include "formats/sh.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
 
@@ -23,15 +24,15 @@ class Bounce {
   void setLight(const CacheLight& light, const ParallelFor& parallelFor);
   // Irradiance [W/m²] at surfel s.
   glm::vec3 irradiance(std::uint32_t s) const;
-  std::size_t bytes() const { return (linear_.size() + table_.size()) * sizeof(float); }
+  std::size_t bytes() const { return (cosine_.size() + table_.size()) * sizeof(float); }
 
  private:
-  glm::vec3 gather(const Stencil& stencil, const glm::vec3& normal, float linear) const;
+  glm::vec3 gather(const Stencil& stencil, const glm::vec3& normal, const SurfaceLobe& share) const;
 
   const Bake& bake_;
   bool inTable_;               // whether the table holds all that a lobe needs
   bool chromaFollows_;
-  std::vector<float> linear_;  // [Size n_S] share of the exact lobe, surfaceBlend() of the surfel's and the map's normal
+  std::vector<float> cosine_;  // [Size n_S] between the surfel's and the map's normal, 2 where it reads the grid
   std::vector<float> table_;   // [Size n_C * 36] (Y, Co, Cg, 0) of coefficients 0 to 8
   CacheLight light_;
 };

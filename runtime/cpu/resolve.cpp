@@ -24,29 +24,28 @@ struct Lobe {
   std::size_t first = 0, last = 0;
 };
 
-// Lobe of a receiver with unit normal n among caches with unit (or, in the grid, zero) normal cacheNormal.
-Lobe makeLobe(int bands, const glm::vec3& n, const glm::vec3& cacheNormal) {
+// Lobe of a receiver with unit normal n by the shares of the two forms; single: factor on a lone band.
+Lobe makeLobe(int bands, const glm::vec3& n, SurfaceLobe share, float single) {
   Lobe lobe;
-  const float blend = bands < 2 ? 0.0f : surfaceBlend(glm::dot(n, cacheNormal));
-  if (blend < 1.0f) {
+  if (bands < 2) share = {0.0f, single};
+  if (share.clamped > 0.0f) {
     // Bands 3, 5 and 7 of the clamped cosine are zero: leave the last band out when it is one of them.
     const int used = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
     evaluateSh(used, n, lobe.g);
     for (int l = 0; l < used; ++l) {
-      const float factor = (1.0f - blend) * clampedCosineFactors()[static_cast<std::size_t>(l)];
+      const float factor = share.clamped * clampedCosineFactors()[static_cast<std::size_t>(l)];
       for (int i = l * l; i < (l + 1) * (l + 1); ++i) lobe.g[static_cast<std::size_t>(i)] *= factor;
     }
-    // One band knows no direction: a cache on a surface holds half a sphere of light, all of it above the surface.
-    if (bands == 1) lobe.g[0] *= 1.0f + glm::dot(cacheNormal, cacheNormal);
     lobe.last = static_cast<std::size_t>(used * used);
   }
-  if (blend > 0.0f) {
+  if (share.linear > 0.0f) {
     constexpr float kLinear = static_cast<float>(4.0 * std::numbers::pi / 3.0 * 0.48860251190291992);
-    if (blend >= 1.0f) lobe.g[1] = lobe.g[2] = lobe.g[3] = 0.0f;
-    lobe.g[1] += blend * kLinear * n.y;
-    lobe.g[2] += blend * kLinear * n.z;
-    lobe.g[3] += blend * kLinear * n.x;
-    if (blend >= 1.0f) lobe.first = 1;
+    const bool alone = !(share.clamped > 0.0f);
+    if (alone) lobe.g[1] = lobe.g[2] = lobe.g[3] = 0.0f;
+    lobe.g[1] += share.linear * kLinear * n.y;
+    lobe.g[2] += share.linear * kLinear * n.z;
+    lobe.g[3] += share.linear * kLinear * n.x;
+    if (alone) lobe.first = 1;
     lobe.last = std::max<std::size_t>(lobe.last, 4);
   }
   return lobe;
@@ -85,11 +84,16 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 
 }  // namespace
 
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal) {
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal,
+                              const glm::vec3& geometricNormal) {
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  return gather(light, stencil, makeLobe(light.lumaBands, normal, stencilNormal(caches, stencil)), 1.0f / total);
+  const glm::vec3 cacheNormal = stencilNormal(caches, stencil);
+  const SurfaceLobe share = surfaceLobe(glm::dot(normal, cacheNormal), glm::dot(geometricNormal, cacheNormal));
+  // One band knows no direction: a cache on a surface holds half a sphere of light, all of it above the surface.
+  return gather(light, stencil, makeLobe(light.lumaBands, normal, share, 1.0f + glm::dot(cacheNormal, cacheNormal)),
+                1.0f / total);
 }
 
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
@@ -97,7 +101,7 @@ glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const 
   const Stencil stencil = gridStencil(caches.grid, positionWorld, normal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  return gather(light, stencil, makeLobe(light.lumaBands, normal, glm::vec3(0.0f)), 1.0f / total);
+  return gather(light, stencil, makeLobe(light.lumaBands, normal, {}, 1.0f), 1.0f / total);
 }
 
 }  // namespace relume::cpu

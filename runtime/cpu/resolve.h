@@ -4,7 +4,8 @@
 //
 // Irradiance is linear in the coefficients, E = sum_k w_k sum_i g_i c_{k,i}, with w the interpolation's weights and g
 // the receiver's lobe: the clamped cosine for grid caches; on the light map irradianceLinear(), exact for the cache's
-// own normal, blending to the clamped cosine as the normals part (formats/sh.h).
+// own normal, blending to the clamped cosine as the normals part, both made up for what the cache has not seen
+// (formats/sh.h, surfaceLobe()).
 // With one chroma band beside more luma bands, chroma follows luma: E_Co = E_Y Co_0 / Y_0, so that colours keep their
 // saturation whatever the lobe.
 #pragma once
@@ -30,7 +31,13 @@ struct CacheLight {
 
 // Irradiance [W/m²], never negative, zero where there are no caches. `uv` is a point of the light map, whichever of its
 // coordinate sets (front or back sides) it came from. Texels without a cache have weight 0, the others share it.
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal);
+// `normal` is the shading normal, `geometricNormal` that of the receiver's plane (formats/sh.h, surfaceLobe()).
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal,
+                               const glm::vec3& geometricNormal);
+inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+                                      const glm::vec3& normal) {
+  return irradianceOnLightmap(caches, light, uv, normal, normal);
+}
 
 // Trilinear between the points of the grid, the position clamped to it; points behind the receiver count less (the wrap
 // weight), points without a cache nothing.

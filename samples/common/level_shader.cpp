@@ -52,8 +52,12 @@ vec3 levelDirect(vec3 p, vec3 n) {
 
 const char* kLinks = R"(
 vec3 levelLinks(vec3 p, vec3 n) {
+  // The triangle's own normal, on the side of n.
+  vec3 plane = cross(dFdx(p), dFdy(p));
+  float size = length(plane);
+  plane = size > 0.0 ? plane * (dot(plane, n) < 0.0 ? -1.0 / size : 1.0 / size) : n;
   vec2 uv;
-  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n) : relumeIrradianceGrid(p, n);
+  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, plane) : relumeIrradianceGrid(p, n);
 }
 )";
 

@@ -109,6 +109,33 @@ TEST(Sh, LinearIrradianceIsExactForTheHemisphere) {
   }
 }
 
+// A cache that has seen the upper half of a uniform world; receivers tilted against it see a part of the lower half too.
+TEST(Sh, SurfaceIrradianceOfAUniformWorldIsPiForTiltedReceivers) {
+  std::array<float, kMaxCoefficients> c{};
+  for (int l = 0; l < kMaxBands; ++l) {
+    const double legendre = integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); }, 0.0);
+    c[l * l + l] = static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi)) * legendre);
+  }
+  const glm::vec3 cacheNormal(0, 0, 1);
+  for (int bands = 1; bands <= kMaxBands; ++bands) {
+    for (int degrees = 0; degrees <= 60; degrees += 2) {
+      const double a = degrees * kPi / 180;
+      const glm::vec3 n(std::sin(a), 0, std::cos(a));
+      EXPECT_NEAR(irradianceAtSurface(bands, c, n, cacheNormal), kPi, 0.01 * kPi) << bands << " bands, " << degrees;
+    }
+  }
+}
+
+TEST(Sh, SurfaceLobeLeavesAShadingNormalAloneOnTheCachesPlane) {
+  const SurfaceLobe own = surfaceLobe(1.0f), mapped = surfaceLobe(0.9f, 1.0f), tilted = surfaceLobe(0.5f);
+  EXPECT_EQ(own.linear, 1.0f);
+  EXPECT_EQ(own.clamped, 0.0f);
+  EXPECT_NEAR(mapped.linear + mapped.clamped, 1.0f, 1e-6f);
+  EXPECT_EQ(tilted.linear, 0.0f);
+  EXPECT_NEAR(tilted.clamped, 2.0f / 1.5f, 1e-6f);
+  EXPECT_EQ(surfaceLobe(-1.0f).clamped, 2.0f);
+}
+
 TEST(Sh, ClampedIrradianceOfAUniformSkyIsPi) {
   for (int bands = 1; bands <= kMaxBands; ++bands) {
     std::array<float, kMaxCoefficients> c{};

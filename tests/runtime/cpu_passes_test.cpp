@@ -267,6 +267,21 @@ TEST(ResolveLightmap, tiltedNormalsBlendToTheClampedCosine) {
   EXPECT_NEAR(rgbToYCoCg(e).x, want, 1e-4f);
 }
 
+TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 4}, {8, 2}}) {
+    const TwoTexels map(luma, chroma, {0, 0});
+    for (float angle = 0.0f; angle < 1.04f; angle += 0.05f) {
+      const glm::vec3 tilted(std::sin(angle), 0.0f, std::cos(angle));
+      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+      EXPECT_NEAR(e.r, kPi, 0.01 * kPi) << luma << " bands, angle " << angle;
+      // A normal map on the cache's own plane turns away from light, as it should.
+      const glm::vec3 mapped = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
+      const double caught = luma > 1 ? 0.5 + 0.5 * std::cos(angle) : 1.0;
+      EXPECT_NEAR(mapped.r, kPi * caught, 0.05 * kPi) << luma << " bands, angle " << angle;
+    }
+  }
+}
+
 // A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
 TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   Caches caches;
