@@ -19,7 +19,7 @@ constexpr int kSamples = 4;
 constexpr std::size_t kMostPoints = 8;
 // How far a cache moves from the texel's centre toward the middle of the surface in its cell: caches in a corner of a
 // room would see little but the corner.
-constexpr float kInset = 0.4f;
+constexpr float kInset = 0.8f;
 constexpr std::uint32_t kMostTexels = 8192;
 
 // Texels along an axis of `length` texels: one for less than one, else enough to span it from border to border.

@@ -73,11 +73,12 @@ class Placer {
   // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms.
   Texels searchCount() {
     constexpr int kSteps = 7;
-    constexpr double kCloseEnough = 0.02;
+    constexpr double kCloseEnough = 0.03;
     const double target = options_.lightmapCaches;
     Texels best;
     double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
+      ++steps_;
       Texels texels = place(size);
       const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
       const double off = std::abs(std::log(count / target));
@@ -174,6 +175,7 @@ class Placer {
     }
     context_.figure("charts", charts);
     context_.figure("chart_area_kept_share", surfaceArea > 0.0 ? uvArea / surfaceArea : 1.0);
+    context_.figure("search_steps", steps_);
     context_.figure("patches", static_cast<double>(set_.patches.size()));
     context_.figure("texel_m", texels.cells.texelSize);
     context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
@@ -207,6 +209,7 @@ class Placer {
   const Prober prober_;
   const std::uint32_t gutter_;
   PatchSet set_;
+  int steps_ = 0;  // of the search for the texel size
 };
 
 }  // namespace

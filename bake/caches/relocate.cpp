@@ -13,12 +13,18 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRays = 64;
+// Rays cast first: the whole answer when none of them, or nearly all, see the inside of things.
+constexpr std::size_t kFirstRays = 16;
+constexpr float kClearlyInside = 0.75f;
 
-// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere.
+// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. Ordered so that the first quarter
+// is even, too.
 std::vector<glm::vec3> spiral(bool hemisphere) {
   std::vector<glm::vec3> directions;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  for (std::size_t i = 0; i < kRays; ++i) {
+  constexpr std::size_t kStride = kRays / kFirstRays;
+  for (std::size_t k = 0; k < kRays; ++k) {
+    const std::size_t i = k % kFirstRays * kStride + k / kFirstRays;
     const double u = (static_cast<double>(i) + 0.5) / kRays;
     const double z = hemisphere ? std::sqrt(1.0 - u) : 1.0 - 2.0 * u;
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z)), phi = golden * static_cast<double>(i);
@@ -47,22 +53,31 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     rays[i].origin = positionWorld;
     rays[i].direction = u * d.x + v * d.y + w * d.z;
   }
-  tracer_.trace(rays, hits);
 
   const Scene& scene = tracer_.scene();
-  Surroundings result;
-  for (const Hit& hit : hits) {
-    if (!hit) {
-      result.miss += 1.0f;
-      continue;
+  Surroundings count;
+  const auto cast = [&](std::size_t begin, std::size_t end) {
+    tracer_.trace(std::span(rays).subspan(begin, end - begin), std::span(hits).subspan(begin, end - begin));
+    for (std::size_t i = begin; i < end; ++i) {
+      const Hit& hit = hits[i];
+      if (!hit) {
+        count.miss += 1.0f;
+        continue;
+      }
+      const Instance& instance = scene.instances[hit.instance];
+      if (hit.back && !scene.material(instance).doubleSided) count.back += 1.0f;
+      else if (hit.distance < contact) count.near += 1.0f;
+      if (!onSurface && playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) count.seen += 1.0f;
     }
-    const Instance& instance = scene.instances[hit.instance];
-    if (hit.back && !scene.material(instance).doubleSided) result.back += 1.0f;
-    else if (hit.distance < contact) result.near += 1.0f;
-    if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) result.seen += 1.0f;
+  };
+  cast(0, kFirstRays);
+  const float bad = count.back + count.near;
+  float raysCast = static_cast<float>(kFirstRays);
+  if (!onSurface || (bad > 0.0f && count.back < kClearlyInside * raysCast)) {
+    cast(kFirstRays, kRays);
+    raysCast = static_cast<float>(kRays);
   }
-  const float scale = 1.0f / static_cast<float>(kRays);
-  return {result.back * scale, result.near * scale, result.seen * scale, result.miss * scale};
+  return {count.back / raysCast, count.near / raysCast, count.seen / raysCast, count.miss / raysCast};
 }
 
 bool Prober::connected(const glm::vec3& from, const glm::vec3& to) const {

@@ -14,11 +14,12 @@ namespace relume {
 struct Surroundings {
   float back = 0.0f;   // hit the back of a one-sided surface: geometry is seen from inside
   float near = 0.0f;   // hit something within `contact`
-  float seen = 0.0f;   // hit a side that the play space sees
+  float seen = 0.0f;   // hit a side that the play space sees; counted for the sphere only
   float miss = 0.0f;   // hit nothing
 };
 
-// Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0.
+// Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0. A
+// quarter of them decides where they agree.
 // Immutable, thread-safe.
 class Prober {
  public:

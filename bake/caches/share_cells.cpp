@@ -17,14 +17,14 @@ namespace relume {
 namespace {
 
 // Errors are relative, for a surface of a full texel. What a cache a texel away costs (constant light on a slope):
-constexpr float kErrorPerTexel = 0.5f;
+constexpr float kErrorPerTexel = 0.4f;
 // What another normal costs, for opposite ones; below kMinCosine nothing is shared.
-constexpr float kErrorPerNormal = 0.6f;
-constexpr float kMinCosine = 0.5f;
-// What the grid costs, and so the most a shared cache may cost.
+constexpr float kErrorPerNormal = 0.4f;
+constexpr float kMinCosine = 0.4f;
+// What the grid costs.
 constexpr float kGridError = 0.8f;
 // The error a cache must save, in full texels.
-constexpr float kCacheCost = 0.12f;
+constexpr float kCacheCost = 0.1f;
 // Distance off the tangent planes counts so much more than along them: a shelf is not the wall.
 constexpr float kOffPlane = 3.0f;
 // Texels with less surface than this choose in groups of neighbours that look the same way.
@@ -32,6 +32,8 @@ constexpr float kSmallShare = 0.25f;
 constexpr float kGroupTexels = 0.4f;
 // A cache looks this far for texels that it could serve.
 constexpr float kMaxReach = 1.6f;
+// And texels that nobody serves look this far for any cache in sight, before they turn to the grid.
+constexpr float kLastReach = 3.0f;
 // Beyond this share of near hits a cache lies in a gap that nothing looks into.
 constexpr float kMaxNearShare = 0.9f;
 constexpr int kRounds = 4;
@@ -63,9 +65,10 @@ class Sharer {
       openCaches();
       if (result_.caches.size() == before && round > 0) break;
       checkCaches(before, context);
-      chooseCaches(open, context);
+      chooseCaches(open, reach_, kGridError, context);
       std::erase_if(open, [&](std::uint32_t cell) { return result_.cacheOfCell[cell] != kNoCache; });
     }
+    chooseCaches(open, kLastReach, INFINITY, context);
     compact();
     return std::move(result_);
   }
@@ -139,14 +142,14 @@ class Sharer {
     for (std::uint32_t u = 0; u < unit_.size(); ++u) units_.add(u, spot_[unit_[u].cell].positionWorld);
   }
 
-  // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; kGridError = not at all.
+  // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; infinite = not at all.
   static float errorOf(const SurfaceSpot& spot, float texel, const glm::vec3& position, const glm::vec3& normal) {
     const float agree = glm::dot(normal, spot.normal);
-    if (agree < kMinCosine) return kGridError;
+    if (agree < kMinCosine) return INFINITY;
     const glm::vec3 way = position - spot.positionWorld;
     const float off = std::max(std::abs(glm::dot(way, spot.normal)), std::abs(glm::dot(way, normal)));
     const float distance = std::sqrt(glm::dot(way, way) + (kOffPlane * kOffPlane - 1.0f) * off * off);
-    return std::min(kGridError, kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree));
+    return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
@@ -217,17 +220,17 @@ class Sharer {
   }
 
   // Cells without a cache of their own read the one of least error among those in sight.
-  void chooseCaches(const std::vector<std::uint32_t>& open, Context& context) {
+  void chooseCaches(const std::vector<std::uint32_t>& open, float reach, float maxError, Context& context) {
     parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<float, std::uint32_t>> candidates;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t cell = open[i];
         if (result_.cacheOfCell[cell] != kNoCache) continue;
         candidates.clear();
-        caches_.near(spot_[cell].positionWorld, reach_ * texelOf(cell), [&](std::uint32_t cache) {
+        caches_.near(spot_[cell].positionWorld, reach * texelOf(cell), [&](std::uint32_t cache) {
           const SurfaceCache& other = result_.caches[cache];
           const float error = errorOf(spot_[cell], texelOf(cell), other.positionWorld, other.normal);
-          if (error < kGridError) candidates.emplace_back(error, cache);
+          if (error < maxError) candidates.emplace_back(error, cache);
         });
         const std::size_t tests = std::min(kSightTests, candidates.size());
         std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests), candidates.end());
