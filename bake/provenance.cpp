@@ -44,17 +44,18 @@ class Hasher {
 };
 
 template <class T>
-std::span<const T> all(const std::vector<T>& values) {
+std::span<const T> spanOf(const std::vector<T>& values) {
   return values;
 }
 
 std::uint64_t hashMesh(const Mesh& mesh) {
   Hasher h;
-  h.array(all(mesh.position));
-  h.array(all(mesh.normal));
-  for (const auto& uv : mesh.uv) h.array(all(uv));
-  h.array(all(mesh.color));
-  h.array(all(mesh.triangle));
+  h.array(spanOf(mesh.position));
+  h.array(spanOf(mesh.normal));
+  for (const auto& uv : mesh.uv) h.array(spanOf(uv));
+  h.array(spanOf(mesh.color));
+  h.array(spanOf(mesh.colorAlpha));
+  h.array(spanOf(mesh.triangle));
   return h.digest();
 }
 
@@ -64,7 +65,7 @@ std::uint64_t hashImage(const Image& image) {
   if (image.levels.empty()) return h.digest();
   h.value(image.levels[0].width);
   h.value(image.levels[0].height);
-  h.array(all(image.levels[0].rgba));
+  h.array(spanOf(image.levels[0].rgba));
   return h.digest();
 }
 
@@ -106,13 +107,19 @@ std::vector<BakedInstance> describeInstances(const Scene& scene) {
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
     const bool named = mesh.material < scene.materials.size();
-    Hasher h;
-    h.array(std::span<const float>(&instance.toWorld[0][0], 16));
-    h.value(instance.mode);
-    h.value(instance.texelDensity);
-    h.value(meshHash[instance.mesh]);
-    h.value(named ? materialHash[mesh.material] : 0);
-    described.push_back({instance.node, mesh.name, named ? scene.materials[mesh.material].name : "", h.digest()});
+    BakedInstance part{instance.node, mesh.name, named ? scene.materials[mesh.material].name : ""};
+    Hasher transform, all;
+    transform.array(std::span<const float>(&instance.toWorld[0][0], 16));
+    part.transformHash = transform.digest();
+    part.geometryHash = meshHash[instance.mesh];
+    part.materialHash = named ? materialHash[mesh.material] : 0;
+    all.value(part.transformHash);
+    all.value(part.geometryHash);
+    all.value(part.materialHash);
+    all.value(instance.mode);
+    all.value(instance.texelDensity);
+    part.contentHash = all.digest();
+    described.push_back(std::move(part));
   }
   return described;
 }
@@ -126,6 +133,12 @@ std::uint64_t hashScene(const Scene& scene, const std::vector<BakedInstance>& in
     h.text(instance.material);
     h.value(instance.contentHash);
   }
+  h.value(hashViews(scene));
+  return h.digest();
+}
+
+std::uint64_t hashViews(const Scene& scene) {
+  Hasher h;
   h.value(static_cast<std::uint64_t>(scene.cameras.size()));
   for (const Camera& camera : scene.cameras) {
     h.array(std::span<const float>(&camera.toWorld[0][0], 16));
@@ -146,6 +159,7 @@ Provenance describeProvenance(const Scene& scene, const std::vector<BakedInstanc
   provenance.algorithmVersion = kAlgorithmVersion;
   provenance.optionsJson = optionsToJson(options);
   provenance.sceneHash = hashScene(scene, instances);
+  provenance.viewHash = hashViews(scene);
   provenance.seed = options.seed;
   provenance.rayTracer = rayTracer;
   provenance.lumaBands = options.lumaBands;

@@ -18,8 +18,10 @@ inline constexpr std::uint32_t kAlgorithmVersion = 1;
 // texels it uses. Instances that share a mesh, a material or an image are hashed once. Any thread.
 std::vector<BakedInstance> describeInstances(const Scene& scene);
 
-// XXH3 over the instances' hashes and names, and what else decides where light is looked for: cameras and volumes.
-// Lights are left out: they never enter a bake.
+// XXH3 over what decides where light is looked for beside the surfaces: cameras and volumes.
+std::uint64_t hashViews(const Scene& scene);
+
+// XXH3 over the instances' hashes and names, and hashViews(). Lights are left out: they never enter a bake.
 std::uint64_t hashScene(const Scene& scene, const std::vector<BakedInstance>& instances);
 
 Provenance describeProvenance(const Scene& scene, const std::vector<BakedInstance>& instances,

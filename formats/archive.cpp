@@ -124,7 +124,7 @@ template <class Archive>
 void serialize(Archive& archive, Provenance& p, std::uint32_t version) {
   checkVersion(version);
   archive(p.toolVersion, p.algorithmVersion, p.optionsJson, p.sceneHash, p.seed, p.rayTracer, p.lumaBands,
-          p.chromaBands);
+          p.chromaBands, p.viewHash);
 }
 
 namespace {
@@ -132,14 +132,15 @@ namespace {
 template <class Archive>
 void serialize(Archive& archive, InstanceList& list, std::uint32_t version) {
   checkVersion(version);
-  constexpr std::size_t kLeastBytes = 4 * sizeof(std::uint64_t);  // three sizes and a hash
+  constexpr std::size_t kLeastBytes = 7 * sizeof(std::uint64_t);  // three sizes and four hashes
   std::uint64_t count = list.instances.size();
   archive(count);
   if constexpr (std::is_same_v<Archive, MemoryInput>) {
     archive.checkCount(count, kLeastBytes);
     list.instances.resize(static_cast<std::size_t>(count));
   }
-  for (BakedInstance& i : list.instances) archive(i.node, i.mesh, i.material, i.contentHash);
+  for (BakedInstance& i : list.instances)
+    archive(i.node, i.mesh, i.material, i.contentHash, i.transformHash, i.geometryHash, i.materialHash);
 }
 
 template <class T>

@@ -71,6 +71,7 @@ void forEachArray(BakeType& b, Visitor&& visit) {
   visit("map.cache", b.caches.lightmap.cache);
   visit("map.part", b.caches.lightmap.parts);
   visit("map.corner", b.caches.lightmap.cornerUv);
+  visit("map.back", b.caches.lightmap.backCornerUv);
   visit("link.row", b.links.rowBegin);
   visit("link.node", b.links.shNode);
   visit("link.sh", b.links.shCoefficients);

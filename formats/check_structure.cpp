@@ -142,6 +142,8 @@ void checkLightmap(const Bake& bake, Findings& findings) {
       findings.add(Check::lightmapPartRange, At{"map.part", i}, "an end within " + std::to_string(m.cornerUv.size()),
                    std::to_string(corners) + " corners from " + std::to_string(m.parts[i].firstCorner));
   }
+  if (!m.backCornerUv.empty() && m.backCornerUv.size() != m.cornerUv.size())
+    findings.add(Check::backCornerSize, "map.back", "0 or " + std::to_string(m.cornerUv.size()), m.backCornerUv.size());
   for (std::size_t i = 0; i < bake.surfels.receiver.size() && m.cache.empty(); ++i) {
     if (bake.surfels.receiver[i] != kGridReceiver)
       findings.add(Check::receiverWithoutLightmap, At{"surfel.receiver", i}, "the grid", bake.surfels.receiver[i]);

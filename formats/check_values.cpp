@@ -80,21 +80,23 @@ void checkParts(const Lightmap& map, Findings& findings) {
   }
 }
 
-void checkTriangles(const Lightmap& map, Findings& findings) {
+// The corners of one side, cornerUv or backCornerUv.
+void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, const char* name, Findings& findings) {
+  if (corners.empty()) return;
   for (const LightmapPart& part : map.parts) {
     for (std::uint32_t t = 0; t < part.triangleCount; ++t) {
       const std::uint64_t first = part.firstCorner + std::uint64_t{3} * t;
-      const std::uint32_t* corner = map.cornerUv.data() + first;
+      const std::uint32_t* corner = corners.data() + first;
       const auto lit = std::count(corner, corner + 3, kGridLit);
       if (lit == 3) continue;
       if (lit > 0) {
-        findings.add(Check::cornerMixed, At{"map.corner", first}, "none or three corners lit by the grid",
+        findings.add(Check::cornerMixed, At{name, first}, "none or three corners lit by the grid",
                      std::to_string(lit));
         continue;
       }
       if (!map.cache.empty() &&
           triangleReadsUnfilled(map, {unpackUnorm16x2(corner[0]), unpackUnorm16x2(corner[1]), unpackUnorm16x2(corner[2])}))
-        findings.add(Check::texelUnfilled, At{"map.corner", first}, "a cache in every texel it reads", "none");
+        findings.add(Check::texelUnfilled, At{name, first}, "a cache in every texel it reads", "none");
     }
   }
 }
@@ -145,7 +147,8 @@ void checkCaches(const Bake& bake, Findings& findings) {
     if (!used[i]) findings.add(Check::cacheUnused, "cache " + std::to_string(i), "a grid point or texel", "none");
   }
   checkParts(c.lightmap, findings);
-  checkTriangles(c.lightmap, findings);
+  checkTriangles(c.lightmap, c.lightmap.cornerUv, "map.corner", findings);
+  checkTriangles(c.lightmap, c.lightmap.backCornerUv, "map.back", findings);
 }
 
 }  // namespace relume

@@ -37,6 +37,7 @@ enum class Check : std::uint16_t {
   linkOrder = 124,
   recommendedBands = 125,
   receiverWithoutLightmap = 126,
+  backCornerSize = 127,
 
   surfelPosition = 201,
   surfelNormal = 202,
@@ -110,6 +111,7 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::linkOrder, FindingSeverity::error, "nodes of a link row do not ascend"},
     {Check::recommendedBands, FindingSeverity::error, "recommended bands are out of range"},
     {Check::receiverWithoutLightmap, FindingSeverity::error, "surfel reads a light map that does not exist"},
+    {Check::backCornerSize, FindingSeverity::error, "map.back is neither empty nor as long as map.corner"},
 
     {Check::surfelPosition, FindingSeverity::error, "surfel position is not finite"},
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},

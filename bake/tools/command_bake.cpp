@@ -2,8 +2,8 @@
 // relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
 // options (bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/bake.h"
-#include "bake/scene/check_mesh.h"
 #include "bake/tools/commands.h"
+#include "bake/tools/load_scene.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 
@@ -114,38 +114,6 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
   return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-Result<Scene> importScene(const std::string& path, Context& context) {
-  const Context::Stage stage(context, "import");
-  context.progress("import", 0.0);
-  Result<Scene> scene = importGltf(path, context);
-  if (scene && context.cancelled()) return cancelledError();
-  return scene;
-}
-
-// The mesh report in the log: a line for each kind of finding, with the worst mesh. `relume info` lists all.
-void reportMeshes(const Scene& scene, Context& context) {
-  const Context::Stage stage(context, "mesh report");
-  struct Total {
-    std::uint64_t count = 0, meshes = 0;
-    const MeshFinding* worst = nullptr;
-  };
-  std::map<MeshFinding::Kind, Total> totals;
-  const std::vector<MeshFinding> findings = checkMeshes(scene, context);
-  for (const MeshFinding& finding : findings) {
-    Total& total = totals[finding.kind];
-    total.count += finding.count;
-    ++total.meshes;
-    if (total.worst == nullptr || finding.count > total.worst->count) total.worst = &finding;
-  }
-  for (const auto& [kind, total] : totals) {
-    context.figure(toString(kind), static_cast<double>(total.count));
-    context.message(Severity::info, std::string("mesh report: ") + toString(kind) + ": " + std::to_string(total.count) +
-                                        " in " + std::to_string(total.meshes) + " meshes, most in node \"" +
-                                        total.worst->node + "\", " + std::to_string(total.worst->count) +
-                                        " from triangle " + std::to_string(total.worst->triangle));
-  }
-}
-
 int runBake(const BakeArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const Result<BakeOptions> options = chooseOptions(arguments);
@@ -164,9 +132,8 @@ int runBake(const BakeArguments& arguments) {
 
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  const Result<Scene> scene = importScene(arguments.scene, context);
+  const Result<Scene> scene = loadScene(arguments.scene, context, MeshReport::log);
   if (!scene) return terminal.finish(), fail(scene.error());
-  reportMeshes(*scene, context);
   const Result<Bake> baked = bake(*scene, *options, context);
   if (!baked) return terminal.finish(), fail(baked.error());
   {

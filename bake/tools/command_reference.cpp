@@ -6,6 +6,7 @@
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/image_io.h"
+#include "bake/tools/load_scene.h"
 #include "bake/tools/terminal.h"
 
 #include <CLI/CLI.hpp>
@@ -99,7 +100,7 @@ int runReference(ReferenceArguments& arguments) {
   if (Status ok = readOptions(arguments); !ok) return fail(ok.error());
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  auto scene = importGltf(arguments.scene, context);
+  auto scene = loadScene(arguments.scene, context);
   if (!scene) return fail(scene.error());
   auto camera = chooseCamera(*scene, arguments.camera);
   if (!camera) return fail(camera.error());

@@ -5,6 +5,7 @@
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/image_io.h"
+#include "bake/tools/load_scene.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
 #include "bake/tools/terminal.h"
@@ -227,7 +228,7 @@ int runRender(const RenderArguments& arguments) {
   // 2. The scene, and a bake of it
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  auto scene = importGltf(arguments.scene, context);
+  auto scene = loadScene(arguments.scene, context);
   if (!scene) return fail(scene.error());
   if (Status ok = chooseCamera(*scene, arguments.camera, request); !ok) return fail(ok.error());
   if (Status ok = chooseLights(*scene, arguments.lights, request); !ok) return fail(ok.error());

@@ -87,6 +87,7 @@ TEST_F(Cli, sceneInfoReportsMeshes) {
   const ProgramResult baked = run(bakeArguments(scene));
   EXPECT_EQ(baked.status, 0) << baked.err;
   EXPECT_NE(baked.err.find("mesh report: degenerate"), std::string::npos) << baked.err;
+  EXPECT_NE(baked.err.find("mesh report: repaired triangle: 1 in 1 meshes"), std::string::npos) << baked.err;
 }
 
 TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {

@@ -72,12 +72,16 @@ TEST_F(BakeFile, roundTripKeepsValues) {
     EXPECT_EQ(read->caches.grid.resolution, original.caches.grid.resolution);
     EXPECT_EQ(read->caches.lightmap.width, 4u);
     EXPECT_EQ(read->caches.lightmap.parts[1].firstCorner, 6u);
+    EXPECT_EQ(read->caches.lightmap.cornerUv.toVector(), original.caches.lightmap.cornerUv.toVector());
+    EXPECT_EQ(read->caches.lightmap.backCornerUv.toVector(), original.caches.lightmap.backCornerUv.toVector());
     EXPECT_EQ(read->links.cone[5].transfer, original.links.cone[5].transfer);
     ASSERT_EQ(read->instances.size(), 2u);
     EXPECT_EQ(read->instances[0].material, "wood");
     EXPECT_EQ(read->instances[0].contentHash, 0x0123456789ABCDEFull);
     EXPECT_EQ(read->provenance.optionsJson, original.provenance.optionsJson);
+    EXPECT_EQ(read->instances[1].geometryHash, 22u);
     EXPECT_EQ(read->provenance.sceneHash, 99u);
+    EXPECT_EQ(read->provenance.viewHash, 77u);
   }
 }
 

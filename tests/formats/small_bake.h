@@ -62,6 +62,7 @@ inline Caches makeSmallCaches() {
   const std::uint32_t a = packUnorm16x2({0, 0}), b = packUnorm16x2({1, 0}), d = packUnorm16x2({0.99f, 0.99f}),
                       e = packUnorm16x2({0, 1});
   c.lightmap.cornerUv = std::vector<std::uint32_t>{a, b, d, a, d, e, kGridLit, kGridLit, kGridLit};
+  c.lightmap.backCornerUv = std::vector<std::uint32_t>{kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, a, b, d};
   return c;
 }
 
@@ -103,8 +104,8 @@ inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {
   bake.hierarchy = makeSmallHierarchy();
   bake.caches = makeSmallCaches();
   bake.links = makeSmallLinks(kind);
-  bake.instances = {{"floor", "quad", "wood", 0x0123456789ABCDEFull}, {"lamp", "panel", "", 42}};
-  bake.provenance = {"0.1.0", 1, "{\"links\":{\"pull\":\"area\"},\"seed\":7}", 99, 7, "none", 2, 1};
+  bake.instances = {{"floor", "quad", "wood", 0x0123456789ABCDEFull, 11, 12, 13}, {"lamp", "panel", "", 42, 21, 22, 0}};
+  bake.provenance = {"0.1.0", 1, "{\"links\":{\"pull\":\"area\"},\"seed\":7}", 99, 7, "none", 2, 1, 77};
   return bake;
 }
 

@@ -102,6 +102,7 @@ const std::vector<Corruption>& corruptions() {
       {Check::recommendedBands, "chroma", cone, [](Bake& b) { b.provenance.chromaBands = 3; }},
       {Check::recommendedBands, "beyond the links", sh, [](Bake& b) { b.provenance.lumaBands = 3; }},
       {Check::receiverWithoutLightmap, "dropped map", cone, [](Bake& b) { b.caches.lightmap = Lightmap{}; }},
+      {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
       {Check::surfelPosition, "nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
       {Check::surfelNormal, "length", cone, [](Bake& b) { set(b.surfels.normal, 2, V(0, 1.1f, 0)); }},
@@ -130,6 +131,7 @@ const std::vector<Corruption>& corruptions() {
       {Check::gridCacheNormal, "normal", cone, [](Bake& b) { set(b.caches.normal, 0, V(0, 1, 0)); }},
       {Check::lightmapCacheNormal, "zero", cone, [](Bake& b) { set(b.caches.normal, 5, V(0, 0, 0)); }},
       {Check::cornerMixed, "one", cone, [](Bake& b) { set(b.caches.lightmap.cornerUv, 4, kGridLit); }},
+      {Check::cornerMixed, "back", cone, [](Bake& b) { set(b.caches.lightmap.backCornerUv, 7, kGridLit); }},
       {Check::partsOverlap, "shared", cone,
        [](Bake& b) { set(b.caches.lightmap.parts, 1, LightmapPart{1, 0, 0, 1, 5}); }},
       {Check::texelUnfilled, "hole", cone, [](Bake& b) { set(b.caches.lightmap.cache, 5, kNoCache); }},
