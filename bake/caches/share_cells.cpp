@@ -36,6 +36,8 @@ constexpr float kMaxReach = 1.6f;
 constexpr float kLastReach = 3.0f;
 // Beyond this share of near hits a cache lies in a gap that nothing looks into.
 constexpr float kMaxNearShare = 0.9f;
+// Surfaces bear so many times the share of back faces that the grid bears.
+constexpr float kTolerance = 2.0f;
 constexpr int kRounds = 4;
 constexpr std::size_t kSightTests = 6;
 
@@ -178,18 +180,24 @@ class Sharer {
     }
   }
 
-  // The first place of a cell from which few rays see the inside of things: 0 none, 1 its middle, 2 another.
+  // The first place of a cell from which few rays see the inside of things, or else the one that sees least of it, as
+  // long as most of what it sees is fronts: one-sided levels show their backs. 0 none, 1 its middle, 2 another.
   int findPlace(std::uint32_t cell) {
     const float contact = 0.02f * texelOf(cell);
+    float least = std::min(1.0f, kTolerance * options_.maxBackFaceShare);
+    int verdict = 0;
     for (std::uint32_t k = 0; k < cells_.cells[cell].pointCount; ++k) {
       const SurfaceSpot candidate = placeOf(cell, k);
       if (candidate.normal == glm::vec3(0.0f)) continue;
       const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact);
-      if (around.back > options_.maxBackFaceShare || around.back + around.near > kMaxNearShare) continue;
+      if (around.back > least || around.back + around.near > kMaxNearShare) continue;
+      if (verdict != 0 && around.back == least) continue;
       spot_[cell] = candidate;
-      return k == 0 ? 1 : 2;
+      verdict = k == 0 ? 1 : 2;
+      if (around.back <= options_.maxBackFaceShare) break;
+      least = around.back;
     }
-    return 0;
+    return verdict;
   }
 
   void checkCaches(std::size_t first, Context& context) {
