@@ -4,6 +4,7 @@
 #include "bake/surfels/eliminate.h"
 #include "bake/surfels/footprint.h"
 #include "bake/surfels/relax.h"
+#include "bake/surfels/settle.h"
 #include "bake/surfels/spacing.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfel_map.h"
@@ -169,15 +170,17 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   Footprints footprints = integrateFootprints(scene, result.map, samples, inside.samples, width, context);
   if (context.cancelled()) return cancelledError();
 
+  // Light each surfel where it is seen.
+  result.seeds = settleSurfels(tracer, playSpace, result.map, samples, seed, context);
+  if (context.cancelled()) return cancelledError();
+
   // Hand over.
   std::vector<glm::vec3> position(count), normal(count);
   std::vector<std::uint32_t> instance(count);
-  result.seeds.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    position[i] = samples[i].positionWorld;
-    normal[i] = samples[i].normal;
-    instance[i] = samples[i].point.instance;
-    result.seeds[i] = {position[i], normal[i], samples[i].point, samples[i].side};
+    position[i] = result.seeds[i].positionWorld;
+    normal[i] = result.seeds[i].normal;
+    instance[i] = result.seeds[i].point.instance;
   }
   Surfels& surfels = result.surfels;
   surfels.positionWorld = std::move(position);

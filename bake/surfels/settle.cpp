@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// See settle.h.
+#include "bake/surfels/settle.h"
+
+#include "bake/parallel.h"
+#include "bake/random.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kRaysPerSurfel = 16;
+constexpr std::uint32_t kFewestHits = 3;
+constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move to a face that looks elsewhere
+constexpr std::size_t kChunk = 4096;
+constexpr std::uint32_t kStage = 0x5E771Eu;
+
+// What a ray found: a point of a surfel's cell.
+struct Sight {
+  std::uint32_t surfel = kNone;
+  std::uint32_t side = 0;
+  SurfacePoint point;
+  glm::vec3 positionWorld{0.0f};
+  glm::vec3 normal{0.0f};
+};
+
+glm::vec3 sphereDirection(const glm::vec2& u) {
+  const float z = 1.0f - 2.0f * u.x;
+  const float r = std::sqrt(std::max(0.0f, 1.0f - z * z));
+  const float phi = 2.0f * std::numbers::pi_v<float> * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+// Look around from where receivers can be.
+std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+                              std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed, Context& context) {
+  const Scene& scene = tracer.scene();
+  std::vector<Sight> sights(rayCount);
+  const auto receiverCount = static_cast<std::uint32_t>(playSpace.receivers.size());
+  parallelChunks(context, "", rayCount, kChunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<Ray> rays(end - begin);
+    std::vector<Hit> hits(end - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      RandomStream random(seed, kStage, i);
+      rays[i - begin].origin = playSpace.receivers[random.below(receiverCount)];
+      rays[i - begin].direction = sphereDirection(random.uniform2());
+    }
+    tracer.trace(rays, hits);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Hit& hit = hits[i - begin];
+      if (!hit) continue;
+      const std::uint32_t side = 2 * (scene.instances[hit.instance].firstTriangle + hit.triangle) + (hit.back ? 1 : 0);
+      const std::uint32_t surfel = map.at(side, hit.barycentric);
+      if (surfel == kNone) continue;
+      const glm::vec3 front = geometricNormal(scene, hit.point());
+      const glm::vec3 normal = hit.back ? -front : front;
+      if (!(glm::dot(normal, surfels[surfel].normal) > kSameWay)) continue;
+      sights[i] = {surfel, side, hit.point(), rays[i - begin].origin + hit.distance * rays[i - begin].direction, normal};
+    }
+  });
+  return sights;
+}
+
+}  // namespace
+
+std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+                                      std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context) {
+  std::vector<SurfelSeed> seeds(surfels.size());
+  for (std::size_t s = 0; s < surfels.size(); ++s) {
+    seeds[s] = {surfels[s].positionWorld, surfels[s].normal, surfels[s].point, surfels[s].side};
+  }
+  if (playSpace.receivers.empty()) return seeds;
+
+  // The middle of what is seen of each cell. Sums run in the order of the rays.
+  const std::vector<Sight> sights =
+      lookAround(tracer, playSpace, map, surfels, kRaysPerSurfel * surfels.size(), seed, context);
+  if (context.cancelled()) return {};
+  std::vector<glm::vec3> middle(surfels.size(), glm::vec3(0.0f));
+  std::vector<std::uint32_t> count(surfels.size(), 0);
+  for (const Sight& sight : sights) {
+    if (sight.surfel == kNone) continue;
+    // Sums of offsets: positions far from the origin would cost digits.
+    middle[sight.surfel] += sight.positionWorld - surfels[sight.surfel].positionWorld;
+    ++count[sight.surfel];
+  }
+  for (std::size_t s = 0; s < surfels.size(); ++s) {
+    if (count[s] > 0) middle[s] = surfels[s].positionWorld + middle[s] / static_cast<float>(count[s]);
+  }
+
+  // The seen point nearest to it.
+  std::vector<float> nearest(surfels.size(), INFINITY);
+  for (const Sight& sight : sights) {
+    if (sight.surfel == kNone || count[sight.surfel] < kFewestHits) continue;
+    const glm::vec3 way = sight.positionWorld - middle[sight.surfel];
+    const float distance = glm::dot(way, way);
+    if (!(distance < nearest[sight.surfel])) continue;
+    nearest[sight.surfel] = distance;
+    seeds[sight.surfel] = {sight.positionWorld, sight.normal, sight.point, sight.side};
+  }
+  return seeds;
+}
+
+}  // namespace relume

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Where a surfel is lit. Its cell may be half behind a column or under a leaf; receivers only see the rest. Lit at its
+// own point, it would often stand in a shadow that nobody sees: on Sponza that costs 1.5 to 2.5 % of the light.
+#pragma once
+
+#include "bake/context.h"
+#include "bake/scene/play_space.h"
+#include "bake/scene/ray_tracer.h"
+#include "bake/surfels/surface_sampler.h"
+#include "bake/surfels/surfels.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// For each surfel the point of its cell nearest to the middle of what receivers see of the cell, found by random rays
+// from where receivers can be; the surfel's own point where too few rays find the cell. [Size surfels]
+// Same result at any thread count; empty when the context was cancelled.
+std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+                                      std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context);
+
+}  // namespace relume
