@@ -6,7 +6,8 @@
 // Deviation: a queue of buckets in place of the paper's heap; what falls into one bucket is as crowded to 1 in 65536.
 // Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they
 // are crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates,
-// and being above it adds to the crowding of its points, being below it takes from that.
+// and being above it adds to the crowding of its points. Being below it takes nothing from that: in a cell with a quota
+// of a few points it would keep pairs that all but touch.
 #include "bake/surfels/eliminate.h"
 
 #include "bake/parallel.h"
@@ -25,7 +26,7 @@ namespace {
 constexpr float kWeightLimitBase = 0.65f;     // beta of the paper
 constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
 constexpr float kQuotaCellSpacings = 8.0f;    // size of a quota's cell in spacings
-constexpr float kQuotaWeight = 3e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
+constexpr float kQuotaWeight = 1e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
 constexpr std::size_t kCellsPerChunk = 512;
 
 // A cell of space that should keep its share of the points.
@@ -38,8 +39,8 @@ struct QuotaCell {
   // Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while
   // the cell is far too full.
   void update() {
-    const auto q = static_cast<float>(quota);
-    penalty = kQuotaWeight * (static_cast<float>(left) - q) / (q + 1.0f);
+    const float above = left > quota ? static_cast<float>(left - quota) : 0.0f;
+    penalty = kQuotaWeight * above / (static_cast<float>(quota) + 1.0f);
     const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 3 : 0u, quota / 16});
     nextUpdate = left > step ? left - step : 0;
   }
@@ -186,7 +187,7 @@ class CrowdedQueue {
   explicit CrowdedQueue(Round& round) : round_(round), head_(kBuckets, kEnd) {
     float high = -std::numeric_limits<float>::infinity();
     for (const Point& point : round.points) high = std::max(high, round.excess(point));
-    perUnit_ = kBuckets / std::max(high - kLow, 1e-6f);
+    perUnit_ = kBuckets / std::max(high, 1e-6f);
     for (std::uint32_t i = 0; i < round.points.size(); ++i) push(i);
     current_ = kBuckets - 1;
   }
@@ -204,9 +205,8 @@ class CrowdedQueue {
  private:
   static constexpr std::size_t kBuckets = 1u << 16;
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
-  static constexpr float kLow = -kQuotaWeight;  // no excess is below
   std::size_t bucketOf(std::uint32_t i) const {
-    const float at = (round_.excess(round_.points[i]) - kLow) * perUnit_;
+    const float at = round_.excess(round_.points[i]) * perUnit_;
     return at > 0.0f ? std::min(static_cast<std::size_t>(at), kBuckets - 1) : 0;
   }
   void push(std::uint32_t i) {

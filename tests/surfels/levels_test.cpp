@@ -60,13 +60,13 @@ void expectGoodSurfels(const char* file, std::uint32_t count, double spacingMin)
 }
 
 TEST(Levels, sponza) {
-  expectGoodSurfels("sponza/sponza.glb", 16384, 0.55);
+  expectGoodSurfels("sponza/sponza.glb", 16384, 0.65);
 }
 TEST(Levels, cornell) {
-  expectGoodSurfels("cornell/cornell.glb", 8192, 0.6);
+  expectGoodSurfels("cornell/cornell.glb", 8192, 0.65);
 }
 TEST(Levels, house) {
-  expectGoodSurfels("house/house.glb", 8192, 0.4);
+  expectGoodSurfels("house/house.glb", 16384, 0.6);
 }
 
 }  // namespace
