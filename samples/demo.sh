@@ -22,7 +22,7 @@ level=samples/level/two_rooms.glb
 bake="$output/two_rooms.relume"
 
 echo "== Baking $level"
-"$relume" bake "$level" -o "$bake" --preset medium --progress plain
+"$relume" bake "$level" -o "$bake" --preset medium
 
 # relight NAME CAMERA EXPOSURE LIGHTS [OPTIONS]: draw one setup. OpenGL when EGL has it (a software rasteriser will do),
 # else the CPU.
@@ -30,7 +30,7 @@ relight() {
   local name=$1 camera=$2 exposure=$3 lights=$4
   shift 4
   local arguments=("$level" --bake "$bake" --camera "$camera" --lights "$lights" --exposure "$exposure" "$@"
-    --aov unbounced,full,bounced --side-by-side --size 640x360 --samples 2 --progress none -o "$output/$name.png")
+    --aov unbounced,full,bounced --side-by-side --size 640x360 --samples 2 --shadow-size 4096 --progress none -o "$output/$name.png")
   echo
   echo "== $name: $lights from $camera"
   "$relume" render "${arguments[@]}" --backend gl || {
@@ -39,8 +39,8 @@ relight() {
     "$relume" render "${arguments[@]}" --backend cpu
   }
 }
-relight day cam_living -1.5 sun --sky 1.2,1.6,2.4
-relight evening cam_living 0.5 lamp
+relight day cam_living -0.8 sun --sky 1.2,1.6,2.4
+relight evening cam_living 0 lamp
 relight panel cam_hall -0.5 emissive,spot
 
 echo

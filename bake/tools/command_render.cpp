@@ -37,7 +37,9 @@ struct RenderArguments {
   TerminalOptions terminal;
 };
 
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
+Error usage(std::string message) {
+  return {ErrorCode::usage, std::move(message)};
+}
 
 // "a, b, c" of the names in a list; "none" when it is empty.
 template <class Items>
@@ -95,7 +97,8 @@ Status chooseLights(const Scene& scene, const std::vector<std::string>& names, R
                    ", and emissive, all, none");
     }
   }
-  if (names.size() > 1 && (std::count(names.begin(), names.end(), "none") || std::count(names.begin(), names.end(), "all")))
+  if (names.size() > 1 &&
+      (std::count(names.begin(), names.end(), "none") || std::count(names.begin(), names.end(), "all")))
     return usage("--lights: \"all\" and \"none\" stand alone");
   return done();
 }
@@ -154,7 +157,8 @@ Status checkSameScene(const Scene& scene, const Bake& bake, const RenderArgument
     const BakedInstance& then = bake.instances[i];
     const std::string where = pair + "instance " + std::to_string(i) + " ";
     if (then.node != now[i].node)
-      return Error{ErrorCode::invalidFile, where + "is \"" + then.node + "\" in the bake and \"" + now[i].node + "\" in the scene"};
+      return Error{ErrorCode::invalidFile,
+                   where + "is \"" + then.node + "\" in the bake and \"" + now[i].node + "\" in the scene"};
     if (then.contentHash != now[i].contentHash)
       return Error{ErrorCode::invalidFile, where + "(\"" + now[i].node + "\") has changed since; bake again"};
   }
@@ -190,7 +194,8 @@ Status writeImages(const RenderedFrame& frame, const std::vector<Aov>& aovs, con
 
 void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, double drawMs, bool json) {
   if (json) {
-    nlohmann::json report{{"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
+    nlohmann::json report{
+        {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
     report["passMs"] = nlohmann::json::object();
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
     report["bufferBytes"] = nlohmann::json::object();
@@ -205,7 +210,8 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   std::printf("\n");
 }
 
-Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, const RenderRequest& request, Context& context) {
+Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, const RenderRequest& request,
+                               Context& context) {
   if (backend == "gl") {
 #ifdef RELUME_RENDER_GL
     return renderGl(scene, request, context);
@@ -261,31 +267,44 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
   command->add_option("--bake", a->bake, "bake of that scene (.relume); without one, only direct light is known");
   command->add_option("--camera", a->camera, "camera by name; default: the scene's first");
-  command->add_option("--lights", a->lights,
-                      "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces")
-      ->delimiter(',')->capture_default_str();
+  command
+      ->add_option("--lights", a->lights,
+                   "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces")
+      ->delimiter(',')
+      ->capture_default_str();
   command->add_option("--sky", a->sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")
-      ->delimiter(',')->expected(3)->capture_default_str();
+      ->delimiter(',')
+      ->expected(3)
+      ->capture_default_str();
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();
-  command->add_option("--aov", a->aovs,
-                      "what to draw, separated by commas: indirect, bounced, direct (irradiance / pi without albedo), "
-                      "full, unbounced (radiance), albedo, normal, position, depth. Several go to several files: "
-                      "out.NAME.exr")
-      ->delimiter(',')->capture_default_str();
+  command
+      ->add_option("--aov", a->aovs,
+                   "what to draw, separated by commas: indirect, bounced, direct (irradiance / pi without albedo), "
+                   "full, unbounced (radiance), albedo, normal, position, depth. Several go to several files: "
+                   "out.NAME.exr")
+      ->delimiter(',')
+      ->capture_default_str();
   command->add_option("--size", a->size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
-      ->check(CLI::Range(1, 16))->capture_default_str();
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
   command->add_option("--backend", a->backend, "cpu (Embree) or gl (OpenGL 4.3 through EGL)")
-      ->check(CLI::IsMember({"cpu", "gl"}))->capture_default_str();
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str();
   command->add_option("--shadow-size", a->shadowSize, "texels along a side of a shadow map, gl only")
-      ->check(CLI::Range(64, 8192))->capture_default_str();
-  command->add_option("--luma-bands", a->lumaBands, "spherical harmonics bands of luminance; 0 = as the bake recommends")
-      ->check(CLI::Range(0, 8))->capture_default_str();
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str();
+  command
+      ->add_option("--luma-bands", a->lumaBands, "spherical harmonics bands of luminance; 0 = as the bake recommends")
+      ->check(CLI::Range(0, 8))
+      ->capture_default_str();
   command->add_option("--chroma-bands", a->chromaBands, "the same of chrominance, at most the bands of luminance")
-      ->check(CLI::Range(0, 8))->capture_default_str();
+      ->check(CLI::Range(0, 8))
+      ->capture_default_str();
   command->add_option("--exposure", a->exposure, "stops by which a PNG is brightened; above 1 clips")
-      ->check(CLI::Range(-30.0, 30.0))->capture_default_str();
+      ->check(CLI::Range(-30.0, 30.0))
+      ->capture_default_str();
   command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
   command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")->required();
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");

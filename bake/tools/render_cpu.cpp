@@ -58,7 +58,8 @@ Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
   return seen;
 }
 
-// Irradiance [W/m²] over links at a point: from the light map where its side of the triangle is on it, else from the grid.
+// Irradiance [W/m²] over links at a point: from the light map where its side of the triangle is on it, else from the
+// grid.
 glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const Seen& seen) {
   const Lightmap& map = bake.caches.lightmap;
   const LightmapPart& part = map.parts[seen.point.instance];
@@ -78,7 +79,10 @@ glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& 
 class CpuRenderer {
  public:
   CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, RenderedFrame& frame)
-      : tracer_(tracer), request_(request), relit_(relit), frame_(frame),
+      : tracer_(tracer),
+        request_(request),
+        relit_(relit),
+        frame_(frame),
         rays_(request.camera, request.width, request.height) {}
 
   // Shade the pixels of one row.
@@ -120,7 +124,8 @@ class CpuRenderer {
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.position, seen.normal);
     if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
-    if (relit_.straight) frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
+    if (relit_.straight)
+      frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
     if (request_.emissive && (!hit.back || scene.material(scene.instances[hit.instance]).doubleSided)) {
       frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
     }

@@ -33,7 +33,9 @@ const std::vector<std::string>& aovNames() {
   return names;
 }
 
-bool needsBake(Aov aov) { return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::full || aov == Aov::unbounced; }
+bool needsBake(Aov aov) {
+  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::full || aov == Aov::unbounced;
+}
 
 void RenderedFrame::resize(std::uint32_t w, std::uint32_t h, bool centres) {
   width = w;
@@ -50,15 +52,33 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
   std::vector<glm::vec3> image(std::size_t{f.width} * f.height);
   for (std::size_t i = 0; i < image.size(); ++i) {
     switch (aov) {
-      case Aov::indirect: image[i] = withoutAlbedo(f.indirect[i], f.albedo[i]); break;
-      case Aov::bounced: image[i] = withoutAlbedo(f.indirect[i] - f.straight[i], f.albedo[i]); break;
-      case Aov::direct: image[i] = withoutAlbedo(f.direct[i], f.albedo[i]); break;
-      case Aov::full: image[i] = f.direct[i] + f.indirect[i] + f.emission[i]; break;
-      case Aov::unbounced: image[i] = f.direct[i] + f.straight[i] + f.emission[i]; break;
-      case Aov::albedo: image[i] = f.albedo[i]; break;
-      case Aov::normal: image[i] = f.normal[i]; break;
-      case Aov::position: image[i] = f.position[i]; break;
-      case Aov::depth: image[i] = glm::vec3(f.depth[i]); break;
+      case Aov::indirect:
+        image[i] = withoutAlbedo(f.indirect[i], f.albedo[i]);
+        break;
+      case Aov::bounced:
+        image[i] = withoutAlbedo(f.indirect[i] - f.straight[i], f.albedo[i]);
+        break;
+      case Aov::direct:
+        image[i] = withoutAlbedo(f.direct[i], f.albedo[i]);
+        break;
+      case Aov::full:
+        image[i] = f.direct[i] + f.indirect[i] + f.emission[i];
+        break;
+      case Aov::unbounced:
+        image[i] = f.direct[i] + f.straight[i] + f.emission[i];
+        break;
+      case Aov::albedo:
+        image[i] = f.albedo[i];
+        break;
+      case Aov::normal:
+        image[i] = f.normal[i];
+        break;
+      case Aov::position:
+        image[i] = f.position[i];
+        break;
+      case Aov::depth:
+        image[i] = glm::vec3(f.depth[i]);
+        break;
     }
   }
   return image;
@@ -112,8 +132,11 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
 }
 
 CameraRays::CameraRays(const Camera& camera, std::uint32_t w, std::uint32_t h)
-    : origin(camera.toWorld[3]), forward(-axis(camera.toWorld, 2)), orthographic(camera.orthographic),
-      width(static_cast<float>(w)), height(static_cast<float>(h)) {
+    : origin(camera.toWorld[3]),
+      forward(-axis(camera.toWorld, 2)),
+      orthographic(camera.orthographic),
+      width(static_cast<float>(w)),
+      height(static_cast<float>(h)) {
   const float halfHeight = camera.orthographic ? camera.yMag : std::tan(0.5f * camera.yfovRad);
   right = axis(camera.toWorld, 0) * (halfHeight * width / height);
   up = axis(camera.toWorld, 1) * halfHeight;

@@ -25,8 +25,11 @@ enum class Aov {
   direct,     // irradiance / pi by punctual lights
   full,       // radiance toward the camera: (direct + indirect) albedo + emission
   unbounced,  // full less bounced times albedo: what the level would look like if nothing reflected light twice
-  albedo, normal, position, depth,  // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
-                                    // the pixel's centre; zero where nothing is hit
+  albedo,
+  normal,
+  position,
+  depth,  // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+          // the pixel's centre; zero where nothing is hit
 };
 
 // Every name of Aov, in its order.
@@ -34,32 +37,32 @@ const std::vector<std::string>& aovNames();
 bool needsBake(Aov aov);
 
 struct RenderRequest {
-  const Bake* bake = nullptr;            // null: no light over links
+  const Bake* bake = nullptr;  // null: no light over links
   Camera camera;
-  std::vector<SceneLight> lights;        // the punctual lights that are on
-  bool emissive = false;                 // emitting surfaces are on
-  glm::vec3 skyRadiance{0.0f};           // [W/m²/sr]
-  int bounces = 0;                       // [0..] frames from reset: light reflected so many times; 0 = converged
+  std::vector<SceneLight> lights;           // the punctual lights that are on
+  bool emissive = false;                    // emitting surfaces are on
+  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  int bounces = 0;                          // [0..] frames from reset: light reflected so many times; 0 = converged
   std::uint32_t width = 320, height = 180;  // [1..16384]
-  std::uint32_t samples = 4;             // [1..16] sub-pixels along a side, box filter
-  std::uint32_t shadowSize = 2048;       // [64..8192] texels a side of a shadow map (GL)
-  int lumaBands = 0, chromaBands = 0;    // as RelightOptions
-  bool straight = false;                 // bounced or unbounced is wanted
-  bool centres = false;                  // normal, position or depth is wanted
+  std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
+  std::uint32_t shadowSize = 2048;          // [64..8192] texels a side of a shadow map (GL)
+  int lumaBands = 0, chromaBands = 0;       // as RelightOptions
+  bool straight = false;                    // bounced or unbounced is wanted
+  bool centres = false;                     // normal, position or depth is wanted
 };
 
 // Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.
 struct RenderedFrame {
   std::uint32_t width = 0, height = 0;
-  std::vector<glm::vec3> albedo, emission;           // emission: surfaces that are on, and the sky where nothing is hit
-  std::vector<glm::vec3> direct, indirect, straight; // [W/m²/sr] reflected light by kind of arrival; straight: the part of
-                                                     // indirect that comes unreflected from emitters and sky
-  std::vector<glm::vec3> normal, position;           // at pixel centres; empty unless asked for
+  std::vector<glm::vec3> albedo, emission;  // emission: surfaces that are on, and the sky where nothing is hit
+  std::vector<glm::vec3> direct, indirect, straight;  // [W/m²/sr] reflected light by kind of arrival; straight: the
+                                                      // part of indirect that comes unreflected from emitters and sky
+  std::vector<glm::vec3> normal, position;  // at pixel centres; empty unless asked for
   std::vector<float> depth;
-  int frames = 0;                                    // relight frames run
-  std::vector<PassTime> passTimes;                   // of the last relight frame
+  int frames = 0;                   // relight frames run
+  std::vector<PassTime> passTimes;  // of the last relight frame
   std::vector<std::pair<std::string, std::size_t>> bufferBytes;
-  std::string renderer;                              // "cpu", or GL_RENDERER
+  std::string renderer;  // "cpu", or GL_RENDERER
 
   void resize(std::uint32_t w, std::uint32_t h, bool centres);
 };

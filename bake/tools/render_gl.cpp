@@ -118,23 +118,24 @@ glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Til
   far = 1.01f * far + 0.1f;
   const float near = std::max({std::min(request.camera.znear, 0.05f), 1e-4f * far, 0.99f * nearest - 0.1f});
   const float halfWidth = glm::length(rays.right), halfHeight = glm::length(rays.up);
-  const glm::mat4 project = rays.orthographic
-                                ? glm::ortho(-halfWidth, halfWidth, -halfHeight, halfHeight, 0.0f, far)
-                                : glm::frustum(-halfWidth * near, halfWidth * near, -halfHeight * near, halfHeight * near, near, far);
+  const glm::mat4 project = rays.orthographic ? glm::ortho(-halfWidth, halfWidth, -halfHeight, halfHeight, 0.0f, far)
+                                              : glm::frustum(-halfWidth * near, halfWidth * near, -halfHeight * near,
+                                                             halfHeight * near, near, far);
 
   // Stretch the tile's part of clip space over the whole of it.
   const glm::vec2 size(request.width, request.height);
   const glm::vec2 scale = size / glm::vec2(tile.width, tile.height);
   const glm::vec2 centre = glm::vec2(tile.x, tile.y) + 0.5f * glm::vec2(tile.width, tile.height);
   const glm::vec2 ndc(2.0f * centre.x / size.x - 1.0f, 1.0f - 2.0f * centre.y / size.y);
-  const glm::mat4 stretch = glm::scale(glm::mat4(1.0f), glm::vec3(scale, 1.0f)) *
-                            glm::translate(glm::mat4(1.0f), glm::vec3(-ndc, 0.0f));
+  const glm::mat4 stretch =
+      glm::scale(glm::mat4(1.0f), glm::vec3(scale, 1.0f)) * glm::translate(glm::mat4(1.0f), glm::vec3(-ndc, 0.0f));
   return stretch * project * view;
 }
 
 class GlRenderer {
  public:
-  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets, RenderedFrame& frame)
+  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets,
+             RenderedFrame& frame)
       : request_(request), level_(level), program_(program), targets_(targets), frame_(frame) {}
 
   // Draw a tile with supersampling and add it to the frame.
@@ -202,7 +203,8 @@ class GlRenderer {
     for (std::uint32_t y = 0; y < height; ++y) {
       const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
       for (std::uint32_t x = 0; x < width; ++x) {
-        frame_.emission[row + x / samples] += weight * (1.0f - pixels_[std::size_t{y} * width + x].w) * request_.skyRadiance;
+        frame_.emission[row + x / samples] +=
+            weight * (1.0f - pixels_[std::size_t{y} * width + x].w) * request_.skyRadiance;
       }
     }
   }
@@ -267,7 +269,8 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   const std::vector<Tile> tiles = tilesOf(request, request.samples);
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     renderer.shade(tiles[i], *relit);
-    if (!context.progress("draw", static_cast<double>(i + 1) / static_cast<double>(tiles.size()))) return cancelledError();
+    if (!context.progress("draw", static_cast<double>(i + 1) / static_cast<double>(tiles.size())))
+      return cancelledError();
   }
   if (request.centres) {
     for (const Tile& tile : tilesOf(request, 1)) renderer.centres(tile);

@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
 
   // 2. A relighter on the CPU; options.parallelFor would hand its loops to the game's job system
   relume::Result<relume::Relighter> relighter = relume::Relighter::create(*bake, relume::RelightOptions{});
-  if (!relighter) return std::fprintf(stderr, "%s\n", relighter.error().message.c_str()), exitCode(relighter.error().code);
+  if (!relighter)
+    return std::fprintf(stderr, "%s\n", relighter.error().message.c_str()), exitCode(relighter.error().code);
 
   // 3. Where to look
   glm::vec3 point(0.0f);

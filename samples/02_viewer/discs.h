@@ -17,8 +17,8 @@ class Discs {
   // Normals of zero face the camera. [Size normal == position] failed: the shader did not compile.
   static Result<Discs> create(std::span<const glm::vec3> position, std::span<const glm::vec3> normal);
   // Linear colours. [Size color == position]
-  void draw(std::span<const glm::vec3> color, float radius, const glm::mat4& clipFromWorld, const glm::vec3& eye, float exposure,
-            bool encode) const;
+  void draw(std::span<const glm::vec3> color, float radius, const glm::mat4& clipFromWorld, const glm::vec3& eye,
+            float exposure, bool encode) const;
 
  private:
   GlProgram program_;

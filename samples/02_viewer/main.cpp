@@ -29,10 +29,11 @@ int main(int argc, char** argv) {
   const auto bake = mapBake(options->bake);
   if (!bake) return fail(bake.error());
   if (bake->instances.size() != scene->instances.size()) {
-    return fail({ErrorCode::invalidFile, "\"" + options->bake + "\" was not baked from \"" + options->scene + "\": it has " +
-                                             std::to_string(bake->instances.size()) + " instances, the scene " +
-                                             std::to_string(scene->instances.size())});
+    return fail({ErrorCode::invalidFile, "\"" + options->bake + "\" was not baked from \"" + options->scene +
+                                             "\": it has " + std::to_string(bake->instances.size()) +
+                                             " instances, the scene " + std::to_string(scene->instances.size())});
   }
-  const Status status = options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
+  const Status status =
+      options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
   return status ? 0 : fail(status.error());
 }

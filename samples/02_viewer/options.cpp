@@ -23,24 +23,34 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
   std::string size = "1280x720";
-  CLI::App app{"Relume's viewer: fly through a level, move its lights, look at what the relighter does.", "relume-view"};
+  CLI::App app{"Relume's viewer: fly through a level, move its lights, look at what the relighter does.",
+               "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
   app.add_option("--bake", o.bake, "bake of that scene (.relume)")->required();
   app.add_option("--camera", o.camera, "camera to start from; default: the scene's first");
-  app.add_option("--lights", o.lights, "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
-      ->delimiter(',')->capture_default_str();
+  app.add_option("--lights", o.lights,
+                 "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
+      ->delimiter(',')
+      ->capture_default_str();
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--exposure", o.exposure, "stops")->check(CLI::Range(-30.0, 30.0))->capture_default_str();
   app.add_option("--view", o.view, "what to shade with at the start")
-      ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))->capture_default_str();
-  app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
+      ->capture_default_str();
+  app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")
+      ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(kOverlayNames.begin(), kOverlayNames.end())));
-  app.add_option("--shadow-size", o.shadowSize, "texels along a side of a shadow map")->check(CLI::Range(64, 8192))->capture_default_str();
+  app.add_option("--shadow-size", o.shadowSize, "texels along a side of a shadow map")
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str();
   CLI::Option* headless =
-      app.add_option("--headless", o.headlessFrames, "draw so many frames without a window, a light moving")->check(CLI::Range(1, 100000));
-  app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")->needs(headless);
-  CLI::Option* output = app.add_option("-o,--output", o.output, "folder of the headless frames (frame_0000.png, ...)")->needs(headless);
+      app.add_option("--headless", o.headlessFrames, "draw so many frames without a window, a light moving")
+          ->check(CLI::Range(1, 100000));
+  app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")
+      ->needs(headless);
+  CLI::Option* output =
+      app.add_option("-o,--output", o.output, "folder of the headless frames (frame_0000.png, ...)")->needs(headless);
   headless->needs(output);
   try {
     app.parse(argc, argv);

@@ -19,13 +19,13 @@ struct ViewerOptions {
   std::vector<std::string> lights{"all"};  // as `relume render`
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
-  std::uint32_t headlessFrames = 0;  // > 0: no window, this many frames with a moving light
-  std::string moving;                // that light; empty: the first that is on and has a place
-  std::string output;                // folder of the headless frames
-  float exposure = 0.0f;             // [stops]
-  std::string view = "full";         // a name of kViewNames
-  std::vector<std::string> overlays; // of kOverlayNames
-  bool exitNow = false;              // --help or --version were printed
+  std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
+  std::string moving;                 // that light; empty: the first that is on and has a place
+  std::string output;                 // folder of the headless frames
+  float exposure = 0.0f;              // [stops]
+  std::string view = "full";          // a name of kViewNames
+  std::vector<std::string> overlays;  // of kOverlayNames
+  bool exitNow = false;               // --help or --version were printed
 };
 
 // usage: unknown options, values out of their ranges.

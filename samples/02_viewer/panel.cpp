@@ -17,9 +17,11 @@ void lightControls(ViewedLight& viewed) {
   if (!viewed.on) return;
   ImGui::Indent();
   ImGui::SliderFloat("stops", &viewed.stops, -8.0f, 8.0f, "%.1f");
-  ImGui::ColorEdit3("intensity", glm::value_ptr(viewed.light.intensity), ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
+  ImGui::ColorEdit3("intensity", glm::value_ptr(viewed.light.intensity),
+                    ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
   if (viewed.light.kind != LightKind::directional) {
-    if (ImGui::DragFloat3("position", glm::value_ptr(viewed.light.positionWorld), 0.02f)) viewed.home = viewed.light.positionWorld;
+    if (ImGui::DragFloat3("position", glm::value_ptr(viewed.light.positionWorld), 0.02f))
+      viewed.home = viewed.light.positionWorld;
   }
   if (viewed.light.kind != LightKind::point) {
     glm::vec3 direction = viewed.light.direction;
@@ -32,7 +34,8 @@ void lightControls(ViewedLight& viewed) {
 
 void viewControls(const Scene& scene, ViewState& state) {
   int mode = static_cast<int>(state.mode);
-  if (ImGui::Combo("show", &mode, kViewModeNames, static_cast<int>(std::size(kViewModeNames)))) state.mode = static_cast<ViewMode>(mode);
+  if (ImGui::Combo("show", &mode, kViewModeNames, static_cast<int>(std::size(kViewModeNames))))
+    state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
   ImGui::Checkbox("surfels", &state.surfels);
   ImGui::SameLine();

@@ -76,18 +76,23 @@ Light toRuntime(const SceneLight& light) {
   const LightKind kind = light.type == LightType::directional ? LightKind::directional
                          : light.type == LightType::spot      ? LightKind::spot
                                                               : LightKind::point;
-  return {kind, light.intensity, light.positionWorld, light.direction, light.range, light.innerConeRad, light.outerConeRad};
+  return {kind,        light.intensity,    light.positionWorld, light.direction,
+          light.range, light.innerConeRad, light.outerConeRad};
 }
 
 // Which lights of the scene are on at the start.
 Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
-  const auto named = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  const auto named = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
   state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
   for (const SceneLight& light : scene.lights)
-    state.lights.push_back({light.name, toRuntime(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
+    state.lights.push_back(
+        {light.name, toRuntime(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
   for (const std::string& name : names) {
-    const bool known = name == "all" || name == "none" || name == "emissive" ||
-                       std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
+    const bool known =
+        name == "all" || name == "none" || name == "emissive" ||
+        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
     if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
   }
   return done();
@@ -122,7 +127,8 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_
   return viewer;
 }
 
-Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode) {
+Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height,
+                    bool encode) {
   // Shadow maps
   const double begin = nowMs();
   const std::vector<Light> lights = activeLights(state);
@@ -169,7 +175,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   return done();
 }
 
-void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const glm::mat4& clip, bool encode) const {
+void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const glm::mat4& clip,
+                       bool encode) const {
   shadows_.setUniforms(program_.name());
   setLevelLights(program_.name(), lights);
   glUseProgram(program_.name());
@@ -249,7 +256,8 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
   state.exposure = options.exposure;
-  state.mode = static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
+  state.mode =
+      static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
   const auto wanted = [&](const char* name) {
     return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
   };

@@ -38,14 +38,14 @@ inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "l
 struct ViewState {
   FlyCamera camera;
   std::vector<ViewedLight> lights;
-  float emission = 1.0f;         // factor on emitting surfaces
-  glm::vec3 sky{0.0f};           // [W/m²/sr]
+  float emission = 1.0f;  // factor on emitting surfaces
+  glm::vec3 sky{0.0f};    // [W/m²/sr]
   float bounceScale = 1.0f;
   ViewMode mode = ViewMode::full;
-  float exposure = 0.0f;         // [stops]
+  float exposure = 0.0f;  // [stops]
   bool surfels = false, caches = false, lightmap = false;
-  bool relight = true;           // false freezes the light over links
-  glm::mat4 moved{1.0f};         // where dynamic instances are
+  bool relight = true;    // false freezes the light over links
+  glm::mat4 moved{1.0f};  // where dynamic instances are
 };
 
 class Viewer {
@@ -64,7 +64,8 @@ class Viewer {
   Viewer(const Bake& bake, GlLevel level, ShadowMaps shadows, Relighter relighter)
       : bake_(&bake), level_(std::move(level)), shadows_(std::move(shadows)), relighter_(std::move(relighter)) {}
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const glm::mat4& clip, bool encode) const;
-  void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height, bool encode) const;
+  void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
+                    bool encode) const;
   void drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const;
   std::vector<glm::vec3> surfelColors() const;
   std::vector<glm::vec3> cacheColors() const;

@@ -27,7 +27,8 @@ class Window {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    window_ = glfwCreateWindow(static_cast<int>(options.width), static_cast<int>(options.height), "Relume", nullptr, nullptr);
+    window_ =
+        glfwCreateWindow(static_cast<int>(options.width), static_cast<int>(options.height), "Relume", nullptr, nullptr);
     if (!window_) return Error{ErrorCode::unsupported, "no window with OpenGL 4.3: " + lastError()};
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
@@ -75,7 +76,8 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
     return static_cast<float>((glfwGetKey(window, plus) == GLFW_PRESS) - (glfwGetKey(window, minus) == GLFW_PRESS));
   };
   const float speed = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ? 8.0f : 2.0f;  // [m/s]
-  camera.move(speed * seconds * glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
+  camera.move(speed * seconds *
+              glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
 
 Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
@@ -95,7 +97,10 @@ Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& vi
     int width = 0, height = 0;
     glfwGetFramebufferSize(window, &width, &height);
     if (width > 0 && height > 0) {
-      if (Status ok = viewer.draw(state, 0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), true); !ok) return ok;
+      if (Status ok =
+              viewer.draw(state, 0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), true);
+          !ok)
+        return ok;
     }
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
@@ -111,7 +116,8 @@ Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& opti
   if (!state) return state.error();
   Window window;
   if (Status ok = window.open(options); !ok) return ok;
-  if (epoxy_gl_version() < 43) return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
+  if (epoxy_gl_version() < 43)
+    return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
   auto viewer = Viewer::create(scene, bake, options.shadowSize);
   if (!viewer) return viewer.error();
   return loop(window.get(), scene, bake, *viewer, *state);

@@ -33,23 +33,43 @@ class GlHandle {
 
 namespace gl_traits {
 struct Buffer {
-  static GLuint make() { GLuint n = 0; glGenBuffers(1, &n); return n; }
+  static GLuint make() {
+    GLuint n = 0;
+    glGenBuffers(1, &n);
+    return n;
+  }
   static void destroy(GLuint n) { glDeleteBuffers(1, &n); }
 };
 struct Texture {
-  static GLuint make() { GLuint n = 0; glGenTextures(1, &n); return n; }
+  static GLuint make() {
+    GLuint n = 0;
+    glGenTextures(1, &n);
+    return n;
+  }
   static void destroy(GLuint n) { glDeleteTextures(1, &n); }
 };
 struct Sampler {
-  static GLuint make() { GLuint n = 0; glGenSamplers(1, &n); return n; }
+  static GLuint make() {
+    GLuint n = 0;
+    glGenSamplers(1, &n);
+    return n;
+  }
   static void destroy(GLuint n) { glDeleteSamplers(1, &n); }
 };
 struct VertexArray {
-  static GLuint make() { GLuint n = 0; glGenVertexArrays(1, &n); return n; }
+  static GLuint make() {
+    GLuint n = 0;
+    glGenVertexArrays(1, &n);
+    return n;
+  }
   static void destroy(GLuint n) { glDeleteVertexArrays(1, &n); }
 };
 struct Framebuffer {
-  static GLuint make() { GLuint n = 0; glGenFramebuffers(1, &n); return n; }
+  static GLuint make() {
+    GLuint n = 0;
+    glGenFramebuffers(1, &n);
+    return n;
+  }
   static void destroy(GLuint n) { glDeleteFramebuffers(1, &n); }
 };
 struct Program {

@@ -15,10 +15,10 @@ namespace relume {
 namespace {
 
 struct Vertex {
-  glm::vec3 position;          // [m] world
-  glm::vec3 normal;            // world, not unit: interpolated as glTF asks
+  glm::vec3 position;  // [m] world
+  glm::vec3 normal;    // world, not unit: interpolated as glTF asks
   glm::vec2 uvAlbedo, uvEmission;
-  std::uint32_t lightmapUv[2]; // packUnorm16x2 or kGridLit, of the front and of the back
+  std::uint32_t lightmapUv[2];  // packUnorm16x2 or kGridLit, of the front and of the back
 };
 static_assert(sizeof(Vertex) == 48);
 
@@ -32,7 +32,8 @@ glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t v
 }
 
 // Corner of a triangle, in glTF order, on the light map of its front (0) or back (1).
-std::uint32_t lightmapCorner(const Lightmap* map, std::uint32_t instance, std::uint32_t triangle, std::uint32_t k, int side) {
+std::uint32_t lightmapCorner(const Lightmap* map, std::uint32_t instance, std::uint32_t triangle, std::uint32_t k,
+                             int side) {
   if (!map || instance >= map->parts.size() || triangle >= map->parts[instance].triangleCount) return kGridLit;
   const std::uint64_t corner = map->parts[instance].firstCorner + 3ull * triangle + k;
   const Array<std::uint32_t>& uv = side == 0 ? map->cornerUv : map->backCornerUv;
@@ -45,7 +46,8 @@ void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map
   const Material& material = scene.material(instance);
   const glm::mat3 m(instance.toWorld);
   const float sign = instance.flipped ? -1.0f : 1.0f;
-  const glm::mat3 normalToWorld(sign * glm::cross(m[1], m[2]), sign * glm::cross(m[2], m[0]), sign * glm::cross(m[0], m[1]));
+  const glm::mat3 normalToWorld(sign * glm::cross(m[1], m[2]), sign * glm::cross(m[2], m[0]),
+                                sign * glm::cross(m[0], m[1]));
   for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
     const auto corners = scene.corners(instance, t);
     const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
@@ -55,7 +57,9 @@ void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map
       glm::vec3 normal = mesh.normal.empty() ? face : normalToWorld * mesh.normal[v];
       const float length = glm::length(normal);
       if (length > 0.0f) normal /= length;
-      out.push_back({corners[k], normal, textureUv(mesh, material.albedoTexture, v),
+      out.push_back({corners[k],
+                     normal,
+                     textureUv(mesh, material.albedoTexture, v),
                      textureUv(mesh, material.emissionTexture, v),
                      {lightmapCorner(map, index, t, c, 0), lightmapCorner(map, index, t, c, 1)}});
     }
@@ -109,7 +113,8 @@ GlVertexArray describeVertices(const GlBuffer& vertices) {
   floats(2, 2, offsetof(Vertex, uvAlbedo));
   floats(3, 2, offsetof(Vertex, uvEmission));
   glEnableVertexAttribArray(4);
-  glVertexAttribIPointer(4, 2, GL_UNSIGNED_INT, sizeof(Vertex), reinterpret_cast<const void*>(offsetof(Vertex, lightmapUv)));
+  glVertexAttribIPointer(4, 2, GL_UNSIGNED_INT, sizeof(Vertex),
+                         reinterpret_cast<const void*>(offsetof(Vertex, lightmapUv)));
   glBindVertexArray(0);
   glBindBuffer(GL_ARRAY_BUFFER, 0);
   return layout;
@@ -143,7 +148,8 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   for (const std::uint32_t i : order) {
     const bool dynamic = scene.instances[i].mode == BakeMode::dynamic;
     const std::uint32_t material = materialOf(i);
-    if (level.batches_.empty() || level.batches_.back().material != material || level.batches_.back().dynamic != dynamic)
+    if (level.batches_.empty() || level.batches_.back().material != material ||
+        level.batches_.back().dynamic != dynamic)
       level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, dynamic});
     const std::size_t first = vertices.size();
     appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
@@ -160,9 +166,11 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   }
   level.vertices_ = GlBuffer::make();
   glBindBuffer(GL_ARRAY_BUFFER, level.vertices_.name());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(), GL_STATIC_DRAW);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
+               GL_STATIC_DRAW);
   level.layout_ = describeVertices(level.vertices_);
-  for (const Image& image : scene.images) level.images_.push_back(image.levels.empty() ? uploadWhite() : uploadImage(image));
+  for (const Image& image : scene.images)
+    level.images_.push_back(image.levels.empty() ? uploadWhite() : uploadImage(image));
   level.white_ = uploadWhite();
   level.samplers_ = makeSamplers();
   glBindTexture(GL_TEXTURE_2D, 0);
@@ -174,7 +182,9 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   return level;
 }
 
-void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, glm::mat4(1.0f), false); }
+void GlLevel::draw(const glm::mat4& clipFromWorld) const {
+  drawBatches(clipFromWorld, glm::mat4(1.0f), false);
+}
 
 void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, const glm::mat4& moved) const {
   drawBatches(clipFromWorld, moved, true);

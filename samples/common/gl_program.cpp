@@ -16,7 +16,8 @@ Result<GlShader> compile(const std::string& name, GLenum stage, const std::strin
   glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &length);
   std::string log(static_cast<std::size_t>(length) + 1, '\0');
   glGetShaderInfoLog(shader.name(), length + 1, nullptr, log.data());
-  return Error{ErrorCode::failed, name + (stage == GL_VERTEX_SHADER ? " vertex" : " fragment") + " shader: " + log.c_str()};
+  return Error{ErrorCode::failed,
+               name + (stage == GL_VERTEX_SHADER ? " vertex" : " fragment") + " shader: " + log.c_str()};
 }
 
 }  // namespace

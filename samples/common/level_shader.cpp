@@ -67,8 +67,9 @@ const char* kNoLinks = "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
 
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
-  const std::string fragment = "#version 430\n" + (relighter ? relighter->resolveGlsl() : std::string()) + ShadowMaps::glsl() +
-                               levelMaterialGlsl() + kLights + (relighter ? kLinks : kNoLinks) + mainGlsl;
+  const std::string fragment = "#version 430\n" + (relighter ? relighter->resolveGlsl() : std::string()) +
+                               ShadowMaps::glsl() + levelMaterialGlsl() + kLights + (relighter ? kLinks : kNoLinks) +
+                               mainGlsl;
   return linkProgram("level", vertex, fragment);
 }
 
@@ -78,12 +79,13 @@ void setLevelLights(GLuint program, std::span<const Light> lights) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& light = lights[i];
     const std::string at = "[" + std::to_string(i) + "]";
-    const glm::vec4 intensity(light.intensity, static_cast<float>(light.kind)), position(light.positionWorld, light.range),
-        direction(light.direction, 0.0f);
+    const glm::vec4 intensity(light.intensity, static_cast<float>(light.kind)),
+        position(light.positionWorld, light.range), direction(light.direction, 0.0f);
     glProgramUniform4fv(program, location("levelLightIntensity" + at), 1, glm::value_ptr(intensity));
     glProgramUniform4fv(program, location("levelLightPosition" + at), 1, glm::value_ptr(position));
     glProgramUniform4fv(program, location("levelLightDirection" + at), 1, glm::value_ptr(direction));
-    glProgramUniform2f(program, location("levelLightCone" + at), std::cos(light.outerConeRad), std::cos(light.innerConeRad));
+    glProgramUniform2f(program, location("levelLightCone" + at), std::cos(light.outerConeRad),
+                       std::cos(light.innerConeRad));
   }
 }
 

@@ -24,7 +24,7 @@
 namespace relume {
 namespace {
 
-constexpr float kWidestFlat = 1.2f;  // [rad] half angle of the widest spot that has a flat map
+constexpr float kWidestFlat = 1.2f;    // [rad] half angle of the widest spot that has a flat map
 constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
 constexpr GLint kLightLocation = 8;
 
@@ -43,7 +43,9 @@ std::array<glm::vec3, 8> boxCorners(const glm::vec3& low, const glm::vec3& high)
   return corners;
 }
 
-glm::vec3 anyUp(const glm::vec3& direction) { return std::abs(direction.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0); }
+glm::vec3 anyUp(const glm::vec3& direction) {
+  return std::abs(direction.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
+}
 
 // The smallest box along a direction that holds the level. Returns the clip matrix and the wider side [m].
 glm::mat4 fitDirectional(const GlLevel& level, const glm::vec3& direction, float& side) {
@@ -71,8 +73,7 @@ float farthest(const GlLevel& level, const glm::vec3& position) {
 
 // A side of a cube, opened a little wider than a right angle so that the filter finds its neighbours past the edge.
 glm::mat4 cubeSide(const glm::vec3& position, std::uint32_t side, float near, float far) {
-  constexpr std::array<glm::vec3, 6> kForward{
-      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  constexpr std::array<glm::vec3, 6> kForward{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   constexpr std::array<glm::vec3, 6> kUp{{{0, -1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, -1, 0}}};
   const float half = near * kSideTangent;
   return glm::frustum(-half, half, -half, half, near, far) *
@@ -118,15 +119,17 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
   flatLayers_ = flat;
   cubes_ = cubes;
   if (glGetError() != GL_NO_ERROR) {
-    return Error{ErrorCode::failed, "no memory for " + std::to_string(flat) + " shadow maps of " + std::to_string(size_) +
-                                        " texels a side and " + std::to_string(cubes) + " cubes of half that"};
+    return Error{ErrorCode::failed, "no memory for " + std::to_string(flat) + " shadow maps of " +
+                                        std::to_string(size_) + " texels a side and " + std::to_string(cubes) +
+                                        " cubes of half that"};
   }
   return done();
 }
 
 Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const glm::mat4* moved) {
   if (lights.size() > kMaxLights) {
-    return Error{ErrorCode::usage, std::to_string(lights.size()) + " lights; the sample renderer draws shadows of at most " +
+    return Error{ErrorCode::usage, std::to_string(lights.size()) +
+                                       " lights; the sample renderer draws shadows of at most " +
                                        std::to_string(kMaxLights)};
   }
   const auto cubes = static_cast<std::uint32_t>(std::count_if(lights.begin(), lights.end(), needsCube));
@@ -159,8 +162,8 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
     if (needsCube(light)) {
       map.place = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
       for (std::uint32_t side = 0; side < 6; ++side)
-        renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(), 6 * cube + side,
-                   size_ / 2);
+        renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(),
+                    6 * cube + side, size_ / 2);
       ++cube;
     } else {
       const float half = std::min(light.outerConeRad + 0.02f, kWidestFlat + 0.02f);
@@ -177,7 +180,7 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
 }
 
 void ShadowMaps::renderLayer(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld,
-                            const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
+                             const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, texture, 0, static_cast<GLint>(layer));
   glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
   glClearDepth(1.0);
@@ -191,7 +194,8 @@ void ShadowMaps::setUniforms(GLuint program) const {
   const auto location = [&](const std::string& name) { return glGetUniformLocation(program, name.c_str()); };
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const std::string at = "[" + std::to_string(i) + "]";
-    glProgramUniformMatrix4fv(program, location("relumeShadowFromWorld" + at), 1, GL_FALSE, glm::value_ptr(maps_[i].mapFromWorld));
+    glProgramUniformMatrix4fv(program, location("relumeShadowFromWorld" + at), 1, GL_FALSE,
+                              glm::value_ptr(maps_[i].mapFromWorld));
     glProgramUniform4fv(program, location("relumeShadowLight" + at), 1, glm::value_ptr(maps_[i].light));
     glProgramUniform4fv(program, location("relumeShadowPlace" + at), 1, glm::value_ptr(maps_[i].place));
   }
@@ -208,8 +212,8 @@ void ShadowMaps::bind() const {
 }
 
 std::string ShadowMaps::glsl() {
-  return "const uint relumeShadowCount = " + std::to_string(kMaxLights) + "u;\nconst float relumeSideTangent = " +
-         std::to_string(kSideTangent) + ";\n" + R"(
+  return "const uint relumeShadowCount = " + std::to_string(kMaxLights) +
+         "u;\nconst float relumeSideTangent = " + std::to_string(kSideTangent) + ";\n" + R"(
 uniform mat4 relumeShadowFromWorld[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
 uniform vec4 relumeShadowPlace[relumeShadowCount];

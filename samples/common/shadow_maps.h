@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Shadow maps of all punctual lights: the host's share of a frame (step 1 of runtime/relighter.h). Directional lights
-// and narrow spots have a layer of a depth array each, points and wide spots six layers of another, the sides of a cube.
+// and narrow spots have a layer of a depth array each, points and wide spots six layers of another, the sides of a
+// cube.
 //
 // glsl() defines float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) both for the surfel pass
 // (RelightOptions::visibilityGlsl) and for pixels, so that both see the same shadows.
@@ -42,13 +43,13 @@ class ShadowMaps {
 
  private:
   struct Map {
-    glm::mat4 mapFromWorld{1.0f};      // flat: [0..1] map coordinates, after division by w
-    glm::vec4 light{0.0f};             // position [m]; 1 / farthest distance [1/m], 0 = directional
+    glm::mat4 mapFromWorld{1.0f};              // flat: [0..1] map coordinates, after division by w
+    glm::vec4 light{0.0f};                     // position [m]; 1 / farthest distance [1/m], 0 = directional
     glm::vec4 place{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
   };
   Status allocate(std::uint32_t flat, std::uint32_t cubes);
   void renderLayer(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld, const glm::vec4& light,
-                  GLuint texture, std::uint32_t layer, std::uint32_t size) const;
+                   GLuint texture, std::uint32_t layer, std::uint32_t size) const;
 
   GlProgram depthProgram_;
   GlFramebuffer framebuffer_;

@@ -21,7 +21,8 @@ class RenderCommand : public testing::Test {
     folder_ = fs::temp_directory_path() / ("relume_render_" + std::to_string(::getpid()));
     fs::create_directories(folder_);
     bake_ = (folder_ / "level.relume").string();
-    const ProgramResult made = runProgram({"bake", kLevel, "-o", bake_, "--preset", "draft", "--surfels", "2000", "--progress", "none"}, folder_);
+    const ProgramResult made = runProgram(
+        {"bake", kLevel, "-o", bake_, "--preset", "draft", "--surfels", "2000", "--progress", "none"}, folder_);
     ASSERT_EQ(made.status, 0) << made.err;
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
@@ -39,7 +40,8 @@ class RenderCommand : public testing::Test {
   static std::string image() { return (folder_ / "image.exr").string(); }
   static void expectRefused(const ProgramResult& r, int status, const std::vector<std::string>& words) {
     EXPECT_EQ(r.status, status) << r.err;
-    for (const std::string& word : words) EXPECT_NE(r.err.find(word), std::string::npos) << "\"" << word << "\" in: " << r.err;
+    for (const std::string& word : words)
+      EXPECT_NE(r.err.find(word), std::string::npos) << "\"" << word << "\" in: " << r.err;
   }
 
   static fs::path folder_;
@@ -63,12 +65,14 @@ TEST_F(RenderCommand, writesOneFileALayerOrOneForAll) {
   EXPECT_EQ(wide->width, 64u);
   // The left half is the layer by itself.
   auto left = readExr(folder_ / "image.indirect.exr");
-  for (std::size_t i = 0; i < left->layer("").size(); ++i) ASSERT_EQ(wide->layer("")[i / 32 * 64 + i % 32], left->layer("")[i]);
+  for (std::size_t i = 0; i < left->layer("").size(); ++i)
+    ASSERT_EQ(wide->layer("")[i / 32 * 64 + i % 32], left->layer("")[i]);
 }
 
 TEST_F(RenderCommand, namesWhatThereIsWhenANameIsUnknown) {
   expectRefused(render({"--bake", bake_, "--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living", "cam_hall"});
-  expectRefused(render({"--bake", bake_, "--lights", "torch"}), 1, {"--lights", "torch", "sun", "lamp", "spot", "emissive"});
+  expectRefused(render({"--bake", bake_, "--lights", "torch"}), 1,
+                {"--lights", "torch", "sun", "lamp", "spot", "emissive"});
   expectRefused(render({"--bake", bake_, "--lights", "all,sun"}), 1, {"\"all\""});
   expectRefused(render({"--bake", bake_, "--aov", "shine"}), 1, {"--aov", "shine", "indirect", "depth"});
 }
@@ -99,12 +103,16 @@ TEST_F(RenderCommand, refusesABakeOfAnotherScene) {
   glb.replace(at, albedo.size(), "0.61,0.07,0.05");
   const fs::path changed = folder_ / "changed.glb";
   std::ofstream(changed, std::ios::binary) << glb;
-  const ProgramResult r = runProgram({"render", changed.string(), "--bake", bake_, "-o", image(), "--progress", "none"}, folder_);
+  const ProgramResult r =
+      runProgram({"render", changed.string(), "--bake", bake_, "-o", image(), "--progress", "none"}, folder_);
   expectRefused(r, 3, {"living_wall_west", "changed"});
 }
 
 TEST_F(RenderCommand, saysWhatItCannotRead) {
-  expectRefused(runProgram({"render", (folder_ / "none.glb").string(), "--bake", bake_, "-o", image(), "--progress", "none"}, folder_), 2, {"none.glb"});
+  expectRefused(
+      runProgram({"render", (folder_ / "none.glb").string(), "--bake", bake_, "-o", image(), "--progress", "none"},
+                 folder_),
+      2, {"none.glb"});
   expectRefused(render({"--bake", (folder_ / "none.relume").string()}), 2, {"none.relume"});
   expectRefused(render({"--bake", kLevel}), 3, {"two_rooms.glb"});
   expectRefused(render({"--bake", bake_, "-o", (folder_ / "no" / "such" / "folder.exr").string()}), 2, {"folder.exr"});

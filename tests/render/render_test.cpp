@@ -7,8 +7,8 @@
 #include "bake/tools/render_gl.h"
 #endif
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -116,8 +116,7 @@ Scene mirrored(const Scene& original) {
 // Means of 8 x 8 pixels: what is left is not a matter of where single rays fell.
 std::vector<glm::vec3> blocks(const std::vector<glm::vec3>& image, std::uint32_t width) {
   std::vector<glm::vec3> out(image.size() / 64, glm::vec3(0.0f));
-  for (std::size_t i = 0; i < image.size(); ++i)
-    out[i / width / 8 * (width / 8) + i % width / 8] += image[i] / 64.0f;
+  for (std::size_t i = 0; i < image.size(); ++i) out[i / width / 8 * (width / 8) + i % width / 8] += image[i] / 64.0f;
   return out;
 }
 
@@ -200,7 +199,8 @@ TEST(RenderCpu, aMirroredLevelLooksMirrored) {
     ASSERT_TRUE(a && b);
     EXPECT_LT(relativeRms(blocks(a->direct, 128), blocks(b->direct, 128)), 0.01) << name;
     EXPECT_LT(relativeRms(blocks(a->albedo, 128), blocks(b->albedo, 128)), 1e-3) << name;
-    const double apart = relativeRms(blocks(composeAov(*a, Aov::indirect), 128), blocks(composeAov(*b, Aov::indirect), 128));
+    const double apart =
+        relativeRms(blocks(composeAov(*a, Aov::indirect), 128), blocks(composeAov(*b, Aov::indirect), 128));
     EXPECT_LT(apart, 0.08) << name;
     RecordProperty(name, std::to_string(apart));
   }
