@@ -7,7 +7,9 @@
 #include "tests/surfels/make_level.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -156,6 +158,49 @@ TEST(EliminateSamples, keepsEachCandidateAtMostOnce) {
     ASSERT_TRUE(order);
     EXPECT_EQ(order->size(), count);
     EXPECT_EQ(std::set<std::uint32_t>(order->begin(), order->end()).size(), count);
+  }
+}
+
+TEST(EliminateSamples, prefixesStayWellSpreadWhereStepsAreTaken) {
+  Level level;
+  level.begin("floor");
+  level.addRectangle({0, 0, 0}, {0, 0, 10}, {10, 0, 0});
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const PlaySpace space = level.fronts();
+  constexpr std::uint32_t kCount = 16384;
+  const SurfaceSampler sampler(tracer, space, kCount, 0, context);
+  const std::vector<SurfaceSample> candidates = sampler.draw(5 * kCount, 5, 0, context);
+  const auto densest = [](std::size_t n) { return std::sqrt(2.0 / std::sqrt(3.0) * 100.0 / static_cast<double>(n)); };
+  const auto order = eliminateSamples(candidates, kCount, static_cast<float>(densest(kCount)), context);
+  ASSERT_TRUE(order);
+  for (const std::size_t prefix : {std::size_t{6000}, std::size_t{8192}, std::size_t{11000}, std::size_t{kCount}}) {
+    // Bins of the wanted distance's size hold few points; nearest neighbours are in the bins around.
+    const double wanted = (prefix == kCount ? 0.65 : 0.45) * densest(prefix);
+    const int along = static_cast<int>(10.0 / wanted);
+    const auto binOf = [&](double x) { return std::clamp(static_cast<int>(x / 10.0 * along), 0, along - 1); };
+    std::map<std::pair<int, int>, std::vector<glm::vec3>> bins;
+    double nearest = 1e9;
+    for (std::size_t i = 0; i < prefix; ++i) {
+      const glm::vec3 p = candidates[(*order)[i]].positionWorld;
+      const int x = binOf(p.x), z = binOf(p.z);
+      for (int dx = -1; dx <= 1; ++dx) {
+        for (int dz = -1; dz <= 1; ++dz) {
+          for (const glm::vec3& q : bins[{x + dx, z + dz}]) nearest = std::min<double>(nearest, glm::distance(p, q));
+        }
+      }
+      bins[{x, z}].push_back(p);
+    }
+    EXPECT_GT(nearest, wanted) << prefix;
+    // Every sixteenth of the floor has its share.
+    std::array<int, 16> share{};
+    for (std::size_t i = 0; i < prefix; ++i) {
+      const glm::vec3 p = candidates[(*order)[i]].positionWorld;
+      const auto x = std::min(3u, static_cast<unsigned>(p.x / 2.5f)), z = std::min(3u, static_cast<unsigned>(p.z / 2.5f));
+      ++share[x + 4 * z];
+    }
+    const double fair = static_cast<double>(prefix) / 16.0;
+    for (const int n : share) EXPECT_NEAR(n, fair, 0.08 * fair) << prefix;
   }
 }
 

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+// See eliminate_round.h.
+#include "bake/surfels/eliminate_round.h"
+
+#include "bake/parallel.h"
+#include "bake/surfels/point_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace relume {
+namespace {
+
+constexpr float kWeightLimitBase = 0.65f;     // beta of the paper
+constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
+constexpr float kCellSpacings = 8.0f;         // size of a cell in spacings
+constexpr float kQuotaWeight = 1e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
+constexpr std::size_t kCellsPerChunk = 512;
+constexpr std::size_t kMostOfAStep = 10;  // one in so many points may go in a step
+constexpr std::size_t kFewPoints = 4096;  // are not worth steps
+constexpr std::size_t kLastShare = 64;    // when no more than one in so many has to go, one by one
+
+// (1 - d / D)^8, d limited from below.
+float crowding(float distanceSquared, float reach, float limit) {
+  const float t = 1.0f - std::max(std::sqrt(distanceSquared) / reach, limit);
+  const float t2 = t * t, t4 = t2 * t2;
+  return t4 * t4;
+}
+
+// Spread the low 21 bits to every third bit.
+std::uint64_t spreadBits(std::uint64_t v) {
+  v &= 0x1FFFFF;
+  v = (v | v << 32) & 0x1F00000000FFFFull;
+  v = (v | v << 16) & 0x1F0000FF0000FFull;
+  v = (v | v << 8) & 0x100F00F00F00F00Full;
+  v = (v | v << 4) & 0x10C30C30C30C30C3ull;
+  v = (v | v << 2) & 0x1249249249249249ull;
+  return v;
+}
+
+// Excesses in buckets of 1/32 of their size.
+constexpr int kBucketShift = 18;
+constexpr std::size_t kExcessBuckets = std::size_t{1} << (31 - kBucketShift);
+std::size_t bucketOf(float excess) {
+  return excess > 0.0f ? std::bit_cast<std::uint32_t>(excess) >> kBucketShift : 0;
+}
+
+}  // namespace
+
+// Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while the
+// cell is far too full.
+void EliminationRound::Cell::update() {
+  const float above = left > quota ? static_cast<float>(left - quota) : 0.0f;
+  penalty = kQuotaWeight * above / (static_cast<float>(quota) + 1.0f);
+  const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 3 : 0u, quota / 16});
+  nextUpdate = left > step ? left - step : 0;
+}
+
+EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, std::span<const std::uint32_t> points,
+                                   std::uint32_t count, float spacing, Context& context)
+    : count_(count), left_(points.size()) {
+  std::vector<glm::vec3> position(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) position[i] = candidates[points[i]].positionWorld;
+  const PointGrid grid(position, spacing, context);
+  std::vector<SurfaceNode> node(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const SurfaceSample& sample = candidates[points[grid.order()[i]]];
+    node[i] = {sample.positionWorld, sample.normal, sample.emitter};
+  }
+  sortIntoCells(node, count, kCellSpacings * spacing);
+
+  source_.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t source = points[grid.order()[i]];
+    source_[rank_[i]] = source;
+    points_[rank_[i]].positionWorld = candidates[source].positionWorld;
+    points_[rank_[i]].reach = spacing / std::sqrt(candidates[source].density);
+  }
+  const float share = static_cast<float>(count) / static_cast<float>(points.size());
+  limit_ = kWeightLimitBase * (1.0f - std::pow(share, kWeightLimitExponent));
+  findNeighbours(node, grid, context);
+}
+
+// Sort the points by cells along a Morton curve, emitter by emitter. Every cell gets its share of `count`, rounding
+// errors carried on along the curve.
+void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uint32_t count, float cellSize) {
+  struct Place {
+    std::uint32_t emitter, point;
+    std::uint64_t morton;
+  };
+  const std::size_t n = node.size();
+  glm::vec3 low = node[0].positionWorld;
+  for (const SurfaceNode& each : node) {
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], each.positionWorld[k]);
+  }
+  std::vector<Place> places(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    std::uint64_t morton = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float cell = std::min((node[i].positionWorld[k] - low[k]) / cellSize, 2097151.0f);
+      morton |= spreadBits(static_cast<std::uint64_t>(cell)) << k;
+    }
+    places[i] = {node[i].emitter, i, morton};
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    if (a.emitter != b.emitter) return a.emitter < b.emitter;
+    return a.morton != b.morton ? a.morton < b.morton : a.point < b.point;
+  });
+
+  points_.resize(n);
+  rank_.resize(n);
+  const auto rounded = [&](std::size_t upTo) { return (2 * upTo * count + n) / (2 * n); };
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    const Place& first = places[begin];
+    const bool opens = begin == 0 || first.emitter != places[begin - 1].emitter ||
+                       first.morton >> 3 != places[begin - 1].morton >> 3;
+    if (opens) regions_.push_back({static_cast<std::uint32_t>(first.morton >> 3 & 7), {}, {}});
+    while (end < n && places[end].emitter == first.emitter && places[end].morton == first.morton) {
+      rank_[places[end].point] = static_cast<std::uint32_t>(end);
+      points_[end].cell = static_cast<std::uint32_t>(cells_.size());
+      regions_.back().left.push_back(static_cast<std::uint32_t>(end));
+      ++end;
+    }
+    Cell& cell = cells_.emplace_back();
+    cell.left = static_cast<std::uint32_t>(end - begin);
+    cell.quota = static_cast<std::uint32_t>(rounded(end) - rounded(begin));
+    cell.update();
+  }
+}
+
+// Find every point's neighbours, cell by cell of the grid, and their crowding.
+void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const PointGrid& grid, Context& context) {
+  struct Part {
+    std::vector<std::uint32_t> neighbour;  // in the grid's order, point by point
+  };
+  const std::size_t chunks = (grid.cellCount() + kCellsPerChunk - 1) / kCellsPerChunk;
+  std::vector<Part> parts(chunks);
+  std::vector<std::uint32_t> found(node.size());  // neighbours of each point in the grid's order
+  parallelChunks(context, "", grid.cellCount(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
+    Part& part = parts[begin / kCellsPerChunk];
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      runs.clear();
+      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1,
+                      [&](std::uint32_t b, std::uint32_t e) { runs.emplace_back(b, e); });
+      for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
+        const SurfaceNode& a = node[i];
+        Point& point = points_[rank_[i]];
+        const std::size_t before = part.neighbour.size();
+        for (const auto& [runBegin, runEnd] : runs) {
+          for (std::uint32_t j = runBegin; j < runEnd; ++j) {
+            const glm::vec3 apart = node[j].positionWorld - a.positionWorld;
+            const float d2 = glm::dot(apart, apart);
+            if (d2 >= point.reach * point.reach || j == i || !areNeighbours(a, node[j], apart, d2)) continue;
+            part.neighbour.push_back(rank_[j]);
+            point.weight += crowding(d2, point.reach, limit_);
+          }
+        }
+        found[i] = static_cast<std::uint32_t>(part.neighbour.size() - before);
+      }
+    }
+  });
+
+  // Join the parts, in the order of the points.
+  neighbourBegin_.assign(node.size() + 1, 0);
+  for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[rank_[i] + 1] = found[i];
+  for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[i + 1] += neighbourBegin_[i];
+  neighbour_.resize(neighbourBegin_.back());
+  parallelChunks(context, "", chunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t lastCell = std::min((c + 1) * kCellsPerChunk, grid.cellCount());
+      auto from = parts[c].neighbour.begin();
+      for (std::uint32_t i = grid.cellBegin(c * kCellsPerChunk); i < grid.cellBegin(lastCell); ++i) {
+        const auto to = neighbour_.begin() + static_cast<std::ptrdiff_t>(neighbourBegin_[rank_[i]]);
+        std::copy(from, from + found[i], to);
+        from += found[i];
+      }
+      parts[c] = {};
+    }
+  });
+}
+
+void EliminationRound::remove(std::uint32_t i) {
+  Point& a = points_[i];
+  a.gone = true;
+  cells_[a.cell].remove();
+  for (std::size_t k = neighbourBegin_[i]; k < neighbourBegin_[i + 1]; ++k) {
+    Point& b = points_[neighbour_[k]];
+    if (b.gone) continue;
+    const glm::vec3 apart = b.positionWorld - a.positionWorld;
+    b.weight -= crowding(glm::dot(apart, apart), b.reach, limit_);
+  }
+}
+
+// The lowest excess above which at most `most` points are. Excesses only fall, so no more than those will go.
+float EliminationRound::chooseStep(std::size_t most, Context& context) const {
+  constexpr std::size_t kRegionsPerChunk = 128;
+  std::vector<std::vector<std::uint32_t>> parts((regions_.size() + kRegionsPerChunk - 1) / kRegionsPerChunk);
+  parallelChunks(context, "", regions_.size(), kRegionsPerChunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& part = parts[begin / kRegionsPerChunk];
+    part.assign(kExcessBuckets, 0);
+    for (std::size_t r = begin; r < end; ++r) {
+      for (const std::uint32_t i : regions_[r].left) ++part[bucketOf(excess(points_[i]))];
+    }
+  });
+  std::size_t above = 0, bucket = kExcessBuckets;
+  for (; bucket > 1; --bucket) {
+    for (const std::vector<std::uint32_t>& part : parts) above += part.empty() ? 0 : part[bucket - 1];
+    if (above > most) break;
+  }
+  return std::bit_cast<float>(static_cast<std::uint32_t>(bucket << kBucketShift));
+}
+
+// Remove the points of a region at or above a step, the most crowded first.
+void EliminationRound::reduceRegion(Region& region, float step) {
+  const auto lower = [](const Removal& a, const Removal& b) {
+    return a.excess != b.excess ? a.excess < b.excess : a.point > b.point;
+  };
+  std::vector<Removal> heap;
+  for (const std::uint32_t i : region.left) {
+    const float e = excess(points_[i]);
+    if (e >= step) heap.push_back({e, i});
+  }
+  if (heap.empty()) return;
+  std::make_heap(heap.begin(), heap.end(), lower);
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), lower);
+    const std::uint32_t i = heap.back().point;
+    const float known = heap.back().excess, e = excess(points_[i]);
+    heap.pop_back();
+    if (e < step) continue;
+    if (e < known && !heap.empty() && e < heap.front().excess) {
+      heap.push_back({e, i});
+      std::push_heap(heap.begin(), heap.end(), lower);
+      continue;
+    }
+    remove(i);
+    region.removed.push_back({e, i});
+  }
+  std::erase_if(region.left, [&](std::uint32_t i) { return points_[i].gone; });
+}
+
+// One step in all regions. False when nothing was removed.
+bool EliminationRound::stepDown(float step, std::vector<std::uint32_t>& removed, Context& context) {
+  for (std::uint32_t colour = 0; colour < 8; ++colour) {
+    parallelChunks(context, "", regions_.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r) {
+        if (regions_[r].colour == colour) reduceRegion(regions_[r], step);
+      }
+    });
+  }
+  std::vector<Removal> all;
+  for (Region& region : regions_) {
+    all.insert(all.end(), region.removed.begin(), region.removed.end());
+    region.removed.clear();
+  }
+  // In the order of their crowding, so that any part of them is spread over all regions.
+  std::sort(all.begin(), all.end(), [](const Removal& a, const Removal& b) {
+    return a.excess != b.excess ? a.excess > b.excess : a.point < b.point;
+  });
+  for (const Removal& each : all) removed.push_back(source_[each.point]);
+  left_ -= all.size();
+  return !all.empty();
+}
+
+// Points by their excess, in buckets of equal width, the most crowded first. A point's bucket may be out of date:
+// excesses only fall, so it is an upper bound, renewed when the point comes up.
+class EliminationRound::Queue {
+ public:
+  explicit Queue(EliminationRound& round) : round_(round), head_(kBuckets, kEnd) {
+    float high = -std::numeric_limits<float>::infinity();
+    for (const Point& point : round.points_) {
+      if (!point.gone) high = std::max(high, round.excess(point));
+    }
+    perUnit_ = kBuckets / std::max(high, 1e-6f);
+    for (std::uint32_t i = 0; i < round.points_.size(); ++i) {
+      if (!round.points_[i].gone) push(i);
+    }
+    current_ = kBuckets - 1;
+  }
+  // Take out the most crowded point. [not empty]
+  std::uint32_t pop() {
+    for (;;) {
+      while (head_[current_] == kEnd) --current_;
+      const std::uint32_t i = head_[current_];
+      head_[current_] = round_.points_[i].next;
+      if (slotOf(i) >= current_) return i;
+      push(i);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kBuckets = 1u << 16;
+  static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
+  std::size_t slotOf(std::uint32_t i) const {
+    const float at = round_.excess(round_.points_[i]) * perUnit_;
+    return at > 0.0f ? std::min(static_cast<std::size_t>(at), kBuckets - 1) : 0;
+  }
+  void push(std::uint32_t i) {
+    const std::size_t slot = slotOf(i);
+    round_.points_[i].next = head_[slot];
+    head_[slot] = i;
+  }
+
+  EliminationRound& round_;
+  std::vector<std::uint32_t> head_;
+  std::size_t current_ = 0;
+  float perUnit_ = 1.0f;
+};
+
+std::vector<std::uint32_t> EliminationRound::run(std::vector<std::uint32_t>& removed, Context& context) {
+  // Many at a time while there are many to go.
+  const double all = static_cast<double>(left_);
+  while (left_ > kFewPoints && left_ - count_ > left_ / kLastShare) {
+    const std::size_t most = std::min(left_ - count_, left_ / kMostOfAStep);
+    const float step = chooseStep(most, context);
+    if (!stepDown(step, removed, context)) break;
+    if (!context.progress("surfels", 0.1 + 0.4 * (1.0 - static_cast<double>(left_) / all))) return {};
+  }
+
+  // The rest one by one.
+  Queue queue(*this);
+  for (; left_ > count_; --left_) {
+    const std::uint32_t i = queue.pop();
+    remove(i);
+    removed.push_back(source_[i]);
+  }
+  std::vector<std::uint32_t> kept;
+  kept.reserve(count_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!points_[i].gone) kept.push_back(source_[i]);
+  }
+  std::sort(kept.begin(), kept.end());
+  return context.cancelled() ? std::vector<std::uint32_t>{} : kept;
+}
+
+}  // namespace relume
