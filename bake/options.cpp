@@ -82,8 +82,9 @@ std::vector<Field> fields(BakeOptions& o) {
        "a cache whose rays hit more back faces is moved or dropped"},
       {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "empty texels between charts"},
 
-      {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, {"sh", "cone"}, "",
-       "how a link stores its transfer: SH coefficients, or a cone of 12 bytes"},
+      {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"}, "",
+       "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12, 8 or 6 bytes, SH in bytes, or "
+       "irradiance alone on the light map"},
       {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
       {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
       {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
@@ -271,9 +272,13 @@ Status checkTogether(const BakeOptions& o) {
   if (o.chromaBands > o.lumaBands)
     return usage("option chromaBands (--chroma-bands) is " + std::to_string(o.chromaBands) +
                  ", expected at most lumaBands (--luma-bands), " + std::to_string(o.lumaBands));
-  if (o.links.kind == LinkKind::sh && o.lumaBands > o.links.bands)
+  if (linkHasBands(o.links.kind) && o.lumaBands > o.links.bands)
     return usage("option lumaBands (--luma-bands) is " + std::to_string(o.lumaBands) +
                  ", expected at most links.bands (--link-bands) of SH links, " + std::to_string(o.links.bands));
+  if (const std::uint64_t senders = std::uint64_t{o.surfels.count} + o.links.skyPatches;
+      linkHasHead(o.links.kind) && 2 * senders - 1 > (1u << 20))
+    return usage("options surfels.count (--surfels) and links.skyPatches (--sky-patches) are together " +
+                 std::to_string(senders) + ", expected at most 524288 with compact links; use links.kind (--link-kind) cone or sh");
   if (o.links.linksPerCache > o.surfels.count)
     return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
                  ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));

@@ -76,6 +76,8 @@ void forEachArray(BakeType& b, Visitor&& visit) {
   visit("link.node", b.links.shNode);
   visit("link.sh", b.links.shCoefficients);
   visit("link.cone", b.links.cone);
+  visit("link.head", b.links.head);
+  visit("link.shape", b.links.shape);
 }
 
 constexpr const char* kScalars = "scalars";

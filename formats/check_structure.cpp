@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The 1xx checks: what a reader of the bake may rely upon without looking. Each function may rely on the ones before it
 // having found nothing.
+#include "formats/compact_links.h"
 #include "formats/findings.h"
 
 #include <algorithm>
@@ -160,20 +161,30 @@ void checkCacheArrays(const Bake& bake, Findings& findings) {
   checkLightmap(bake, findings);
 }
 
+// Irradiance links: the links of grid caches have a shape each, from the first on.
+void checkGridFirst(const Bake& bake, Findings& findings) {
+  const std::uint64_t gridLinks = countGridLinks(bake.caches, bake.links);
+  for (std::uint32_t c = 0; c < bake.links.cacheCount() && c < bake.caches.normal.size(); ++c) {
+    if (bake.caches.normal[c] == glm::vec3(0.0f) && bake.links.rowBegin[c + 1] > gridLinks) {
+      findings.add(Check::linkGridFirst, At{"cache.normal", c}, "no grid cache after one on a surface", c);
+    }
+  }
+}
+
 // Sizes of rows and of the arrays of one kind of links; false when links cannot be walked.
 bool checkLinkArrays(const Bake& bake, Findings& findings) {
   const Links& l = bake.links;
   const auto kind = static_cast<std::uint32_t>(l.kind);
-  if (kind > 1) {
-    findings.add(Check::linkKind, "scalars, link kind", "0 or 1", kind);
+  if (kind >= kLinkKindCount) {
+    findings.add(Check::linkKind, "scalars, link kind", range(0, kLinkKindCount - 1), kind);
     return false;
   }
-  const bool sh = l.kind == LinkKind::sh;
-  if (sh ? (l.bands < 1 || l.bands > 8) : l.bands != 0) {
-    findings.add(Check::linkBands, "scalars, link bands", sh ? "1..8" : "0", l.bands);
+  const bool sh = l.kind == LinkKind::sh, head = linkHasHead(l.kind), cone = l.kind == LinkKind::cone;
+  if (linkHasBands(l.kind) ? (l.bands < 1 || l.bands > 8) : l.bands != 0) {
+    findings.add(Check::linkBands, "scalars, link bands", linkHasBands(l.kind) ? "1..8" : "0", l.bands);
     return false;
   }
-  const std::size_t count = sh ? l.shNode.size() : l.cone.size();
+  const std::size_t count = head ? l.head.size() : (sh ? l.shNode.size() : l.cone.size());
   const auto sized = [&](const char* name, std::uint64_t expected, std::size_t size) {
     if (size != expected) findings.add(Check::linkArraySize, name, expected, size);
     return size == expected;
@@ -182,7 +193,8 @@ bool checkLinkArrays(const Bake& bake, Findings& findings) {
   sized("link.row", bake.caches.positionWorld.size() + 1, l.rowBegin.size());
   sized("link.node", sh ? count : 0, l.shNode.size());
   sized("link.sh", sh ? std::uint64_t{count} * l.bands * l.bands : 0, l.shCoefficients.size());
-  sized("link.cone", sh ? 0 : count, l.cone.size());
+  sized("link.cone", cone ? count : 0, l.cone.size());
+  sized("link.head", head ? count : 0, l.head.size());
   if (findings.list().size() != before) return false;
 
   if (l.rowBegin.front() != 0) findings.add(Check::linkRows, At{"link.row", 0}, 0, l.rowBegin.front());
@@ -192,20 +204,22 @@ bool checkLinkArrays(const Bake& bake, Findings& findings) {
   }
   if (l.rowBegin.back() != count)
     findings.add(Check::linkRows, At{"link.row", l.rowBegin.size() - 1}, count, l.rowBegin.back());
+  if (findings.list().size() != before) return false;
+  sized("link.shape", shapeWords(l.kind, l.bands, count, countGridLinks(bake.caches, l)), l.shape.size());
+  if (l.kind == LinkKind::irradiance) checkGridFirst(bake, findings);
   return findings.list().size() == before;
 }
 
 void checkLinkNodes(const Bake& bake, Findings& findings) {
   const Links& l = bake.links;
   const std::uint32_t nodes = bake.hierarchy.nodeCount();
-  const bool sh = l.kind == LinkKind::sh;
-  const char* name = sh ? "link.node" : "link.cone";
+  const char* name = linkHasHead(l.kind) ? "link.head" : (l.kind == LinkKind::sh ? "link.node" : "link.cone");
   for (std::uint32_t cache = 0; cache < l.cacheCount(); ++cache) {
     for (std::uint32_t i = l.rowBegin[cache]; i < l.rowBegin[cache + 1]; ++i) {
-      const std::uint32_t node = sh ? l.shNode[i] : l.cone[i].node;
+      const std::uint32_t node = l.node(i);
       if (node >= nodes) findings.add(Check::linkNode, At{name, i}, "below " + std::to_string(nodes), node);
       if (i == l.rowBegin[cache]) continue;
-      const std::uint32_t previous = sh ? l.shNode[i - 1] : l.cone[i - 1].node;
+      const std::uint32_t previous = l.node(i - 1);
       if (node <= previous) findings.add(Check::linkOrder, At{name, i}, "above " + std::to_string(previous), node);
     }
   }
@@ -213,7 +227,7 @@ void checkLinkNodes(const Bake& bake, Findings& findings) {
 
 void checkBands(const Bake& bake, Findings& findings) {
   const std::uint32_t luma = bake.provenance.lumaBands, chroma = bake.provenance.chromaBands;
-  const std::uint32_t most = bake.links.kind == LinkKind::sh ? bake.links.bands : 8;
+  const std::uint32_t most = linkHasBands(bake.links.kind) ? bake.links.bands : 8;
   if (luma < 1 || luma > most) findings.add(Check::recommendedBands, "provenance, luma bands", range(1, most), luma);
   if (chroma < 1 || chroma > luma)
     findings.add(Check::recommendedBands, "provenance, chroma bands", range(1, luma), chroma);

@@ -38,6 +38,7 @@ enum class Check : std::uint16_t {
   recommendedBands = 125,
   receiverWithoutLightmap = 126,
   backCornerSize = 127,
+  linkGridFirst = 128,
 
   surfelPosition = 201,
   surfelNormal = 202,
@@ -112,6 +113,7 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::recommendedBands, FindingSeverity::error, "recommended bands are out of range"},
     {Check::receiverWithoutLightmap, FindingSeverity::error, "surfel reads a light map that does not exist"},
     {Check::backCornerSize, FindingSeverity::error, "map.back is neither empty nor as long as map.corner"},
+    {Check::linkGridFirst, FindingSeverity::error, "irradiance links: a grid cache comes after one on a surface"},
 
     {Check::surfelPosition, FindingSeverity::error, "surfel position is not finite"},
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
@@ -141,7 +143,7 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::linkTransfer, FindingSeverity::error, "transfer of a link is negative or not finite"},
     {Check::linkCosAlpha, FindingSeverity::error, "cone of a link is not within -1 to 1"},
     {Check::linkDirection, FindingSeverity::error, "link with transfer has no direction"},
-    {Check::linkCoefficient, FindingSeverity::error, "coefficient of a link is not finite"},
+    {Check::linkCoefficient, FindingSeverity::error, "coefficient of a link is not finite, or no code of its kind"},
     {Check::linkAncestor, FindingSeverity::error, "a node and its ancestor are linked to the same cache"},
     {Check::linkAboveGroups, FindingSeverity::error, "link to a node above the groups of senders"},
     {Check::linkEnergySphere, FindingSeverity::error, "links of a cache transfer more than a full sphere"},

@@ -2,6 +2,7 @@
 // See check_bake.h. One pass over each array; formats/validate.h is the thorough check.
 #include "runtime/check_bake.h"
 
+#include "formats/compact_links.h"
 #include "formats/sh.h"
 
 #include <cmath>
@@ -122,7 +123,8 @@ Status checkCaches(const Caches& c) {
   return checkIndexTexture("caches.lightmap.cache", m.cache, std::uint64_t{m.width} * m.height, c.count());
 }
 
-Status checkLinks(const Links& l, std::size_t caches, std::size_t nodes) {
+Status checkLinks(const Links& l, const Caches& all, std::size_t nodes) {
+  const std::size_t caches = all.positionWorld.size();
   if (l.rowBegin.size() != caches + 1) return wrongSize("links.rowBegin", caches + 1, l.rowBegin.size());
   if (l.rowBegin.front() != 0) return wrongElement("links.rowBegin", 0, "0", l.rowBegin.front());
   for (std::size_t c = 0; c < caches; ++c) {
@@ -131,15 +133,20 @@ Status checkLinks(const Links& l, std::size_t caches, std::size_t nodes) {
     }
   }
   const std::size_t count = l.count();
-  const bool sh = l.kind == LinkKind::sh;
-  if (!sh && l.kind != LinkKind::cone) return wrongElement("links.kind", 0, "0 or 1", static_cast<std::uint32_t>(l.kind));
-  if (sh && (l.bands < 1 || l.bands > kMaxBands)) return wrongElement("links.bands", 0, "1 to 8", l.bands);
+  const bool sh = l.kind == LinkKind::sh, head = linkHasHead(l.kind);
+  if (static_cast<std::uint32_t>(l.kind) >= kLinkKindCount) {
+    return wrongElement("links.kind", 0, "below " + std::to_string(kLinkKindCount), static_cast<std::uint32_t>(l.kind));
+  }
+  if (linkHasBands(l.kind) && (l.bands < 1 || l.bands > kMaxBands)) return wrongElement("links.bands", 0, "1 to 8", l.bands);
   if (sh && l.shNode.size() != count) return wrongSize("links.shNode", count, l.shNode.size());
   const std::size_t halves = count * l.bands * l.bands;
   if (sh && l.shCoefficients.size() != halves) return wrongSize("links.shCoefficients", halves, l.shCoefficients.size());
-  if (!sh && l.cone.size() != count) return wrongSize("links.cone", count, l.cone.size());
+  if (head && l.head.size() != count) return wrongSize("links.head", count, l.head.size());
+  const std::uint64_t shape = shapeWords(l.kind, l.bands, count, countGridLinks(all, l));
+  if (head && l.shape.size() != shape) return wrongSize("links.shape", static_cast<std::size_t>(shape), l.shape.size());
+  if (l.kind == LinkKind::cone && l.cone.size() != count) return wrongSize("links.cone", count, l.cone.size());
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t node = sh ? l.shNode[i] : l.cone[i].node;
+    const std::uint32_t node = l.node(static_cast<std::uint32_t>(i));
     if (node >= nodes) return wrongElement("links.node", i, "a node below " + std::to_string(nodes), node);
   }
   return done();
@@ -151,7 +158,7 @@ Status checkBake(const Bake& bake) {
   if (Status ok = checkSurfels(bake.surfels); !ok) return ok;
   if (Status ok = checkHierarchy(bake.hierarchy, bake.surfels.positionWorld.size()); !ok) return ok;
   if (Status ok = checkCaches(bake.caches); !ok) return ok;
-  return checkLinks(bake.links, bake.caches.positionWorld.size(), bake.hierarchy.child.size());
+  return checkLinks(bake.links, bake.caches, bake.hierarchy.child.size());
 }
 
 }  // namespace relume

@@ -29,7 +29,7 @@ struct Relighter::State {
 
   cpu::CacheLight cacheLight() const {
 #if defined(RELUME_HAS_GL)
-    if (gl) return {lumaBands, chromaBands, gl->coefficients()};
+    if (gl) return {lumaBands, chromaBands, gl->coefficients(), bake.links.kind == LinkKind::irradiance};
 #endif
     return cpu->cacheLight();
   }
@@ -51,7 +51,7 @@ Error usage(const std::string& message) { return Error{ErrorCode::usage, message
 
 // Bands to light with: what was asked for, or what the bake recommends, held against each other and the links.
 Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, int& chroma) {
-  const bool sh = bake.links.kind == LinkKind::sh;
+  const bool sh = linkHasBands(bake.links.kind);
   const int most = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
   if (options.lumaBands < 0 || options.lumaBands > most) {
     return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(most) +
@@ -151,7 +151,7 @@ int Relighter::lumaBands() const { return state_->lumaBands; }
 int Relighter::chromaBands() const { return state_->chromaBands; }
 
 int Relighter::coefficientsPerCache() const {
-  return static_cast<int>(cpu::CacheLight{state_->lumaBands, state_->chromaBands, {}}.stride());
+  return static_cast<int>(cpu::CacheLight{state_->lumaBands, state_->chromaBands, {}, false}.stride());
 }
 
 Backend Relighter::backend() const { return state_->cpu ? Backend::cpu : Backend::gl; }
@@ -174,7 +174,7 @@ std::vector<std::pair<std::string, std::size_t>> Relighter::bufferSizes() const 
           {"hierarchy", bytes(bake.hierarchy.child) + bytes(bake.hierarchy.firstWeight) + bytes(bake.hierarchy.leafNode)},
           {"radiosity", state_->cpu->nodes().size_bytes()},
           {"links", bytes(bake.links.rowBegin) + bytes(bake.links.cone) + bytes(bake.links.shNode) +
-                        bytes(bake.links.shCoefficients)},
+                        bytes(bake.links.shCoefficients) + bytes(bake.links.head) + bytes(bake.links.shape)},
           {"caches", bytes(bake.caches.normal) + state_->cpu->cacheLight().coefficients.size_bytes()},
           {"bounce", state_->cpu->bounceBytes()},
           {"index", bytes(bake.caches.lightmap.cache) + bytes(bake.caches.grid.cache)}};

@@ -13,6 +13,15 @@ layout(binding = RELUME_IMAGE_Y, rgba16f) writeonly uniform image2DArray mapY;
 layout(binding = RELUME_IMAGE_CO, rgba16f) writeonly uniform image2DArray mapCo;
 layout(binding = RELUME_IMAGE_CG, rgba16f) writeonly uniform image2DArray mapCg;
 
+// Irradiance caches have coefficient 0 alone.
+#if RELUME_MAP_IRRADIANCE
+#define RELUME_MAP_LUMA_LAYERS 1
+#define RELUME_MAP_CHROMA_LAYERS 1
+#else
+#define RELUME_MAP_LUMA_LAYERS RELUME_LUMA_LAYERS
+#define RELUME_MAP_CHROMA_LAYERS RELUME_CHROMA_LAYERS
+#endif
+
 uniform uvec2 relumeMapSize;
 
 vec4 coefficients(bool lit, uint word) {
@@ -27,11 +36,11 @@ void main() {
   uint cache = mapCache[texel.y * relumeMapSize.x + texel.x];
   bool lit = cache != kRelumeNone;
   uint word = cache * uint(RELUME_LUMA_LAYERS + 2 * RELUME_CHROMA_LAYERS);
-  for (int layer = 0; layer < RELUME_LUMA_LAYERS; ++layer) {
+  for (int layer = 0; layer < RELUME_MAP_LUMA_LAYERS; ++layer) {
     imageStore(mapY, ivec3(texel, layer), coefficients(lit, word + uint(layer)));
   }
   word += uint(RELUME_LUMA_LAYERS);
-  for (int layer = 0; layer < RELUME_CHROMA_LAYERS; ++layer) {
+  for (int layer = 0; layer < RELUME_MAP_CHROMA_LAYERS; ++layer) {
     imageStore(mapCo, ivec3(texel, layer), coefficients(lit, word + uint(layer)));
     imageStore(mapCg, ivec3(texel, layer), coefficients(lit, word + uint(RELUME_CHROMA_LAYERS + layer)));
   }

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Step 4: L_SH = sum over links of B_s F_SH (PIC Eq. (3)). RELUME_LANES threads share a cache: each sums every
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
-// RELUME_SH_LINKS: links hold coefficients (PIC 4.5); else a cone that is projected here (PIC 4.6, Eq. (5), (6)).
+// RELUME_LINK_KIND: what links hold (formats/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
+// here (PIC 4.6, Eq. (5), (6)).
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"
+
+#define RELUME_LINKS_SH 0
+#define RELUME_LINKS_CONE 1
+#define RELUME_LINKS_OCT8 2
+#define RELUME_LINKS_OCT6 3
+#define RELUME_LINKS_SH8 4
+#define RELUME_LINKS_IRRADIANCE 5
 
 #define RELUME_CHROMA_COUNT (RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS)
 #define RELUME_LUMA_WORDS RELUME_SH_WORDS
@@ -16,8 +24,8 @@ layout(local_size_x = RELUME_THREADS) in;
 
 layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowBegin[]; };
 layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWord[]; };
-#ifdef RELUME_SH_LINKS
-layout(std430, binding = RELUME_SLOT_LINK_SH) readonly buffer LinkSh { uint shWord[]; };
+#if RELUME_LINK_KIND != RELUME_LINKS_CONE
+layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
 #endif
 layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uvec2 node[]; };
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) writeonly buffer Caches { uvec2 cacheWord[]; };
@@ -27,8 +35,9 @@ uniform uint relumeFirstCache;
 uniform uint relumeEndCache;
 uniform uint relumeFirstLink;   // link at the start of the batch
 uniform uint relumeWordOffset;  // its first word in `linkWord`
-uniform uint relumeHalfOffset;  // its first half in `shWord`
-uniform uint relumeShStride;    // coefficients of an SH link
+uniform uint relumeHalfOffset;  // its first half in `shapeWord`
+uniform uint relumeShapeStride; // SH links: coefficients of a link; sh8: words of a link
+uniform uint relumeGridLinks;   // irradiance links: how many have a shape, counted from the bake's first
 
 // Coefficients past the bands of chroma are not stored.
 const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : vec3(1.0));
@@ -37,18 +46,16 @@ const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : ve
 shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
 #endif
 
-#ifdef RELUME_SH_LINKS
+// project(): node and coefficients c_s,i of a link.
+#if RELUME_LINK_KIND == RELUME_LINKS_SH
 float shCoefficient(uint at) {
-  vec2 pair = unpackHalf2x16(shWord[at >> 1]);
+  vec2 pair = unpackHalf2x16(shapeWord[at >> 1]);
   return (at & 1u) == 0u ? pair.x : pair.y;
 }
-#endif
 
-// The link's coefficients c_s,i.
 void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
-#ifdef RELUME_SH_LINKS
   sender = linkWord[relumeWordOffset + link];
-  uint at = relumeHalfOffset + link * relumeShStride;
+  uint at = relumeHalfOffset + link * relumeShapeStride;
   const uint count = uint(RELUME_LUMA_BANDS * RELUME_LUMA_BANDS);
   for (uint w = 0u; w < uint(RELUME_LUMA_WORDS); ++w) {
     c[w] = vec4(shCoefficient(at + 4u * w), 0.0, 0.0, 0.0);
@@ -57,16 +64,67 @@ void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
       c[w].yzw = vec3(shCoefficient(at + 4u * w + 1u), shCoefficient(at + 4u * w + 2u), shCoefficient(at + 4u * w + 3u));
     }
   }
+}
+
 #else
+// f / y_0^0 scales band 0 to f.
+void projectCone(float f, float cosAlpha, vec3 direction, out vec4 c[RELUME_LUMA_WORDS]) {
+  float scale[RELUME_LUMA_BANDS];
+  relumeConeBandRatios(cosAlpha, f * 3.54490770, scale);
+  relumeEvaluateSh(direction, scale, c);
+}
+#endif
+
+#if RELUME_LINK_KIND == RELUME_LINKS_CONE
+void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
   uint at = relumeWordOffset + 3u * link;
   sender = linkWord[at];
   vec2 transfer = unpackHalf2x16(linkWord[at + 1u]);
-  float scale[RELUME_LUMA_BANDS];
-  // f / y_0^0 scales band 0 to f.
-  relumeConeBandRatios(transfer.y, transfer.x * 3.54490770, scale);
-  relumeEvaluateSh(relumeUnpackOctahedral(linkWord[at + 2u]), scale, c);
+  projectCone(transfer.x, transfer.y, relumeUnpackOctahedral(linkWord[at + 2u]), c);
+}
+
+#elif RELUME_LINK_KIND == RELUME_LINKS_SH8
+// sqrt(2l+1), the largest ratio of a coefficient to the first, of four coefficients a vector.
+const vec4 kLargestRatio[16] = vec4[16](
+    vec4(1.0, vec3(1.73205081)), vec4(2.23606798), vec4(2.23606798, vec3(2.64575131)), vec4(2.64575131),
+    vec4(3.0), vec4(3.0), vec4(3.0, vec3(3.31662479)), vec4(3.31662479), vec4(3.31662479),
+    vec4(3.60555128), vec4(3.60555128), vec4(3.60555128), vec4(3.60555128, vec3(3.87298335)), vec4(3.87298335),
+    vec4(3.87298335), vec4(3.87298335));
+
+void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
+  uint head = linkWord[relumeWordOffset + link];
+  sender = head & 0xFFFFFu;
+  float f = relumeUnpackTransfer(head);
+  uint at = (relumeHalfOffset >> 1) + link * relumeShapeStride;
+  for (uint w = 0u; w < uint(RELUME_LUMA_WORDS); ++w) c[w] = f * kLargestRatio[w] * unpackSnorm4x8(shapeWord[at + w]);
+  // More bands may be stored than are wanted.
+#if RELUME_LUMA_BANDS % 2 == 1
+  c[RELUME_LUMA_WORDS - 1].yzw = vec3(0.0);
 #endif
 }
+
+#elif RELUME_LINK_KIND > RELUME_LINKS_CONE
+void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
+  uint head = linkWord[relumeWordOffset + link];
+  sender = head & 0xFFFFFu;
+  float f = relumeUnpackTransfer(head);
+#if RELUME_LINK_KIND == RELUME_LINKS_IRRADIANCE
+  if (relumeFirstLink + link >= relumeGridLinks) {
+    for (int w = 0; w < RELUME_LUMA_WORDS; ++w) c[w] = vec4(0.0);
+    c[0].x = f;
+    return;
+  }
+#endif
+#if RELUME_LINK_KIND == RELUME_LINKS_OCT6
+  uint at = relumeHalfOffset + link;
+  uint bits = (shapeWord[at >> 1] >> (16u * (at & 1u))) & 0xFFFFu;
+  projectCone(f, relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6), c);
+#else
+  uint bits = shapeWord[(relumeHalfOffset >> 1) + link];
+  projectCone(f, relumeUnpackCone(bits, 24, 8), relumeUnpackDirection(bits, 12), c);
+#endif
+}
+#endif
 
 uvec2 pack(vec4 v) {
   v = clamp(v, -65504.0, 65504.0);

@@ -57,8 +57,14 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   if (!(normal.w > 0.0)) return vec3(0.0);
   float size = length(normal.xyz);
   vec3 cacheNormal = size > 0.0 ? normal.xyz / size : vec3(0.0);
-  vec2 share = RELUME_LUMA_BANDS < 2 ? vec2(0.0, 1.0)
-                                     : relumeSurfaceLobe(dot(n, cacheNormal), dot(geometricNormal, cacheNormal));
+#if RELUME_LUMA_BANDS < 2
+  vec2 share = vec2(0.0, 1.0);
+#elif RELUME_MAP_IRRADIANCE
+  // Irradiance caches answer for their own normal whatever the receiver's: (2 pi y_0) times coefficient 0.
+  vec2 share = vec2(0.0, 2.0);
+#else
+  vec2 share = relumeSurfaceLobe(dot(n, cacheNormal), dot(geometricNormal, cacheNormal));
+#endif
   vec4 lobe[RELUME_LUMA_LAYERS];
   relumeMakeLobe(n, share, 1.0 + dot(cacheNormal, cacheNormal), lobe);
 
@@ -66,6 +72,7 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   vec4 co0 = textureLod(relumeLightmapCo, vec3(uv, 0.0), 0.0);
   vec4 cg0 = textureLod(relumeLightmapCg, vec3(uv, 0.0), 0.0);
   vec3 e = vec3(dot(lobe[0], y0), dot(lobe[0], co0), dot(lobe[0], cg0));
+#if !RELUME_MAP_IRRADIANCE
   if (share.y > 0.0) {
     for (int layer = 1; layer < RELUME_LUMA_LAYERS; ++layer) {
       e.x += dot(lobe[layer], textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0));
@@ -75,6 +82,7 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
       e.z += dot(lobe[layer], textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0));
     }
   }
+#endif
   return relumeFinish(e / normal.w, vec3(y0.x, co0.x, cg0.x));
 }
 

@@ -35,24 +35,25 @@ void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, P
 
 }  // namespace
 
-void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows) {
+void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows) {
+  rows.compact.beginRow();
   for (const std::uint32_t slot : cut) {
     const TouchedNode& node = tree[slot];
     // Band 1 of the rays is |mean direction| times that of a single direction; the cone's is (1 + cos alpha) / 2.
     const float length = glm::length(node.direction);
     const float mean = std::clamp(length / node.weight, 0.0f, 1.0f);
-    ConeLink link;
-    link.node = node.node;
-    link.transfer = packHalf(kY0 * node.weight);
-    link.cosAlpha = packHalf(2.0f * mean - 1.0f);
-    link.direction = packOctahedral(length > 0.0f ? node.direction / length : glm::vec3(0.0f, 0.0f, 1.0f));
-    rows.cone.push_back(link);
+    const LinkDirection d{length > 0.0f ? node.direction / length : glm::vec3(0.0f, 0.0f, 1.0f), 2.0f * mean - 1.0f};
+    if (kind == LinkKind::cone) {
+      rows.cone.push_back({node.node, packHalf(kY0 * node.weight), packHalf(d.cosAlpha), packOctahedral(d.direction)});
+    } else {
+      rows.compact.add(node.node, kY0 * node.weight, d);
+    }
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
 void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
-                 std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
   assignLeaves(tree, cut, scratch);
   const std::uint32_t size = bands * bands;
   scratch.coefficients.assign(cut.size() * size, 0.0f);
@@ -62,9 +63,29 @@ void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, st
     float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.find(arrival.leaf)]} * size;
     for (std::uint32_t i = 0; i < size; ++i) c[i] += arrival.weight * y[i];
   }
-  for (const std::uint32_t slot : cut) rows.shNode.push_back(tree[slot].node);
-  for (const float c : scratch.coefficients) rows.shCoefficients.push_back(packHalf(c));
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
+  if (kind == LinkKind::sh) {
+    for (const std::uint32_t slot : cut) rows.shNode.push_back(tree[slot].node);
+    for (const float c : scratch.coefficients) rows.shCoefficients.push_back(packHalf(c));
+    return;
+  }
+  rows.compact.beginRow();
+  for (std::size_t i = 0; i < cut.size(); ++i) {
+    rows.compact.add(tree[cut[i]].node, std::span<const float>(scratch.coefficients).subspan(i * size, size));
+  }
+}
+
+void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows) {
+  rows.compact.beginRow();
+  for (const std::uint32_t slot : cut) rows.compact.add(tree[slot].node, 2.0f * kY0 * tree[slot].received);
+  rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
+}
+
+void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals, bool onSurface,
+               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+  if (linkHasBands(kind)) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
+  if (kind == LinkKind::irradiance && onSurface) return appendIrradianceRow(tree, cut, rows);
+  appendConeRow(tree, cut, kind, rows);
 }
 
 }  // namespace relume

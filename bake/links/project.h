@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Writes the links of a cut: spherical-harmonic coefficients (PIC Eq. (2)) or direction and cone (PIC 4.6).
+// Writes the links of a cut: spherical-harmonic coefficients (PIC Eq. (2)), direction and cone (PIC 4.6), or irradiance
+// alone, plain or packed (formats/compact_links.h).
 #pragma once
 
 #include "bake/links/touched_tree.h"
+#include "formats/compact_links.h"
 #include "formats/links.h"
 
 #include <cstdint>
@@ -13,10 +15,12 @@ namespace relume {
 
 // Links of consecutive caches, before all rows are joined.
 struct LinkRows {
+  LinkRows(LinkKind kind, std::uint32_t bands) : compact(kind, bands) {}
   std::vector<std::uint32_t> length;  // [Size caches] links of a cache
   std::vector<std::uint32_t> shNode;  // as in Links
   std::vector<std::uint16_t> shCoefficients;
   std::vector<ConeLink> cone;
+  CompactLinkWriter compact;
 };
 
 // Memory of one thread.
@@ -26,11 +30,20 @@ struct ProjectScratch {
   std::vector<float> coefficients;  // [Size links * bands²]
 };
 
-// Append a row of cone links: f, the mean direction of the rays, and the cone whose band 1 is theirs.
-void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows);
+// Append a row of links with a cone (cone, oct8, oct6, irradiance in the grid): f, the mean direction of the rays, and the
+// cone whose band 1 is theirs.
+void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows);
 
-// Append a row of SH links: every ray's basis functions summed into the link its leaf lies under. [bands 1..8]
+// Append a row of links with coefficients (sh, sh8): every ray's basis functions summed into the link its leaf lies
+// under. [bands 1..8]
 void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
-                 std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+
+// Append a row of irradiance links of a cache on a surface (formats/compact_links.h).
+void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows);
+
+// Append a row of any kind.
+void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals, bool onSurface,
+               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 }  // namespace relume

@@ -79,6 +79,11 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
   if (caches.normal.size() != caches.positionWorld.size()) {
     return Error{ErrorCode::failed, "links: caches have different numbers of positions and normals"};
   }
+  if (linkHasHead(options.kind) && hierarchy.nodeCount() > kMostCompactNodes) {
+    return Error{ErrorCode::usage, "links: compact kinds reach " + std::to_string(kMostCompactNodes) +
+                                       " nodes, the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
+                                       "; use fewer surfels, or cone or SH links"};
+  }
   if (options.linksPerCache < hierarchy.groupRoot.size()) {
     return Error{ErrorCode::usage,
                  "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
@@ -91,35 +96,44 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
 // Join the chunks' rows, freeing each as it is copied.
 Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options) {
   std::uint64_t total = 0;
-  for (const LinkRows& rows : chunks) total += rows.shNode.size() + rows.cone.size();
+  for (const LinkRows& rows : chunks) total += rows.shNode.size() + rows.cone.size() + rows.compact.head.size();
   if (total > std::numeric_limits<std::uint32_t>::max()) {
     return Error{ErrorCode::failed,
                  "links: " + std::to_string(total) + " links are more than 2^32 - 1; use fewer caches or links"};
   }
-  const bool sh = options.kind == LinkKind::sh;
-  std::vector<std::uint32_t> rowBegin{0}, shNode;
-  std::vector<std::uint16_t> shCoefficients;
+  std::vector<std::uint32_t> rowBegin{0}, shNode, head, shape8;
+  std::vector<std::uint16_t> shCoefficients, shape6;
   std::vector<ConeLink> cone;
-  if (sh) {
+  if (options.kind == LinkKind::sh) {
     shNode.reserve(total);
     shCoefficients.reserve(total * options.bands * options.bands);
-  } else {
+  } else if (options.kind == LinkKind::cone) {
     cone.reserve(total);
+  } else {
+    head.reserve(total);
+    shape8.reserve(options.kind == LinkKind::oct6 ? 0 : shapeWords(options.kind, options.bands, total, 0));
+    shape6.reserve(options.kind == LinkKind::oct6 ? total : 0);
   }
+  const auto append = [](auto& all, const auto& part) { all.insert(all.end(), part.begin(), part.end()); };
   for (LinkRows& rows : chunks) {
     for (const std::uint32_t length : rows.length) rowBegin.push_back(rowBegin.back() + length);
-    shNode.insert(shNode.end(), rows.shNode.begin(), rows.shNode.end());
-    shCoefficients.insert(shCoefficients.end(), rows.shCoefficients.begin(), rows.shCoefficients.end());
-    cone.insert(cone.end(), rows.cone.begin(), rows.cone.end());
-    rows = {};
+    append(shNode, rows.shNode);
+    append(shCoefficients, rows.shCoefficients);
+    append(cone, rows.cone);
+    append(head, rows.compact.head);
+    append(shape8, rows.compact.shape8);
+    append(shape6, rows.compact.shape6);
+    rows = LinkRows(options.kind, options.bands);
   }
   Links links;
   links.kind = options.kind;
-  links.bands = sh ? options.bands : 0;
+  links.bands = linkHasBands(options.kind) ? options.bands : 0;
   links.rowBegin = std::move(rowBegin);
   links.shNode = std::move(shNode);
   links.shCoefficients = std::move(shCoefficients);
   links.cone = std::move(cone);
+  links.head = std::move(head);
+  links.shape = options.kind == LinkKind::oct6 ? joinHalves(shape6) : std::move(shape8);
   return links;
 }
 
@@ -136,7 +150,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
       cutNodes(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
   const Gatherer gatherer(tracer, map, hierarchy, surfels.count(), options.raysPerCache, seed);
   WorkerPool pool(hierarchy, shape, options);
-  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain);
+  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind, options.bands));
 
   // 2. Link the caches
   parallelChunks(context, "links", caches.count(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -150,11 +164,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
       w.tree.build(w.arrivals, onSurface ? 1.0f : 0.25f);
       cutKeys(w.tree, cutNode, options.key, w.keys);
       selectCut(w.tree, hierarchy, w.keys, options.linksPerCache, w.queue, w.cut);
-      if (options.kind == LinkKind::sh) {
-        appendShRow(w.tree, w.cut, w.arrivals, options.bands, w.project, rows);
-      } else {
-        appendConeRow(w.tree, w.cut, rows);
-      }
+      appendRow(w.tree, w.cut, w.arrivals, onSurface, options.kind, options.bands, w.project, rows);
       w.sums.add(w.tree, w.cut, w.arrivals);
       w.visibleLeaves += w.tree.leaves().size();
     }

@@ -130,10 +130,13 @@ Json describeLinks(const Links& l) {
     most = std::max(most, row);
     empty += row == 0;
   }
-  return {{"kind", l.kind == LinkKind::sh ? "sh" : "cone"},
+  static constexpr const char* kKinds[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
+  const std::size_t bytes = 4 * (l.shNode.size() + l.head.size() + l.shape.size()) + 2 * l.shCoefficients.size() +
+                            sizeof(ConeLink) * l.cone.size();
+  return {{"kind", kKinds[static_cast<std::uint32_t>(l.kind)]},
           {"bands", l.bands},
           {"count", l.count()},
-          {"bytesEach", l.kind == LinkKind::sh ? 4 + 2 * l.bands * l.bands : 12},
+          {"bytesEach", l.count() > 0 ? static_cast<double>(bytes) / l.count() : 0.0},
           {"perCacheMin", l.cacheCount() > 0 ? least : 0},
           {"perCacheMax", most},
           {"perCacheMean", l.cacheCount() > 0 ? static_cast<double>(l.count()) / l.cacheCount() : 0.0},

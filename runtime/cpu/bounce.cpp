@@ -111,7 +111,8 @@ glm::vec3 Bounce::irradiance(std::uint32_t s) const {
   const Surfels& surfels = bake_.surfels;
   const glm::vec3 n = surfels.normal[s];
   const bool map = !cosine_.empty() && cosine_[s] != kNoMap;
-  const SurfaceLobe share = map ? surfaceLobe(cosine_[s]) : SurfaceLobe{};
+  SurfaceLobe share;
+  if (map) share = light_.irradianceOnMap ? SurfaceLobe{0.0f, 2.0f} : surfaceLobe(cosine_[s]);
   const bool table = inTable_ || (map && share.clamped == 0.0f);
   if (surfels.receiver[s] == kGridReceiver) {
     const glm::vec3 p = surfels.positionWorld[s];

@@ -19,7 +19,7 @@ CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, LightCa
       parallelFor_(std::move(parallelFor)),
       bounce_(bake, lumaBands, chromaBands, parallelFor_),
       node_(bake.hierarchy.nodeCount(), glm::vec4(0.0f)),
-      coefficients_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}}.stride(), 0.0f) {}
+      coefficients_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride(), 0.0f) {}
 
 void CpuBackend::relight(const LightSetup& setup) {
   using Clock = std::chrono::steady_clock;

@@ -25,7 +25,7 @@ class CpuBackend {
   void relight(const LightSetup& setup);
   void reset();
 
-  CacheLight cacheLight() const { return {lumaBands_, chromaBands_, coefficients_}; }
+  CacheLight cacheLight() const { return {lumaBands_, chromaBands_, coefficients_, bake_.links.kind == LinkKind::irradiance}; }
   std::span<const glm::vec4> nodes() const { return node_; }  // (Y, Co, Cg, 0) of radiosity [W/m²]
   std::vector<PassTime> passTimes() const;
   std::size_t bounceBytes() const { return bounce_.bytes(); }

@@ -34,6 +34,17 @@ std::array<float, kMaxCoefficients> makeConeScale() {
   return scale;
 }
 
+// Steps of sh8 links' bytes: sqrt(2l+1) / 127 (formats/compact_links.h).
+std::array<float, kMaxCoefficients> makeSh8Scale() {
+  std::array<float, kMaxCoefficients> scale{};
+  for (int l = 0; l < kMaxBands; ++l) {
+    for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+      scale[static_cast<std::size_t>(i)] = std::sqrt(static_cast<float>(2 * l + 1)) / 127.0f;
+    }
+  }
+  return scale;
+}
+
 bool processorHas(Simd simd) {
 #if defined(__x86_64__) || defined(__i386__)
   __builtin_cpu_init();
@@ -65,20 +76,25 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 
 void lightCaches(LightCachesKernel kernel, const Links& links, std::span<const glm::vec4> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor) {
-  static const std::array<float, kMaxCoefficients> kConeScale = makeConeScale();
+  static const std::array<float, kMaxCoefficients> kConeScale = makeConeScale(), kSh8Scale = makeSh8Scale();
   LightCachesJob job;
   job.node = reinterpret_cast<const float*>(node.data());
   job.rowBegin = links.rowBegin.data();
-  job.cone = links.kind == LinkKind::cone ? reinterpret_cast<const std::uint32_t*>(links.cone.data()) : nullptr;
+  job.kind = static_cast<std::uint32_t>(links.kind);
+  job.cone = reinterpret_cast<const std::uint32_t*>(links.cone.data());
   job.shNode = links.shNode.data();
   job.shCoefficients = links.shCoefficients.data();
   job.shHalfCount = links.shCoefficients.size();
   job.shStride = links.bands * links.bands;
+  job.head = links.head.data();
+  job.shape = links.shape.data();
+  job.shapeBytes = 4 * links.shape.size();
+  job.gridLinks = static_cast<std::uint32_t>(links.kind == LinkKind::irradiance ? links.shape.size() : 0);
   job.lumaBands = lumaBands;
   job.chromaBands = chromaBands;
   job.coneScale = kConeScale.data();
+  job.sh8Scale = kSh8Scale.data();
   job.coefficients = coefficients.data();
-  // Tell kinds apart by `cone` even when there are no links at all.
   if (links.count() == 0) {
     std::fill(coefficients.begin(), coefficients.end(), 0.0f);
     return;

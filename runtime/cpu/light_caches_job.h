@@ -11,13 +11,19 @@ namespace relume::cpu {
 struct LightCachesJob {
   const float* node = nullptr;               // Y, Co, Cg, unused of each node
   const std::uint32_t* rowBegin = nullptr;
-  const std::uint32_t* cone = nullptr;       // three words a link; null for SH links
+  std::uint32_t kind = 0;                    // LinkKind
+  const std::uint32_t* cone = nullptr;       // three words a link
   const std::uint32_t* shNode = nullptr;
   const std::uint16_t* shCoefficients = nullptr;
   std::size_t shHalfCount = 0;               // halves in shCoefficients
   std::uint32_t shStride = 0;                // coefficients of an SH link
+  const std::uint32_t* head = nullptr;       // node and transfer of a compact link
+  const std::uint32_t* shape = nullptr;      // the rest of it
+  std::size_t shapeBytes = 0;
+  std::uint32_t gridLinks = 0;               // irradiance links: how many have a shape, from the first on
   int lumaBands = 1, chromaBands = 1;
   const float* coneScale = nullptr;          // [Size 64] factor on each coefficient that the cone kernel leaves out
+  const float* sh8Scale = nullptr;           // [Size 64] what a step of a coefficient's byte is worth
   float* coefficients = nullptr;             // out, a cache at a time
 };
 

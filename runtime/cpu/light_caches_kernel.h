@@ -3,11 +3,12 @@
 // RELUME_LANES (4, 8 or 16 floats a vector) and is compiled for that set. Everything here is in an anonymous namespace and
 // nothing comes from other headers' inline functions, so that no code for a newer processor is linked into an older's path.
 //
-// Cone links, many links at a time (PIC 4.6, Eq. (5), (6)): a row is cut into chunks; for each chunk
+// Cone links of any size, many links at a time (PIC 4.6, Eq. (5), (6)): a row is cut into chunks; for each chunk
 //   A. lanes are links: w_i = f * band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and the
 //      nodes' radiosity b = (Y, Co, Cg) beside it;
 //   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
-// SH links, a link at a time: lanes are coefficients, halves are widened and added with the radiosity as factor.
+// SH links, a link at a time: lanes are coefficients, halves or bytes are widened and added with the radiosity as factor.
+// Irradiance links of caches on a surface: lanes are links, three sums.
 #include "runtime/cpu/light_caches_job.h"
 
 #if defined(__SSE2__)
@@ -115,8 +116,9 @@ inline void loadLinks(const std::uint32_t* link, Ints& packed, Ints& direction) 
 }
 
 // Y, Co, Cg of the nodes of kLanes links, transposed.
-inline void loadNodes(const float* node, const std::uint32_t* link, Floats& y, Floats& co, Floats& cg) {
-  const auto color = [node, link](int lane) { return load<Float4>(node + 4 * std::size_t{link[3 * lane]}); };
+template <class Links>
+inline void loadNodes(const float* node, const Links& links, Floats& y, Floats& co, Floats& cg) {
+  const auto color = [node, &links](int lane) { return load<Float4>(node + 4 * std::size_t{links.node(lane)}); };
 #if RELUME_LANES == 4
   const Floats r0 = color(0), r1 = color(1), r2 = color(2), r3 = color(3);
   const Floats y01 = __builtin_shufflevector(r0, r1, 0, 4, 1, 5), y23 = __builtin_shufflevector(r2, r3, 0, 4, 1, 5);
@@ -158,11 +160,13 @@ inline void loadNodes(const float* node, const std::uint32_t* link, Floats& y, F
 #endif
 }
 
-// Unit direction of a packed octahedral one (formats/pack.h).
+// Unit direction of a packed octahedral one, kBits each of u and v from the lowest on (formats/pack.h, compact_links.h).
+template <int kBits>
 inline void unpackDirections(Ints bits, Floats& x, Floats& y, Floats& z) {
   const Ints signBit = Ints{} + INT32_MIN;
-  constexpr float kScale = 1.0f / 32767.0f;
-  const Floats u = toFloats((bits << 16) >> 16) * kScale, v = toFloats(bits >> 16) * kScale;
+  constexpr float kScale = 1.0f / static_cast<float>((1 << (kBits - 1)) - 1);
+  constexpr int kRest = 32 - kBits;
+  const Floats u = toFloats((bits << kRest) >> kRest) * kScale, v = toFloats((bits << (kRest - kBits)) >> kRest) * kScale;
   const Floats absU = asFloats(asInts(u) & ~signBit), absV = asFloats(asInts(v) & ~signBit);
   const Floats w = 1.0f - absU - absV;
   // The lower half is folded outward: |u| and |v| shrink by as much as w lies below zero.
@@ -214,17 +218,64 @@ inline void writeOrders(const Floats* g, Floats x, Floats y, Floats z, Floats re
   }
 }
 
-// Phase A for the links of one group.
-template <int kBands>
-inline void projectLinks(const std::uint32_t* link, float* w, int stride) {
-  Ints packed, bits;
-  loadLinks(link, packed, bits);
-  Floats g[kBands];
-  bandFactors<kBands>(halfToFloat(packed), halfToFloat(packed >> 16), g);
-  Floats x, y, z;
-  unpackDirections(bits, x, y, z);
-  writeOrders<kBands, 0>(g, x, y, z, splat(1.0f), Floats{}, w, stride);
-}
+// The links from `at` on of one group: their nodes, transfers f, and directions with cosines c of the cones. Lanes past the
+// `count` that are left name node 0 and carry nothing. One struct a way of storing them (formats/links.h).
+struct PlainLinks {
+  const std::uint32_t* link;
+  std::uint32_t tail[3 * kLanes];
+
+  PlainLinks(const LightCachesJob& job, std::size_t at, int count) : link(job.cone + 3 * at) {
+    if (count >= kLanes) return;
+    __builtin_memset(tail, 0, sizeof tail);
+    __builtin_memcpy(tail, link, sizeof(std::uint32_t) * 3 * static_cast<std::size_t>(count));
+    link = tail;
+  }
+  std::uint32_t node(int lane) const { return link[3 * lane]; }
+  void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
+    Ints packed, bits;
+    loadLinks(link, packed, bits);
+    f = halfToFloat(packed);
+    c = halfToFloat(packed >> 16);
+    unpackDirections<16>(bits, x, y, z);
+  }
+};
+
+struct Heads {
+  std::uint32_t head[kLanes];
+
+  Heads(const LightCachesJob& job, std::size_t at, int count) {
+    if (count >= kLanes) {
+      __builtin_memcpy(head, job.head + at, sizeof head);
+    } else {
+      __builtin_memset(head, 0, sizeof head);
+      __builtin_memcpy(head, job.head + at, sizeof(std::uint32_t) * static_cast<std::size_t>(count));
+    }
+  }
+  std::uint32_t node(int lane) const { return head[lane] & 0xFFFFFu; }
+  Floats transfer() const { return halfToFloat((load<Ints>(head) >> 18) & 0x3FFC); }
+};
+
+template <class Word, int kUvBits, int kConeBits>
+struct CompactLinks : Heads {
+  Word shape[kLanes];
+
+  CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
+    const std::size_t left = sizeof(Word) * static_cast<std::size_t>(count < kLanes ? count : kLanes);
+    if (left < sizeof shape) __builtin_memset(shape, 0, sizeof shape);
+    __builtin_memcpy(shape, reinterpret_cast<const Word*>(job.shape) + at, left);
+  }
+  void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
+    typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
+    const Ints bits = __builtin_convertvector(load<Words>(shape), Ints);
+    f = transfer();
+    const Floats q = toFloats((bits >> (2 * kUvBits)) & ((1 << kConeBits) - 1));
+    constexpr float kMost = static_cast<float>((1 << kConeBits) - 1);
+    c = 1.0f - q * q * (2.0f / (kMost * kMost));
+    unpackDirections<kUvBits>(bits, x, y, z);
+  }
+};
+using Oct8Links = CompactLinks<std::uint32_t, 12, 8>;
+using Oct6Links = CompactLinks<std::uint16_t, 6, 4>;
 
 // Phase B for kCount coefficients from `first` on and kColors of Y, Co, Cg.
 template <int kCount, int kColors>
@@ -262,7 +313,8 @@ inline void sumCoefficients(const float* w, int stride, const float* b, int bStr
   }
 }
 
-template <int kBands>
+// One row of links with a cone.
+template <class Links, int kBands>
 void lightConeRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
   constexpr int kCoefficients = kBands * kBands;
   constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
@@ -274,18 +326,14 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t 
   for (std::uint32_t at = begin; at < end; at += kChunk) {
     const int count = end - at < kChunk ? static_cast<int>(end - at) : kChunk;
     for (int k = 0; k < count; k += kLanes) {
-      const std::uint32_t* link = job.cone + 3 * (std::size_t{at} + static_cast<std::size_t>(k));
-      std::uint32_t tail[3 * kLanes];
-      if (count - k < kLanes) {
-        // Fill up with links of node 0 that carry nothing.
-        __builtin_memset(tail, 0, sizeof tail);
-        __builtin_memcpy(tail, link, sizeof(std::uint32_t) * 3 * static_cast<std::size_t>(count - k));
-        link = tail;
-      }
-      projectLinks<kBands>(link, w + k, kChunk);
-      Floats y, co, cg;
-      loadNodes(job.node, link, y, co, cg);
-      store(b + k, y);
+      const Links links(job, std::size_t{at} + static_cast<std::size_t>(k), count - k);
+      Floats f, c, x, y, z, g[kBands];
+      links.unpack(f, c, x, y, z);
+      bandFactors<kBands>(f, c, g);
+      writeOrders<kBands, 0>(g, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
+      Floats luma, co, cg;
+      loadNodes(job.node, links, luma, co, cg);
+      store(b + k, luma);
       store(b + kChunk + k, co);
       store(b + 2 * kChunk + k, cg);
     }
@@ -295,8 +343,68 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t 
 }
 
 using ConeRow = void (*)(const LightCachesJob&, std::uint32_t, std::uint32_t, float* const*);
-constexpr ConeRow kConeRow[8] = {lightConeRow<1>, lightConeRow<2>, lightConeRow<3>, lightConeRow<4>,
-                                 lightConeRow<5>, lightConeRow<6>, lightConeRow<7>, lightConeRow<8>};
+template <class Links>
+constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>, lightConeRow<Links, 4>,
+                                 lightConeRow<Links, 5>, lightConeRow<Links, 6>, lightConeRow<Links, 7>, lightConeRow<Links, 8>};
+
+// One row of irradiance links: coefficient 0 alone.
+void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  Floats sum[3] = {};
+  for (std::uint32_t at = begin; at < end; at += kLanes) {
+    const Heads links(job, at, static_cast<int>(end - at < kLanes ? end - at : kLanes));
+    const Floats f = links.transfer();
+    Floats y, co, cg;
+    loadNodes(job.node, links, y, co, cg);
+    sum[0] += f * y;
+    sum[1] += f * co;
+    sum[2] += f * cg;
+  }
+  for (int c = 0; c < 3; ++c) out[c][0] = sumLanes(sum[c]);
+}
+
+// The signed bytes of a link of kind sh8 from `at` on, widened; reads none at or beyond `end`.
+inline Floats loadBytes(const std::int8_t* at, const std::int8_t* end) {
+  typedef std::int8_t Bytes __attribute__((vector_size(RELUME_LANES)));
+  Bytes bytes{};
+  if (end - at >= kLanes) {
+    bytes = load<Bytes>(at);
+  } else {
+    __builtin_memcpy(&bytes, at, static_cast<std::size_t>(end - at));
+  }
+  return toFloats(__builtin_convertvector(bytes, Ints));
+}
+
+// One row of sh8 links, a link at a time: lanes are coefficients.
+void lightSh8Row(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
+  const auto* bytes = reinterpret_cast<const std::int8_t*>(job.shape);
+  const std::int8_t* bytesEnd = bytes + job.shapeBytes;
+  const std::size_t stride = (std::size_t{job.shStride} + 3) / 4 * 4;
+  for (int first = 0; first < luma; first += kLanes) {
+    Floats sum[3] = {};
+    for (std::uint32_t at = begin; at < end; at += kLanes) {
+      const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
+      const Heads links(job, at, count);
+      float f[kLanes];
+      store(f, links.transfer());
+      for (int k = 0; k < count; ++k) {
+        const std::size_t link = std::size_t{at} + static_cast<std::size_t>(k);
+        const Floats c = f[k] * loadBytes(bytes + link * stride + first, bytesEnd);
+        const float* color = job.node + 4 * std::size_t{links.node(k)};
+        sum[0] += color[0] * c;
+        sum[1] += color[1] * c;
+        sum[2] += color[2] * c;
+      }
+    }
+    for (int lane = 0; lane < kLanes && first + lane < luma; ++lane) {
+      const int i = first + lane;
+      out[0][i] = sum[0][lane] * job.sh8Scale[i];
+      if (i >= chroma) continue;
+      out[1][i] = sum[1][lane] * job.sh8Scale[i];
+      out[2][i] = sum[2][lane] * job.sh8Scale[i];
+    }
+  }
+}
 
 // kLanes halves from `at` on, widened; reads no half at or beyond `end`.
 inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
@@ -338,18 +446,34 @@ void lightShRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t en
   }
 }
 
+// LinkKind's numbers, without its header.
+constexpr std::uint32_t kSh = 0, kCone = 1, kOct6 = 3, kSh8 = 4, kIrradiance = 5;
+
 void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  const int bands = job.lumaBands - 1;
+  const ConeRow row = job.kind == kCone   ? kConeRow<PlainLinks>[bands]
+                      : job.kind == kOct6 ? kConeRow<Oct6Links>[bands]
+                                          : kConeRow<Oct8Links>[bands];
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
   const std::size_t stride = static_cast<std::size_t>(luma + 2 * chroma);
   for (std::uint32_t cache = begin; cache < end; ++cache) {
     float* y = job.coefficients + stride * cache;
     float* const out[3] = {y, y + luma, y + luma + chroma};
-    if (!job.cone) {
-      lightShRow(job, job.rowBegin[cache], job.rowBegin[cache + 1], out);
+    const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
+    if (job.kind == kSh) {
+      lightShRow(job, linksBegin, linksEnd, out);
+      continue;
+    }
+    if (job.kind == kSh8) {
+      lightSh8Row(job, linksBegin, linksEnd, out);
       continue;
     }
     for (std::size_t i = 0; i < stride; ++i) y[i] = 0.0f;
-    kConeRow[job.lumaBands - 1](job, job.rowBegin[cache], job.rowBegin[cache + 1], out);
+    if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {
+      lightIrradianceRow(job, linksBegin, linksEnd, out);
+      continue;
+    }
+    row(job, linksBegin, linksEnd, out);
     for (int i = 0; i < luma; ++i) out[0][i] *= job.coneScale[i];
     for (int i = 0; i < chroma; ++i) out[1][i] *= job.coneScale[i];
     for (int i = 0; i < chroma; ++i) out[2][i] *= job.coneScale[i];

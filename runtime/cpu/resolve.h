@@ -23,6 +23,7 @@ namespace relume::cpu {
 struct CacheLight {
   int lumaBands = 1, chromaBands = 1;
   std::span<const float> coefficients;  // [W/m²/sr]
+  bool irradianceOnMap = false;  // caches on a surface hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance)
 
   std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
   std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }

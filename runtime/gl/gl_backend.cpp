@@ -40,12 +40,13 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
                                              (version == 0 ? std::string("none") : std::to_string(version / 10) + "." +
                                                                                        std::to_string(version % 10))};
   }
+  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved;
   std::unique_ptr<GlBackend> backend(new GlBackend(bake, lumaBands, chromaBands));
   Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
-  Result<SurfelPass> surfels = SurfelPass::create(lumaBands, chromaBands, visibilityGlsl);
+  Result<SurfelPass> surfels = SurfelPass::create(lumaBands, chromaBands, irradianceOnMap, visibilityGlsl);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
   Result<PullPass> pull = PullPass::create();
@@ -54,10 +55,10 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
-  Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands);
+  Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);
   if (!copy) return copy.error();
   backend->copy_ = std::move(*copy);
-  Result<std::string> resolve = expandShader("resolve.glsl", bandDefines(lumaBands, chromaBands));
+  Result<std::string> resolve = expandShader("resolve.glsl", bandDefines(lumaBands, chromaBands, irradianceOnMap));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   // Before the first frame the light map is black, not undefined.
@@ -75,7 +76,7 @@ void GlBackend::relight(const LightSetup& setup) {
   pull_.run(gpu_, bake_.hierarchy, storageBarrier);
   storageBarrier();
   timer_.mark(2);
-  caches_.run(gpu_, bake_.links.kind == LinkKind::sh ? bake_.links.bands : 0);
+  caches_.run(gpu_, bake_.links);
   storageBarrier();
   timer_.mark(3);
   copy_.run(gpu_);

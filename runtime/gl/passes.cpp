@@ -2,6 +2,7 @@
 // See passes.h.
 #include "runtime/gl/passes.h"
 
+#include "formats/compact_links.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -59,8 +60,10 @@ CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
 }
 
-std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands) {
-  return {{"RELUME_LUMA_BANDS", std::to_string(lumaBands)}, {"RELUME_CHROMA_BANDS", std::to_string(chromaBands)}};
+std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap) {
+  return {{"RELUME_LUMA_BANDS", std::to_string(lumaBands)},
+          {"RELUME_CHROMA_BANDS", std::to_string(chromaBands)},
+          {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
 }
 
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
@@ -70,12 +73,14 @@ std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
   // GLSL 4.30 wants a literal for the group's size.
   defines.emplace_back("RELUME_THREADS", std::to_string(group.lanes * group.caches));
-  if (kind == LinkKind::sh) defines.emplace_back("RELUME_SH_LINKS", "");
+  defines.emplace_back("RELUME_LINK_KIND", std::to_string(static_cast<std::uint32_t>(kind)));
   return defines;
 }
 
-Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, std::string_view visibilityGlsl) {
-  Result<Program> program = makeComputeProgram("light_surfels.comp", bandDefines(lumaBands, chromaBands), visibilityGlsl);
+Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, bool irradianceOnMap,
+                                      std::string_view visibilityGlsl) {
+  Result<Program> program = makeComputeProgram("light_surfels.comp", bandDefines(lumaBands, chromaBands, irradianceOnMap),
+                                               visibilityGlsl);
   if (!program) return program.error();
   SurfelPass pass;
   pass.program_ = std::move(*program);
@@ -175,22 +180,23 @@ Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kin
   pass.firstLink_ = location("relumeFirstLink");
   pass.wordOffset_ = location("relumeWordOffset");
   pass.halfOffset_ = location("relumeHalfOffset");
-  pass.shStride_ = location("relumeShStride");
+  pass.shapeStride_ = location("relumeShapeStride");
+  pass.gridLinks_ = location("relumeGridLinks");
   return pass;
 }
 
-void CachePass::run(const GpuBake& gpu, std::uint32_t shBands) const {
+void CachePass::run(const GpuBake& gpu, const Links& links) const {
   const GLuint program = program_.get();
   glUseProgram(program);
   bindStorage(RELUME_SLOT_ROWS, gpu.rows);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
-  glProgramUniform1ui(program, shStride_, shBands * shBands);
+  glProgramUniform1ui(program, shapeStride_, links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
+  glProgramUniform1ui(program, gridLinks_, static_cast<GLuint>(links.shape.size()));
   for (const LinkBatch& batch : gpu.batches) {
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
-    if (shBands > 0) {
-      glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SH, gpu.linkSh.get(), batch.shStart, batch.shBytes);
-    }
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
+                      batch.shapeBytes);
     glProgramUniform1ui(program, firstLink_, batch.firstLink);
     glProgramUniform1ui(program, wordOffset_, batch.wordOffset);
     glProgramUniform1ui(program, halfOffset_, batch.halfOffset);
@@ -204,8 +210,9 @@ void CachePass::run(const GpuBake& gpu, std::uint32_t shBands) const {
   }
 }
 
-Result<CopyPass> CopyPass::create(int lumaBands, int chromaBands) {
-  Result<Program> program = makeComputeProgram("copy_lightmap.comp", bandDefines(lumaBands, chromaBands));
+Result<CopyPass> CopyPass::create(int lumaBands, int chromaBands, bool irradianceOnMap) {
+  Result<Program> program =
+      makeComputeProgram("copy_lightmap.comp", bandDefines(lumaBands, chromaBands, irradianceOnMap));
   if (!program) return program.error();
   CopyPass pass;
   pass.program_ = std::move(*program);

@@ -18,14 +18,15 @@ struct CacheGroup {
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
 
 // Definitions that fix bands (and, for light_caches.comp, link kind and group) when a shader is compiled.
-std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands);
+// irradianceOnMap: see cpu::CacheLight.
+std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap = false);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
                                                               const CacheGroup& group);
 
 // Uniform locations are looked up once.
 class SurfelPass {
  public:
-  static Result<SurfelPass> create(int lumaBands, int chromaBands, std::string_view visibilityGlsl);
+  static Result<SurfelPass> create(int lumaBands, int chromaBands, bool irradianceOnMap, std::string_view visibilityGlsl);
   // (2) bounce: whether last frame's light may be read.
   void run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
@@ -52,17 +53,18 @@ class CachePass {
  public:
   static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind);
   // (4)
-  void run(const GpuBake& gpu, std::uint32_t shBands) const;
+  void run(const GpuBake& gpu, const Links& links) const;
 
  private:
   Program program_;
   CacheGroup group_;
-  GLint firstCache_ = -1, endCache_ = -1, wordOffset_ = -1, halfOffset_ = -1, firstLink_ = -1, shStride_ = -1;
+  GLint firstCache_ = -1, endCache_ = -1, wordOffset_ = -1, halfOffset_ = -1, firstLink_ = -1, shapeStride_ = -1,
+        gridLinks_ = -1;
 };
 
 class CopyPass {
  public:
-  static Result<CopyPass> create(int lumaBands, int chromaBands);
+  static Result<CopyPass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
   // (5)
   void run(const GpuBake& gpu) const;
 

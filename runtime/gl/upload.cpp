@@ -2,6 +2,7 @@
 // See upload.h.
 #include "runtime/gl/upload.h"
 
+#include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "runtime/gl/pack_node.h"
 #include "shaders/shared/layout.h"
@@ -37,12 +38,22 @@ std::vector<RelumeSurfel> packSurfels(const Surfels& surfels) {
   return packed;
 }
 
+// Bytes of a link in GpuBake::linkShape.
+std::size_t shapeBytes(const Links& links) {
+  switch (links.kind) {
+    case LinkKind::sh: return 2 * std::size_t{links.bands} * links.bands;
+    case LinkKind::cone: return 0;
+    case LinkKind::oct6: return 2;
+    case LinkKind::sh8: return 4 * std::size_t{sh8Words(links.bands)};
+    default: return 4;
+  }
+}
+
 // Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`.
 Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit, std::size_t alignment) {
-  const bool sh = links.kind == LinkKind::sh;
-  const std::size_t linkBytes = sh ? sizeof(std::uint32_t) : sizeof(ConeLink);
-  const std::size_t shBytes = sh ? 2 * std::size_t{links.bands} * links.bands : 0;
-  const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shBytes);
+  const std::size_t linkBytes = links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
+  const std::size_t shape = shapeBytes(links);
+  const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::vector<LinkBatch> batches;
   for (std::uint32_t cache = 0; cache < links.cacheCount();) {
     LinkBatch batch;
@@ -56,15 +67,15 @@ Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit
     batch.endCache = cache;
     const std::size_t first = batch.firstLink, count = links.rowBegin[cache] - first;
     const auto alignDown = [alignment](std::size_t byte) { return byte / alignment * alignment; };
-    const std::size_t linkStart = alignDown(first * linkBytes), shStart = alignDown(first * shBytes);
+    const std::size_t linkStart = alignDown(first * linkBytes), shapeStart = alignDown(first * shape);
     batch.linkStart = static_cast<GLintptr>(linkStart);
     batch.wordOffset = static_cast<GLuint>((first * linkBytes - linkStart) / 4);
     batch.linkBytes = static_cast<GLsizeiptr>(std::max(first * linkBytes + count * linkBytes - linkStart, kSmallest));
-    batch.shStart = static_cast<GLintptr>(shStart);
-    batch.halfOffset = static_cast<GLuint>((first * shBytes - shStart) / 2);
+    batch.shapeStart = static_cast<GLintptr>(shapeStart);
+    batch.halfOffset = static_cast<GLuint>((first * shape - shapeStart) / 2);
     // Whole words: the last half may share its word with padding.
-    const std::size_t shEnd = (first + count) * shBytes;
-    batch.shBytes = static_cast<GLsizeiptr>(std::max((shEnd - shStart + 3) / 4 * 4, kSmallest));
+    const std::size_t shapeEnd = (first + count) * shape;
+    batch.shapeBytes = static_cast<GLsizeiptr>(std::max((shapeEnd - shapeStart + 3) / 4 * 4, kSmallest));
     // Caches without links keep the zeros their buffer began with.
     if (count > 0) batches.push_back(batch);
   }
@@ -104,7 +115,7 @@ std::vector<std::int8_t> packNormals(const Caches& caches) {
   return texels;
 }
 
-Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, GpuBake& gpu) {
+Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap, GpuBake& gpu) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   const Lightmap& map = caches.lightmap;
@@ -117,7 +128,7 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, GpuBak
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const auto layers = [](int bands) { return (bands * bands + 3) / 4; };
+  const auto layers = [irradianceOnMap](int bands) { return irradianceOnMap ? 1 : (bands * bands + 3) / 4; };
   gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(lumaBands));
   gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
   gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
@@ -186,20 +197,26 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
   if (links.kind == LinkKind::cone) {
     gpu.links = makeArray<ConeLink>(links.cone);
-    gpu.linkSh = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
-  } else {
+    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
+  } else if (links.kind == LinkKind::sh) {
     gpu.links = makeArray<std::uint32_t>(links.shNode);
-    gpu.linkSh = makeArray<std::uint16_t>(links.shCoefficients);
+    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
+  } else {
+    gpu.links = makeArray<std::uint32_t>(links.head);
+    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
   }
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
   gpu.gridCache = makeArray<std::uint32_t>(bake.caches.grid.cache);
   gpu.resolve = makeResolve(bake.caches.grid);
-  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, gpu); !ok) return ok.error();
+  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu);
+      !ok) return ok.error();
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);
-    batch.shBytes = std::min(batch.shBytes, gpu.linkSh.bytes - batch.shStart);
+    // Irradiance links past the grid's have no shape, and read none.
+    batch.shapeStart = batch.shapeStart < gpu.linkShape.bytes ? batch.shapeStart : 0;
+    batch.shapeBytes = std::min(batch.shapeBytes, gpu.linkShape.bytes - batch.shapeStart);
   }
   if (glGetError() == GL_OUT_OF_MEMORY) {
     return Error{ErrorCode::unsupported, "this OpenGL has not enough memory for the bake's buffers"};
@@ -212,7 +229,7 @@ std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   return {{"surfels", bytes(surfels)},
           {"hierarchy", bytes(child) + bytes(weight) + bytes(levels) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
-          {"links", bytes(rows) + bytes(links) + bytes(linkSh)},
+          {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},
           {"index", bytes(mapCache) + bytes(gridCache) + bytes(resolve)},
           {"lightmap", textureBytes}};

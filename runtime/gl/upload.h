@@ -16,14 +16,14 @@ namespace relume::gl {
 struct LinkBatch {
   GLuint firstCache = 0, endCache = 0;
   GLuint firstLink = 0;
-  GLintptr linkStart = 0, shStart = 0;  // [byte] aligned start of the bindings
-  GLsizeiptr linkBytes = 0, shBytes = 0;
+  GLintptr linkStart = 0, shapeStart = 0;  // [byte] aligned start of the bindings
+  GLsizeiptr linkBytes = 0, shapeBytes = 0;
   GLuint wordOffset = 0, halfOffset = 0;  // where the batch's first link begins within them
 };
 
 struct GpuBake {
   Buffer surfels, leafNode, child, weight, levels, nodes;  // nodes: PackedNode, written every frame
-  Buffer rows, links, linkSh;                              // cone links, or nodes and coefficients of SH links
+  Buffer rows, links, linkShape;                           // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
   Buffer caches;                                           // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
   Texture mapY, mapCo, mapCg, mapNormal;

@@ -14,8 +14,8 @@
 #define RELUME_SLOT_WEIGHT 1      // pull: weight of the first child
 #define RELUME_SLOT_LEVELS 2      // pull: first node of each level
 #define RELUME_SLOT_ROWS 0        // caches: first link of each cache
-#define RELUME_SLOT_LINKS 1       // caches: cone links, or the nodes of SH links
-#define RELUME_SLOT_LINK_SH 2     // caches: coefficients of SH links, halves
+#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, or heads of compact ones
+#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; or shapes of compact links
 #define RELUME_SLOT_MAP_CACHE 0   // copy: cache of each texel
 
 // Images of the copy pass.

@@ -49,8 +49,8 @@ void write(const fs::path& path, const Bytes& bytes) {
                                               static_cast<std::streamsize>(bytes.size()));
 }
 
-TEST_F(BakeFile, roundTripKeepsEveryByteOfBothLinkKinds) {
-  for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+TEST_F(BakeFile, roundTripKeepsEveryByteOfAllLinkKinds) {
+  for (const LinkKind kind : kLinkKinds) {
     const Bytes file = smallFile(kind);
     const Result<Bake> bake = parse(file);
     ASSERT_TRUE(bake) << bake.error().message;

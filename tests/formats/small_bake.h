@@ -9,6 +9,7 @@
 #pragma once
 
 #include "formats/bake.h"
+#include "formats/compact_links.h"
 #include "formats/pack.h"
 
 #include <array>
@@ -88,6 +89,25 @@ inline Links makeSmallLinks(LinkKind kind) {
   Links l;
   l.kind = kind;
   l.rowBegin = row;
+  if (kind == LinkKind::irradiance) {
+    // Caches 0 and 1 are the grid's: their links come first and have shapes.
+    CompactLinkWriter writer(kind, 0);
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      if (i < row[2]) {
+        writer.add(node[i], 0.1f, {{0, 1, 0}, 0.5f});
+      } else {
+        writer.add(node[i], 0.1f);
+      }
+    }
+    l.head = writer.head;
+    l.shape = writer.shape8;
+    return l;
+  }
+  if (kind == LinkKind::oct8 || kind == LinkKind::oct6) {
+    l.kind = LinkKind::cone;
+    l.cone = cone;
+    return *compactLinks(l, kind);
+  }
   if (kind == LinkKind::cone) {
     l.cone = cone;
     return l;
@@ -95,7 +115,9 @@ inline Links makeSmallLinks(LinkKind kind) {
   l.bands = 2;
   l.shNode = node;
   l.shCoefficients = coefficients;
-  return l;
+  if (kind == LinkKind::sh) return l;
+  l.kind = LinkKind::sh;
+  return *compactLinks(l, LinkKind::sh8);
 }
 
 inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {

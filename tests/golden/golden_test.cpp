@@ -50,7 +50,10 @@ TEST_P(Golden, writerStillWritesTheSameBytes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Golden,
-                         testing::Values(Fixture{"v1_cone.relume", LinkKind::cone}, Fixture{"v1_sh.relume", LinkKind::sh}));
+                         testing::Values(Fixture{"v1_cone.relume", LinkKind::cone}, Fixture{"v1_sh.relume", LinkKind::sh},
+                                         Fixture{"v1_oct8.relume", LinkKind::oct8}, Fixture{"v1_oct6.relume", LinkKind::oct6},
+                                         Fixture{"v1_sh8.relume", LinkKind::sh8},
+                                         Fixture{"v1_irradiance.relume", LinkKind::irradiance}));
 
 }  // namespace
 }  // namespace relume

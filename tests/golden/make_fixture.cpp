@@ -4,15 +4,17 @@
 #include "tests/formats/small_bake.h"
 
 #include <cstdio>
+#include <string>
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: make_fixture CONE.relume SH.relume\n");
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: make_fixture FOLDER\n");
     return 1;
   }
-  const relume::LinkKind kinds[] = {relume::LinkKind::cone, relume::LinkKind::sh};
-  for (int i = 0; i < 2; ++i) {
-    const relume::Status status = relume::writeBake(relume::makeSmallBake(kinds[i]), argv[i + 1]);
+  const char* names[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
+  for (const relume::LinkKind kind : relume::kLinkKinds) {
+    const std::string path = std::string(argv[1]) + "/v1_" + names[static_cast<int>(kind)] + ".relume";
+    const relume::Status status = relume::writeBake(relume::makeSmallBake(kind), path);
     if (!status) {
       std::fprintf(stderr, "%s\n", status.error().message.c_str());
       return 2;

@@ -7,5 +7,5 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 build="${1:?usage: tests/golden/remake.sh BUILD_FOLDER}"
 cmake --build "$build" --target make_fixture
-"$build/tests/golden/make_fixture" tests/golden/v1_cone.relume tests/golden/v1_sh.relume
+"$build/tests/golden/make_fixture" tests/golden
 ls -l tests/golden/*.relume

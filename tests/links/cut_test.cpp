@@ -16,6 +16,7 @@
 namespace relume {
 namespace {
 
+using test::parentsOf;
 using test::pullRadiosity;
 using test::randomArrivals;
 using test::randomHierarchy;
@@ -24,8 +25,8 @@ constexpr double kY0 = 0.28209479177387814;
 const auto kTransfer = LinkOptions::CutKey::transfer;
 
 // Is `node` the root of a subtree that holds `leaf`?
-bool holds(const TreeShape& shape, std::uint32_t node, std::uint32_t leaf) {
-  while (leaf > node) leaf = shape.parent[leaf];
+bool holds(const std::vector<std::uint32_t>& parent, std::uint32_t node, std::uint32_t leaf) {
+  while (leaf > node) leaf = parent[leaf];
   return leaf == node;
 }
 
@@ -39,46 +40,128 @@ std::vector<std::uint32_t> cutOf(const TouchedTree& tree, const Hierarchy& h, st
   std::vector<std::uint32_t> cut;
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
+  sumHidden(h, cutNode);
   std::vector<float> keys;
   cutKeys(tree, cutNode, key, keys);
-  selectCut(tree, h, keys, maxNodes, queue, cut);
+  selectCut(tree, keys, CutLimit{maxNodes}, queue, cut);
   return cut;
+}
+
+// Slot of a node, kNoSlot where no ray or a single part of it is seen.
+std::uint32_t slotOf(const TouchedTree& tree, std::uint32_t node) {
+  for (std::uint32_t slot = 0; slot < tree.nodes().size(); ++slot) {
+    if (tree[slot].node == node) return slot;
+  }
+  return kNoSlot;
+}
+
+TEST(LeafOrder, leavesMeetInTheLowestNodeThatHoldsBoth) {
+  for (const std::uint32_t n : {1u, 2u, 40u, 1000u, 5000u}) {
+    const Hierarchy h = randomHierarchy(n, n);
+    const LeafOrder order(h);
+    const std::vector<std::uint32_t> parent = parentsOf(h);
+    RandomStream random(1, 2, n);
+    ASSERT_EQ(order.count(), n);
+    for (int i = 0; i < 300 && n > 1; ++i) {
+      const std::uint32_t a = random.below(n - 1), b = a + 1 + random.below(std::min(n - 1 - a, i % 2 ? 40u : n));
+      std::uint32_t x = order.leaf(a), y = order.leaf(b);
+      EXPECT_EQ(order.rank(x), a);
+      while (x != y) (x > y ? x : y) = parent[std::max(x, y)];
+      ASSERT_EQ(order.meet(a, b), x) << a << ' ' << b << " of " << n;
+    }
+  }
 }
 
 TEST(TouchedTree, sumsEqualADenseSum) {
   const Hierarchy h = randomHierarchy(3000, 1);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  const std::vector<std::uint32_t> parent = parentsOf(h);
+  TouchedTree tree(order);
   for (std::uint64_t round = 0; round < 3; ++round) {  // the memory of one cache must not leak into the next
     const auto arrivals = randomArrivals(h, 700, round);
     tree.build(arrivals, 1.0f);
     std::vector<double> weight(h.nodeCount(), 0), received(h.nodeCount(), 0), x(h.nodeCount(), 0);
     for (const Arrival& a : arrivals) {
-      for (std::uint32_t node = a.leaf;; node = shape.parent[node]) {
+      for (std::uint32_t node = a.leaf;; node = parent[node]) {
         weight[node] += a.weight;
         received[node] += double{a.weight} * a.cosine;
         x[node] += double{a.weight} * a.direction.x;
         if (node == 0) break;
       }
     }
-    std::size_t touched = 0;
+    // In the tree are the touched leaves and the nodes with two touched children.
+    std::size_t expected = 0;
     for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
-      const std::uint32_t slot = tree.find(node);
-      ASSERT_EQ(slot != kNoSlot, weight[node] > 0) << node;
-      if (slot == kNoSlot) continue;
-      ++touched;
-      EXPECT_NEAR(tree[slot].weight, weight[node], 1e-4 * weight[node]);
-      EXPECT_NEAR(tree[slot].received, received[node], 1e-4 * weight[node]);
-      EXPECT_NEAR(tree[slot].direction.x, x[node], 1e-4 * weight[node]);
+      expected += h.isLeaf(node) ? weight[node] > 0 : weight[h.child[node]] > 0 && weight[h.child[node] + 1] > 0;
     }
-    EXPECT_EQ(tree.nodes().size(), touched);
+    EXPECT_EQ(tree.nodes().size(), expected);
+    for (std::uint32_t slot = 0; slot < tree.nodes().size(); ++slot) {
+      const TouchedNode& t = tree[slot];
+      EXPECT_NEAR(t.weight, weight[t.node], 1e-4 * weight[t.node]);
+      EXPECT_NEAR(t.received, received[t.node], 1e-4 * weight[t.node]);
+      EXPECT_NEAR(t.direction.x, x[t.node], 1e-4 * weight[t.node]);
+      EXPECT_EQ(tree.isLeaf(slot), h.isLeaf(t.node));
+      if (tree.isLeaf(slot)) {
+        EXPECT_EQ(tree.find(t.node), slot);
+        continue;
+      }
+      for (const std::uint32_t k : {0u, 1u}) {
+        ASSERT_LT(t.child[k], slot);
+        EXPECT_TRUE(holds(parent, h.child[t.node] + k, tree[t.child[k]].node));
+      }
+    }
+    for (std::uint32_t sender = 0; sender < h.senderCount(); ++sender) {
+      EXPECT_EQ(tree.find(h.leafNode[sender]) != kNoSlot, weight[h.leafNode[sender]] > 0);
+    }
+    ASSERT_EQ(tree.roots().size(), 1u);
+    EXPECT_EQ(tree.roots()[0], tree.nodes().size() - 1);
+  }
+}
+
+// keys of readError, against the sum over all nodes of the tree, those seen through one child with the others.
+TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
+  const Hierarchy h = randomHierarchy(800, 12);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
+  const auto arrivals = randomArrivals(h, 60, 12);
+  tree.build(arrivals, 1.0f);
+  RandomStream random(12, 1, 1);
+  std::vector<CutNode> cutNode(h.nodeCount());
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], random.uniform(), 0};
+  sumHidden(h, cutNode);
+  std::vector<float> keys;
+  cutKeys(tree, cutNode, LinkOptions::CutKey::readError, keys);
+
+  struct Sum {
+    double received = 0, weight = 0, key = 0;
+    glm::dvec3 direction{0.0};
+  };
+  std::vector<Sum> sums(h.nodeCount());
+  for (const Arrival& a : arrivals) {
+    sums[a.leaf].received += double{a.weight} * a.cosine;
+    sums[a.leaf].weight += a.weight;
+    sums[a.leaf].direction += double{a.weight} * glm::dvec3(a.direction);
+  }
+  for (std::uint32_t node = h.nodeCount(); node-- > 0;) {
+    if (h.isLeaf(node)) continue;
+    const Sum &a = sums[h.child[node]], &b = sums[h.child[node] + 1];
+    const double w = cutNode[node].firstWeight;
+    Sum& s = sums[node] = {a.received + b.received, a.weight + b.weight, 0, a.direction + b.direction};
+    const double received = a.received - w * s.received, weight = a.weight - w * s.weight;
+    const glm::dvec3 direction = a.direction - w * s.direction;
+    s.key = a.key + b.key + (received * received + 0.3 * (weight * weight + 3 * glm::dot(direction, direction)) / (4 * 3.14159265358979)) * cutNode[node].extent;
+  }
+  ASSERT_GT(tree.nodes().size(), tree.leaves().size());
+  for (std::size_t slot = tree.leaves().size(); slot < tree.nodes().size(); ++slot) {
+    EXPECT_NEAR(keys[slot], sums[tree.nodes()[slot].node].key, 1e-4 * keys[slot]);
   }
 }
 
 TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
   const Hierarchy h = randomHierarchy(2000, 2);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const std::vector<std::uint32_t> parent = parentsOf(h);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   for (const std::uint32_t rays : {1u, 5u, 300u, 20000u}) {
     tree.build(randomArrivals(h, rays, rays), 1.0f);
     for (const std::uint32_t maxNodes : {1u, 2u, 17u, 254u, 1999u, 65535u}) {
@@ -88,7 +171,7 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
         for (const TouchedNode& leaf : tree.leaves()) {
           const auto holding = std::count_if(
-              cut.begin(), cut.end(), [&](std::uint32_t slot) { return holds(shape, tree[slot].node, leaf.node); });
+              cut.begin(), cut.end(), [&](std::uint32_t slot) { return holds(parent, tree[slot].node, leaf.node); });
           ASSERT_EQ(holding, 1) << leaf.node;
         }
         for (std::size_t i = 1; i < cut.size(); ++i) EXPECT_LT(tree[cut[i - 1]].node, tree[cut[i]].node);
@@ -99,8 +182,8 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
 
 TEST(SelectCut, enoughLinksGiveTheVisibleLeaves) {
   const Hierarchy h = randomHierarchy(500, 3);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   tree.build(randomArrivals(h, 400, 3), 1.0f);
   const auto cut = cutOf(tree, h, static_cast<std::uint32_t>(tree.leaves().size()));
   EXPECT_EQ(cut.size(), tree.leaves().size());
@@ -115,8 +198,8 @@ TEST(SelectCut, refinesTheLargestTransferFirst) {
   h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
   h.groupRoot = std::vector<std::uint32_t>{0};
   h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
   tree.build(std::vector<Arrival>{{3, 1, 1, 1, z}, {4, 1, 1, 1, z}, {5, 2, 1, 1, z}, {6, 2, 1, 1, z}}, 1.0f);
   const auto nodes = [&](std::uint32_t maxNodes) {
@@ -138,19 +221,21 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
   h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 7, 8};
   h.groupRoot = std::vector<std::uint32_t>{0};
   h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7, 9};
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
   // Node 1: both halves alike, and most of the light. Node 2: leaf 5 alike with half of node 6, the other half hidden.
   tree.build(std::vector<Arrival>{{3, 9, 1, 1, z}, {4, 9, 1, 1, z}, {5, 1, 1, 1, z}, {7, 1, 1, 1, z}}, 1.0f);
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
+  sumHidden(h, cutNode);
   std::vector<float> keys;
   cutKeys(tree, cutNode, LinkOptions::CutKey::readError, keys);
-  EXPECT_EQ(keys[tree.find(1)], 0.0f);
-  EXPECT_GT(keys[tree.find(2)], 0.0f);
-  // e² = |C_a - w C_s|² with received 1, band 0 y_0 and band 1 sqrt(3) y_0, weighted 0.3.
-  EXPECT_NEAR(keys[tree.find(6)], 0.25 * (1 + 0.3 * (1 + 3) / (4 * 3.14159265)), 1e-5);
+  EXPECT_EQ(keys[slotOf(tree, 1)], 0.0f);
+  // Leaves 5 and 7 alike; node 6, seen by half: e² = |C_a - w C_s|² with received 1, band 0 y_0 and band 1 sqrt(3) y_0,
+  // weighted 0.3.
+  EXPECT_EQ(slotOf(tree, 6), kNoSlot);
+  EXPECT_NEAR(keys[slotOf(tree, 2)], 0.25 * (1 + 0.3 * (1 + 3) / (4 * 3.14159265)), 1e-5);
   std::vector<std::uint32_t> nodes;
   for (const std::uint32_t slot : cutOf(tree, h, 3, LinkOptions::CutKey::readError)) nodes.push_back(tree[slot].node);
   EXPECT_EQ(nodes, (std::vector<std::uint32_t>{1, 5, 7}));
@@ -158,8 +243,8 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
 
 TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
   const Hierarchy h = randomHierarchy(1000, 4);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const auto arrivals = randomArrivals(h, 3, 4);
   tree.build(arrivals, 1.0f);
   // Three rays, links to spare: the leaves themselves, not the clusters around them.
@@ -170,23 +255,24 @@ TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
 
 TEST(Project, shLinksAreTheRaysOwnProjection) {
   const Hierarchy h = randomHierarchy(400, 5);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const std::vector<std::uint32_t> parent = parentsOf(h);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const auto arrivals = randomArrivals(h, 900, 5);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
   for (const std::uint32_t bands : {1u, 2u, 4u, 8u}) {
     const std::uint32_t size = bands * bands;
-    LinkRows rows;
+    LinkRows rows(LinkKind::sh, bands);
     ProjectScratch scratch;
-    appendShRow(tree, cut, arrivals, bands, scratch, rows);
+    appendShRow(tree, cut, arrivals, LinkKind::sh, bands, scratch, rows);
     ASSERT_EQ(rows.shNode.size(), cut.size());
     ASSERT_EQ(rows.shCoefficients.size(), cut.size() * size);
     for (std::size_t link = 0; link < cut.size(); ++link) {
       std::vector<double> c(size, 0.0);
       std::vector<float> y(size);
       for (const Arrival& a : arrivals) {
-        if (!holds(shape, rows.shNode[link], a.leaf)) continue;
+        if (!holds(parent, rows.shNode[link], a.leaf)) continue;
         evaluateSh(static_cast<int>(bands), a.direction, y);
         for (std::uint32_t i = 0; i < size; ++i) c[i] += double{a.weight} * y[i];
       }
@@ -200,15 +286,15 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
 
 TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
   const Hierarchy h = randomHierarchy(400, 6);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const auto arrivals = randomArrivals(h, 900, 6);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
-  LinkRows sh, cone;
+  LinkRows sh(LinkKind::sh, 2), cone(LinkKind::cone, 0);
   ProjectScratch scratch;
-  appendShRow(tree, cut, arrivals, 2, scratch, sh);
-  appendConeRow(tree, cut, cone);
+  appendShRow(tree, cut, arrivals, LinkKind::sh, 2, scratch, sh);
+  appendConeRow(tree, cut, LinkKind::cone, cone);
   ASSERT_EQ(cone.cone.size(), cut.size());
   for (std::size_t link = 0; link < cut.size(); ++link) {
     const ConeLink& l = cone.cone[link];
@@ -228,8 +314,8 @@ TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
 // The light of all caches together, read through cuts and averages, is what their leaves send: under any lighting.
 TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
   const Hierarchy h = randomHierarchy(1500, 7);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
     PullSums sums(h, LinkOptions::PullWeight::importance, 3.0f);
     std::vector<std::vector<std::pair<std::uint32_t, double>>> rows;
@@ -263,8 +349,8 @@ TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
 
 TEST(PullWeights, areIndependentOfHowCachesAreSharedOut) {
   const Hierarchy h = randomHierarchy(300, 8);
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   for (const auto kind : {LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
     PullSums one(h, kind, 3.0f), even(h, kind, 3.0f), odd(h, kind, 3.0f);
     for (std::uint64_t cache = 0; cache < 20; ++cache) {
@@ -299,8 +385,8 @@ TEST(PullWeights, opennessPrefersLeavesSeenFromAfar) {
   h.leafNode = std::vector<std::uint32_t>{1, 2};
   h.groupRoot = std::vector<std::uint32_t>{0};
   h.levelBegin = std::vector<std::uint32_t>{0, 1, 3};
-  const TreeShape shape = treeShape(h);
-  TouchedTree tree(h, shape);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
   const std::vector<Arrival> arrivals{{1, 1, 1, 3.0f, z}, {2, 1, 1, 1.0f, z}};
   tree.build(arrivals, 1.0f);

@@ -6,6 +6,7 @@
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/resolve.h"
 
+#include "formats/compact_links.h"
 #include "formats/color.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
@@ -95,6 +96,11 @@ std::vector<double> oracle(const Bake& bake, std::span<const glm::vec4> nodes, s
         }
         for (int i = l * l; i < (l + 1) * (l + 1); ++i) c[static_cast<std::size_t>(i)] = f * integral * y[static_cast<std::size_t>(i)] / y[0];
       }
+    } else if (linkHasHead(links.kind)) {
+      std::array<float, 64> stored;
+      linkCoefficients(links, k, bake.caches.normal[cache] != glm::vec3(0.0f), 8, stored);
+      std::copy(stored.begin(), stored.end(), c.begin());
+      node = links.node(k);
     } else {
       node = links.shNode[k];
       const std::size_t stride = links.bands * links.bands;
@@ -140,16 +146,23 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kernels, LightCaches,
-                         testing::Values(KernelCase{LinkKind::cone, Simd::baseline}, KernelCase{LinkKind::cone, Simd::avx2},
-                                         KernelCase{LinkKind::cone, Simd::avx512}, KernelCase{LinkKind::sh, Simd::baseline},
-                                         KernelCase{LinkKind::sh, Simd::avx2}, KernelCase{LinkKind::sh, Simd::avx512}));
+std::vector<KernelCase> allKernels() {
+  std::vector<KernelCase> all;
+  for (const LinkKind kind : kLinkKinds) {
+    for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) all.push_back({kind, simd});
+  }
+  return all;
+}
 
-TEST(LightCachesRows, shLinksOfOddSizesAndShortRows) {
+INSTANTIATE_TEST_SUITE_P(Kernels, LightCaches, testing::ValuesIn(allKernels()));
+
+class LightCachesRows : public testing::TestWithParam<LinkKind> {};
+
+TEST_P(LightCachesRows, ofOddSizesAndShort) {
   for (std::uint32_t bands = 1; bands <= 8; ++bands) {
     for (const std::uint32_t perCache : {1u, 2u, 5u}) {
       const Bake bake = test::makeSyntheticBake({.surfels = 16, .grid = {1, 1, 1}, .lightmapCaches = 2, .linksPerCache = perCache,
-                                                 .kind = LinkKind::sh, .bands = bands});
+                                                 .kind = GetParam(), .bands = bands});
       const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
       const auto stride = static_cast<std::size_t>(3 * bands * bands);
       for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
@@ -162,6 +175,26 @@ TEST(LightCachesRows, shLinksOfOddSizesAndShortRows) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
           for (std::size_t i = 0; i < stride; ++i) ASSERT_NEAR(found[cache * stride + i], want[i], 1e-5 * (1 + want[0]));
         }
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, LightCachesRows, testing::ValuesIn(kLinkKinds));
+
+// A uniform world gives a surface cache its irradiance, pi L, from one coefficient.
+TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
+  const Bake bake = test::makeSyntheticBake({.kind = LinkKind::irradiance});
+  const std::vector<glm::vec4> nodes(bake.hierarchy.nodeCount(), glm::vec4(kPi, 0.0f, 0.0f, 0.0f));
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
+    std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
+    cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
+    const cpu::CacheLight light{luma, chroma, coefficients, true};
+    for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
+      if (bake.surfels.receiver[s] == kGridReceiver) continue;
+      const glm::vec2 uv = unpackUnorm16x2(bake.surfels.receiver[s]);
+      for (const glm::vec3& n : {bake.surfels.normal[s], glm::normalize(glm::vec3(1, 2, 3))}) {
+        EXPECT_NEAR(cpu::irradianceOnLightmap(bake.caches, light, uv, n).g, kPi, 0.005 * kPi);
       }
     }
   }
@@ -210,7 +243,7 @@ struct TwoTexels {
         for (int i = 0; i < bands * bands; ++i) coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
       }
     }
-    light = {luma, chroma, coefficients};
+    light = {luma, chroma, coefficients, false};
   }
 
   // Projection of the upper half of the sphere: only m = 0, 2 pi K_l Int_0^1 P_l.
@@ -294,7 +327,7 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   const auto full = static_cast<float>(2 * std::sqrt(kPi));
   coefficients[0] = full;
   coefficients[48] = 3.0f * full;
-  const cpu::CacheLight light{4, 4, coefficients};
+  const cpu::CacheLight light{4, 4, coefficients, false};
   const auto pi = static_cast<float>(kPi);
   const glm::vec3 side(0, 1, 0);
   // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
@@ -311,30 +344,32 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
 
 // The table of band 1 gives what the general resolve gives, for all kinds of receivers.
 TEST(Bounce, agreesWithResolveAtEverySurfel) {
-  Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
-  // Some normals that are no longer the map's.
-  std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
-  for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
-  bake.surfels.normal = std::move(normal);
-  const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
-  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
-    std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
-    const cpu::CacheLight light{luma, chroma, coefficients};
-    cpu::Bounce bounce(bake, luma, chroma, {});
-    bounce.setLight(light, {});
-    std::size_t gridLit = 0;
-    for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
-      const Surfels& surfels = bake.surfels;
-      const bool grid = surfels.receiver[s] == kGridReceiver;
-      gridLit += grid ? 1 : 0;
-      const glm::vec3 want =
-          grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
-               : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
-      ASSERT_LT(glm::length(bounce.irradiance(s) - want), 1e-4f * (1.0f + glm::length(want))) << "surfel " << s;
+  for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
+    Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260, .kind = kind});
+    // Some normals that are no longer the map's.
+    std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
+    for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
+    bake.surfels.normal = std::move(normal);
+    const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
+    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
+      std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
+      cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
+      const cpu::CacheLight light{luma, chroma, coefficients, kind == LinkKind::irradiance};
+      cpu::Bounce bounce(bake, luma, chroma, {});
+      bounce.setLight(light, {});
+      std::size_t gridLit = 0;
+      for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+        const Surfels& surfels = bake.surfels;
+        const bool grid = surfels.receiver[s] == kGridReceiver;
+        gridLit += grid ? 1 : 0;
+        const glm::vec3 want =
+            grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
+                 : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
+        ASSERT_LT(glm::length(bounce.irradiance(s) - want), 1e-4f * (1.0f + glm::length(want))) << "surfel " << s;
+      }
+      EXPECT_GT(gridLit, 0u);
+      EXPECT_LT(gridLit, 2000u);
     }
-    EXPECT_GT(gridLit, 0u);
-    EXPECT_LT(gridLit, 2000u);
   }
 }
 

@@ -143,8 +143,8 @@ TEST_F(GlRelighter, pullPassAgrees) {
   }
 }
 
-TEST_F(GlRelighter, cachePassAgreesForBothKindsAndManyBands) {
-  for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+TEST_F(GlRelighter, cachePassAgreesForAllKindsAndManyBands) {
+  for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake({.surfels = 600, .linksPerCache = 61, .kind = kind, .bands = 8});
     const std::vector<Light> lights = someLights();
     LightSetup setup;
@@ -232,7 +232,7 @@ TEST_F(GlRelighter, resolveAgreesOnLightmapAndGrid) {
 }
 
 TEST_F(GlRelighter, framesWithBouncesAgree) {
-  for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+  for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake(room(kind, 4));
     const std::vector<Light> lights = someLights();
     LightSetup setup;

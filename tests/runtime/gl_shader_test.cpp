@@ -5,6 +5,7 @@
 #include "tests/runtime/gl_test_support.h"
 
 #include "formats/color.h"
+#include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 
@@ -109,6 +110,34 @@ TEST_F(GlLibrary, packedDirectionsAndPointsAgree) {
   }
 }
 
+TEST_F(GlLibrary, partsOfCompactLinksAgree) {
+  std::vector<float> in;
+  std::mt19937 random(6);
+  for (int i = 0; i < 2000; ++i) in.push_back(bitsAsFloat(static_cast<std::uint32_t>(random())));
+  // NaNs may change on the way: keep the exponent's lowest bit clear.
+  for (float& each : in) each = bitsAsFloat(std::bit_cast<std::uint32_t>(each) & ~0x00800000u);
+  const std::vector<float> out = runCompute(library("lib/pack.glsl"),
+                                            "uint b = floatBitsToUint(inData[i]); vec3 d = relumeUnpackDirection(b, 12);\n"
+                                            "vec3 e = relumeUnpackDirection(b & 0xFFFFu, 6); uint o = 9u * i;\n"
+                                            "outData[o] = d.x; outData[o+1u] = d.y; outData[o+2u] = d.z;\n"
+                                            "outData[o+3u] = e.x; outData[o+4u] = e.y; outData[o+5u] = e.z;\n"
+                                            "outData[o+6u] = relumeUnpackCone(b, 24, 8);\n"
+                                            "outData[o+7u] = relumeUnpackCone(b & 0xFFFFu, 12, 4);\n"
+                                            "outData[o+8u] = relumeUnpackTransfer(b);\n",
+                                            in, in.size(), in.size() * 9);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(in[i]);
+    const LinkDirection eight = unpackShape8(bits), six = unpackShape6(bits & 0xFFFFu);
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_NEAR(out[9 * i + static_cast<std::size_t>(k)], eight.direction[k], 2e-6f);
+      ASSERT_NEAR(out[9 * i + 3 + static_cast<std::size_t>(k)], six.direction[k], 2e-6f);
+    }
+    ASSERT_NEAR(out[9 * i + 6], eight.cosAlpha, 1e-6f);
+    ASSERT_NEAR(out[9 * i + 7], six.cosAlpha, 1e-6f);
+    ASSERT_NEAR(out[9 * i + 8], unpackTransfer(bits >> 20), 1e-9f);
+  }
+}
+
 TEST_F(GlLibrary, packedNodesAgreeAndKeepAnyUnit) {
   std::mt19937 random(9);
   std::vector<float> in = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -153,12 +182,14 @@ TEST(Shaders, passTheReferenceCompiler) {
   };
   add("pull.comp", "comp", {});
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
-    const auto bands = gl::bandDefines(luma, chroma);
-    add("light_surfels.comp", "comp", bands);
-    add("copy_lightmap.comp", "comp", bands);
-    add("resolve.glsl", "frag", bands,
-        "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); }\n");
-    for (const LinkKind kind : {LinkKind::cone, LinkKind::sh}) {
+    for (const bool irradianceOnMap : {false, true}) {
+      const auto bands = gl::bandDefines(luma, chroma, irradianceOnMap);
+      add("light_surfels.comp", "comp", bands);
+      add("copy_lightmap.comp", "comp", bands);
+      add("resolve.glsl", "frag", bands,
+          "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); }\n");
+    }
+    for (const LinkKind kind : kLinkKinds) {
       for (const char* renderer : {"llvmpipe", "hardware"}) {
         add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, gl::chooseCacheGroup(renderer, luma, chroma)));
       }

@@ -2,6 +2,7 @@
 // See synthetic_bake.h.
 #include "tests/runtime/synthetic_bake.h"
 
+#include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 
@@ -259,6 +260,8 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
   std::vector<std::uint32_t> rowBegin{0}, shNode;
   std::vector<std::uint16_t> sh;
   std::vector<ConeLink> cone;
+  std::vector<float> irradiance;
+  CompactLinkWriter writer(options.kind, options.bands);
   const float y0 = 0.5f / std::sqrt(kPi);
   for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
     const glm::vec3 position = caches.positionWorld[cache], normal = caches.normal[cache];
@@ -288,7 +291,12 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
     for (const std::uint32_t node : row) {
       const float omega = solidAngle(clusters[node], position, normal, direction) * static_cast<float>(all / std::max(total, 1e-6));
       const float f = y0 * omega / kPi, cosAlpha = std::max(1.0f - omega / (2.0f * kPi), -1.0f);
-      if (options.kind == LinkKind::cone) {
+      if (options.kind == LinkKind::irradiance && normal != glm::vec3(0.0f)) {
+        // The cosine of a cap, so that a white furnace gives one.
+        irradiance.push_back(omega * std::max(glm::dot(direction, normal), 0.01f));
+        continue;
+      }
+      if (!linkHasBands(options.kind)) {
         cone.push_back({node, packHalf(f), packHalf(cosAlpha), packOctahedral(direction)});
         continue;
       }
@@ -304,14 +312,32 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
         }
       }
     }
-    rowBegin.push_back(static_cast<std::uint32_t>(options.kind == LinkKind::cone ? cone.size() : shNode.size()));
+    rowBegin.push_back(rowBegin.back() + static_cast<std::uint32_t>(row.size()));
+    if (options.kind != LinkKind::irradiance) continue;
+    writer.beginRow();
+    float sum = 0.0f;
+    for (const float each : irradiance) sum += each;
+    for (std::size_t i = 0; i < irradiance.size(); ++i) writer.add(row[i], 2.0f * y0 * irradiance[i] / sum);
+    for (const ConeLink& link : cone) {
+      writer.add(link.node, unpackHalf(link.transfer), {unpackOctahedral(link.direction), unpackHalf(link.cosAlpha)});
+    }
+    irradiance.clear();
+    cone.clear();
   }
-  links.kind = options.kind;
-  links.bands = options.kind == LinkKind::sh ? options.bands : 0;
+  const bool sized = linkHasBands(options.kind);
+  links.kind = sized ? LinkKind::sh : LinkKind::cone;
+  links.bands = sized ? options.bands : 0;
   links.rowBegin = std::move(rowBegin);
   links.shNode = std::move(shNode);
   links.shCoefficients = std::move(sh);
   links.cone = std::move(cone);
+  if (options.kind == LinkKind::irradiance) {
+    links.kind = options.kind;
+    links.head = std::move(writer.head);
+    links.shape = std::move(writer.shape8);
+  } else if (options.kind != links.kind) {
+    links = *compactLinks(links, options.kind);
+  }
 }
 
 }  // namespace

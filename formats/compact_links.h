@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Links with a head of four bytes (LinkKind oct8, oct6, sh8, irradiance): how they are packed and what they mean.
+//
+//   head   bits  0..19  node
+//          bits 20..31  f: the twelve bits of a half below the sign and the highest bit of the exponent, without the two
+//                       last of the mantissa; [0..2), steps of 1/256 of the power of two, down to 2^-22
+//   oct8   bits  0..11 and 12..23  octahedral direction, signed normalised; 24..31 cone q
+//   oct6   bits  0..5  and  6..11  octahedral direction;                    12..15 cone q
+//          cos alpha = 1 - 2 (q / largest q)²: fine where cones are narrow
+//   sh8    byte i: c_i = f sqrt(2 l + 1) q_i / 127, the largest that |c_i / c_0| can be; q_0 = 127; unused bytes zero
+//   irradiance: f = 2 y_0 * (share of the light that a white furnace would send), so that the cache's coefficient 0 is
+//          E / (2 pi y_0): what one band of a surface cache means anyway (formats/sh.h, irradianceAtSurface())
+//
+// f is rounded so that a row's sum is kept: what one link loses the next gains.
+#pragma once
+
+#include "formats/caches.h"
+#include "formats/links.h"
+#include "formats/result.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+inline constexpr std::uint32_t kMostCompactNodes = 1u << 20;
+
+struct LinkDirection {
+  glm::vec3 direction{0.0f, 0.0f, 1.0f};
+  float cosAlpha = 1.0f;
+};
+
+// f [0..2) as twelve bits, rounded to nearest; larger ones become the largest, NaN and negative ones 0.
+std::uint32_t packTransfer(float f);
+float unpackTransfer(std::uint32_t bits);
+
+// Direction (unit) and cone; the nearest of the grid's directions.
+std::uint32_t packShape8(const LinkDirection& d);
+std::uint32_t packShape6(const LinkDirection& d);
+LinkDirection unpackShape8(std::uint32_t bits);
+LinkDirection unpackShape6(std::uint32_t bits);
+
+// Words of a link of kind sh8 beside its head.
+constexpr std::uint32_t sh8Words(std::uint32_t bands) { return (bands * bands + 3) / 4; }
+// Size of Links::shape; `gridLinks` counts only for kind irradiance.
+std::uint64_t shapeWords(LinkKind kind, std::uint32_t bands, std::uint64_t links, std::uint64_t gridLinks);
+// Links of the caches before the first that lies on a surface. [Size rowBegin = caches + 1]
+std::uint64_t countGridLinks(const Caches& caches, const Links& links);
+
+// Writes rows of one kind, a link at a time.
+class CompactLinkWriter {
+ public:
+  CompactLinkWriter(LinkKind kind, std::uint32_t bands) : kind_(kind), bands_(bands) {}
+  void beginRow() { owed_ = 0.0f; }
+  // oct8, oct6; irradiance: grid caches.
+  void add(std::uint32_t node, float f, const LinkDirection& direction);
+  // irradiance: caches on a surface.
+  void add(std::uint32_t node, float f);
+  // sh8. [Size c >= bands²]
+  void add(std::uint32_t node, std::span<const float> c);
+
+  std::vector<std::uint32_t> head;
+  std::vector<std::uint32_t> shape8;   // words of oct8, sh8, irradiance
+  std::vector<std::uint16_t> shape6;   // of oct6
+
+ private:
+  float addHead(std::uint32_t node, float f);
+  LinkKind kind_;
+  std::uint32_t bands_;
+  float owed_ = 0.0f;  // of f, by the links before
+};
+
+// Halves in a row as words, even ones low.
+std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves);
+
+// The coefficients c_{s,i} that link i of any kind stands for; those past a stored link's bands are zero, and so are all
+// but the first of an irradiance link. `surface`: whether its cache lies on a surface. [Size c >= bands²] [bands 1..8]
+void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int bands, std::span<float> c);
+
+// The same links in another kind: cone links as oct8 or oct6, SH links as sh8. unsupported: another pair, or nodes past
+// kMostCompactNodes.
+Result<Links> compactLinks(const Links& links, LinkKind kind);
+
+// SH links of two bands or more as irradiance links: those of caches on a surface by irradianceLinear(), exact because
+// all their light comes from above; those of the grid, which come first, from `cone`, the same links as cones.
+// unsupported: other kinds, links that are not the same, nodes past kMostCompactNodes.
+Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links& cone);
+
+}  // namespace relume
