@@ -86,7 +86,13 @@ std::vector<Field> fields(BakeOptions& o) {
        "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12, 8 or 6 bytes, SH in bytes, or "
        "irradiance alone on the light map"},
       {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
+      {"links.linksTotal", "--links-total", &o.links.linksTotal, 0, 4294967295.0, {}, "",
+       "links of all caches together (to about 1 %), shared out by error up to linksPerCache each; 0 = no limit"},
+      {"links.maxError", "--max-error", &o.links.maxError, 0, 1, {}, "",
+       "expected relative error of a cache's light at which it gets no more links; 0 = all get linksPerCache"},
       {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
+      {"links.emitterRays", "--emitter-rays", &o.links.emitterRays, 0, 1, {}, "",
+       "rays aimed at emitters, as a share of raysPerCache and beside them"},
       {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
       {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius", "readError"}, "",
        "what a cut refines: the largest transfer (the paper), transfer x cosine x radius, or the error of reading an average"},
@@ -279,6 +285,8 @@ Status checkTogether(const BakeOptions& o) {
       linkHasHead(o.links.kind) && 2 * senders - 1 > (1u << 20))
     return usage("options surfels.count (--surfels) and links.skyPatches (--sky-patches) are together " +
                  std::to_string(senders) + ", expected at most 524288 with compact links; use links.kind (--link-kind) cone or sh");
+  if (o.links.maxError > 0.0f && o.links.key != LinkOptions::CutKey::readError)
+    return usage("option links.maxError (--max-error) needs links.key (--cut-key) readError, for other keys are no errors");
   if (o.links.linksPerCache > o.surfels.count)
     return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
                  ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));

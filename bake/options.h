@@ -52,8 +52,13 @@ struct LinkOptions {
   enum class CutKey { transfer, transferRadius, readError };
   enum class PullWeight { area, openness, importance };
   LinkKind kind = LinkKind::cone;
-  std::uint32_t linksPerCache = 254;   // [1..65535] n_L
+  std::uint32_t linksPerCache = 254;   // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
+  std::uint32_t linksTotal = 0;        // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
+                                       // Kept to about 1 %: the share is found from every n-th cache
+  float maxError = 0.0f;               // [0..1] a cache whose expected relative error is this small gets no more links;
+                                       // 0 = all get linksPerCache. Of key readError
   std::uint32_t raysPerCache = 4096;   // [16..1048576] K
+  float emitterRays = 0.125f;          // [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
   std::uint32_t bands = 4;             // [1..8] of SH links
   CutKey key = CutKey::readError;      // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius;
                                        // readError: how far a node's average is from what the cache sees of it

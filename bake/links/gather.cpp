@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x4C4E4B53;  // random numbers of this stage
-constexpr std::uint32_t kBlock = 512;         // rays traced together: rays and hits stay in the first-level cache
+constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
+constexpr float kSamePoint = 1e-3f;           // an aimed ray has met its point when it ends this near to it, relatively
+constexpr std::uint32_t kBlock = 256;         // rays traced together: rays and hits stay in the first-level cache
 
 glm::vec2 toSquare(const glm::vec3& d) {
   const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
@@ -39,6 +41,7 @@ RayCount& RayCount::operator+=(const RayCount& other) {
   backFaces += other.backFaces;
   misses += other.misses;
   unmapped += other.unmapped;
+  aimed += other.aimed;
   return *this;
 }
 
@@ -65,23 +68,39 @@ std::uint32_t SkyLookup::nearest(const glm::vec3& direction) const {
   return patch_[std::size_t{y} * side_ + x];
 }
 
-Gatherer::Gatherer(const RayTracer& tracer, const SurfelMap& map, const Hierarchy& hierarchy, std::uint32_t surfelCount,
-                   std::uint32_t raysPerCache, std::uint64_t seed)
+Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map, const Hierarchy& hierarchy,
+                   std::uint32_t raysPerCache, float emitterRays, std::uint64_t seed)
     : tracer_(tracer),
       map_(map),
       hierarchy_(hierarchy),
-      surfelCount_(surfelCount),
+      surfelCount_(surfels.count()),
       seed_(seed),
       strata_(raysPerCache),
+      aim_(tracer.scene(), surfels, map),
+      aimedCount_(aim_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
       sky_(hierarchy.skyDirection) {}
+
+std::uint32_t Gatherer::senderOf(const Hit& hit, const glm::vec3& direction, const EmitterAim::Chances& chances,
+                                 float& weight) const {
+  const std::uint32_t triangle = tracer_.scene().instances[hit.instance].firstTriangle + hit.triangle;
+  const std::uint32_t side = 2 * triangle + (hit.back ? 1u : 0u);
+  if (aimedCount_ > 0) {
+    if (const float density = aim_.density(chances, side); density > 0.0f) {
+      // 1 / w = 1 / w_even + pi K_e q r² / c
+      const float apart = hit.distance * hit.distance / std::max(aim_.cosine(side, direction), 1e-6f);
+      weight /= 1.0f + weight * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * density * apart;
+    }
+  }
+  return map_.at(side, hit.barycentric);
+}
 
 void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
                       std::vector<Arrival>& arrivals, RayCount& count) const {
   arrivals.clear();
-  const Scene& scene = tracer_.scene();
   const glm::vec3 origin = positionWorld + normal * tracer_.epsilonAt(positionWorld);
   DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, cache));
   count.rays += strata_.count();
+  if (aimedCount_ > 0) aim_.prepare(origin, normal, scratch.chances);
 
   for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
     // Cast a block of rays.
@@ -93,16 +112,16 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
       scratch.samples[i] = sequence.next();
       scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
     }
-    tracer_.trace(scratch.rays, scratch.hits);
+    tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
 
     // Find the sender at the end of each.
     for (std::uint32_t i = 0; i < size; ++i) {
       const DirectionStrata::Sample& sample = scratch.samples[i];
       const Hit& hit = scratch.hits[i];
       std::uint32_t sender = kNone;
+      float weight = sample.weight;
       if (hit) {
-        const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
-        sender = map_.at(2 * triangle + (hit.back ? 1u : 0u), hit.barycentric);
+        sender = senderOf(hit, sample.direction, scratch.chances, weight);
         count.backFaces += hit.back;
         count.unmapped += sender == kNone;
       } else {
@@ -110,7 +129,43 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
         if (!sky_.empty()) sender = surfelCount_ + sky_.nearest(sample.direction);
       }
       if (sender == kNone) continue;
-      arrivals.push_back({hierarchy_.leafNode[sender], sample.weight, sample.cosine, hit.distance, sample.direction});
+      arrivals.push_back({hierarchy_.leafNode[sender], weight, sample.cosine, hit.distance, sample.direction});
+    }
+  }
+  if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) gatherAimed(cache, origin, normal, scratch, arrivals, count);
+}
+
+void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
+                           std::vector<Arrival>& arrivals, RayCount& count) const {
+  RandomStream random(seed_, kAimStage, cache);
+  const bool onSurface = glm::dot(normal, normal) > 0.0f;
+  count.aimed += aimedCount_;
+  for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBlock) {
+    // Cast a block of rays, those below the horizon left out.
+    const std::uint32_t end = std::min(begin + kBlock, aimedCount_);
+    scratch.rays.clear();
+    scratch.distances.clear();
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const float u = (static_cast<float>(i) + random.uniform()) / static_cast<float>(aimedCount_);
+      const glm::vec3 to = aim_.point(scratch.chances, u, random) - origin;
+      const float distance = glm::length(to);
+      if (!(distance > 0.0f) || (onSurface && glm::dot(to, normal) <= 0.0f)) continue;
+      scratch.rays.push_back(Ray{origin, 0.0f, to / distance});
+      scratch.distances.push_back(distance);
+    }
+    scratch.hits.resize(scratch.rays.size());
+    tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
+
+    for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
+      const Hit& hit = scratch.hits[i];
+      if (!hit || std::abs(hit.distance - scratch.distances[i]) > kSamePoint * scratch.distances[i]) continue;
+      const glm::vec3& direction = scratch.rays[i].direction;
+      const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
+      const float even = strata_.weight(cosine, onSurface);
+      float weight = even;
+      const std::uint32_t sender = senderOf(hit, direction, scratch.chances, weight);
+      if (weight == even || sender == kNone) continue;  // not an emitter
+      arrivals.push_back({hierarchy_.leafNode[sender], weight, cosine, hit.distance, direction});
     }
   }
 }

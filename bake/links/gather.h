@@ -6,6 +6,7 @@
 // independent of n_S.
 #pragma once
 
+#include "bake/links/aim.h"
 #include "bake/links/directions.h"
 #include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
@@ -29,6 +30,7 @@ struct Arrival {
 // How the rays ended. Integers, so that sums over caches do not depend on their order.
 struct RayCount {
   std::uint64_t rays = 0, backFaces = 0, misses = 0, unmapped = 0;
+  std::uint64_t aimed = 0;  // at emitters, beside `rays`
   RayCount& operator+=(const RayCount& other);
 };
 
@@ -47,14 +49,17 @@ class SkyLookup {
 // Immutable, shared by all threads; keeps references to what it is made from.
 class Gatherer {
  public:
-  Gatherer(const RayTracer& tracer, const SurfelMap& map, const Hierarchy& hierarchy, std::uint32_t surfelCount,
-           std::uint32_t raysPerCache, std::uint64_t seed);
+  // emitterRays: [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
+  Gatherer(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map, const Hierarchy& hierarchy,
+           std::uint32_t raysPerCache, float emitterRays, std::uint64_t seed);
 
   // Memory of one thread, kept from cache to cache.
   struct Scratch {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<DirectionStrata::Sample> samples;
+    std::vector<float> distances;  // [m] to the points that are aimed at
+    EmitterAim::Chances chances;
   };
 
   // Replace `arrivals` by the light that reaches a cache. The random numbers depend on seed and cache index alone.
@@ -62,12 +67,20 @@ class Gatherer {
               std::vector<Arrival>& arrivals, RayCount& count) const;
 
  private:
+  void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
+                   std::vector<Arrival>& arrivals, RayCount& count) const;
+  // Sender and weight of what a ray hit; a weight for both kinds of rays where it is an emitter.
+  std::uint32_t senderOf(const Hit& hit, const glm::vec3& direction, const EmitterAim::Chances& chances,
+                         float& weight) const;
+
   const RayTracer& tracer_;
   const SurfelMap& map_;
   const Hierarchy& hierarchy_;
   std::uint32_t surfelCount_;
   std::uint64_t seed_;
   DirectionStrata strata_;
+  EmitterAim aim_;
+  std::uint32_t aimedCount_;  // K_e
   SkyLookup sky_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace relume {
 namespace {
@@ -31,7 +32,7 @@ PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind, flo
     : kind_(kind), opennessRadius_(opennessRadius) {
   if (kind_ == LinkOptions::PullWeight::area) return;
   all_.resize(hierarchy.nodeCount());
-  if (kind_ == LinkOptions::PullWeight::importance) read_.resize(hierarchy.nodeCount());
+  if (kind_ == LinkOptions::PullWeight::importance) cut_.resize(hierarchy.nodeCount());
   if (kind_ == LinkOptions::PullWeight::openness) rays_.resize(hierarchy.nodeCount());
 }
 
@@ -46,22 +47,19 @@ void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut, 
     return;
   }
   if (kind_ != LinkOptions::PullWeight::importance) return;
-  for (const TouchedNode& leaf : tree.leaves()) all_[leaf.node] += toFixed(leaf.received);
-  // Walk from the cut to the leaves: every node below the cut is read through its parent.
-  stack_.assign(cut.begin(), cut.end());
-  while (!stack_.empty()) {
-    const TouchedNode& node = tree[stack_.back()];
-    stack_.pop_back();
-    for (const std::uint32_t child : node.child) {
-      if (child == kNoSlot) continue;
-      read_[tree[child].node] += toFixed(tree[child].received);
-      stack_.push_back(child);
-    }
+  fixed_.clear();
+  for (const TouchedNode& leaf : tree.leaves()) {
+    fixed_.push_back(toFixed(leaf.received));
+    all_[leaf.node] += fixed_.back();
+  }
+  for (const std::uint32_t slot : cut) {
+    const TouchedNode& node = tree[slot];
+    cut_[node.node] += std::accumulate(fixed_.begin() + node.firstLeaf, fixed_.begin() + node.endLeaf, std::uint64_t{0});
   }
 }
 
 void PullSums::merge(const PullSums& other) {
-  for (std::size_t i = 0; i < read_.size(); ++i) read_[i] += other.read_[i];
+  for (std::size_t i = 0; i < cut_.size(); ++i) cut_[i] += other.cut_[i];
   for (std::size_t i = 0; i < all_.size(); ++i) all_[i] += other.all_[i];
   for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += other.rays_[i];
 }
@@ -97,15 +95,19 @@ std::vector<float> PullSums::byOpenness(const Hierarchy& hierarchy) const {
 }
 
 std::vector<float> PullSums::byImportance(const Hierarchy& hierarchy) const {
-  std::vector<std::uint64_t> all = all_;
+  std::vector<std::uint64_t> all = all_, cut = cut_;
   sumUp(hierarchy, all);
+  // Links at or below a node: inner nodes have their own beside their children's.
+  for (std::uint32_t node = hierarchy.nodeCount(); node-- > 0;) {
+    if (!hierarchy.isLeaf(node)) cut[node] += cut[hierarchy.child[node]] + cut[hierarchy.child[node] + 1];
+  }
   std::vector<float> weight(hierarchy.nodeCount(), 0.0f);
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (hierarchy.isLeaf(node)) continue;
     const std::uint32_t first = hierarchy.child[node], second = first + 1;
     const auto real = [](std::uint64_t v) { return static_cast<double>(v); };
     const float otherwise = share(real(all[first]), real(all[second]), hierarchy.firstWeight[node]);
-    weight[node] = share(real(read_[first]), real(read_[second]), otherwise);
+    weight[node] = share(real(all[first] - cut[first]), real(all[second] - cut[second]), otherwise);
   }
   return weight;
 }

@@ -10,6 +10,9 @@
 // the light all caches receive together is exact under any lighting: by induction from the cut down, the leaves under
 // s are read with the total weight sum_{c in R(s)} F_{c,s}, and each level splits that total as the caches themselves
 // see it. It depends on geometry alone.
+//
+// read[s] = sum_{c in R(s)} F_{c,s} is what all caches receive from s less what those receive whose cut lies at or below
+// s. So a cache adds F to its leaves and subtracts it at the nodes of its cut; summing up the tree once gives read[s].
 #pragma once
 
 #include "bake/links/touched_tree.h"
@@ -40,10 +43,10 @@ class PullSums {
 
   LinkOptions::PullWeight kind_;
   float opennessRadius_;
-  std::vector<std::uint64_t> read_;  // [Size nodes] received from a node by caches that read its parent's average
   std::vector<std::uint64_t> all_;   // [Size nodes] importance: received by all caches; openness: sum over rays; leaves
+  std::vector<std::uint64_t> cut_;   // [Size nodes] importance: received through links to a node
   std::vector<std::uint64_t> rays_;  // [Size nodes] openness: rays that hit; leaves only
-  std::vector<std::uint32_t> stack_;
+  std::vector<std::uint64_t> fixed_;  // scratch: received by the leaves of one cache
 };
 
 }  // namespace relume

@@ -21,12 +21,7 @@ struct Shape {
 Shape shapeWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry, std::uint32_t surfelCount) {
   Shape shape{geometry.center, geometry.radius};
   if (hierarchy.skyDirection.empty()) return shape;
-  float level = 0.0f;
-  for (const std::uint32_t root : hierarchy.groupRoot) {
-    if (std::isfinite(geometry.radius[root]) && geometry.area[root] > 0.0f)
-      level = std::max(level, geometry.radius[root]);
-  }
-  if (!(level > 0.0f)) level = 1.0f;
+  const float level = levelRadius(hierarchy, geometry);
 
   const float patchRadius = 1.0f / std::sqrt(static_cast<float>(hierarchy.skyDirection.size()));
   std::vector<std::uint32_t> patches(hierarchy.nodeCount(), 0);
@@ -64,17 +59,46 @@ std::vector<std::uint8_t> emittingNodes(const Hierarchy& hierarchy, std::span<co
   return emits;
 }
 
-// |C_a - w C_s|² of readError; a is the first child, nullptr when no ray reached it.
-float readMismatch(const TouchedNode* a, const TouchedNode& s, float w) {
+// |C|² of readError.
+float square(float received, float weight, const glm::vec3& direction) {
   constexpr float kOtherNormals = 0.3f;  // weight of bands 0 and 1 beside the irradiance
   constexpr float kBand0 = 1.0f / 12.566371f, kBand1 = 3.0f / 12.566371f;  // squares of y_0 and of y_1's constant
-  const float received = (a ? a->received : 0.0f) - w * s.received;
-  const float weight = (a ? a->weight : 0.0f) - w * s.weight;
-  const glm::vec3 direction = (a ? a->direction : glm::vec3(0.0f)) - w * s.direction;
   return received * received + kOtherNormals * (kBand0 * weight * weight + kBand1 * glm::dot(direction, direction));
 }
 
+// Term of CutNode::hidden of a node seen through its first (0) or second (1) child alone.
+double hiddenUnder(const CutNode& node, std::uint32_t child) {
+  const double unseen = child == 0 ? 1.0 - double{node.firstWeight} : double{node.firstWeight};
+  return unseen * unseen * double{node.extent};
+}
+
+// Expected square error of reading node s as an average, from that of its two touched parts.
+float readError(const TouchedTree& tree, const TouchedNode& s, std::span<const CutNode> cutNode,
+                std::span<const float> keys) {
+  const CutNode& average = cutNode[s.node];
+  const TouchedNode& a = tree[s.child[0]];
+  const float w = average.firstWeight;
+  float error =
+      square(a.received - w * s.received, a.weight - w * s.weight, a.direction - w * s.direction) * average.extent;
+  for (const std::uint32_t k : {0u, 1u}) {
+    const TouchedNode& part = tree[s.child[k]];
+    // Nodes between s and the part: seen through one child.
+    const double between = cutNode[part.node].hidden - (average.hidden + hiddenUnder(average, k));
+    error += keys[s.child[k]] + square(part.received, part.weight, part.direction) * static_cast<float>(between);
+  }
+  return error;
+}
+
 }  // namespace
+
+float levelRadius(const Hierarchy& hierarchy, const NodeGeometry& geometry) {
+  float level = 0.0f;
+  for (const std::uint32_t root : hierarchy.groupRoot) {
+    if (std::isfinite(geometry.radius[root]) && geometry.area[root] > 0.0f)
+      level = std::max(level, geometry.radius[root]);
+  }
+  return level > 0.0f ? level : 1.0f;
+}
 
 std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& geometry, CutKey key,
                               std::span<const glm::vec3> emission) {
@@ -93,7 +117,16 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
     // transferRadius is linear in light, readError quadratic.
     if (emits[node]) nodes[node].extent *= key == CutKey::readError ? kEmitterWeight * kEmitterWeight : kEmitterWeight;
   }
+  sumHidden(hierarchy, nodes);
   return nodes;
+}
+
+void sumHidden(const Hierarchy& hierarchy, std::span<CutNode> nodes) {
+  for (std::uint32_t node = 0; node < nodes.size(); ++node) {
+    if (hierarchy.isLeaf(node)) continue;
+    const std::uint32_t child = hierarchy.child[node];
+    for (const std::uint32_t k : {0u, 1u}) nodes[child + k].hidden = nodes[node].hidden + hiddenUnder(nodes[node], k);
+  }
 }
 
 void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey key, std::vector<float>& keys) {
@@ -102,25 +135,21 @@ void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey k
   // Children come before their parents.
   for (std::size_t slot = tree.leaves().size(); slot < nodes.size(); ++slot) {
     const TouchedNode& s = nodes[slot];
-    const CutNode& c = cutNode[s.node];
     switch (key) {
       case CutKey::transfer:
         keys[slot] = s.weight;
         break;
       case CutKey::transferRadius:
-        keys[slot] = s.received * c.extent;
+        keys[slot] = s.received * cutNode[s.node].extent;
         break;
       case CutKey::readError:
-        keys[slot] = readMismatch(s.child[0] == kNoSlot ? nullptr : &nodes[s.child[0]], s, c.firstWeight) * c.extent;
-        for (const std::uint32_t child : s.child) {
-          if (child != kNoSlot) keys[slot] += keys[child];
-        }
+        keys[slot] = readError(tree, s, cutNode, keys);
         break;
     }
   }
 }
 
-void selectCut(const TouchedTree& tree, const Hierarchy& hierarchy, std::span<const float> keys, std::uint32_t maxNodes,
+void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLimit& limit,
                std::vector<CutCandidate>& queue, std::vector<std::uint32_t>& cut) {
   // Largest key on top; equal keys by node.
   const auto below = [&](const CutCandidate& a, const CutCandidate& b) {
@@ -128,28 +157,26 @@ void selectCut(const TouchedTree& tree, const Hierarchy& hierarchy, std::span<co
   };
   queue.clear();
   cut.clear();
+  double keySum = 0.0;
   const auto add = [&](std::uint32_t slot) {
-    // Skip nodes of which only one child is seen: its average holds less that is hidden.
-    while (!tree.isLeaf(slot) && (tree[slot].child[0] == kNoSlot || tree[slot].child[1] == kNoSlot)) {
-      slot = std::min(tree[slot].child[0], tree[slot].child[1]);
-    }
     if (tree.isLeaf(slot)) {
       cut.push_back(slot);
       return;
     }
+    keySum += double{keys[slot]};
     queue.push_back({keys[slot], slot});
     std::push_heap(queue.begin(), queue.end(), below);
   };
 
-  for (const std::uint32_t root : hierarchy.groupRoot) {
-    if (const std::uint32_t slot = tree.find(root); slot != kNoSlot) add(slot);
-  }
-  while (!queue.empty() && queue.size() + cut.size() < maxNodes) {
+  for (const std::uint32_t root : tree.roots()) add(root);
+  while (!queue.empty() && queue.size() + cut.size() < limit.maxNodes && queue.front().key > limit.minKey &&
+         (limit.maxKeySum == 0.0f || keySum > double{limit.maxKeySum})) {
     std::pop_heap(queue.begin(), queue.end(), below);
-    const TouchedNode& node = tree[queue.back().slot];
+    const CutCandidate top = queue.back();
     queue.pop_back();
-    add(node.child[0]);
-    add(node.child[1]);
+    keySum -= double{top.key};
+    add(tree[top.slot].child[0]);
+    add(tree[top.slot].child[1]);
   }
 
   for (const CutCandidate& candidate : queue) cut.push_back(candidate.slot);

@@ -18,13 +18,25 @@ struct CutNode {
   float firstWeight = 0.0f;  // share of the first child in the average a link reads, equal areas
   float extent = 0.0f;       // transferRadius: RMS radius [m]; readError: distance of the children's centres
                              // and a surfel's width [m]
+  double hidden = 0.0;       // readError: sum over the ancestors of extent * (share of the child that is not on the
+                             // way to this node)²: what seeing only this node of them costs
 };
+
+// Fill in CutNode::hidden from weights and extents.
+void sumHidden(const Hierarchy& hierarchy, std::span<CutNode> nodes);
 
 // A sky node's extent is its angular size times the radius of the level; an emitter's counts kEmitterWeight times, for
 // its light is that much stronger. sky senders start at emission.size().
 inline constexpr float kEmitterWeight = 8.0f;
 std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& geometry, LinkOptions::CutKey key,
                               std::span<const glm::vec3> emission);
+
+// RMS radius of the largest group that is not the sky [m]; 1 where there is none.
+float levelRadius(const Hierarchy& hierarchy, const NodeGeometry& geometry);
+
+// readError's model takes E (B_a - B_b)² to be B² x distance / levelRadius(), so keys of a cut that add up to
+// relativeError² x levelRadius() leave that relative error of a cache's light.
+inline float keySumOf(float relativeError, float levelRadius) { return relativeError * relativeError * levelRadius; }
 
 // Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.
 //   transfer        f, the paper's.
@@ -36,6 +48,7 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
 //                   e²_s = |C_a - w C_s|² extent + e²_a + e²_b.
 //                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
 //                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
+//                   Nodes of which one child is seen are not in the tree: their sum comes from CutNode::hidden.
 void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key,
              std::vector<float>& keys);
 
@@ -44,10 +57,17 @@ struct CutCandidate {
   std::uint32_t slot;
 };
 
+// When to stop refining: whichever comes first.
+struct CutLimit {
+  std::uint32_t maxNodes = 0;   // [>= 1]
+  float minKey = -1.0f;         // nodes with keys up to this one stay whole
+  float maxKeySum = 0.0f;       // [>= 0] stop when the nodes of the cut have keys of together at most this; 0 = never
+};
+
 // The cut as slots of the touched tree, their nodes ascending. It has at most maxNodes nodes (but never fewer than
 // the touched groups), and every touched leaf lies under exactly one of them. Children no ray reached are in no cut; a
 // node with a single touched child is replaced by it, for that costs no link. `queue` is scratch.
-void selectCut(const TouchedTree& tree, const Hierarchy& hierarchy, std::span<const float> keys, std::uint32_t maxNodes,
+void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLimit& limit,
                std::vector<CutCandidate>& queue, std::vector<std::uint32_t>& cut);
 
 }  // namespace relume

@@ -1,72 +1,91 @@
 // SPDX-License-Identifier: MIT
-// See touched_tree.h.
+// See touched_tree.h. Bits mark the touched leaves, which sorts them; the nodes in which neighbours meet are then a
+// Cartesian tree, built from left to right with a stack.
 #include "bake/links/touched_tree.h"
+
+#include <algorithm>
+#include <bit>
 
 namespace relume {
 
-TreeShape treeShape(const Hierarchy& hierarchy) {
-  TreeShape shape;
-  shape.parent.assign(hierarchy.nodeCount(), 0);
-  shape.level.assign(hierarchy.nodeCount(), 0);
-  shape.levelCount = 1;
-  // A parent comes before its children.
-  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
-    if (hierarchy.isLeaf(node)) continue;
-    for (const std::uint32_t child : {hierarchy.child[node], hierarchy.child[node] + 1}) {
-      shape.parent[child] = node;
-      shape.level[child] = static_cast<std::uint16_t>(shape.level[node] + 1);
-      shape.levelCount = shape.level[child] + 1u;
-    }
-  }
-  return shape;
-}
+TouchedTree::TouchedTree(const LeafOrder& order)
+    : order_(order), slotOf_(order.count(), 0), touched_((order.count() + 63) / 64, 0) {}
 
-TouchedTree::TouchedTree(const Hierarchy& hierarchy, const TreeShape& shape)
-    : hierarchy_(hierarchy), shape_(shape), slotOf_(hierarchy.nodeCount(), 0), level_(shape.levelCount) {}
-
-std::uint32_t TouchedTree::find(std::uint32_t node) const {
-  const std::uint32_t slot = slotOf_[node];
-  return slot < nodes_.size() && nodes_[slot].node == node ? slot : kNoSlot;
-}
-
-std::uint32_t TouchedTree::touch(std::uint32_t node) {
-  if (const std::uint32_t slot = find(node); slot != kNoSlot) return slot;
-  const auto slot = static_cast<std::uint32_t>(nodes_.size());
-  slotOf_[node] = slot;
-  nodes_.push_back({});
-  nodes_.back().node = node;
-  level_[shape_.level[node]].push_back(slot);
-  return slot;
+std::uint32_t TouchedTree::find(std::uint32_t leaf) const {
+  const std::uint32_t slot = slotOf_[order_.rank(leaf)];
+  return slot < leafCount_ && nodes_[slot].node == leaf ? slot : kNoSlot;
 }
 
 void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) {
   nodes_.clear();
-  for (auto& level : level_) level.clear();
+  roots_.clear();
+  binArrivals(arrivals, receivedScale);
+  joinLeaves();
+}
 
-  // Bin the rays to leaves. Neighbouring rays often end in the same one.
-  std::uint32_t slot = 0;
+void TouchedTree::binArrivals(std::span<const Arrival> arrivals, float receivedScale) {
+  std::size_t firstWord = touched_.size(), lastWord = 0;
   for (const Arrival& arrival : arrivals) {
-    if (nodes_.empty() || nodes_[slot].node != arrival.leaf) slot = touch(arrival.leaf);
-    TouchedNode& leaf = nodes_[slot];
-    leaf.rays += 1;
+    const std::uint32_t rank = order_.rank(arrival.leaf);
+    const std::size_t word = rank / 64;
+    touched_[word] |= std::uint64_t{1} << (rank % 64);
+    firstWord = std::min(firstWord, word);
+    lastWord = std::max(lastWord, word);
+  }
+  for (std::size_t word = firstWord; word < touched_.size() && word <= lastWord; ++word) {
+    for (std::uint64_t bits = touched_[word]; bits != 0; bits &= bits - 1) {
+      const auto rank = static_cast<std::uint32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
+      const auto slot = static_cast<std::uint32_t>(nodes_.size());
+      slotOf_[rank] = slot;
+      TouchedNode& leaf = nodes_.emplace_back();
+      leaf.node = order_.leaf(rank);
+      leaf.firstLeaf = slot;
+      leaf.endLeaf = slot + 1;
+    }
+    touched_[word] = 0;
+  }
+  leafCount_ = static_cast<std::uint32_t>(nodes_.size());
+
+  for (const Arrival& arrival : arrivals) {
+    TouchedNode& leaf = nodes_[slotOf_[order_.rank(arrival.leaf)]];
     leaf.weight += arrival.weight;
     leaf.received += arrival.weight * arrival.cosine * receivedScale;
     leaf.direction += arrival.weight * arrival.direction;
   }
-  leafCount_ = static_cast<std::uint32_t>(nodes_.size());
+}
 
-  // Sum up, deepest level first. A parent has at most two summands: their order does not change the sum.
-  for (std::size_t depth = level_.size() - 1; depth > 0; --depth) {
-    for (const std::uint32_t child : level_[depth]) {
-      const std::uint32_t parent = touch(shape_.parent[nodes_[child].node]);
-      const TouchedNode& from = nodes_[child];
-      TouchedNode& to = nodes_[parent];
-      to.child[from.node - hierarchy_.child[to.node]] = child;
-      to.rays += from.rays;
-      to.weight += from.weight;
-      to.received += from.received;
-      to.direction += from.direction;
+std::uint32_t TouchedTree::join(std::uint32_t node, std::uint32_t first, std::uint32_t second) {
+  const TouchedNode &a = nodes_[first], &b = nodes_[second];
+  const TouchedNode sum{node,      {first, second},         a.firstLeaf,
+                        b.endLeaf, a.weight + b.weight,     a.received + b.received,
+                        a.direction + b.direction};
+  nodes_.push_back(sum);
+  return static_cast<std::uint32_t>(nodes_.size() - 1);
+}
+
+void TouchedTree::joinLeaves() {
+  std::size_t group = 0;
+  for (std::uint32_t begin = 0; begin < leafCount_;) {
+    // The leaves of one group.
+    std::uint32_t rank = order_.rank(nodes_[begin].node);
+    while (rank >= order_.groupEnds()[group]) ++group;
+    std::uint32_t last = begin, slot = begin + 1;
+    for (; slot < leafCount_; ++slot) {
+      const std::uint32_t next = order_.rank(nodes_[slot].node);
+      if (next >= order_.groupEnds()[group]) break;
+      // Close the nodes that end before this leaf, open the one in which it meets its neighbour.
+      const std::uint32_t meet = order_.meet(rank, next);
+      while (!open_.empty() && open_.back().node > meet) {
+        last = join(open_.back().node, open_.back().first, last);
+        open_.pop_back();
+      }
+      open_.push_back({meet, last});
+      last = slot;
+      rank = next;
     }
+    for (; !open_.empty(); open_.pop_back()) last = join(open_.back().node, open_.back().first, last);
+    roots_.push_back(last);
+    begin = slot;
   }
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// What one cache sees, summed up the hierarchy (PIC 4.5): the leaves its rays hit and their ancestors, and nothing
-// else. A dense sum over all nodes for every cache would cost more than the rays.
+// What one cache sees, summed up the hierarchy (PIC 4.5): the leaves its rays hit, and the nodes in which two or more
+// of them meet. Nodes with a single touched child are left out: everything they could say, their child says. A dense sum
+// over all nodes for every cache would cost more than the rays; so would a walk up from every leaf.
 #pragma once
 
 #include "bake/links/gather.h"
+#include "bake/links/leaf_order.h"
 #include "formats/hierarchy.h"
 
 #include <glm/vec3.hpp>
@@ -17,20 +19,12 @@ namespace relume {
 
 inline constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
-// What the hierarchy does not store: the way up.
-struct TreeShape {
-  std::vector<std::uint32_t> parent;  // [Size nodes] the root's is 0
-  std::vector<std::uint16_t> level;   // [Size nodes]
-  std::uint32_t levelCount = 0;
-};
-
-TreeShape treeShape(const Hierarchy& hierarchy);
-
-// A node that some ray of the cache reached. Sums are over the rays that end in its leaves.
+// A leaf that some ray of the cache reached, or a node both of whose children hold such leaves. Sums are over the rays
+// that end in its leaves.
 struct TouchedNode {
   std::uint32_t node = 0;
-  std::array<std::uint32_t, 2> child{kNoSlot, kNoSlot};  // slots of the touched children
-  std::uint32_t rays = 0;
+  std::array<std::uint32_t, 2> child{kNoSlot, kNoSlot};  // slots of what is touched under its first and second child
+  std::uint32_t firstLeaf = 0, endLeaf = 0;              // slots of its leaves
   float weight = 0.0f;        // sum w: visible solid angle / pi; times y_0 it is the link's f
   float received = 0.0f;      // share of the light a white furnace would send: surface caches sum w cosine (all nodes
                               // together: 1), grid caches sum w / 4
@@ -40,29 +34,36 @@ struct TouchedNode {
 // The touched part of the tree, for one cache at a time; memory is kept. Not thread-safe: one a thread.
 class TouchedTree {
  public:
-  TouchedTree(const Hierarchy& hierarchy, const TreeShape& shape);
+  explicit TouchedTree(const LeafOrder& order);
 
-  // Replace the content by these arrivals, summed up to the root. received scale: see TouchedNode::received.
+  // Replace the content by these arrivals, summed up to the groups' roots. received scale: see TouchedNode::received.
   void build(std::span<const Arrival> arrivals, float receivedScale);
 
-  std::span<const TouchedNode> nodes() const {
-    return nodes_;
-  }  // touched leaves first,
-     // children before parents
+  // Touched leaves first, depth first; then the others, children before parents.
+  std::span<const TouchedNode> nodes() const { return nodes_; }
   std::span<const TouchedNode> leaves() const { return nodes().first(leafCount_); }
+  // Slots of the topmost nodes, one for every touched group.
+  std::span<const std::uint32_t> roots() const { return roots_; }
   const TouchedNode& operator[](std::uint32_t slot) const { return nodes_[slot]; }
-  // Slot of a node, kNoSlot when no ray reached it.
-  std::uint32_t find(std::uint32_t node) const;
   bool isLeaf(std::uint32_t slot) const { return slot < leafCount_; }
+  // Slot of a leaf's node, kNoSlot when no ray reached it.
+  std::uint32_t find(std::uint32_t leaf) const;
 
  private:
-  std::uint32_t touch(std::uint32_t node);
+  void binArrivals(std::span<const Arrival> arrivals, float receivedScale);
+  void joinLeaves();
+  std::uint32_t join(std::uint32_t node, std::uint32_t first, std::uint32_t second);
 
-  const Hierarchy& hierarchy_;
-  const TreeShape& shape_;
+  struct Open {
+    std::uint32_t node, first;  // a node whose second part is not complete, and the slot of its first
+  };
+
+  const LeafOrder& order_;
   std::vector<TouchedNode> nodes_;
-  std::vector<std::uint32_t> slotOf_;              // [Size nodes] valid where nodes_[slotOf_[n]].node == n
-  std::vector<std::vector<std::uint32_t>> level_;  // [Size levels] slots of the touched nodes of a level
+  std::vector<std::uint32_t> slotOf_;   // [Size leaves] by rank; valid where nodes_[slotOf_[r]] is that leaf
+  std::vector<std::uint64_t> touched_;  // a bit a rank; all zero between builds
+  std::vector<std::uint32_t> roots_;
+  std::vector<Open> open_;
   std::uint32_t leafCount_ = 0;
 };
 

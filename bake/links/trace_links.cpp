@@ -6,6 +6,7 @@
 #include "bake/links/project.h"
 #include "bake/links/pull_weights.h"
 #include "bake/links/select_cut.h"
+#include "bake/links/share_links.h"
 #include "bake/links/touched_tree.h"
 #include "bake/parallel.h"
 
@@ -19,12 +20,13 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kGrain = 16;  // caches a chunk
+constexpr std::size_t kGrain = 16;           // caches a chunk
+constexpr std::size_t kAskedCaches = 1024;  // that share out linksTotal: at least these, or all
 
 // What one thread needs for one cache, and its share of the sums.
 struct Worker {
-  Worker(const Hierarchy& hierarchy, const TreeShape& shape, const LinkOptions& options)
-      : tree(hierarchy, shape), sums(hierarchy, options.pull, options.opennessRadius) {}
+  Worker(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
+      : tree(order), sums(hierarchy, options.pull, options.opennessRadius) {}
 
   Gatherer::Scratch gather;
   std::vector<Arrival> arrivals;
@@ -34,6 +36,7 @@ struct Worker {
   std::vector<std::uint32_t> cut;
   ProjectScratch project;
   PullSums sums;
+  KeyCounts keyCounts;
   RayCount count;
   std::uint64_t visibleLeaves = 0;
 };
@@ -41,8 +44,8 @@ struct Worker {
 // Lends workers to chunks: as many exist as chunks ever ran at once.
 class WorkerPool {
  public:
-  WorkerPool(const Hierarchy& hierarchy, const TreeShape& shape, const LinkOptions& options)
-      : hierarchy_(hierarchy), shape_(shape), options_(options) {}
+  WorkerPool(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
+      : hierarchy_(hierarchy), order_(order), options_(options) {}
 
   std::unique_ptr<Worker> take() {
     {
@@ -53,7 +56,7 @@ class WorkerPool {
         return worker;
       }
     }
-    return std::make_unique<Worker>(hierarchy_, shape_, options_);
+    return std::make_unique<Worker>(hierarchy_, order_, options_);
   }
   void giveBack(std::unique_ptr<Worker> worker) {
     const std::scoped_lock lock(mutex_);
@@ -63,7 +66,7 @@ class WorkerPool {
 
  private:
   const Hierarchy& hierarchy_;
-  const TreeShape& shape_;
+  const LeafOrder& order_;
   const LinkOptions& options_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Worker>> idle_;
@@ -91,6 +94,10 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
                      std::to_string(options.linksPerCache)};
   }
   return done();
+}
+
+bool onSurface(const Caches& caches, std::size_t cache) {
+  return glm::dot(caches.normal[cache], caches.normal[cache]) > 0.0f;
 }
 
 // Join the chunks' rows, freeing each as it is copied.
@@ -145,26 +152,51 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   if (Status status = checkInput(hierarchy, surfels, caches, options); !status) return status.error();
 
   // 1. What all caches share
-  const TreeShape shape = treeShape(hierarchy);
-  const std::vector<CutNode> cutNode =
-      cutNodes(hierarchy, nodeGeometry(hierarchy, surfels), options.key, surfels.emission);
-  const Gatherer gatherer(tracer, map, hierarchy, surfels.count(), options.raysPerCache, seed);
-  WorkerPool pool(hierarchy, shape, options);
-  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind, options.bands));
+  const LeafOrder order(hierarchy);
+  const NodeGeometry geometry = nodeGeometry(hierarchy, surfels);
+  const std::vector<CutNode> cutNode = cutNodes(hierarchy, geometry, options.key, surfels.emission);
+  const Gatherer gatherer(tracer, surfels, map, hierarchy, options.raysPerCache, options.emitterRays, seed);
+  WorkerPool pool(hierarchy, order, options);
+  const auto look = [&](std::size_t c, Worker& w) {
+    gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals,
+                    w.count);
+    w.tree.build(w.arrivals, onSurface(caches, c) ? 1.0f : 0.25f);
+    cutKeys(w.tree, cutNode, options.key, w.keys);
+  };
 
-  // 2. Link the caches
+  // 2. How far caches refine: where a total is given, ask every n-th what it would refine
+  CutLimit limit{options.linksPerCache};
+  limit.maxKeySum = keySumOf(options.maxError, levelRadius(hierarchy, geometry));
+  if (options.linksTotal > 0 && caches.count() > 0) {
+    const std::size_t step = std::max<std::size_t>(1, caches.count() / kAskedCaches);
+    parallelChunks(context, "links: shares", (caches.count() + step - 1) / step, kGrain,
+                   [&](std::size_t begin, std::size_t end) {
+                     std::unique_ptr<Worker> worker = pool.take();
+                     for (std::size_t i = begin; i < end; ++i) {
+                       look(i * step, *worker);
+                       selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
+                       worker->keyCounts.add(worker->tree, worker->keys,
+                                             static_cast<std::uint32_t>(worker->cut.size()));
+                     }
+                     pool.giveBack(std::move(worker));
+                   });
+    if (context.cancelled()) return cancelledError();
+    KeyCounts counts;
+    for (const auto& worker : pool.all()) counts.merge(worker->keyCounts);
+    limit.minKey = counts.keyFor(static_cast<double>(options.linksTotal) * static_cast<double>(counts.caches()) /
+                                 static_cast<double>(caches.count()));
+  }
+
+  // 3. Link the caches
+  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind, options.bands));
   parallelChunks(context, "links", caches.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Worker> worker = pool.take();
     Worker& w = *worker;
     LinkRows& rows = chunks[begin / kGrain];
     for (std::size_t c = begin; c < end; ++c) {
-      const bool onSurface = glm::dot(caches.normal[c], caches.normal[c]) > 0.0f;
-      gatherer.gather(static_cast<std::uint32_t>(c), caches.positionWorld[c], caches.normal[c], w.gather, w.arrivals,
-                      w.count);
-      w.tree.build(w.arrivals, onSurface ? 1.0f : 0.25f);
-      cutKeys(w.tree, cutNode, options.key, w.keys);
-      selectCut(w.tree, hierarchy, w.keys, options.linksPerCache, w.queue, w.cut);
-      appendRow(w.tree, w.cut, w.arrivals, onSurface, options.kind, options.bands, w.project, rows);
+      look(c, w);
+      selectCut(w.tree, w.keys, limit, w.queue, w.cut);
+      appendRow(w.tree, w.cut, w.arrivals, onSurface(caches, c), options.kind, options.bands, w.project, rows);
       w.sums.add(w.tree, w.cut, w.arrivals);
       w.visibleLeaves += w.tree.leaves().size();
     }
@@ -172,7 +204,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   });
   if (context.cancelled()) return cancelledError();
 
-  // 3. Join rows and sums
+  // 4. Join rows and sums
   Result<Links> links = joinRows(chunks, options);
   if (!links) return links.error();
   TracedLinks traced;
@@ -187,7 +219,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   }
   traced.firstWeight = sums.weights(hierarchy);
 
-  // 4. Statistics
+  // 5. Statistics
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
     return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
   };
@@ -195,6 +227,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
                        share(count.unmapped, count.rays), share(visibleLeaves, caches.count())};
   context.figure("links", traced.links.count());
   context.figure("rays", static_cast<double>(count.rays));
+  context.figure("rays_aimed", static_cast<double>(count.aimed));
   context.figure("rays_back_face_share", traced.statistics.backFaceShare);
   context.figure("rays_missed_share", traced.statistics.missShare);
   context.figure("rays_unmapped_share", traced.statistics.unmappedShare);

@@ -353,10 +353,11 @@ Hit RayTracer::trace(const Ray& ray) const {
 namespace {
 
 template <class RayHit, auto Intersect, unsigned Width, class ToHit>
-void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, const glm::vec3& shift,
-                  const ToHit& toHit) {
+void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, RayOrder order,
+                  const glm::vec3& shift, const ToHit& toHit) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
+  if (order == RayOrder::coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   RayHit packet;
   alignas(64) int valid[Width];
   for (std::size_t first = 0; first < rays.size(); first += Width) {
@@ -391,14 +392,14 @@ void occludedPackets(RTCScene scene, std::span<const Ray> rays, std::span<std::u
 
 }  // namespace
 
-void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits) const {
+void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
   const FlushDenormals flush;
   const RTCScene scene = state_->top.get();
   const auto toHit = [this](const auto& packet, unsigned i) { return state_->toHit(packet, i); };
   if (state_->width == 16) {
-    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, state_->shift, toHit);
+    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, order, state_->shift, toHit);
   } else if (state_->width == 8) {
-    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, state_->shift, toHit);
+    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, order, state_->shift, toHit);
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace(rays[i]);
   }

@@ -31,6 +31,10 @@ struct Hit {
   SurfacePoint point() const { return {instance, triangle, barycentric}; }
 };
 
+// How rays that are traced together lie. coherent: neighbours start at one point and go in nearly one direction; a
+// packet then walks the structure as one. It only says what is fast: hits differ where two surfaces are in one place.
+enum class RayOrder { mixed, coherent };
+
 class RayTracer {
  public:
   // Builds the acceleration structure. failed: Embree's own message. isa: "avx2", "avx512", "sse4.2" or "" (best).
@@ -40,8 +44,8 @@ class RayTracer {
   ~RayTracer();
 
   Hit trace(const Ray& ray) const;
-  // Nearest hits of many rays, traced in packets of 16; coherent neighbours are fastest. [Size hits >= rays]
-  void trace(std::span<const Ray> rays, std::span<Hit> hits) const;
+  // Nearest hits of many rays, traced in packets. [Size hits >= rays]
+  void trace(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order = RayOrder::mixed) const;
   bool occluded(const Ray& ray) const;
   // occluded[i] = 1 where ray i is blocked. [Size occluded >= rays]
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;

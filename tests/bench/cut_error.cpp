@@ -121,7 +121,7 @@ bool onSurface(const Caches& caches, std::size_t c) {
 // Arrivals of every cache, those of a leaf together: what a cut needs, a tenth of the size.
 std::vector<std::vector<Arrival>> gatherLeaves(const Level& level, std::uint32_t rays, std::uint64_t seed,
                                                Context& context) {
-  const Gatherer gatherer(level.tracer, level.placed.map, level.hierarchy, level.placed.surfels.count(), rays, seed);
+  const Gatherer gatherer(level.tracer, level.placed.surfels, level.placed.map, level.hierarchy, rays, 0.0f, seed);
   std::vector<std::vector<Arrival>> all(level.caches.count());
   parallelChunks(context, "", all.size(), 16, [&](std::size_t begin, std::size_t end) {
     Gatherer::Scratch scratch;
@@ -151,10 +151,10 @@ std::vector<std::vector<Arrival>> gatherLeaves(const Level& level, std::uint32_t
 
 void cutTable(const Level& level, const std::vector<std::vector<Arrival>>& arrivals) {
   const Hierarchy& h = level.hierarchy;
-  const TreeShape shape = treeShape(h);
+  const LeafOrder order(h);
   const NodeGeometry geometry = nodeGeometry(h, level.placed.surfels);
   const std::size_t lights = level.radiosity.size(), caches = arrivals.size();
-  TouchedTree tree(h, shape);
+  TouchedTree tree(order);
   std::vector<float> keys;
   std::vector<CutCandidate> queue;
   std::vector<std::uint32_t> cut;
@@ -182,7 +182,7 @@ void cutTable(const Level& level, const std::vector<std::vector<Arrival>>& arriv
       for (std::size_t c = 0; c < caches; ++c) {
         tree.build(arrivals[c], onSurface(level.caches, c) ? 1.0f : 0.25f);
         cutKeys(tree, cutNode, key, keys);
-        selectCut(tree, h, keys, maxNodes, queue, cut);
+        selectCut(tree, keys, CutLimit{maxNodes}, queue, cut);
         openness.add(tree, cut, arrivals[c]);
         importance.add(tree, cut, arrivals[c]);
         for (const std::uint32_t slot : cut) reads[c].push_back({tree[slot].node, tree[slot].received});

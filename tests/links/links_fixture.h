@@ -148,6 +148,15 @@ inline Hierarchy randomHierarchy(std::uint32_t n, std::uint64_t seed) {
   return h;
 }
 
+// Parent of every node; the root's is 0.
+inline std::vector<std::uint32_t> parentsOf(const Hierarchy& h) {
+  std::vector<std::uint32_t> parent(h.nodeCount(), 0);
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
+    if (!h.isLeaf(node)) parent[h.child[node]] = parent[h.child[node] + 1] = node;
+  }
+  return parent;
+}
+
 // Rays that end in random leaves, in random directions.
 inline std::vector<Arrival> randomArrivals(const Hierarchy& hierarchy, std::uint32_t count, std::uint64_t seed) {
   RandomStream random(seed, 2, 0);

@@ -195,12 +195,12 @@ TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
   ASSERT_TRUE(result) << result.error().message;
   ASSERT_EQ(result->hierarchy.groupRoot.size(), 3u);
   ASSERT_EQ(result->traced.links.count(), 3u);
-  const TreeShape shape = treeShape(result->hierarchy);
+  const std::vector<std::uint32_t> parent = test::parentsOf(result->hierarchy);
   std::set<std::uint32_t> groups;
   for (const ConeLink& link : result->traced.links.cone) {
     for (const std::uint32_t root : result->hierarchy.groupRoot) {
       std::uint32_t node = link.node;
-      while (node > root) node = shape.parent[node];
+      while (node > root) node = parent[node];
       if (node == root) groups.insert(root);
     }
   }

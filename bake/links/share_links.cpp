@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// See share_links.h.
+#include "bake/links/share_links.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kBins = 65536;
+constexpr std::uint32_t kShift = 15;  // bits of a positive float below its bin
+
+std::size_t binOf(float key) {
+  return key > 0.0f ? std::bit_cast<std::uint32_t>(key) >> kShift : 0;
+}
+
+}  // namespace
+
+void KeyCounts::add(const TouchedTree& tree, std::span<const float> keys, std::uint32_t maxNodes) {
+  if (count_.empty()) count_.assign(kBins, 0);
+  caches_ += 1;
+  roots_ += tree.roots().size();
+
+  // A node is refined when all above it have been: it counts with the least key on the way down. Parents come last.
+  refined_.assign(keys.begin(), keys.end());
+  for (std::size_t slot = refined_.size(); slot-- > tree.leaves().size();) {
+    for (const std::uint32_t child : tree[static_cast<std::uint32_t>(slot)].child) {
+      refined_[child] = std::min(refined_[child], refined_[slot]);
+    }
+  }
+  // Leaves are not refined, and no more than maxNodes allows: each refinement adds a link.
+  const auto begin = refined_.begin() + static_cast<std::ptrdiff_t>(tree.leaves().size());
+  const auto inner = static_cast<std::size_t>(refined_.end() - begin);
+  const std::size_t allowed = maxNodes > tree.roots().size() ? maxNodes - tree.roots().size() : 0;
+  auto end = refined_.end();
+  if (allowed < inner) {
+    end = begin + static_cast<std::ptrdiff_t>(allowed);
+    std::nth_element(begin, end, refined_.end(), std::greater<>());
+  }
+  for (auto key = begin; key != end; ++key) count_[binOf(*key)] += 1;
+}
+
+void KeyCounts::merge(const KeyCounts& other) {
+  caches_ += other.caches_;
+  roots_ += other.roots_;
+  if (count_.empty()) count_.assign(kBins, 0);
+  for (std::size_t i = 0; i < other.count_.size(); ++i) count_[i] += other.count_[i];
+}
+
+float KeyCounts::keyFor(double links) const {
+  double used = static_cast<double>(roots_);
+  for (std::size_t bin = count_.size(); bin-- > 0;) {
+    used += static_cast<double>(count_[bin]);
+    if (used <= links) continue;
+    // This bin does not fit: refine what lies above it.
+    const float next = std::bit_cast<float>(static_cast<std::uint32_t>((bin + 1) << kShift));
+    return std::nextafter(next, 0.0f);
+  }
+  return -1.0f;
+}
+
+}  // namespace relume

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Shares a number of links between caches by their error: the keys of what all caches would refine are counted, and one
+// threshold is chosen for all. Refining the largest keys of all caches together is what leaves the least error in sum.
+#pragma once
+
+#include "bake/links/touched_tree.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// Counts of refinements by key, the same in any order of the caches. Not thread-safe: one a thread, merged at the end.
+class KeyCounts {
+ public:
+  // Count what one cache refines until it has maxNodes links.
+  void add(const TouchedTree& tree, std::span<const float> keys, std::uint32_t maxNodes);
+  void merge(const KeyCounts& other);
+
+  std::uint64_t caches() const { return caches_; }
+  // The key above which caches may refine so that these caches together have at most `links` links, for
+  // CutLimit::minKey; -1 where all that is counted fits. Keys are told apart to 0.4 %.
+  float keyFor(double links) const;
+
+ private:
+  std::uint64_t caches_ = 0, roots_ = 0;
+  std::vector<std::uint64_t> count_;  // [Size 0 or 65536] by the key's exponent and 8 bits of its mantissa
+  std::vector<float> refined_;        // scratch
+};
+
+}  // namespace relume
