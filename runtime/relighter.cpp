@@ -37,13 +37,14 @@ struct Relighter::State {
 
 namespace {
 
-// The parts a frame needs; names and provenance stay with the host.
+// The parts a frame needs; names and the rest of the provenance stay with the host.
 Bake shareArrays(const Bake& bake) {
   Bake shared;
   shared.surfels = bake.surfels;
   shared.hierarchy = bake.hierarchy;
   shared.caches = bake.caches;
   shared.links = bake.links;
+  shared.provenance.sceneHash = bake.provenance.sceneHash;
   return shared;
 }
 
@@ -146,6 +147,8 @@ std::vector<glm::vec3> Relighter::nodeRadiosity() const {
   for (const glm::vec4& node : state_->cpu->nodes()) radiosity.push_back(yCoCgToRgb(glm::vec3(node)));
   return radiosity;
 }
+
+std::uint64_t Relighter::sceneHash() const { return state_->bake.provenance.sceneHash; }
 
 int Relighter::lumaBands() const { return state_->lumaBands; }
 int Relighter::chromaBands() const { return state_->chromaBands; }

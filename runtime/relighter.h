@@ -102,6 +102,10 @@ class Relighter {
   // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
   std::vector<glm::vec3> nodeRadiosity() const;
 
+  // What the bake was made from: Provenance::sceneHash. A game that knows the hash of its level tells by it whether the
+  // bake is of that level.
+  std::uint64_t sceneHash() const;
+
   int lumaBands() const;
   int chromaBands() const;
   int coefficientsPerCache() const;

@@ -3,8 +3,11 @@
 // options (bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/bake.h"
 #include "bake/tools/commands.h"
+#include "bake/tools/depfile.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
+#include "bake/tools/verify_bake.h"
 #include "formats/bake_file.h"
 
 #include <CLI/CLI.hpp>
@@ -14,19 +17,19 @@
 
 #include <chrono>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace relume {
 namespace {
 
 struct BakeArguments {
-  std::string scene, output, optionsFile, reportFile;
+  std::string scene, output, optionsFile, reportFile, depfile;
   Preset preset = Preset::high;
-  bool printOptions = false;
+  bool printOptions = false, force = false, verify = false;
   std::string bands;                           // sets links.bands, lumaBands and chromaBands together
   std::map<std::string, std::string> flagged;  // name of an option -> text of its flag
   TerminalOptions terminal;
@@ -95,7 +98,8 @@ double peakMemoryMiB() {
 }
 
 // Stages with seconds and figures, options, sizes. Unlike the bake itself it may say when and how long.
-std::string describeRun(const Context& context, const BakeOptions& options, const Bake& bake, double seconds) {
+std::string describeRun(const Context& context, const BakeOptions& options, const Bake& bake, double seconds,
+                        bool upToDate) {
   nlohmann::json stages = nlohmann::json::array();
   for (const StageReport& stage : context.report()) {
     nlohmann::json figures = nlohmann::json::object();
@@ -103,6 +107,7 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
     stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}, {"figures", figures}});
   }
   const nlohmann::json report = {{"seconds", seconds},
+                                 {"upToDate", upToDate},
                                  {"peakMemoryMiB", peakMemoryMiB()},
                                  {"stages", stages},
                                  {"options", nlohmann::json::parse(optionsToJson(options))},
@@ -112,6 +117,38 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
                                  {"links", bake.links.count()},
                                  {"rayTracer", bake.provenance.rayTracer}};
   return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+// The bake that stands at the output, when scene and options would give it again. Whatever is wrong with it: no.
+std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& scene, const BakeOptions& options,
+                                 Context& context) {
+  std::error_code ignored;
+  if (arguments.force || !std::filesystem::is_regular_file(arguments.output, ignored)) return std::nullopt;
+  const Result<Bake> bake = mapBake(arguments.output);
+  if (!bake) {
+    context.message(Severity::info, "baking: " + bake.error().message);
+    return std::nullopt;
+  }
+  const Staleness stale = findStaleness(scene, &options, *bake);
+  constexpr std::size_t kMostNamed = 8;
+  const std::vector<std::string> sentences = stale.sentences();
+  for (std::size_t i = 0; i < std::min(kMostNamed, sentences.size()); ++i)
+    context.message(Severity::info, "baking: " + sentences[i]);
+  if (sentences.size() > kMostNamed)
+    context.message(Severity::info, "baking: and " + std::to_string(sentences.size() - kMostNamed) + " changes more");
+  if (!stale.upToDate()) return std::nullopt;
+  return *bake;
+}
+
+// Report and depfile, which are written whether or not there was something to bake.
+Status writeSideFiles(const BakeArguments& arguments, const Scene& scene, const std::string& report) {
+  if (!arguments.reportFile.empty()) {
+    if (const Status status = writeText(arguments.reportFile, report); !status) return status;
+  }
+  if (arguments.depfile.empty()) return done();
+  std::vector<std::filesystem::path> files = scene.files;
+  if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
+  return writeText(arguments.depfile, makeDepfile(arguments.output, files));
 }
 
 int runBake(const BakeArguments& arguments) {
@@ -125,7 +162,7 @@ int runBake(const BakeArguments& arguments) {
   if (arguments.scene.empty() || arguments.output.empty())
     return fail({ErrorCode::usage, "a scene and -o FILE are required (see relume bake --help)"});
   // Find out now, not after the bake, whether the results can be written.
-  for (const std::string& path : {arguments.output, arguments.reportFile}) {
+  for (const std::string& path : {arguments.output, arguments.reportFile, arguments.depfile}) {
     if (path.empty()) continue;
     if (const Status status = checkWritable(path); !status) return fail(status.error());
   }
@@ -134,8 +171,24 @@ int runBake(const BakeArguments& arguments) {
   Context& context = terminal.context();
   const Result<Scene> scene = loadScene(arguments.scene, context, MeshReport::log);
   if (!scene) return terminal.finish(), fail(scene.error());
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+  if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
+    terminal.finish();
+    // Younger than its inputs, so that a build system that goes by time does not ask again.
+    std::error_code ignored;
+    std::filesystem::last_write_time(arguments.output, std::filesystem::file_time_type::clock::now(), ignored);
+    const std::string report = describeRun(context, *options, *existing, seconds(), true);
+    if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
+    std::printf("%s: up to date (--force bakes again)\n", arguments.output.c_str());
+    return 0;
+  }
   const Result<Bake> baked = bake(*scene, *options, context);
   if (!baked) return terminal.finish(), fail(baked.error());
+  if (arguments.verify) {
+    const Context::Stage stage(context, "verify");
+    if (const Status status = verifyBake(*scene, *options, *baked, context); !status)
+      return terminal.finish(), fail(status.error());
+  }
   {
     const Context::Stage stage(context, "write");
     if (const Status status = writeBake(*baked, arguments.output); !status)
@@ -143,13 +196,11 @@ int runBake(const BakeArguments& arguments) {
   }
   terminal.finish();
 
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (!arguments.reportFile.empty()) {
-    if (const Status status = writeText(arguments.reportFile, describeRun(context, *options, *baked, seconds)); !status)
-      return fail(status.error());
-  }
-  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB\n", arguments.output.c_str(),
-              baked->surfels.count(), baked->caches.count(), baked->links.count(), seconds, peakMemoryMiB());
+  const std::string report = describeRun(context, *options, *baked, seconds(), false);
+  if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
+  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s\n", arguments.output.c_str(),
+              baked->surfels.count(), baked->caches.count(), baked->links.count(), seconds(), peakMemoryMiB(),
+              arguments.verify ? ", verified" : "");
   return 0;
 }
 
@@ -188,6 +239,11 @@ void addBakeCommand(CLI::App& app, Action& action) {
   command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")->option_text("FILE");
   command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")->option_text("FILE");
+  command->add_flag("--force", arguments->force, "Bake even if the output is up to date with scene and options");
+  command->add_flag("--verify", arguments->verify,
+                    "Bake twice, with other numbers of threads, and fail when the bytes differ");
+  command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
+      ->option_text("FILE");
   addTerminalOptions(*command, arguments->terminal);
   command->add_option("--bands", arguments->bands, "Bands of SH links, luma and chroma together [1..8]")
       ->option_text("[4]")

@@ -31,6 +31,8 @@ using Action = std::function<int()>;
 void addBakeCommand(CLI::App& app, Action& action);
 void addInfoCommand(CLI::App& app, Action& action);
 void addValidateCommand(CLI::App& app, Action& action);
+void addCompareCommand(CLI::App& app, Action& action);
+void addStatusCommand(CLI::App& app, Action& action);
 void addRenderCommand(CLI::App& app, Action& action);
 void addReferenceCommand(CLI::App& app, Action& action);
 

@@ -162,6 +162,19 @@ Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uin
   });
 }
 
+std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb) {
+  std::vector<std::byte> bytes;
+  if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height) return bytes;
+  const auto append = [](void* context, void* data, int size) {
+    const auto* first = static_cast<const std::byte*>(data);
+    auto& all = *static_cast<std::vector<std::byte>*>(context);
+    all.insert(all.end(), first, first + size);
+  };
+  stbi_write_png_to_func(append, &bytes, static_cast<int>(width), static_cast<int>(height), 3, rgb.data(),
+                         static_cast<int>(3 * width));
+  return bytes;
+}
+
 Status writeImage(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                   std::span<const glm::vec3> pixels, float exposure) {
   const std::string extension = path.extension().string();

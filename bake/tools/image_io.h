@@ -39,6 +39,9 @@ Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bo
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const glm::vec3> pixels, float exposure = 1.0f);
 
+// The bytes of a PNG of 8-bit sRGB values, for embedding. [Size rgb == 3 width height] Empty when sizes disagree.
+std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb);
+
 // By the name's extension: .exr with channels R, G, B, or .png. usage for any other extension.
 Status writeImage(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                   std::span<const glm::vec3> pixels, float exposure = 1.0f);

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -21,6 +22,7 @@ int fail(const Error& error) {
 
 int main(int argc, char** argv) {
   using namespace relume;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.require_subcommand(0, 1);
@@ -29,6 +31,8 @@ int main(int argc, char** argv) {
   addBakeCommand(app, action);
   addInfoCommand(app, action);
   addValidateCommand(app, action);
+  addCompareCommand(app, action);
+  addStatusCommand(app, action);
   addRenderCommand(app, action);
   addReferenceCommand(app, action);
 

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <thread>
@@ -32,13 +33,16 @@ inline std::string readAll(const std::filesystem::path& path) {
 // A program that runs; its output goes to files in `folder`.
 class Program {
  public:
-  Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder)
+  // `inChild` runs after the fork, before the program: limits, personality.
+  Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+          const std::function<void()>& inChild = {})
       : out_(folder / "stdout.txt"), err_(folder / "stderr.txt"), begin_(std::chrono::steady_clock::now()) {
     pid_ = ::fork();
     if (pid_ != 0) return;
     std::vector<char*> argv = {const_cast<char*>(RELUME_BINARY)};
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
+    if (inChild) inChild();
     if (!std::freopen(out_.c_str(), "wb", stdout) || !std::freopen(err_.c_str(), "wb", stderr)) ::_exit(126);
     ::execv(RELUME_BINARY, argv.data());
     ::_exit(127);
@@ -75,8 +79,9 @@ class Program {
   pid_t pid_ = -1;
 };
 
-inline ProgramResult runProgram(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
-  return Program(arguments, folder).wait();
+inline ProgramResult runProgram(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                                const std::function<void()>& inChild = {}) {
+  return Program(arguments, folder, inChild).wait();
 }
 
 }  // namespace relume

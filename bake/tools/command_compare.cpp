@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+// relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is passed.
+#include "bake/tools/commands.h"
+#include "bake/tools/compare_light.h"
+#include "bake/tools/compare_page.h"
+#include "bake/tools/compare_report.h"
+#include "bake/tools/terminal.h"
+#include "formats/bake_file.h"
+#include "formats/validate.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace relume {
+namespace {
+
+using Json = nlohmann::json;
+
+struct CompareArguments {
+  std::string a, b;
+  CompareBounds bounds;
+  LightIgnore ignore;
+  std::string page, runA, runB;
+  bool json = false;
+  TerminalOptions terminal;
+};
+
+// Read and check whole: light is relit from every number of it.
+Result<BakeFile> readChecked(const std::string& path) {
+  Result<Bake> bake = mapBake(path);
+  if (!bake) return bake.error();
+  for (const Finding& finding : validateBake(*bake)) {
+    if (finding.severity == FindingSeverity::error)
+      return Error{ErrorCode::invalidFile, path + ": " + toString(finding)};
+  }
+  Result<std::vector<ChunkInfo>> chunks = listChunks(path);
+  if (!chunks) return chunks.error();
+  return BakeFile{path, std::move(*bake), std::move(*chunks)};
+}
+
+// The table's hashes cover every byte of the data.
+bool sameBytes(const BakeFile& a, const BakeFile& b) {
+  return std::equal(a.chunks.begin(), a.chunks.end(), b.chunks.begin(), b.chunks.end(),
+                    [](const ChunkInfo& x, const ChunkInfo& y) {
+                      return x.name == y.name && x.shape == y.shape && x.offset == y.offset && x.hash == y.hash;
+                    });
+}
+
+// What `relume bake --report` wrote; null without a file.
+Result<Json> readRun(const std::string& path) {
+  if (path.empty()) return Json();
+  const Result<FileBytes> file = readFile(path);
+  if (!file) return file.error();
+  const auto* text = reinterpret_cast<const char*>(file->bytes.data());
+  Json json = Json::parse(text, text + file->bytes.size(), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Error{ErrorCode::invalidFile, path + ": expected a report of relume bake --report, a JSON object"};
+  return json;
+}
+
+int runCompare(const CompareArguments& arguments) {
+  const Result<BakeFile> a = readChecked(arguments.a);
+  if (!a) return fail(a.error());
+  const Result<BakeFile> b = readChecked(arguments.b);
+  if (!b) return fail(b.error());
+
+  const Result<Json> runA = readRun(arguments.runA), runB = readRun(arguments.runB);
+  if (!runA) return fail(runA.error());
+  if (!runB) return fail(runB.error());
+  if (!arguments.page.empty()) {
+    if (const Status status = checkWritable(arguments.page); !status) return fail(status.error());
+  }
+
+  Json report;
+  std::optional<LightDifference> difference;
+  if (sameBytes(*a, *b)) {
+    const ChunkInfo& last = a->chunks.back();
+    report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
+  } else {
+    Terminal terminal(arguments.terminal);
+    Result<LightDifference> light = compareLight(a->bake, b->bake, arguments.ignore, terminal.context());
+    terminal.finish();
+    if (!light) return fail(light.error());
+    difference = std::move(*light);
+    report = reportDifference(*a, *b, *difference, arguments.ignore, arguments.bounds);
+  }
+  if (!arguments.page.empty()) {
+    const std::string page = reportAsPage(report, *a, *b, difference ? &*difference : nullptr, {*runA, *runB});
+    const Status written = writeFileAtomically(arguments.page, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); });
+    if (!written) return fail(written.error());
+  }
+  const std::string text =
+      arguments.json ? report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : reportAsText(report);
+  std::fputs(text.c_str(), stdout);
+  return boundPassed(report) ? kDifferenceFound : 0;
+}
+
+}  // namespace
+
+void addCompareCommand(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand(
+      "compare", "Say what differs between two bakes and what it means for light; exit status 7 when a bound is passed");
+  auto arguments = std::make_shared<CompareArguments>();
+  command->add_option("A", arguments->a, "Bake to compare with (.relume)")->required();
+  command->add_option("B", arguments->b, "Bake to judge (.relume)")->required();
+  command
+      ->add_option("--max-rmse", arguments->bounds.maxRmse,
+                   "Bound on each lighting's relative RMSE over the caches, sqrt(sum |B-A|^2 / sum |A|^2) [>= 0]")
+      ->option_text("X [none]")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--max-cache-change", arguments->bounds.maxCacheChange,
+                   "Bound on each cache's relative change of irradiance, |B-A| / (|A| + a twentieth of the mean) [>= 0]")
+      ->option_text("X [none]")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--ignore", arguments->ignore.names,
+                   "What the bounds leave out, separated by commas: sky, suns, points, emitters, a lighting by its name, "
+                   "node:NAME")
+      ->delimiter(',')
+      ->option_text("LIST");
+  command->add_option("--html", arguments->page, "Write the report as one self-contained page")->option_text("FILE");
+  command->add_option("--report-a", arguments->runA, "What relume bake --report wrote for A: stage times for the page")
+      ->option_text("FILE");
+  command->add_option("--report-b", arguments->runB, "The same for B")->option_text("FILE");
+  command->add_flag("--json", arguments->json, "Print JSON (docs/compare.schema.json)");
+  addTerminalOptions(*command, arguments->terminal);
+  command->callback([arguments, &action] { action = [arguments] { return runCompare(*arguments); }; });
+}
+
+}  // namespace relume

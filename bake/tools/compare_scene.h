@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// What happened to the parts of a scene between two bakes, or between a bake and the scene of today: by name, from the
+// hashes that a bake keeps (formats/bake.h). For `relume compare` and `relume status`.
+#pragma once
+
+#include "formats/bake.h"
+
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct PartChange {
+  enum class Kind { added, removed, moved, reshaped, rematerialled, settings };
+  Kind kind;
+  std::string node, mesh;
+  std::string materialBefore, materialNow;  // of kind rematerialled; the same name = its values or texels changed
+};
+
+const char* toString(PartChange::Kind kind);
+std::string toString(const PartChange& change);  // node "Pillar_03" moved
+
+// In the order of `now`, then what was removed. Parts are the same when node and mesh have the same names; of several
+// such (GPU instances) the k-th answers to the k-th. One part may change in several ways.
+std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now);
+
+}  // namespace relume

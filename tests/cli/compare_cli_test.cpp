@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// relume compare as CI meets it: exit status, JSON, and the page in a browser.
+#include "tests/cli/check_schema.h"
+#include "tests/cli/cli_fixture.h"
+
+#include <cstdlib>
+
+namespace relume {
+namespace {
+
+using Json = nlohmann::json;
+
+class CompareCli : public CliFixture {
+ protected:
+  void SetUp() override {
+    CliFixture::SetUp();
+    GltfParts painted;
+    painted.material = "{\"name\":\"wall\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.3,0.6,0.5,1]}}";
+    bake(room_, at("a.relume"), {"--report", at("a.json")});
+    bake(put("painted.gltf", makeGltf(painted)), at("b.relume"));
+  }
+};
+
+TEST_F(CompareCli, sameBytesSaySoAndExitWith0) {
+  std::filesystem::copy_file(at("a.relume"), at("copy.relume"));
+  const ProgramResult same = run({"compare", at("a.relume"), at("copy.relume"), "--max-rmse", "0", "--max-cache-change", "0"});
+  EXPECT_EQ(same.status, 0) << same.err;
+  EXPECT_NE(same.out.find("same bytes"), std::string::npos) << same.out;
+  const ProgramResult json = run({"compare", at("a.relume"), at("copy.relume"), "--json"});
+  EXPECT_TRUE(Json::parse(json.out)["same"].get<bool>());
+}
+
+TEST_F(CompareCli, boundsDecideTheExitStatus) {
+  const auto status = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"compare", at("a.relume"), at("b.relume"), "--progress", "none"});
+    return run(more).status;
+  };
+  EXPECT_EQ(status({}), 0) << "without a bound nothing can be passed";
+  EXPECT_EQ(status({"--max-rmse", "0.001"}), 7);
+  EXPECT_EQ(status({"--max-rmse", "1000"}), 0);
+  EXPECT_EQ(status({"--max-cache-change", "0.001"}), 7);
+  EXPECT_EQ(status({"--max-cache-change", "1e8"}), 0);
+  EXPECT_EQ(status({"--max-rmse", "0.001", "--ignore", "sky,suns,points,emitters"}), 0);
+  EXPECT_EQ(status({"--max-rmse", "-1"}), 1);
+  EXPECT_EQ(status({"--ignore", "moon"}), 1);
+}
+
+TEST_F(CompareCli, jsonFollowsTheSchemaAndNamesTheMaterial) {
+  const ProgramResult result = run({"compare", at("a.relume"), at("b.relume"), "--json", "--progress", "none"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const Json report = Json::parse(result.out);
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  EXPECT_EQ(SchemaCheck(Json::parse(file)).check(report), std::vector<std::string>{});
+  EXPECT_NE(result.out.find("material was"), std::string::npos) << report["baked"].dump(2);
+  EXPECT_GT(report["light"]["maxRmse"].get<double>(), 0.01);
+}
+
+TEST_F(CompareCli, brokenAndMissingBakesAreRefused) {
+  const std::string broken = put("broken.relume", readAll(at("a.relume")).substr(0, 500));
+  EXPECT_EQ(run({"compare", at("a.relume"), broken}).status, 3);
+  EXPECT_EQ(run({"compare", at("none.relume"), at("a.relume")}).status, 2);
+  EXPECT_EQ(run({"compare", at("a.relume")}).status, 1);
+  EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--report-a", broken}).status, 3);
+  EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--html", at("none/x.html")}).status, 2);
+}
+
+// The page in headless Chromium: it loads without an error and every panel is laid out, also as wide as a phone.
+TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
+  if (std::system("command -v chromium >/dev/null 2>&1") != 0) GTEST_SKIP() << "chromium is not installed";
+  const ProgramResult written = run({"compare", at("a.relume"), at("b.relume"), "--html", at("page.html"), "--report-a",
+                                     at("a.json"), "--progress", "none"});
+  ASSERT_EQ(written.status, 0) << written.err;
+  for (const char* width : {"1200", "390"}) {
+    const std::string command = "timeout 100 chromium --headless --no-sandbox --disable-gpu --enable-logging=stderr "
+                                "--user-data-dir='" + at("profile") + "' --window-size=" + width + ",2000 --screenshot='" +
+                                at("page.png") + "' --dump-dom 'file://" + at("page.html") + "' >'" + at("dom.txt") +
+                                "' 2>'" + at("log.txt") + "'";
+    const int status = std::system(command.c_str());
+    const std::string log = readAll(at("log.txt"));
+    ASSERT_EQ(status, 0) << log;
+    EXPECT_EQ(log.find("CONSOLE"), std::string::npos) << log;
+    const std::string dom = readAll(at("dom.txt"));
+    for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
+      EXPECT_NE(dom.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
+  }
+}
+
+}  // namespace
+}  // namespace relume

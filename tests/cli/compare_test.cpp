@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+// Two bakes held against each other: what is said about scene, places and light of bakes whose difference is known.
+#include "bake/tools/compare_light.h"
+#include "bake/tools/compare_lightings.h"
+#include "bake/tools/compare_page.h"
+#include "bake/tools/compare_report.h"
+#include "bake/tools/compare_scene.h"
+#include "formats/bake_file.h"
+#include "runtime/relighter.h"
+#include "tests/cli/check_schema.h"
+#include "tests/formats/small_bake.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace relume {
+namespace {
+
+using Json = nlohmann::json;
+
+LightDifference difference(const Bake& a, const Bake& b, const std::vector<std::string>& ignore = {}) {
+  Context context;
+  context.threads = 1;
+  Result<LightDifference> light = compareLight(a, b, {ignore}, context);
+  EXPECT_TRUE(light) << light.error().message;
+  return light ? std::move(*light) : LightDifference{};
+}
+
+const LightingDifference& lighting(const LightDifference& light, const std::string& name) {
+  for (const LightingDifference& l : light.lightings) {
+    if (l.name == name) return l;
+  }
+  ADD_FAILURE() << "no lighting " << name;
+  return light.lightings.front();
+}
+
+// The small bake with black surfaces: what arrives comes straight from emitters and sky.
+Bake blackBake() {
+  Bake bake = makeSmallBake();
+  bake.surfels.albedo = std::vector<glm::vec3>(6, glm::vec3(0.0f));
+  return bake;
+}
+
+// All transfers of a cache's links scaled; halves of 0.1 times powers of two are exact.
+void scaleLinks(Bake& bake, std::uint32_t first, std::uint32_t last, float factor) {
+  std::vector<ConeLink> cone = bake.links.cone.toVector();
+  for (std::uint32_t i = bake.links.rowBegin[first]; i < bake.links.rowBegin[last]; ++i)
+    cone[i].transfer = packHalf(unpackHalf(cone[i].transfer) * factor);
+  bake.links.cone = cone;
+}
+
+BakeFile fileOf(const Bake& bake, const std::string& name) {
+  const auto path = std::filesystem::path(testing::TempDir()) / ("relume_compare_" + name + ".relume");
+  EXPECT_TRUE(writeBake(bake, path));
+  return {name, bake, *listChunks(path)};
+}
+
+TEST(CompareParts, eachChangeIsToldApartByName) {
+  const auto part = [](const char* node, const char* material, std::uint64_t transform, std::uint64_t geometry,
+                       std::uint64_t surface, std::uint64_t settings = 0) {
+    return BakedInstance{node, "mesh", material, transform * 1000 + geometry * 100 + surface * 10 + settings, transform,
+                         geometry, surface};
+  };
+  const std::vector<BakedInstance> before = {part("same", "m", 1, 1, 1),   part("moved", "m", 1, 1, 1),
+                                             part("reshaped", "m", 1, 1, 1), part("painted", "m", 1, 1, 1),
+                                             part("swapped", "m", 1, 1, 1), part("tuned", "m", 1, 1, 1),
+                                             part("gone", "m", 1, 1, 1),    part("twin", "m", 1, 1, 1),
+                                             part("twin", "m", 2, 1, 1)};
+  const std::vector<BakedInstance> now = {part("twin", "m", 1, 1, 1),    part("twin", "m", 3, 1, 1),
+                                          part("same", "m", 1, 1, 1),    part("moved", "m", 2, 1, 1),
+                                          part("reshaped", "m", 1, 2, 1), part("painted", "m", 1, 1, 2),
+                                          part("swapped", "n", 1, 1, 3), part("tuned", "m", 1, 1, 1, 1),
+                                          part("new", "m", 1, 1, 1)};
+  std::vector<std::string> texts;
+  for (const PartChange& change : compareParts(before, now)) texts.push_back(toString(change));
+  EXPECT_EQ(texts, (std::vector<std::string>{
+                       "node \"twin\" moved", "node \"moved\" moved", "node \"reshaped\": geometry of mesh \"mesh\" changed",
+                       "node \"painted\": material \"m\" changed", "node \"swapped\": material was \"m\", is \"n\"",
+                       "node \"tuned\": extras.relume (bake mode or texel density) changed", "node \"new\" added",
+                       "node \"gone\" removed"}));
+  EXPECT_TRUE(compareParts(before, before).empty());
+}
+
+TEST(CompareLight, sameTransportGivesNoDifference) {
+  Bake b = makeSmallBake();
+  b.provenance.toolVersion = "9.9.9";
+  const LightDifference light = difference(makeSmallBake(), b);
+  EXPECT_EQ(light.match.pairs.size(), 6u);
+  EXPECT_EQ(light.match.onlyInA + light.match.onlyInB, 0u);
+  EXPECT_EQ(light.maxRmse, 0.0);
+  EXPECT_EQ(light.maxChange, 0.0);
+  EXPECT_EQ(light.maxDeltaE, 0.0);
+  EXPECT_TRUE(light.worst.empty());
+  EXPECT_GT(lighting(light, "sky").meanA, 0.0);
+  EXPECT_GT(lighting(light, "emitter lamp").meanA, 0.0);
+}
+
+TEST(CompareLight, halvedTransfersHalveTheLight) {
+  Bake b = blackBake();
+  scaleLinks(b, 0, 6, 0.5f);
+  const LightDifference light = difference(blackBake(), b);
+  for (const char* name : {"sky", "emitter lamp"}) {
+    const LightingDifference& l = lighting(light, name);
+    EXPECT_NEAR(l.rmse, 0.5, 1e-3) << name;
+    EXPECT_NEAR(l.meanB, 0.5 * l.meanA, 1e-3 * l.meanA) << name;
+    // L* of half the light: 116 (1 - 0.5^(1/3)) less where it was white.
+    EXPECT_NEAR(l.maxDeltaE, 116.0 * (1.0 - std::cbrt(0.5)), 2.5) << name;
+  }
+  EXPECT_EQ(lighting(light, "sun 1").rmse, 0.0) << "black surfaces reflect nothing";
+}
+
+TEST(CompareLight, theWorstPlaceIsTheCacheThatChangedWithItsNode) {
+  Bake b = blackBake();
+  scaleLinks(b, 4, 5, 2.0f);
+  const LightDifference light = difference(blackBake(), b);
+  ASSERT_EQ(light.worst.size(), 1u);
+  EXPECT_EQ(light.worst[0].positionWorld, blackBake().caches.positionWorld[4]);
+  EXPECT_EQ(light.worst[0].node, "floor");
+  EXPECT_NEAR(light.worst[0].change, 1.0 / 1.05, 0.03) << "twice the light, over it and a twentieth of the mean";
+  EXPECT_GT(light.worst[0].b.y, 1.9f * light.worst[0].a.y);
+  ASSERT_FALSE(light.nodes.empty());
+  EXPECT_EQ(light.nodes[0].node, "floor");
+}
+
+TEST(CompareLight, cachesMatchByPlaceNotByNumber) {
+  // The strong cache is number 4 of A and number 2 of B, at one place; their rows have the same nodes.
+  Bake a = blackBake(), b = blackBake();
+  scaleLinks(a, 4, 5, 2.0f);
+  scaleLinks(b, 2, 3, 2.0f);
+  std::vector<glm::vec3> places = b.caches.positionWorld.toVector();
+  std::swap(places[2], places[4]);
+  b.caches.positionWorld = places;
+  const LightDifference light = difference(a, b);
+  EXPECT_EQ(light.match.pairs.size(), 6u);
+  EXPECT_EQ(light.maxChange, 0.0);
+}
+
+TEST(CompareLight, farAndTurnedCachesHaveNoPartner) {
+  Bake b = blackBake();
+  b.caches.positionWorld = withElement(b.caches.positionWorld, 5, glm::vec3(50, 0, 50));
+  b.caches.normal = withElement(b.caches.normal, 4, glm::vec3(0, -1, 0));
+  const LightDifference light = difference(blackBake(), b);
+  EXPECT_EQ(light.match.onlyInB, 2u);
+  EXPECT_LE(light.match.pairs.size(), 6u);
+  EXPECT_FALSE(light.unmatched);
+  Bake far = blackBake();
+  std::vector<glm::vec3> places = far.caches.positionWorld.toVector();
+  for (glm::vec3& p : places) p += glm::vec3(1000, 0, 0);
+  far.caches.positionWorld = places;
+  EXPECT_TRUE(difference(blackBake(), far).unmatched);
+}
+
+TEST(CompareLight, ignoredLightingsAndNodesDoNotCount) {
+  Bake b = blackBake();
+  scaleLinks(b, 4, 5, 2.0f);
+  EXPECT_GT(difference(blackBake(), b).maxRmse, 0.1);
+  EXPECT_EQ(difference(blackBake(), b, {"sky", "emitters"}).maxRmse, 0.0);
+  EXPECT_EQ(difference(blackBake(), b, {"sky", "emitter lamp"}).maxChange, 0.0);
+  EXPECT_EQ(difference(blackBake(), b, {"node:floor"}).maxChange, 0.0);
+  Context context;
+  const Result<LightDifference> unknown = compareLight(b, b, {{"moon"}}, context);
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().code, ErrorCode::usage);
+  EXPECT_NE(unknown.error().message.find("\"moon\""), std::string::npos);
+}
+
+TEST(CompareLight, sameNumbersAtAnyThreadCount) {
+  Bake b = makeSmallBake();
+  scaleLinks(b, 3, 4, 2.0f);
+  Context context;
+  context.threads = 3;
+  const Result<LightDifference> many = compareLight(makeSmallBake(), b, {}, context);
+  const LightDifference one = difference(makeSmallBake(), b);
+  ASSERT_TRUE(many);
+  for (std::size_t i = 0; i < one.lightings.size(); ++i) EXPECT_EQ(one.lightings[i].rmse, many->lightings[i].rmse);
+}
+
+TEST(CompareLight, theRuntimeKnowsTheSceneAndRefusesOtherFormats) {
+  const Result<Relighter> relighter = Relighter::create(makeSmallBake(), {});
+  ASSERT_TRUE(relighter);
+  EXPECT_EQ(relighter->sceneHash(), 99u);
+  Result<std::vector<std::byte>> bytes = serializeBake(makeSmallBake());
+  ASSERT_TRUE(bytes);
+  (*bytes)[8] = std::byte{7};
+  const Result<Bake> other = parseBake(*bytes, nullptr);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::unsupported);
+  EXPECT_NE(other.error().message.find("format version 7"), std::string::npos) << other.error().message;
+}
+
+TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  SchemaCheck schema(Json::parse(file));
+  Bake other = makeSmallBake(LinkKind::sh);
+  other.instances[0].transformHash = other.instances[0].contentHash = 5;
+  other.provenance.optionsJson = "{\"links\":{\"pull\":\"area\"},\"seed\":8}";
+  const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
+  CompareBounds bounds;
+  bounds.maxRmse = 1e-6;
+  Json report = reportDifference(a, b, difference(a.bake, b.bake), {{"sky"}}, bounds);
+  EXPECT_EQ(schema.check(report), std::vector<std::string>{});
+  EXPECT_EQ(schema.check(reportSame("a", "b", 7)), std::vector<std::string>{});
+  EXPECT_EQ(report["baked"]["options"][0]["name"], "seed");
+  EXPECT_EQ(report["baked"]["sceneParts"][0]["text"], "node \"floor\" moved");
+  EXPECT_TRUE(boundPassed(report));
+
+  Json broken = report;
+  broken["light"]["surplus"] = 1;
+  broken["a"].erase("bytes");
+  broken["verdict"]["passed"].push_back("mood");
+  EXPECT_EQ(schema.check(broken).size(), 3u);
+
+  const std::string text = reportAsText(report);
+  std::size_t at = 0;
+  for (const char* heading : {"What was baked:", "Sizes:", "Arrays:", "Light (", "Worst places:", "Verdict:"}) {
+    const std::size_t found = text.find(heading, at);
+    ASSERT_NE(found, std::string::npos) << heading << " missing or out of order\n" << text;
+    at = found;
+  }
+}
+
+TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
+  Bake other = makeSmallBake();
+  other.instances[1].node = "<script>lamp & \"co\"";
+  scaleLinks(other, 2, 4, 0.5f);
+  const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
+  const LightDifference light = difference(a.bake, b.bake);
+  const Json report = reportDifference(a, b, light, {}, {});
+  const RunReports runs = {Json::parse(R"({"stages":[{"stage":"links","seconds":1.5}]})"), Json()};
+  const std::string page = reportAsPage(report, a, b, &light, runs);
+  for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
+    EXPECT_NE(page.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  for (const char* outside : {"http:", "https:", "url(", "@import"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  std::size_t images = 0;
+  for (std::size_t at = page.find("src=\""); at != std::string::npos; at = page.find("src=\"", at + 1), ++images)
+    EXPECT_EQ(page.substr(at + 5, 22), "data:image/png;base64,");
+  EXPECT_EQ(images, 3 * light.lightings.size() + 1);
+  const std::string same = reportAsPage(reportSame("a", "b", 7), a, b, nullptr, {});
+  EXPECT_NE(same.find("Same bytes"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace relume

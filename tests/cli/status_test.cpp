@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Whether a bake is up to date: relume status, relume bake that does nothing, dependency files, --verify.
+#include "tests/cli/cli_fixture.h"
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+class StatusCli : public CliFixture {};
+
+GltfParts movedRoom() {
+  GltfParts parts;
+  parts.nodeExtras = "\"translation\":[0,0.25,0],";
+  return parts;
+}
+
+TEST_F(StatusCli, namesWhatChanged) {
+  bake(room_, out_);
+  EXPECT_EQ(run({"status", room_, out_}).status, 0);
+  EXPECT_NE(run({"status", room_, out_}).out.find("up to date"), std::string::npos);
+
+  const auto changed = [&](const GltfParts& parts, const std::string& sentence) {
+    const ProgramResult result = run({"status", put("now.gltf", makeGltf(parts)), out_});
+    EXPECT_EQ(result.status, 7) << result.err;
+    EXPECT_NE(result.out.find(sentence), std::string::npos) << result.out;
+    // Nothing else is named: one line for the file, one for the change.
+    EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 2) << result.out;
+  };
+  changed(movedRoom(), "node \"Room\" moved");
+  GltfParts reshaped;
+  reshaped.room.position[0][0] += 0.01f;
+  changed(reshaped, "node \"Room\": geometry of mesh");
+  GltfParts painted;
+  painted.material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.7,0.6,0.4,1]}}";
+  changed(painted, "node \"Room\": material \"material0\" changed");
+  GltfParts tuned;
+  tuned.nodeExtras = "\"extras\":{\"relume\":{\"texelDensity\":2}},";
+  changed(tuned, "node \"Room\": extras.relume");
+
+  std::string camera = makeGltf({});
+  camera.replace(camera.find("[2,2,3.5]"), 9, "[2,2,3.0]");
+  const ProgramResult views = run({"status", put("now.gltf", camera), out_, "--json"});
+  EXPECT_EQ(views.status, 7);
+  EXPECT_NE(views.out.find("cameras or play volumes changed"), std::string::npos) << views.out;
+  EXPECT_NE(views.out.find("\"upToDate\": false"), std::string::npos);
+  EXPECT_EQ(run({"status", room_, at("none.relume")}).status, 2);
+}
+
+TEST_F(StatusCli, bakeDoesNothingWhenUpToDate) {
+  bake(room_, out_);
+  const std::string bytes = readAll(out_);
+  const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  fs::last_write_time(out_, past);
+  const ProgramResult again = run(bakeArguments(room_, out_, {"--report", at("report.json")}));
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_NE(again.out.find("up to date"), std::string::npos) << again.out;
+  EXPECT_EQ(again.err.find("links"), std::string::npos) << "baked all the same: " << again.err;
+  EXPECT_EQ(readAll(out_), bytes);
+  EXPECT_GT(fs::last_write_time(out_), past) << "a build system would ask again and again";
+  EXPECT_NE(readAll(at("report.json")).find("\"upToDate\": true"), std::string::npos);
+
+  const auto bakes = [&](const std::string& scene, std::vector<std::string> more, const std::string& why) {
+    const ProgramResult result = run(bakeArguments(scene, out_, std::move(more)));
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_NE(result.out.find("256 surfels"), std::string::npos) << result.out;
+    EXPECT_NE(result.err.find(why), std::string::npos) << result.err;
+  };
+  bakes(room_, {"--force"}, "");
+  EXPECT_EQ(readAll(out_), bytes);
+  bakes(room_, {"--seed", "5"}, "option seed was 1, is 5");
+  bakes(put("moved.gltf", makeGltf(movedRoom())), {"--seed", "5"}, "node \"Room\" moved");
+  std::ofstream(out_) << "no bake";
+  bakes(room_, {}, "baking: ");
+  std::string newer = bytes;
+  newer[8] = 9;
+  std::ofstream(out_, std::ios::binary) << newer;
+  bakes(room_, {}, "format version 9");
+  EXPECT_EQ(readAll(out_), bytes);
+}
+
+TEST_F(StatusCli, depfileNamesSceneAndOptions) {
+  const std::string options = put("my options.json", "{\"seed\": 3}");
+  const std::string depfile = at("room.d");
+  for (int round = 0; round < 2; ++round) {  // baked, then up to date
+    bake(room_, out_, {"--options", options, "--depfile", depfile});
+    const std::string text = readAll(depfile);
+    EXPECT_EQ(text.substr(0, out_.size() + 1), out_ + ":") << text;
+    EXPECT_NE(text.find("room.gltf"), std::string::npos) << text;
+    EXPECT_NE(text.find("my\\ options.json"), std::string::npos) << text;
+    fs::remove(depfile);
+  }
+}
+
+TEST_F(StatusCli, verifyBakesTwice) {
+  const ProgramResult result = run(bakeArguments(room_, out_, {"--verify", "--progress", "plain"}));
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_NE(result.out.find("verified"), std::string::npos) << result.out;
+  EXPECT_NE(result.err.find("verify: links"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace relume
