@@ -2,6 +2,7 @@
 // See light_caches.h; the kernel is light_caches_kernel.h.
 #include "runtime/cpu/light_caches.h"
 
+#include "formats/compact_links.h"
 #include "formats/sh.h"
 #include "runtime/cpu/chunks.h"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <vector>
 
 namespace relume::cpu {
 namespace {
@@ -44,6 +46,32 @@ std::array<float, kMaxCoefficients> makeSh8Scale() {
   }
   return scale;
 }
+
+// What an oct6 link stands for, by its code of direction and of cone, for f = 1 and four bands.
+struct Oct6Tables {
+  // A cache line each.
+  struct alignas(64) Row {
+    std::array<float, 16> c{};
+  };
+  std::vector<Row> direction = std::vector<Row>(4096);
+  std::array<Row, 16> cone{};
+
+  Oct6Tables() {
+    for (std::uint32_t code = 0; code < 4096; ++code) {
+      std::array<float, 16>& y = direction[code].c;
+      evaluateSh(4, unpackShape6(code).direction, y);
+      const float y0 = y[0];
+      for (float& each : y) each /= y0;
+    }
+    for (std::uint32_t code = 0; code < 16; ++code) {
+      std::array<float, 4> ratio;
+      coneBandRatios(4, unpackShape6(code << 12).cosAlpha, ratio);
+      for (std::size_t l = 0; l < 4; ++l) {
+        for (std::size_t i = l * l; i < (l + 1) * (l + 1); ++i) cone[code].c[i] = ratio[l];
+      }
+    }
+  }
+};
 
 bool processorHas(Simd simd) {
 #if defined(__x86_64__) || defined(__i386__)
@@ -94,6 +122,11 @@ void lightCaches(LightCachesKernel kernel, const Links& links, std::span<const g
   job.chromaBands = chromaBands;
   job.coneScale = kConeScale.data();
   job.sh8Scale = kSh8Scale.data();
+  if (links.kind == LinkKind::oct6 && lumaBands <= 4) {
+    static const Oct6Tables kTables;
+    job.directionTable = kTables.direction[0].c.data();
+    job.coneTable = kTables.cone[0].c.data();
+  }
   job.coefficients = coefficients.data();
   if (links.count() == 0) {
     std::fill(coefficients.begin(), coefficients.end(), 0.0f);

@@ -23,6 +23,8 @@ struct LightCachesJob {
   std::uint32_t gridLinks = 0;               // irradiance links: how many have a shape, from the first on
   int lumaBands = 1, chromaBands = 1;
   const float* coneScale = nullptr;          // [Size 64] factor on each coefficient that the cone kernel leaves out
+  const float* directionTable = nullptr;     // oct6 links: sixteen coefficients of each direction; null past four bands
+  const float* coneTable = nullptr;          // oct6 links: sixteen factors of each cone
   const float* sh8Scale = nullptr;           // [Size 64] what a step of a coefficient's byte is worth
   float* coefficients = nullptr;             // out, a cache at a time
 };

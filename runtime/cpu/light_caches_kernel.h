@@ -8,7 +8,8 @@
 //      nodes' radiosity b = (Y, Co, Cg) beside it;
 //   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
 // SH links, a link at a time: lanes are coefficients, halves or bytes are widened and added with the radiosity as factor.
-// Irradiance links of caches on a surface: lanes are links, three sums.
+// oct6 links of up to four bands likewise, their coefficients looked up.
+// Irradiance links of caches on a surface: lanes are Y, Co, Cg.
 #include "runtime/cpu/light_caches_job.h"
 
 #if defined(__SSE2__)
@@ -260,9 +261,13 @@ struct CompactLinks : Heads {
   Word shape[kLanes];
 
   CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
-    const std::size_t left = sizeof(Word) * static_cast<std::size_t>(count < kLanes ? count : kLanes);
-    if (left < sizeof shape) __builtin_memset(shape, 0, sizeof shape);
-    __builtin_memcpy(shape, reinterpret_cast<const Word*>(job.shape) + at, left);
+    const Word* from = reinterpret_cast<const Word*>(job.shape) + at;
+    if (count >= kLanes) {
+      __builtin_memcpy(shape, from, sizeof shape);
+    } else {
+      __builtin_memset(shape, 0, sizeof shape);
+      __builtin_memcpy(shape, from, sizeof(Word) * static_cast<std::size_t>(count));
+    }
   }
   void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
     typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
@@ -349,17 +354,57 @@ constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>,
 
 // One row of irradiance links: coefficient 0 alone.
 void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
-  Floats sum[3] = {};
+  // Four sums, so that none waits for the one before.
+  Float4 sum[4] = {};
   for (std::uint32_t at = begin; at < end; at += kLanes) {
     const Heads links(job, at, static_cast<int>(end - at < kLanes ? end - at : kLanes));
-    const Floats f = links.transfer();
-    Floats y, co, cg;
-    loadNodes(job.node, links, y, co, cg);
-    sum[0] += f * y;
-    sum[1] += f * co;
-    sum[2] += f * cg;
+    float f[kLanes];
+    store(f, links.transfer());
+#pragma GCC unroll 16
+    for (int k = 0; k < kLanes; ++k) sum[k % 4] += f[k] * load<Float4>(job.node + 4 * std::size_t{links.node(k)});
   }
-  for (int c = 0; c < 3; ++c) out[c][0] = sumLanes(sum[c]);
+  const Float4 all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  for (int c = 0; c < 3; ++c) out[c][0] = all[c];
+}
+
+// Radiosity times f of each link into memory, whence sums read it spread over a vector.
+inline void scaleColors(const LightCachesJob& job, const Heads& links, int count, float* color) {
+  float f[kLanes];
+  store(f, links.transfer());
+  for (int k = 0; k < count; ++k) {
+    const Float4 b = f[k] * load<Float4>(job.node + 4 * std::size_t{links.node(k)});
+    __builtin_memcpy(color + 4 * k, &b, sizeof b);
+  }
+}
+
+// One row of oct6 links of up to four bands, a link at a time: lanes are coefficients. Directions and cones are so few that
+// their coefficients lie in tables, c_i = f * directionTable_i * coneTable_i. kVectors cover sixteen coefficients.
+void lightTableRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  constexpr int kVectors = 16 / kLanes;
+  const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
+  const auto* shapes = reinterpret_cast<const std::uint16_t*>(job.shape);
+  Floats sum[3][kVectors] = {};
+  for (std::uint32_t at = begin; at < end; at += kLanes) {
+    const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
+    const Heads links(job, at, count);
+    float color[4 * kLanes];
+    scaleColors(job, links, count, color);
+    for (int k = 0; k < count; ++k) {
+      const std::uint32_t shape = shapes[at + static_cast<std::uint32_t>(k)];
+      const float* direction = job.directionTable + 16 * (shape & 0xFFFu);
+      const float* cone = job.coneTable + 16 * (shape >> 12);
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) {
+        const Floats c = load<Floats>(direction + kLanes * v) * load<Floats>(cone + kLanes * v);
+        sum[0][v] += color[4 * k] * c;
+        sum[1][v] += color[4 * k + 1] * c;
+        sum[2][v] += color[4 * k + 2] * c;
+      }
+    }
+  }
+  for (int i = 0; i < luma; ++i) out[0][i] = sum[0][i / kLanes][i % kLanes];
+  for (int i = 0; i < chroma; ++i) out[1][i] = sum[1][i / kLanes][i % kLanes];
+  for (int i = 0; i < chroma; ++i) out[2][i] = sum[2][i / kLanes][i % kLanes];
 }
 
 // The signed bytes of a link of kind sh8 from `at` on, widened; reads none at or beyond `end`.
@@ -385,15 +430,14 @@ void lightSh8Row(const LightCachesJob& job, std::uint32_t begin, std::uint32_t e
     for (std::uint32_t at = begin; at < end; at += kLanes) {
       const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
       const Heads links(job, at, count);
-      float f[kLanes];
-      store(f, links.transfer());
+      float color[4 * kLanes];
+      scaleColors(job, links, count, color);
       for (int k = 0; k < count; ++k) {
         const std::size_t link = std::size_t{at} + static_cast<std::size_t>(k);
-        const Floats c = f[k] * loadBytes(bytes + link * stride + first, bytesEnd);
-        const float* color = job.node + 4 * std::size_t{links.node(k)};
-        sum[0] += color[0] * c;
-        sum[1] += color[1] * c;
-        sum[2] += color[2] * c;
+        const Floats c = loadBytes(bytes + link * stride + first, bytesEnd);
+        sum[0] += color[4 * k] * c;
+        sum[1] += color[4 * k + 1] * c;
+        sum[2] += color[4 * k + 2] * c;
       }
     }
     for (int lane = 0; lane < kLanes && first + lane < luma; ++lane) {
@@ -466,6 +510,10 @@ void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::uint32_t
     }
     if (job.kind == kSh8) {
       lightSh8Row(job, linksBegin, linksEnd, out);
+      continue;
+    }
+    if (job.kind == kOct6 && job.directionTable) {
+      lightTableRow(job, linksBegin, linksEnd, out);
       continue;
     }
     for (std::size_t i = 0; i < stride; ++i) y[i] = 0.0f;
