@@ -54,7 +54,7 @@ float KeyCounts::keyFor(double links) const {
   double used = static_cast<double>(roots_);
   for (std::size_t bin = count_.size(); bin-- > 0;) {
     used += static_cast<double>(count_[bin]);
-    if (used <= links) continue;
+    if (count_[bin] == 0 || used <= links) continue;
     // This bin does not fit: refine what lies above it.
     const float next = std::bit_cast<float>(static_cast<std::uint32_t>((bin + 1) << kShift));
     return std::nextafter(next, 0.0f);

@@ -2,6 +2,7 @@
 // The whole stage on scenes with analytic answers.
 #include "bake/links/links.h"
 #include "bake/links/touched_tree.h"
+#include "formats/compact_links.h"
 #include "formats/sh.h"
 #include "tests/links/links_fixture.h"
 
@@ -26,6 +27,7 @@ struct Traced {
 
 LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
   LinkOptions o;
+  o.kind = LinkKind::cone;
   o.raysPerCache = rays;
   o.linksPerCache = links;
   return o;
@@ -234,6 +236,57 @@ TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
   EXPECT_EQ(cone->traced.firstWeight, sh->traced.firstWeight);
 }
 
+TEST(TraceLinks, compactKindsStandForTheSameLinks) {
+  CellScene cells;
+  cells.addBox(1.0f, 8);
+  // The grid's caches come first, as everywhere.
+  for (int i = 0; i < 4; ++i) cells.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
+  for (int i = 0; i < 4; ++i) cells.addCache({0.1f * static_cast<float>(i), -0.2f, 0.1f}, {0, 1, 0});
+  const Caches caches = cells.caches();
+  const auto traceKind = [&](LinkKind kind) {
+    LinkOptions options = coneOptions(1024, 60);
+    options.kind = kind;
+    options.bands = 3;
+    return trace(cells, options);
+  };
+  const auto cone = traceKind(LinkKind::cone), sh = traceKind(LinkKind::sh);
+  ASSERT_TRUE(cone && sh);
+  for (const LinkKind kind : {LinkKind::oct8, LinkKind::oct6, LinkKind::sh8, LinkKind::irradiance}) {
+    const auto compact = traceKind(kind);
+    ASSERT_TRUE(compact);
+    const Links& want = kind == LinkKind::sh8 ? sh->traced.links : cone->traced.links;
+    const Links& found = compact->traced.links;
+    ASSERT_EQ(found.count(), want.count());
+    EXPECT_EQ(found.shape.size(), shapeWords(kind, 3, found.count(), countGridLinks(caches, found)));
+    for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
+      const bool surface = cache >= 4;
+      std::array<float, 9> a, b;
+      double error = 0.0, square = 0.0, irradiance = 0.0;
+      for (std::uint32_t i = want.rowBegin[cache]; i < want.rowBegin[cache + 1]; ++i) {
+        ASSERT_EQ(found.node(i), want.node(i));
+        linkCoefficients(want, i, surface, 3, a);
+        linkCoefficients(found, i, surface, 3, b);
+        for (std::size_t k = 0; k < 9; ++k) error += std::pow(a[k] - b[k], 2.0), square += a[k] * a[k];
+        irradiance += b[0];
+      }
+      if (kind == LinkKind::irradiance && surface) {
+        // Radiosity pi all around: E = pi = 2 pi y_0 c_0.
+        EXPECT_NEAR(irradiance * kPi * 2.0 * kPi * kY0, kPi, 1e-3 * kPi);
+      } else {
+        EXPECT_LT(std::sqrt(error / square), kind == LinkKind::oct6 ? 0.06 : 0.01) << "kind " << static_cast<int>(kind);
+      }
+    }
+  }
+}
+
+TEST(TraceLinks, compactKindsRefuseMoreNodesThanTheyCanName) {
+  BakeOptions options;
+  options.surfels.count = 524288 - options.links.skyPatches + 1;
+  EXPECT_FALSE(checkOptions(options));
+  options.links.kind = LinkKind::cone;
+  EXPECT_TRUE(checkOptions(options));
+}
+
 template <class T>
 bool sameBytes(const Array<T>& a, const Array<T>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
@@ -248,7 +301,7 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
     cells.addCache({random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f},
                    i % 2 ? glm::vec3(0, 1, 0) : glm::vec3(0.0f));
   }
-  for (const auto kind : {LinkKind::cone, LinkKind::sh}) {
+  for (const auto kind : {LinkKind::cone, LinkKind::sh, LinkKind::oct6, LinkKind::sh8}) {
     for (const auto pull :
          {LinkOptions::PullWeight::area, LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
       LinkOptions options = coneOptions(1024, 50);
@@ -262,6 +315,8 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
         EXPECT_TRUE(sameBytes(one->traced.links.cone, other->traced.links.cone));
         EXPECT_TRUE(sameBytes(one->traced.links.shNode, other->traced.links.shNode));
         EXPECT_TRUE(sameBytes(one->traced.links.shCoefficients, other->traced.links.shCoefficients));
+        EXPECT_TRUE(sameBytes(one->traced.links.head, other->traced.links.head));
+        EXPECT_TRUE(sameBytes(one->traced.links.shape, other->traced.links.shape));
         EXPECT_EQ(one->traced.firstWeight, other->traced.firstWeight);
       }
     }
