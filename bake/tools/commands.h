@@ -29,6 +29,7 @@ inline constexpr int kDifferenceFound = 7;
 using Action = std::function<int()>;
 
 void addBakeCommand(CLI::App& app, Action& action);
+void addBenchCommand(CLI::App& app, Action& action);
 void addInfoCommand(CLI::App& app, Action& action);
 void addValidateCommand(CLI::App& app, Action& action);
 void addCompareCommand(CLI::App& app, Action& action);

@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <string>
@@ -18,10 +19,29 @@ int fail(const Error& error) {
   return exitCode(error.code);
 }
 
+namespace {
+
+// Packages may throw where nobody can catch it: oneTBB does when the system has no memory for its threads.
+[[noreturn]] void endAfterUncaught() {
+  const char* what = "unknown failure";
+  std::string text;
+  try {
+    if (const std::exception_ptr current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::exception& e) {
+    text = e.what();
+    what = text.c_str();
+  } catch (...) {
+  }
+  std::fprintf(stderr, "relume: error: %s\n", what);
+  std::_Exit(exitCode(ErrorCode::failed));
+}
+
+}  // namespace
 }  // namespace relume
 
 int main(int argc, char** argv) {
   using namespace relume;
+  std::set_terminate(endAfterUncaught);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);
@@ -29,6 +49,7 @@ int main(int argc, char** argv) {
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
   Action action;
   addBakeCommand(app, action);
+  addBenchCommand(app, action);
   addInfoCommand(app, action);
   addValidateCommand(app, action);
   addCompareCommand(app, action);

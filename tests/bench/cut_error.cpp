@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // How far light read through cuts and averages is from light read leaf by leaf, for every cut key, pull weight and n_L,
 // under each light of a level; and how noisy the rays themselves are. Prints the tables of docs/CUTS.md.
-//   bench_cut_error LEVEL.glb [surfels [caches [rays]]]
+//   bench_cut_error LEVEL.glb [surfels [caches [rays [cuts|budget|noise]]]]
 #include "bake/caches/caches.h"
 #include "bake/links/gather.h"
 #include "bake/links/links.h"
 #include "bake/links/pull_weights.h"
 #include "bake/links/select_cut.h"
+#include "bake/links/share_links.h"
 #include "bake/links/touched_tree.h"
 #include "bake/parallel.h"
 #include "bake/scene/play_space.h"
@@ -202,6 +203,64 @@ void cutTable(const Level& level, const std::vector<std::vector<Arrival>>& arriv
   std::printf("\n");
 }
 
+// The same number of links for every cache, and the same total shared out by error.
+void budgetTable(const Level& level, const std::vector<std::vector<Arrival>>& arrivals) {
+  constexpr std::uint32_t kMost = 2048;
+  const Hierarchy& h = level.hierarchy;
+  const LeafOrder order(h);
+  const std::vector<CutNode> cutNode =
+      cutNodes(h, nodeGeometry(h, level.placed.surfels), CutKey::readError, level.placed.surfels.emission);
+  const std::size_t lights = level.radiosity.size(), caches = arrivals.size();
+  TouchedTree tree(order);
+  std::vector<float> keys;
+  std::vector<CutCandidate> queue;
+  std::vector<std::uint32_t> cut;
+  const auto look = [&](std::size_t c) {
+    tree.build(arrivals[c], onSurface(level.caches, c) ? 1.0f : 0.25f);
+    cutKeys(tree, cutNode, CutKey::readError, keys);
+  };
+
+  Reads leaves(caches);
+  KeyCounts counts;
+  for (std::size_t c = 0; c < caches; ++c) {
+    look(c);
+    counts.add(tree, keys, kMost);
+    for (const TouchedNode& leaf : tree.leaves()) leaves[c].push_back({leaf.node, leaf.received});
+  }
+  std::printf("\n| links a cache | shared | fewest | most |");
+  for (const std::string& name : level.lightName) std::printf(" %s: RMSE %% | energy |", name.c_str());
+  std::printf("\n|---|---|---|---|");
+  for (std::size_t l = 0; l < lights; ++l) std::printf("---|---|");
+  for (const std::uint32_t each : {64u, 128u, 254u, 512u}) {
+    for (const bool shared : {false, true}) {
+      CutLimit limit{each};
+      if (shared) limit = {kMost, counts.keyFor(static_cast<double>(each) * static_cast<double>(caches))};
+      PullSums importance(h, PullWeight::importance, 3.0f);
+      Reads reads(caches);
+      std::size_t links = 0, fewest = kMost, most = 0;
+      for (std::size_t c = 0; c < caches; ++c) {
+        look(c);
+        selectCut(tree, keys, limit, queue, cut);
+        importance.add(tree, cut, arrivals[c]);
+        for (const std::uint32_t slot : cut) reads[c].push_back({tree[slot].node, tree[slot].received});
+        links += cut.size();
+        fewest = std::min(fewest, cut.size());
+        most = std::max(most, cut.size());
+      }
+      const std::vector<float> firstWeight = importance.weights(h);
+      std::printf("\n| %.1f | %s | %zu | %zu |", static_cast<double>(links) / static_cast<double>(caches),
+                  shared ? "by error" : "equally", fewest, most);
+      for (std::size_t l = 0; l < lights; ++l) {
+        const Errors e =
+            compare(irradiance(level, reads, firstWeight, l), irradiance(level, leaves, h.firstWeight, l));
+        std::printf(" %.1f | %.3f |", 100 * e.rmse, e.energy);
+      }
+      std::fflush(stdout);
+    }
+  }
+  std::printf("\n");
+}
+
 // Noise of the rays: two runs of the same light differ by sqrt(2) times the error of one.
 void noiseTable(const Level& level, std::uint32_t rays, Context& context) {
   std::printf("\n| rays |");
@@ -281,8 +340,11 @@ int run(int argc, char** argv) {
       scene.name.c_str(), placed.surfels.count(), caches.count(), options.links.raysPerCache, traced.links.count(),
       seconds, cpuSeconds, s.visibleLeavesMean, s.backFaceShare, s.missShare, s.unmappedShare);
   std::fflush(stdout);
-  cutTable(level, gatherLeaves(level, options.links.raysPerCache, 1, context));
-  noiseTable(level, options.links.raysPerCache, context);
+  const auto arrivals = gatherLeaves(level, options.links.raysPerCache, 1, context);
+  const std::string only = argc > 5 ? argv[5] : "";
+  if (only.empty() || only == "cuts") cutTable(level, arrivals);
+  if (only.empty() || only == "budget") budgetTable(level, arrivals);
+  if (only.empty() || only == "noise") noiseTable(level, options.links.raysPerCache, context);
   return 0;
 }
 
@@ -291,7 +353,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: %s LEVEL.glb [surfels [caches [rays]]]\n", argv[0]);
+    std::fprintf(stderr, "usage: %s LEVEL.glb [surfels [caches [rays [cuts|budget|noise]]]]\n", argv[0]);
     return 1;
   }
   return relume::run(argc, argv);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Milliseconds of each runtime pass, named stage/scene/n_S/n_L/l. Scenes: the synthetic room at PIC's high and moderate
 // settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
+#include "bake/tools/worker_threads.h"
 #include "formats/bake_file.h"
 #include "runtime/relighter.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -11,76 +12,11 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
-#include <atomic>
-#include <condition_variable>
 #include <cstdlib>
 #include <iostream>
-#include <map>
-#include <mutex>
-#include <thread>
 
 namespace relume {
 namespace {
-
-// A host's job system in small: threads that wait for work, tasks handed out by a counter.
-class Workers {
- public:
-  explicit Workers(unsigned threads) {
-    for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { work(); });
-  }
-  ~Workers() {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
-    wake_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-  void run(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    {
-      const std::lock_guard lock(mutex_);
-      body_ = &body;
-      tasks_ = tasks;
-      next_ = 0;
-      busy_ = threads_.size();
-      ++generation_;
-    }
-    wake_.notify_all();
-    drain(body, tasks);
-    std::unique_lock lock(mutex_);
-    idle_.wait(lock, [this] { return busy_ == 0; });
-  }
-
- private:
-  void drain(const std::function<void(std::uint32_t)>& body, std::uint32_t tasks) {
-    for (std::uint32_t i = next_++; i < tasks; i = next_++) body(i);
-  }
-  void work() {
-    std::uint64_t seen = 0;
-    std::unique_lock lock(mutex_);
-    while (true) {
-      wake_.wait(lock, [&] { return stop_ || generation_ != seen; });
-      if (stop_) return;
-      seen = generation_;
-      const auto* body = body_;
-      const std::uint32_t tasks = tasks_;
-      lock.unlock();
-      drain(*body, tasks);
-      lock.lock();
-      if (--busy_ == 0) idle_.notify_one();
-    }
-  }
-
-  std::vector<std::thread> threads_;
-  std::mutex mutex_;
-  std::condition_variable wake_, idle_;
-  const std::function<void(std::uint32_t)>* body_ = nullptr;
-  std::atomic<std::uint32_t> next_{0};
-  std::uint32_t tasks_ = 0;
-  std::size_t busy_ = 0;
-  std::uint64_t generation_ = 0;
-  bool stop_ = false;
-};
 
 struct Scene {
   std::string name;
@@ -124,7 +60,7 @@ void registerScene(const Scene& scene, bool gl) {
         ->UseManualTime()
         ->Unit(benchmark::kMillisecond);
   };
-  static Workers two(2);
+  static WorkerThreads two(2);
   RelightOptions one, both, baseline, avx2, opengl;
   both.parallelFor = [](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) { two.run(tasks, body); };
   baseline.simd = Simd::baseline;

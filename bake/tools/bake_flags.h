@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// The options of a bake on a command line: one flag for each row of the table of options (bake/options.h) that has one.
+#pragma once
+
+#include "bake/options.h"
+
+#include <map>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace relume {
+
+// What the command line said. Presets are the command's own affair.
+struct BakeFlags {
+  std::string bands;                           // sets links.bands, lumaBands and chromaBands together
+  std::map<std::string, std::string> flagged;  // name of an option -> text of its flag
+  bool any() const { return !bands.empty() || !flagged.empty(); }
+};
+
+// `flags` must outlive the parsing.
+void addBakeFlags(CLI::App& command, BakeFlags& flags);
+
+// The preset, --bands, then the other flags. usage: text of the wrong type, a value out of range.
+Result<BakeOptions> chooseBakeOptions(Preset preset, const BakeFlags& flags);
+
+}  // namespace relume

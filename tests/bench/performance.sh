@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Measure anew and write docs/PERFORMANCE.md. Needs a build (tests/run.sh) and some minutes of a quiet machine.
+#   tests/bench/performance.sh SCENE.glb [BUILD_FOLDER]     the paper's level is Crytek Sponza
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+if [ $# -lt 1 ] || [ ! -f "$1" ]; then
+  echo "usage: tests/bench/performance.sh SCENE.glb [BUILD_FOLDER]" >&2
+  exit 1
+fi
+scene=$1
+build=${2:-build/release}
+page=docs/PERFORMANCE.md
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# 1. The paper's two settings, and how a bake grows
+"$build/bake/tools/relume" bench "$scene" --preset high,medium --bakes 3 --repeat 50 --threads 1,2 --backend cpu,gl \
+  --markdown "$work/page.md"
+"$build/bake/tools/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
+  --markdown "$work/curves.md"
+
+# 2. Stages one by one
+RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0.2 --benchmark_format=csv \
+  2> /dev/null > "$work/stages.csv"
+
+{
+  cat "$work/page.md"
+  sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
+  printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
+  printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
+  sed -n '/^name,/,$p' "$work/stages.csv" | tail -n +2 |
+    awk -F, '{ gsub(/"/, "", $1); sub(/\/process_time.*/, "", $1); printf "| %s | %.0f | %.0f |\n", $1, $3, $4 }'
+} > "$work/all.md"
+mv "$work/all.md" "$page"
+echo "wrote $page"
