@@ -123,7 +123,7 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
 std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& scene, const BakeOptions& options,
                                  Context& context) {
   std::error_code ignored;
-  if (arguments.force || !std::filesystem::is_regular_file(arguments.output, ignored)) return std::nullopt;
+  if (arguments.force || arguments.verify || !std::filesystem::is_regular_file(arguments.output, ignored)) return std::nullopt;
   const Result<Bake> bake = mapBake(arguments.output);
   if (!bake) {
     context.message(Severity::info, "baking: " + bake.error().message);
@@ -241,7 +241,7 @@ void addBakeCommand(CLI::App& app, Action& action) {
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")->option_text("FILE");
   command->add_flag("--force", arguments->force, "Bake even if the output is up to date with scene and options");
   command->add_flag("--verify", arguments->verify,
-                    "Bake twice, with other numbers of threads, and fail when the bytes differ");
+                    "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
       ->option_text("FILE");
   addTerminalOptions(*command, arguments->terminal);

@@ -64,6 +64,30 @@ TEST_F(CompareCli, brokenAndMissingBakesAreRefused) {
   EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--html", at("none/x.html")}).status, 2);
 }
 
+// samples/ci/check_bakes.sh: a level without an accepted bake, with the same one, and with one of other light.
+TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
+  namespace fs = std::filesystem;
+  for (const char* folder : {"levels", "accepted"}) fs::create_directories(at(folder));
+  fs::copy_file(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", at("levels/two_rooms.glb"));
+  const auto check = [&](const std::string& out) {
+    const std::string command = "RELUME='" RELUME_BINARY "' PRESET=draft MAX_RMSE=0.0001 '" RELUME_SOURCE_DIR
+                                "/samples/ci/check_bakes.sh' '" + at("levels") + "' '" + at("accepted") + "' '" + at(out) +
+                                "' >'" + at("ci.txt") + "' 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(check("first"), 0) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("no accepted bake"), std::string::npos);
+  fs::copy_file(at("first/two_rooms.relume"), at("accepted/two_rooms.relume"));
+  EXPECT_EQ(check("second"), 0) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("up to date"), std::string::npos) << "an accepted bake saves the work";
+  EXPECT_NE(readAll(at("ci.txt")).find("same bytes"), std::string::npos);
+  ASSERT_EQ(run({"bake", at("levels/two_rooms.glb"), "-o", at("accepted/two_rooms.relume"), "--preset", "draft", "--seed", "2",
+                 "--progress", "none"}).status, 0);
+  EXPECT_EQ(check("third"), 7) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("third/two_rooms.html")).find("a bound is passed"), std::string::npos);
+}
+
 // The page in headless Chromium: it loads without an error and every panel is laid out, also as wide as a phone.
 TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
   if (std::system("command -v chromium >/dev/null 2>&1") != 0) GTEST_SKIP() << "chromium is not installed";

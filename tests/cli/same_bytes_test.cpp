@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// The same level and options give the same bytes: at any number of threads, in a fresh process, wherever the system puts
+// its memory.
+#include "tests/cli/cli_fixture.h"
+
+#include <sys/personality.h>
+
+namespace relume {
+namespace {
+
+class SameBytes : public CliFixture {};
+
+TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
+  const std::string level = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+  const auto baked = [&](const std::string& threads, bool fixedAddresses) {
+    const ProgramResult result =
+        runProgram({"bake", level, "-o", out_, "--force", "--preset", "draft", "--surfels", "4096", "--lightmap-caches", "400",
+                    "--rays", "256", "--walks", "20000", "--threads", threads, "--progress", "none"},
+                   folder_, [&] {
+                     if (fixedAddresses) ::personality(ADDR_NO_RANDOMIZE);
+                   });
+    EXPECT_EQ(result.status, 0) << result.err;
+    return readAll(out_);
+  };
+  const std::string first = baked("1", false);
+  ASSERT_GT(first.size(), 100000u);
+  for (const char* threads : {"1", "2", "7"}) EXPECT_TRUE(baked(threads, false) == first) << threads << " threads";
+  for (const char* threads : {"1", "7"}) EXPECT_TRUE(baked(threads, true) == first) << threads << " threads, fixed addresses";
+}
+
+}  // namespace
+}  // namespace relume
