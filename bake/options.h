@@ -51,7 +51,7 @@ struct CacheOptions {
 struct LinkOptions {
   enum class CutKey { transfer, transferRadius, readError };
   enum class PullWeight { area, openness, importance };
-  LinkKind kind = LinkKind::cone;
+  LinkKind kind = LinkKind::oct8;      // how a link stores its transfer; docs/LINKS.md compares
   std::uint32_t linksPerCache = 254;   // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
   std::uint32_t linksTotal = 0;        // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
                                        // Kept to about 1 %: the share is found from every n-th cache
