@@ -33,7 +33,6 @@ ParallelFor parallelFor(Context& context) {
 }
 
 int bandsOf(const Bake& bake) {
-  if (bake.links.kind == LinkKind::irradiance) return 1;
   return linkHasBands(bake.links.kind) ? std::min<int>(kBands, static_cast<int>(bake.links.bands)) : kBands;
 }
 
@@ -56,7 +55,9 @@ class CacheReader {
 
  private:
   float lobe(std::uint32_t cache, int bands, std::span<const float> c, const glm::vec3& normal) const {
-    return irradianceAtSurface(bands, c, normal, bake_.caches.normal[cache]);
+    // Irradiance links give a surface cache one coefficient and nothing else (formats/compact_links.h).
+    const bool one = bake_.links.kind == LinkKind::irradiance && probes(cache) == 1;
+    return irradianceAtSurface(one ? 1 : bands, c, normal, bake_.caches.normal[cache]);
   }
 
   const Bake& bake_;

@@ -6,6 +6,7 @@
 #include "bake/tools/compare_report.h"
 #include "bake/tools/compare_scene.h"
 #include "formats/bake_file.h"
+#include "formats/compact_links.h"
 #include "runtime/relighter.h"
 #include "tests/cli/check_schema.h"
 #include "tests/formats/small_bake.h"
@@ -135,6 +136,16 @@ TEST(CompareLight, cachesMatchByPlaceNotByNumber) {
   const LightDifference light = difference(a, b);
   EXPECT_EQ(light.match.pairs.size(), 6u);
   EXPECT_EQ(light.maxChange, 0.0);
+}
+
+TEST(CompareLight, otherKindsOfLinksCompare) {
+  Bake b = makeSmallBake();
+  const Result<Links> packed = compactLinks(b.links, LinkKind::oct8);
+  ASSERT_TRUE(packed) << packed.error().message;
+  b.links = *packed;
+  const LightDifference light = difference(makeSmallBake(), b);
+  EXPECT_LT(light.maxRmse, 0.01) << "eight bytes in place of twelve";
+  EXPECT_GT(light.maxRmse, 0.0);
 }
 
 TEST(CompareLight, farAndTurnedCachesHaveNoPartner) {
