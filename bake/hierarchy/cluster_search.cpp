@@ -105,7 +105,8 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
   return best;
 }
 
-// Splits the entries in two halves across the dimension that spans most of the metric. Returns the middle.
+// Splits the entries in about two halves across the dimension that spans most of the metric; entries of equal value stay
+// together, so that parallel planes and clusters of different sizes part. Returns the middle.
 std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
   std::array<float, 7> low, high;
   low.fill(kNoDistance);
@@ -132,7 +133,13 @@ std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
                      const float x = key(a), y = key(b);
                      return x < y || (x == y && a.id < b.id);
                    });
-  return middle;
+  const float value = key(entries[middle]);
+  const auto first = entries.begin(), last = entries.end(), at = first + static_cast<std::ptrdiff_t>(middle);
+  const auto below = std::partition(first, at, [&](const Entry& e) { return key(e) < value; });
+  const auto above = std::partition(at, last, [&](const Entry& e) { return key(e) == value; });
+  if (below == first && above == last) return middle;
+  const bool up = below == first || (above != last && above - at < at - below);
+  return static_cast<std::size_t>((up ? above : below) - first);
 }
 
 void setChildBounds(Node& node, int i, std::span<const Entry> entries) {
