@@ -214,6 +214,16 @@ Status applyIgnore(const LightIgnore& ignore, const std::vector<Lighting>& light
   return done();
 }
 
+// For the few places that a list shows: however far the nearest surfel is.
+std::string nearestNode(const Bake& bake, const glm::vec3& p) {
+  const Surfels& s = bake.surfels;
+  std::uint32_t best = 0;
+  for (std::uint32_t i = 1; i < s.count(); ++i) {
+    if (glm::distance(s.positionWorld[i], p) < glm::distance(s.positionWorld[best], p)) best = i;
+  }
+  return s.count() > 0 ? bake.instances[s.instance[best]].node : "";
+}
+
 void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDifference& d) {
   const float apart = 3.0f * std::max(d.match.surfaceTolerance, d.match.gridTolerance);
   std::vector<std::uint32_t> order(d.match.pairs.size());
@@ -238,6 +248,7 @@ void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDiffer
       place.b = l.irradianceB[d.match.pairs[i].b];
     }
     place.node = nodes[d.match.pairs[i].a];
+    if (place.node.empty()) place.node = nearestNode(a, place.positionWorld);
     d.worst.push_back(place);
   }
 }

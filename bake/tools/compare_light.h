@@ -35,7 +35,7 @@ struct LightingDifference {
 
 struct WorstPlace {
   std::uint32_t pair = 0;
-  std::string lighting, node;   // node: of the nearest surfel of A, else B; "" when none is near
+  std::string lighting, node;   // node: of the nearest surfel of A
   glm::vec3 positionWorld{0.0f};
   double change = 0.0, deltaE = 0.0;
   glm::vec3 a{0.0f}, b{0.0f};   // [W/m²]
