@@ -283,7 +283,7 @@ std::string toMarkdown(const BenchReport& report) {
           "bounces are on. The paper's times of (2) include its shadow maps' lookups.\n";
   for (const BenchSetting& setting : report.settings) text += settingSection(report, setting);
   if (!report.surfelCurve.empty()) {
-    text += "\n## With the number of surfels\n\nOther sizes are those of the preset `draft`.\n\n" +
+    text += "\n## With the number of surfels\n\nOther sizes are those of the preset `draft`; links are of the kind `cone`.\n\n" +
             curveTable(report.surfelCurve, "n_S", &BakeSizes::surfels, {"surfels", "hierarchy", "links"});
   }
   if (!report.cacheCurve.empty()) {

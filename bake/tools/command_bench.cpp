@@ -35,6 +35,7 @@ struct BenchArguments {
   bool curve = false, json = false;
   std::vector<std::uint32_t> curveSurfels, curveCaches;
   ProgressStyle progress = ProgressStyle::automatic;
+  TerminalOptions terminal() const { return {*std::max_element(threads.begin(), threads.end()), progress}; }
 };
 
 const std::vector<std::uint32_t> kCurveSurfels = {8192, 32768, 131072, 524288, 1048576};
@@ -152,8 +153,9 @@ struct Measured {
   std::vector<Bake> bakes;
 };
 
-Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, const BenchArguments& a,
-                                Context& context) {
+Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, const BenchArguments& a) {
+  Terminal terminal(a.terminal());
+  Context& context = terminal.context();
   Result<MeasuredBake> measured = measureBake(scene, options, a.bakes, context);
   if (!measured) return measured.error();
   const Result<RelightTimes> relight = measureCpu(measured->bake, 1, a.repeat, context);
@@ -162,11 +164,12 @@ Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, 
 }
 
 // The curves over n_S and n_C; everything else as the preset `draft` has it.
-Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& report, Context& context) {
+Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& report) {
   for (const std::uint32_t count : a.curve && a.curveSurfels.empty() ? kCurveSurfels : a.curveSurfels) {
     BakeOptions options = presetOptions(Preset::draft);
     options.surfels.count = count;
-    Result<CurvePoint> point = measurePoint(scene, options, a, context);
+    options.links.kind = LinkKind::cone;  // compact links know too few nodes for a million surfels
+    Result<CurvePoint> point = measurePoint(scene, options, a);
     if (!point) return point.error();
     report.surfelCurve.push_back(std::move(*point));
   }
@@ -174,23 +177,29 @@ Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& r
     BakeOptions options = presetOptions(Preset::draft);
     options.caches.gridCaches = count / 5;
     options.caches.lightmapCaches = count - count / 5;
-    Result<CurvePoint> point = measurePoint(scene, options, a, context);
+    Result<CurvePoint> point = measurePoint(scene, options, a);
     if (!point) return point.error();
     report.cacheCurve.push_back(std::move(*point));
   }
   return done();
 }
 
-Status measureScene(const BenchArguments& a, Measured& measured, Context& context) {
+// A terminal for each bake: its progress and its stages are one bake's.
+Status measureScene(const BenchArguments& a, Measured& measured) {
   BenchReport& report = measured.report;
   const auto begin = std::chrono::steady_clock::now();
-  const Result<Scene> scene = loadScene(a.scene, context);
+  const Result<Scene> scene = [&] {
+    Terminal terminal(a.terminal());
+    return loadScene(a.scene, terminal.context());
+  }();
   if (!scene) return scene.error();
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scene = scene->name + ", " + std::to_string(scene->triangleCount()) + " triangles";
   for (const Preset preset : a.presets) {
     const Result<BakeOptions> options = chooseBakeOptions(preset, a.flags);
     if (!options) return options.error();
+    Terminal terminal(a.terminal());
+    Context& context = terminal.context();
     Result<MeasuredBake> baked = measureBake(*scene, *options, a.bakes, context);
     if (!baked) return baked.error();
     Result<std::vector<RelightTimes>> relight = measureThreads(baked->bake, a, context);
@@ -198,10 +207,12 @@ Status measureScene(const BenchArguments& a, Measured& measured, Context& contex
     report.settings.push_back({nameOf(preset), sizesOf(baked->bake), std::move(baked->times), std::move(*relight)});
     measured.bakes.push_back(std::move(baked->bake));
   }
-  return measureCurves(*scene, a, report, context);
+  return measureCurves(*scene, a, report);
 }
 
-Status measureBakeFile(const BenchArguments& a, Measured& measured, Context& context) {
+Status measureBakeFile(const BenchArguments& a, Measured& measured) {
+  Terminal terminal(a.terminal());
+  Context& context = terminal.context();
   Result<Bake> file = readBake(a.bakeFile);
   if (!file) return file.error();
   Result<std::vector<RelightTimes>> relight = measureThreads(*file, a, context);
@@ -213,11 +224,12 @@ Status measureBakeFile(const BenchArguments& a, Measured& measured, Context& con
 }
 
 // Last, because a driver's own memory would count as the bakes'.
-Status measureOpenGl(const BenchArguments& a, Measured& measured, Context& context) {
+Status measureOpenGl(const BenchArguments& a, Measured& measured) {
+  Terminal terminal(a.terminal());
   const OptionalGl gl(wants(a, "gl"));
   measured.report.renderer = gl.description;
   for (std::size_t i = 0; gl.available && i < measured.bakes.size(); ++i) {
-    Result<RelightTimes> times = measureGl(measured.bakes[i], a.repeat, context);
+    Result<RelightTimes> times = measureGl(measured.bakes[i], a.repeat, terminal.context());
     if (!times) return times.error();
     measured.report.settings[i].relight.push_back(std::move(*times));
   }
@@ -236,13 +248,10 @@ int runBench(const BenchArguments& a) {
   report.command = describeCommand(a);
   report.version = RELUME_VERSION;
   report.machine = describeMachine();
-  report.bakeThreads = *std::max_element(a.threads.begin(), a.threads.end());
+  report.bakeThreads = a.terminal().threads;
 
-  Terminal terminal({report.bakeThreads, a.progress});
-  Context& context = terminal.context();
-  Status measured = a.bakeFile.empty() ? measureScene(a, all, context) : measureBakeFile(a, all, context);
-  if (measured) measured = measureOpenGl(a, all, context);
-  terminal.finish();
+  Status measured = a.bakeFile.empty() ? measureScene(a, all) : measureBakeFile(a, all);
+  if (measured) measured = measureOpenGl(a, all);
   if (!measured) return fail(measured.error());
 
   const std::string page = toMarkdown(report);

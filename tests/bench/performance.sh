@@ -11,11 +11,12 @@ fi
 scene=$1
 build=${2:-build/release}
 page=docs/PERFORMANCE.md
+bakes=${RELUME_BENCH_BAKES:-3}  # of each setting; the least counts
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 # 1. The paper's two settings, and how a bake grows
-"$build/bake/tools/relume" bench "$scene" --preset high,medium --bakes 3 --repeat 50 --threads 1,2 --backend cpu,gl \
+"$build/bake/tools/relume" bench "$scene" --preset high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
   --markdown "$work/page.md"
 "$build/bake/tools/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
   --markdown "$work/curves.md"

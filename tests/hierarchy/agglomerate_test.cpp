@@ -314,6 +314,31 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
   EXPECT_EQ(search.nearest(living[0]).id, kNoCluster);
 }
 
+TEST(ClusterSearch, findsTheNearestAmongTiedValues) {
+  // Few values along each dimension, most points on the first of them: splits between equal values are uneven.
+  std::vector<ClusterSearch::Entry> entries;
+  for (std::uint32_t i = 0; i < 3000; ++i) {
+    RandomStream random(8, 9, i);
+    ClusterPoint point;
+    for (float& p : point.p) p = 0.1f * static_cast<float>(random.below(8) > 5 ? random.below(40) : 0);
+    point.area = random.below(8) > 5 ? static_cast<float>(1 + random.below(5)) : 1.0f;
+    point.inverseArea = 1.0f / point.area;
+    entries.push_back({point, i});
+  }
+  const ClusterSearch search(entries, 3000, 0.02f);
+  for (std::uint32_t asked = 0; asked < 3000; asked += 7) {
+    ClusterSearch::Nearest expected{std::numeric_limits<float>::infinity(), kNoCluster};
+    for (std::uint32_t other = 0; other < 3000; ++other) {
+      if (other == asked) continue;
+      const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
+      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked)) expected = {d, other};
+    }
+    const ClusterSearch::Nearest found = search.nearest(asked);
+    ASSERT_EQ(found.id, expected.id) << asked;
+    ASSERT_EQ(found.distance, expected.distance) << asked;
+  }
+}
+
 TEST(SplitMedian, isABalancedTree) {
   Context context;
   for (const std::uint32_t count : {2u, 3u, 100u, 1025u}) {
