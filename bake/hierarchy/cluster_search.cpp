@@ -105,8 +105,8 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
   return best;
 }
 
-// Splits the entries in about two halves across the dimension that spans most of the metric; entries of equal value stay
-// together, so that parallel planes and clusters of different sizes part. Returns the middle.
+// Splits the entries in about two halves across the dimension that spans most of the metric; entries of equal value
+// stay together, so that parallel planes and clusters of different sizes part. Returns the middle.
 std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
   std::array<float, 7> low, high;
   low.fill(kNoDistance);

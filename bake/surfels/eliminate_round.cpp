@@ -115,8 +115,8 @@ void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uin
   const auto rounded = [&](std::size_t upTo) { return (2 * upTo * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     const Place& first = places[begin];
-    const bool opens = begin == 0 || first.emitter != places[begin - 1].emitter ||
-                       first.morton >> 3 != places[begin - 1].morton >> 3;
+    const bool opens =
+        begin == 0 || first.emitter != places[begin - 1].emitter || first.morton >> 3 != places[begin - 1].morton >> 3;
     if (opens) regions_.push_back({static_cast<std::uint32_t>(first.morton >> 3 & 7), {}, {}});
     while (end < n && places[end].emitter == first.emitter && places[end].morton == first.morton) {
       rank_[places[end].point] = static_cast<std::uint32_t>(end);

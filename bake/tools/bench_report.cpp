@@ -58,10 +58,22 @@ struct PaperSetting {
   double linkMiB, totalMiB;  // with run-time projection
 };
 constexpr std::array<PaperSetting, 2> kPaper = {{
-    {"high", 131072, 10585, 254, 4,
-     {{{"GTX 980", 0.09, 1.72, 2.27}, {"i7-4790S", 8.12, 5.00, 116}, {"i7-4510U", 7.06, 8.04, 148}}}, 30.77, 42.8},
-    {"moderate", 32768, 10585, 128, 3,
-     {{{"GTX 980", 0.04, 0.38, 0.58}, {"i7-4790S", 4.87, 1.13, 11.5}, {"i7-4510U", 2.57, 1.34, 28.0}}}, 0.0, 19.3},
+    {"high",
+     131072,
+     10585,
+     254,
+     4,
+     {{{"GTX 980", 0.09, 1.72, 2.27}, {"i7-4790S", 8.12, 5.00, 116}, {"i7-4510U", 7.06, 8.04, 148}}},
+     30.77,
+     42.8},
+    {"moderate",
+     32768,
+     10585,
+     128,
+     3,
+     {{{"GTX 980", 0.04, 0.38, 0.58}, {"i7-4790S", 4.87, 1.13, 11.5}, {"i7-4510U", 2.57, 1.34, 28.0}}},
+     0.0,
+     19.3},
 }};
 
 // The paper's setting that this one can stand beside, or null: same surfels, links and bands, caches within a quarter.
@@ -92,8 +104,8 @@ std::string remark(const StageReport& stage) {
   };
   if (stage.stage == "play space") return format("%.0f %% of the area culled", 100.0 * figure("culled_share"));
   if (stage.stage == "surfels" && figure("spacing_densest_m") > 0.0) {
-    return format("least spacing %.3f D, CV %.3f, area error %.1e", figure("spacing_min_m") / figure("spacing_densest_m"),
-                  figure("spacing_cv"), figure("area_error"));
+    return format("least spacing %.3f D, CV %.3f, area error %.1e",
+                  figure("spacing_min_m") / figure("spacing_densest_m"), figure("spacing_cv"), figure("area_error"));
   }
   if (stage.stage == "hierarchy") return format("%.0f senders, depth %.0f", figure("senders"), figure("depth"));
   if (stage.stage == "caches") return format("%.0f caches", figure("caches"));
@@ -105,7 +117,8 @@ std::string remark(const StageReport& stage) {
 }
 
 std::string bakeTable(const BenchReport& report, const BenchSetting& setting) {
-  std::string text = format("\n### Bake, %d threads\n\n", report.bakeThreads) + "| stage | seconds | |\n|---|---:|---|\n";
+  std::string text =
+      format("\n### Bake, %d threads\n\n", report.bakeThreads) + "| stage | seconds | |\n|---|---:|---|\n";
   text += row({"import", number(report.importSeconds), ""});
   for (const StageReport& stage : setting.bake.stages) text += row({stage.stage, number(stage.seconds), remark(stage)});
   text += row({"**whole bake**", "**" + number(setting.bake.seconds) + "**", "without import"});
@@ -200,15 +213,18 @@ std::string memoryTable(const BenchSetting& setting, const PaperSetting* paper) 
   if (paper) cells.push_back(number(paper->totalMiB));
   text += row(cells);
   if (detailed) {
-    text += "\nThe paper's hierarchy includes its fluxes (here: radiosity), its index is buffers (6) and (9) of its Figure 5.\n";
+    text +=
+        "\nThe paper's hierarchy includes its fluxes (here: radiosity), its index is buffers (6) and (9) of its Figure "
+        "5.\n";
   }
   return text;
 }
 
 std::string settingSection(const BenchReport& report, const BenchSetting& setting) {
   const PaperSetting* paper = paperSettingOf(setting.sizes);
-  std::string text = "\n## " + setting.name + (paper ? std::string(": PIC's ") + paper->name + " setting" : "") + "\n\n" +
-                     sizesText(setting.sizes) + "; light map of " + format("%u texels.\n", setting.sizes.texels);
+  std::string text = "\n## " + setting.name + (paper ? std::string(": PIC's ") + paper->name + " setting" : "") +
+                     "\n\n" + sizesText(setting.sizes) + "; light map of " +
+                     format("%u texels.\n", setting.sizes.texels);
   if (!setting.bake.stages.empty()) text += bakeTable(report, setting);
   if (!setting.relight.empty()) text += relightTable(setting, paper) + memoryTable(setting, paper);
   return text;
@@ -272,24 +288,29 @@ BakeSizes sizesOf(const Bake& bake) {
 }
 
 std::string toMarkdown(const BenchReport& report) {
-  std::string text = "# Performance\n\nWritten by `relume bench`; `tests/bench/performance.sh SCENE` makes it anew.\n\n";
+  std::string text =
+      "# Performance\n\nWritten by `relume bench`; `tests/bench/performance.sh SCENE` makes it anew.\n\n";
   text += "| | |\n|---|---|\n";
   text += row({"machine", report.machine.processor + format(", %u cores", report.machine.cores)});
   if (!report.renderer.empty()) text += row({"OpenGL", report.renderer});
   text += row({"scene", report.scene});
   text += row({"command", "`" + report.command + "`"});
   text += row({"version, date", report.version + ", " + report.date});
-  text += "\nA frame is lit by one directional and one spot light without shadow maps, which are the host's; emission and "
-          "bounces are on. The paper's times of (2) include its shadow maps' lookups.\n";
+  text +=
+      "\nA frame is lit by one directional and one spot light without shadow maps, which are the host's; emission and "
+      "bounces are on. The paper's times of (2) include its shadow maps' lookups.\n";
   for (const BenchSetting& setting : report.settings) text += settingSection(report, setting);
   if (!report.surfelCurve.empty()) {
-    text += "\n## With the number of surfels\n\nOther sizes are those of the preset `draft`; links are of the kind `cone`.\n\n" +
-            curveTable(report.surfelCurve, "n_S", &BakeSizes::surfels, {"surfels", "hierarchy", "links"});
+    text +=
+        "\n## With the number of surfels\n\nOther sizes are those of the preset `draft`; links are of the kind "
+        "`cone`.\n\n" +
+        curveTable(report.surfelCurve, "n_S", &BakeSizes::surfels, {"surfels", "hierarchy", "links"});
   }
   if (!report.cacheCurve.empty()) {
-    text += "\n## With the number of caches\n\nOther sizes are those of the preset `draft`; the grid has a fifth of the "
-            "caches that are asked for.\n\n" +
-            curveTable(report.cacheCurve, "n_C", &BakeSizes::caches, {"caches", "links"});
+    text +=
+        "\n## With the number of caches\n\nOther sizes are those of the preset `draft`; the grid has a fifth of the "
+        "caches that are asked for.\n\n" +
+        curveTable(report.cacheCurve, "n_C", &BakeSizes::caches, {"caches", "links"});
   }
   return text;
 }

@@ -23,7 +23,7 @@ BakeSizes sizesOf(const Bake& bake);
 struct BenchSetting {
   std::string name;  // "high", or the bake file's
   BakeSizes sizes;
-  BakeTimes bake;    // no stages when the bake came from a file
+  BakeTimes bake;  // no stages when the bake came from a file
   std::vector<RelightTimes> relight;
 };
 

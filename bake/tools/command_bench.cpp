@@ -165,7 +165,7 @@ Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, 
 
 // The curves over n_S and n_C; everything else as the preset `draft` has it.
 Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& report) {
-  for (const std::uint32_t count : a.curve && a.curveSurfels.empty() ? kCurveSurfels : a.curveSurfels) {
+  for (const std::uint32_t count : a.curve&& a.curveSurfels.empty() ? kCurveSurfels : a.curveSurfels) {
     BakeOptions options = presetOptions(Preset::draft);
     options.surfels.count = count;
     options.links.kind = LinkKind::cone;  // compact links know too few nodes for a million surfels
@@ -173,7 +173,7 @@ Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& r
     if (!point) return point.error();
     report.surfelCurve.push_back(std::move(*point));
   }
-  for (const std::uint32_t count : a.curve && a.curveCaches.empty() ? kCurveCaches : a.curveCaches) {
+  for (const std::uint32_t count : a.curve&& a.curveCaches.empty() ? kCurveCaches : a.curveCaches) {
     BakeOptions options = presetOptions(Preset::draft);
     options.caches.gridCaches = count / 5;
     options.caches.lightmapCaches = count - count / 5;
@@ -282,8 +282,9 @@ void addBenchCommand(CLI::App& app, Action& action) {
   command->add_option("--bakes", a->bakes, "Bakes to measure; the least is told [1..1000]")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command->add_option("--threads", a->threads,
-                      "Threads of the CPU's frames, separated by commas; bakes use the most of them [1..1024]")
+  command
+      ->add_option("--threads", a->threads,
+                   "Threads of the CPU's frames, separated by commas; bakes use the most of them [1..1024]")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(1, 1024).description(""))
@@ -303,7 +304,8 @@ void addBenchCommand(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->check(CLI::Range(1u, 10000000u).description(""));
   command->add_flag("--json", a->json, "Print what was measured as JSON");
-  command->add_option("--markdown", a->markdown, "Write it as a page of tables, in place of printing it")->option_text("FILE");
+  command->add_option("--markdown", a->markdown, "Write it as a page of tables, in place of printing it")
+      ->option_text("FILE");
   static const std::map<std::string, ProgressStyle> kStyles = {{"auto", ProgressStyle::automatic},
                                                                {"plain", ProgressStyle::plain},
                                                                {"json", ProgressStyle::json},

@@ -25,8 +25,8 @@ class Bench : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-const std::vector<std::string> kSmall = {"--preset", "draft",   "--surfels", "1000", "--rays",    "64",
-                                         "--repeat", "3",       "--backend", "cpu",  "--threads", "1,2"};
+const std::vector<std::string> kSmall = {"--preset", "draft", "--surfels", "1000", "--rays",    "64",
+                                         "--repeat", "3",     "--backend", "cpu",  "--threads", "1,2"};
 std::vector<std::string> small(std::vector<std::string> more) {
   more.insert(more.begin(), kSmall.begin(), kSmall.end());
   return more;
@@ -47,7 +47,8 @@ TEST_F(Bench, jsonHoldsStagesPassesAndBuffers) {
     stages.push_back(stage.at("stage"));
     sum += stage.at("seconds").get<double>();
   }
-  const std::vector<std::string> expected = {"rays", "play space", "surfels", "hierarchy", "caches", "links", "receivers"};
+  const std::vector<std::string> expected = {"rays",   "play space", "surfels",  "hierarchy",
+                                             "caches", "links",      "receivers"};
   ASSERT_GE(stages.size(), expected.size());
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), stages.begin()));
   EXPECT_LE(sum, setting.at("bake").at("seconds").get<double>());
@@ -76,8 +77,9 @@ TEST_F(Bench, pageHasATableForEachThing) {
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_TRUE(result.out.empty()) << result.out;
   const std::string text = readAll(page);
-  for (const char* part : {"# Performance", "| links |", "(4) light the caches", "CPU, 2 threads", "## With the number of surfels",
-                           "## With the number of caches", "a tenfold costs", "--curve-surfels 500,1000"}) {
+  for (const char* part :
+       {"# Performance", "| links |", "(4) light the caches", "CPU, 2 threads", "## With the number of surfels",
+        "## With the number of caches", "a tenfold costs", "--curve-surfels 500,1000"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part;
   }
   // No folder of this machine.
