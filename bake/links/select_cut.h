@@ -34,9 +34,13 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
 // RMS radius of the largest group that is not the sky [m]; 1 where there is none.
 float levelRadius(const Hierarchy& hierarchy, const NodeGeometry& geometry);
 
-// readError's model takes E (B_a - B_b)² to be B² x distance / levelRadius(), so keys of a cut that add up to
-// relativeError² x levelRadius() leave that relative error of a cache's light.
-inline float keySumOf(float relativeError, float levelRadius) { return relativeError * relativeError * levelRadius; }
+// readError's model takes E (B_a - B_b)² to be kContrast B² x distance / levelRadius(), so keys of a cut that add up to
+// this much leave about that relative error of a cache's light. kContrast: suns and torches light little of a level
+// and that much, measured on Sponza (docs/CUTS.md).
+inline constexpr float kContrast = 25.0f;
+inline float keySumOf(float relativeError, float levelRadius) {
+  return relativeError * relativeError * levelRadius / kContrast;
+}
 
 // Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.
 //   transfer        f, the paper's.

@@ -262,7 +262,7 @@ void budgetTable(const Level& level, const std::vector<std::vector<Arrival>>& ar
     const std::size_t links = row(CutLimit{each}, "equally");
     row(CutLimit{kMost, counts.keyFor(static_cast<double>(links))}, "by error");
   }
-  for (const float error : {0.1f, 0.05f, 0.02f}) {
+  for (const float error : {0.5f, 0.25f, 0.1f}) {
     row(CutLimit{kMost, -1.0f, keySumOf(error, levelRadius(h, geometry))}, "error " + std::to_string(error).substr(0, 4));
   }
   std::printf("\n");

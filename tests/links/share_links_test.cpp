@@ -158,7 +158,7 @@ TEST(TraceLinks, aLargerErrorNeedsFewerLinks) {
   options.raysPerCache = 1024;
   options.linksPerCache = 600;
   std::uint32_t before = 0;
-  for (const float error : {0.2f, 0.05f, 0.02f}) {
+  for (const float error : {1.0f, 0.25f, 0.1f}) {
     options.maxError = error;
     const auto traced = trace(cells, options);
     ASSERT_TRUE(traced);
