@@ -22,6 +22,7 @@ constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter,
 constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates a surfel are enough
 constexpr std::size_t kFootprintSamples = 16;      // a surfel
 constexpr int kMaxRedraws = 4;
+constexpr std::size_t kMostRedrawn = 16;           // times the points first wanted: masks that leave less get fewer surfels
 
 Status checkOptions(const SurfelOptions& options) {
   if (options.count < 2 || options.count > kMaxSurfels) {
@@ -55,10 +56,12 @@ Drawn drawPoints(const SurfaceSampler& sampler, std::size_t count, std::uint64_t
 // At least `count` points, where there are that many; masks may cost some redraws.
 Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t count, std::uint64_t seed,
                   std::uint32_t salt, Context& context) {
+  const std::size_t most = kMostRedrawn * wanted;
   Drawn drawn = drawPoints(sampler, wanted, seed, salt, context);
-  for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && !context.cancelled(); ++i) {
-    const double grown = 1.02 * static_cast<double>(wanted) / std::max(drawn.share, 0.02);
-    wanted = static_cast<std::size_t>(std::ceil(grown)) + 1;
+  for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && wanted < most && !context.cancelled(); ++i) {
+    if (drawn.samples.empty()) break;
+    const double grown = 1.02 * static_cast<double>(wanted) / drawn.share;
+    wanted = std::min(most, static_cast<std::size_t>(std::ceil(std::min(grown, static_cast<double>(most)))) + 1);
     drawn = drawPoints(sampler, wanted, seed, salt, context);
   }
   return drawn;

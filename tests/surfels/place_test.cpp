@@ -326,6 +326,19 @@ TEST(PlaceSurfels, alphaMasksLeaveHoles) {
   }
 }
 
+TEST(PlaceSurfels, masksThatCutOutEverythingAreRefused) {
+  Context context;
+  Level level;
+  Material& material = level.begin("ghost");
+  material.alphaMode = AlphaMode::mask;
+  material.alpha = 0.0f;
+  level.addRectangle({0, 0, 0}, {0, 2, 0}, {0, 0, 2});
+  const RayTracer tracer = level.tracer(context);
+  const auto placed = placeSurfels(tracer, level.fronts(), optionsFor(Placement::eliminated, 8192), 1, context);
+  ASSERT_FALSE(placed);
+  EXPECT_NE(placed.error().message.find("alpha masks"), std::string::npos) << placed.error().message;
+}
+
 TEST(PlaceSurfels, threadCountDoesNotChangeTheBytes) {
   Level level = roomWithLamp(false);
   Context one, two;
