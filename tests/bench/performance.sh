@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # Measure anew and write docs/PERFORMANCE.md. Needs a build (tests/run.sh) and some minutes of a quiet machine.
 #   tests/bench/performance.sh SCENE.glb [BUILD_FOLDER]     the paper's level is Crytek Sponza
+# RELUME_BENCH_BAKES: bakes of each setting [3]. RELUME_BENCH_NOTE: a sentence for the top of the page.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 if [ $# -lt 1 ] || [ ! -f "$1" ]; then
@@ -26,7 +27,7 @@ RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0
   2> /dev/null > "$work/stages.csv"
 
 {
-  cat "$work/page.md"
+  sed "s/^A frame is lit by/${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}&/" "$work/page.md"
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
   printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
