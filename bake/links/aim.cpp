@@ -101,9 +101,9 @@ void EmitterAim::prepare(const glm::vec3& positionWorld, const glm::vec3& normal
 }
 
 glm::vec3 EmitterAim::point(const Chances& chances, float u, RandomStream& random) const {
-  const auto chosen = std::min<std::ptrdiff_t>(
-      std::upper_bound(chances.upTo.begin(), chances.upTo.end(), u) - chances.upTo.begin(),
-      static_cast<std::ptrdiff_t>(bundle_.size()) - 1);
+  const auto chosen =
+      std::min<std::ptrdiff_t>(std::upper_bound(chances.upTo.begin(), chances.upTo.end(), u) - chances.upTo.begin(),
+                               static_cast<std::ptrdiff_t>(bundle_.size()) - 1);
   const Bundle& bundle = bundle_[static_cast<std::size_t>(chosen)];
   const float power = random.uniform() * bundle.power;
   const auto found = std::partition_point(side_.begin() + bundle.begin, side_.begin() + bundle.end - 1,

@@ -35,10 +35,11 @@ class EmitterAim {
   // A random point on an emitter. u: [0..1) chooses the bundle.
   glm::vec3 point(const Chances& chances, float u, RandomStream& random) const;
 
-  // Density with which point() meets a point of a side [1/m²]; 0 where the side does not emit. side: 2 * triangle + back
+  // Density with which point() meets a point of a side [1/m²]; 0 where the side does not emit. side: 2 * triangle +
+  // back
   float density(const Chances& chances, std::uint32_t side) const {
     return indexOf_.empty() || indexOf_[side] == kNone || chances.upTo.empty() ? 0.0f
-                                                                              : densityOf(chances, indexOf_[side]);
+                                                                               : densityOf(chances, indexOf_[side]);
   }
   // Absolute cosine of an emitting side's normal with a direction.
   float cosine(std::uint32_t side, const glm::vec3& direction) const;

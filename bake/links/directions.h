@@ -26,7 +26,8 @@ class DirectionStrata {
   std::uint32_t count() const { return columns_ * rows_; }
   // Weight of a ray that leaves under this cosine with the normal; of any ray where there is no normal.
   float weight(float cosine, bool hemisphere) const {
-    return (hemisphere ? 2.0f / (evenShare_ + (2.0f - 2.0f * evenShare_) * cosine) : 4.0f) / static_cast<float>(count());
+    return (hemisphere ? 2.0f / (evenShare_ + (2.0f - 2.0f * evenShare_) * cosine) : 4.0f) /
+           static_cast<float>(count());
   }
 
   struct Sample {

@@ -12,8 +12,8 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
-constexpr float kSamePoint = 1e-3f;           // an aimed ray has met its point when it ends this near to it, relatively
-constexpr std::uint32_t kBlock = 256;         // rays traced together: rays and hits stay in the first-level cache
+constexpr float kSamePoint = 1e-3f;    // an aimed ray has met its point when it ends this near to it, relatively
+constexpr std::uint32_t kBlock = 256;  // rays traced together: rays and hits stay in the first-level cache
 
 glm::vec2 toSquare(const glm::vec3& d) {
   const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);

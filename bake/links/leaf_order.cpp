@@ -38,8 +38,8 @@ LeafOrder::LeafOrder(const Hierarchy& hierarchy)
     std::vector<std::uint32_t> above((below.size() + kFan - 1) / kFan);
     for (std::size_t i = 0; i < above.size(); ++i) {
       const auto begin = below.begin() + static_cast<std::ptrdiff_t>(i * kFan);
-      above[i] = *std::min_element(begin, begin + static_cast<std::ptrdiff_t>(
-                                                      std::min<std::size_t>(kFan, below.size() - i * kFan)));
+      above[i] = *std::min_element(
+          begin, begin + static_cast<std::ptrdiff_t>(std::min<std::size_t>(kFan, below.size() - i * kFan)));
     }
     least_.push_back(std::move(above));
   }

@@ -22,8 +22,8 @@ class LeafOrder {
   const std::vector<std::uint32_t>& groupEnds() const { return groupEnd_; }
 
  private:
-  std::vector<std::uint32_t> rank_;   // [Size nodes]
-  std::vector<std::uint32_t> leaf_;   // [Size leaves]
+  std::vector<std::uint32_t> rank_;  // [Size nodes]
+  std::vector<std::uint32_t> leaf_;  // [Size leaves]
   // level 0: the node where leaves r-1 and r meet; level i+1: the least of 16 of level i. A parent comes before its
   // children, so the least node of a range is where its ends meet.
   std::vector<std::vector<std::uint32_t>> least_;

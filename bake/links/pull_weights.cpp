@@ -54,7 +54,8 @@ void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut, 
   }
   for (const std::uint32_t slot : cut) {
     const TouchedNode& node = tree[slot];
-    cut_[node.node] += std::accumulate(fixed_.begin() + node.firstLeaf, fixed_.begin() + node.endLeaf, std::uint64_t{0});
+    cut_[node.node] +=
+        std::accumulate(fixed_.begin() + node.firstLeaf, fixed_.begin() + node.endLeaf, std::uint64_t{0});
   }
 }
 

@@ -11,8 +11,9 @@
 // s are read with the total weight sum_{c in R(s)} F_{c,s}, and each level splits that total as the caches themselves
 // see it. It depends on geometry alone.
 //
-// read[s] = sum_{c in R(s)} F_{c,s} is what all caches receive from s less what those receive whose cut lies at or below
-// s. So a cache adds F to its leaves and subtracts it at the nodes of its cut; summing up the tree once gives read[s].
+// read[s] = sum_{c in R(s)} F_{c,s} is what all caches receive from s less what those receive whose cut lies at or
+// below s. So a cache adds F to its leaves and subtracts it at the nodes of its cut; summing up the tree once gives
+// read[s].
 #pragma once
 
 #include "bake/links/touched_tree.h"

@@ -63,9 +63,9 @@ struct CutCandidate {
 
 // When to stop refining: whichever comes first.
 struct CutLimit {
-  std::uint32_t maxNodes = 0;   // [>= 1]
-  float minKey = -1.0f;         // nodes with keys up to this one stay whole
-  float maxKeySum = 0.0f;       // [>= 0] stop when the nodes of the cut have keys of together at most this; 0 = never
+  std::uint32_t maxNodes = 0;  // [>= 1]
+  float minKey = -1.0f;        // nodes with keys up to this one stay whole
+  float maxKeySum = 0.0f;      // [>= 0] stop when the nodes of the cut have keys of together at most this; 0 = never
 };
 
 // The cut as slots of the touched tree, their nodes ascending. It has at most maxNodes nodes (but never fewer than

@@ -56,8 +56,12 @@ void TouchedTree::binArrivals(std::span<const Arrival> arrivals, float receivedS
 
 std::uint32_t TouchedTree::join(std::uint32_t node, std::uint32_t first, std::uint32_t second) {
   const TouchedNode &a = nodes_[first], &b = nodes_[second];
-  const TouchedNode sum{node,      {first, second},         a.firstLeaf,
-                        b.endLeaf, a.weight + b.weight,     a.received + b.received,
+  const TouchedNode sum{node,
+                        {first, second},
+                        a.firstLeaf,
+                        b.endLeaf,
+                        a.weight + b.weight,
+                        a.received + b.received,
                         a.direction + b.direction};
   nodes_.push_back(sum);
   return static_cast<std::uint32_t>(nodes_.size() - 1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What one cache sees, summed up the hierarchy (PIC 4.5): the leaves its rays hit, and the nodes in which two or more
-// of them meet. Nodes with a single touched child are left out: everything they could say, their child says. A dense sum
-// over all nodes for every cache would cost more than the rays; so would a walk up from every leaf.
+// of them meet. Nodes with a single touched child are left out: everything they could say, their child says. A dense
+// sum over all nodes for every cache would cost more than the rays; so would a walk up from every leaf.
 #pragma once
 
 #include "bake/links/gather.h"

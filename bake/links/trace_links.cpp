@@ -20,7 +20,8 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kGrain = 16;           // caches a chunk
+constexpr std::size_t kGrain = 16;          // caches a chunk
+constexpr double kOverTotal = 1.05;         // a total exceeded by more than that is worth a warning
 constexpr std::size_t kAskedCaches = 1024;  // that share out linksTotal: at least these, or all
 
 // What one thread needs for one cache, and its share of the sums.
@@ -169,17 +170,16 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   limit.maxKeySum = keySumOf(options.maxError, levelRadius(hierarchy, geometry));
   if (options.linksTotal > 0 && caches.count() > 0) {
     const std::size_t step = std::max<std::size_t>(1, caches.count() / kAskedCaches);
-    parallelChunks(context, "links: shares", (caches.count() + step - 1) / step, kGrain,
-                   [&](std::size_t begin, std::size_t end) {
-                     std::unique_ptr<Worker> worker = pool.take();
-                     for (std::size_t i = begin; i < end; ++i) {
-                       look(i * step, *worker);
-                       selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
-                       worker->keyCounts.add(worker->tree, worker->keys,
-                                             static_cast<std::uint32_t>(worker->cut.size()));
-                     }
-                     pool.giveBack(std::move(worker));
-                   });
+    parallelChunks(
+        context, "links: shares", (caches.count() + step - 1) / step, kGrain, [&](std::size_t begin, std::size_t end) {
+          std::unique_ptr<Worker> worker = pool.take();
+          for (std::size_t i = begin; i < end; ++i) {
+            look(i * step, *worker);
+            selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
+            worker->keyCounts.add(worker->tree, worker->keys, static_cast<std::uint32_t>(worker->cut.size()));
+          }
+          pool.giveBack(std::move(worker));
+        });
     if (context.cancelled()) return cancelledError();
     KeyCounts counts;
     for (const auto& worker : pool.all()) counts.merge(worker->keyCounts);
@@ -209,6 +209,12 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   if (!links) return links.error();
   TracedLinks traced;
   traced.links = std::move(*links);
+  if (options.linksTotal > 0 && traced.links.count() > kOverTotal * options.linksTotal) {
+    context.message(Severity::warning, "links: " + std::to_string(traced.links.count()) + " links where " +
+                                           std::to_string(options.linksTotal) +
+                                           " were asked for in all: every cache needs one for each of the reflecting "
+                                           "surfaces, emitters and sky that it sees");
+  }
   PullSums sums(hierarchy, options.pull, options.opennessRadius);
   RayCount count;
   std::uint64_t visibleLeaves = 0;

@@ -263,7 +263,8 @@ void budgetTable(const Level& level, const std::vector<std::vector<Arrival>>& ar
     row(CutLimit{kMost, counts.keyFor(static_cast<double>(links))}, "by error");
   }
   for (const float error : {0.5f, 0.25f, 0.1f}) {
-    row(CutLimit{kMost, -1.0f, keySumOf(error, levelRadius(h, geometry))}, "error " + std::to_string(error).substr(0, 4));
+    row(CutLimit{kMost, -1.0f, keySumOf(error, levelRadius(h, geometry))},
+        "error " + std::to_string(error).substr(0, 4));
   }
   std::printf("\n");
 }

@@ -21,8 +21,8 @@ struct FromEmitters {
   std::size_t arrivals = 0;
 };
 
-FromEmitters gatherEmitters(const CellScene& cells, const glm::vec3& position, const glm::vec3& normal, std::uint32_t rays,
-                    float emitterRays, std::uint64_t seed = 1) {
+FromEmitters gatherEmitters(const CellScene& cells, const glm::vec3& position, const glm::vec3& normal,
+                            std::uint32_t rays, float emitterRays, std::uint64_t seed = 1) {
   Context context;
   auto tracer = RayTracer::create(cells.scene(), "avx2", context);
   const Surfels surfels = cells.surfels();
@@ -100,13 +100,15 @@ TEST(EmitterAim, densitiesAddUpToOneOverTheArea) {
     aim.prepare({0, 0, 0}, {0, 1, 0}, chances);
     const float area = 4.0f / static_cast<float>(cellsAlong * cellsAlong) / 2.0f;  // of a triangle
     double sum = 0;
-    for (std::uint32_t side = 0; side + 1 < map.cellBegin.size(); ++side) sum += double{aim.density(chances, side)} * area;
+    for (std::uint32_t side = 0; side + 1 < map.cellBegin.size(); ++side)
+      sum += double{aim.density(chances, side)} * area;
     EXPECT_NEAR(sum, 1.0, 1e-4);
 
     // And point() follows it: the share of points on the nearer panel.
     double near = 0, expected = 0;
     RandomStream random(1, 1, 1);
-    for (int i = 0; i < 4000; ++i) near += aim.point(chances, (static_cast<float>(i) + 0.5f) / 4000, random).x < 2 ? 1.0 / 4000 : 0;
+    for (int i = 0; i < 4000; ++i)
+      near += aim.point(chances, (static_cast<float>(i) + 0.5f) / 4000, random).x < 2 ? 1.0 / 4000 : 0;
     const std::uint32_t nearSides = 4 * cellsAlong * cellsAlong;
     for (std::uint32_t side = 0; side < nearSides; ++side) expected += double{aim.density(chances, side)} * area;
     EXPECT_NEAR(near, expected, 0.02);

@@ -149,7 +149,10 @@ TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
     Sum& s = sums[node] = {a.received + b.received, a.weight + b.weight, 0, a.direction + b.direction};
     const double received = a.received - w * s.received, weight = a.weight - w * s.weight;
     const glm::dvec3 direction = a.direction - w * s.direction;
-    s.key = a.key + b.key + (received * received + 0.3 * (weight * weight + 3 * glm::dot(direction, direction)) / (4 * 3.14159265358979)) * cutNode[node].extent;
+    s.key =
+        a.key + b.key +
+        (received * received + 0.3 * (weight * weight + 3 * glm::dot(direction, direction)) / (4 * 3.14159265358979)) *
+            cutNode[node].extent;
   }
   ASSERT_GT(tree.nodes().size(), tree.leaves().size());
   for (std::size_t slot = tree.leaves().size(); slot < tree.nodes().size(); ++slot) {

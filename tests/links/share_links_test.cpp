@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Sharing links between caches, and stopping at an error.
+#include "bake/links/share_links.h"
 #include "bake/links/links.h"
 #include "bake/links/select_cut.h"
-#include "bake/links/share_links.h"
 #include "bake/links/touched_tree.h"
 #include "tests/links/links_fixture.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
+#include <string>
 
 namespace relume {
 namespace {
@@ -106,15 +106,20 @@ test::CellScene boxWithScreens() {
   cells.addRectangle({-0.3f, -0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 8, true);
   RandomStream random(1, 2, 3);
   for (int i = 0; i < 90; ++i) {
-    cells.addCache({1.6f * random.uniform() - 0.8f, i % 2 ? -0.95f : 0.5f * random.uniform(), 1.6f * random.uniform() - 0.8f},
-                   glm::vec3(0.0f));
+    cells.addCache(
+        {1.6f * random.uniform() - 0.8f, i % 2 ? -0.95f : 0.5f * random.uniform(), 1.6f * random.uniform() - 0.8f},
+        glm::vec3(0.0f));
   }
   return cells;
 }
 
-Result<TracedLinks> trace(const test::CellScene& cells, const LinkOptions& options, int threads = 1) {
+Result<TracedLinks> trace(const test::CellScene& cells, const LinkOptions& options, int threads = 1,
+                          std::string* warning = nullptr) {
   Context context;
   context.threads = threads;
+  context.onMessage = [&](Severity, std::string_view text) {
+    if (warning != nullptr) *warning += text;
+  };
   auto tracer = RayTracer::create(cells.scene(), "avx2", context);
   if (!tracer) return tracer.error();
   const Surfels surfels = cells.surfels();
@@ -150,6 +155,18 @@ TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
   const auto capped = trace(cells, options);
   ASSERT_TRUE(capped);
   EXPECT_EQ(capped->links.count(), 90u * 60u);
+}
+
+TEST(TraceLinks, aTotalThatIsTooSmallLeavesARootEachAndSaysSo) {
+  const test::CellScene cells = boxWithScreens();
+  LinkOptions options;
+  options.raysPerCache = 256;
+  options.linksTotal = 10;
+  std::string warning;
+  const auto traced = trace(cells, options, 1, &warning);
+  ASSERT_TRUE(traced);
+  EXPECT_EQ(traced->links.count(), 90u);
+  EXPECT_NE(warning.find("90 links where 10 were asked for"), std::string::npos) << warning;
 }
 
 TEST(TraceLinks, aLargerErrorNeedsFewerLinks) {
