@@ -118,8 +118,8 @@ inline void loadLinks(const std::uint32_t* link, Ints& packed, Ints& direction) 
 
 // Y, Co, Cg of the nodes of kLanes links, transposed.
 template <class Links>
-inline void loadNodes(const float* node, const Links& links, Floats& y, Floats& co, Floats& cg) {
-  const auto color = [node, &links](int lane) { return load<Float4>(node + 4 * std::size_t{links.node(lane)}); };
+__attribute__((always_inline)) inline void loadNodes(const float* node, const Links& links, Floats& y, Floats& co, Floats& cg) {
+  const auto color = [node, &links](int lane) __attribute__((always_inline)) { return load<Float4>(node + 4 * std::size_t{links.node(lane)}); };
 #if RELUME_LANES == 4
   const Floats r0 = color(0), r1 = color(1), r2 = color(2), r3 = color(3);
   const Floats y01 = __builtin_shufflevector(r0, r1, 0, 4, 1, 5), y23 = __builtin_shufflevector(r2, r3, 0, 4, 1, 5);
@@ -128,7 +128,7 @@ inline void loadNodes(const float* node, const Links& links, Floats& y, Floats& 
   co = __builtin_shufflevector(y01, y23, 2, 3, 6, 7);
   cg = __builtin_shufflevector(z01, z23, 0, 1, 4, 5);
 #else
-  const auto pair = [&color](int lane, int other) {
+  const auto pair = [&color](int lane, int other) __attribute__((always_inline)) {
     return __builtin_shufflevector(color(lane), color(other), 0, 1, 2, 3, 4, 5, 6, 7);
   };
 #if RELUME_LANES == 8
@@ -142,7 +142,7 @@ inline void loadNodes(const float* node, const Links& links, Floats& y, Floats& 
   co = __builtin_shufflevector(y01, y23, 2, 3, 10, 11, 6, 7, 14, 15);
   cg = __builtin_shufflevector(z01, z23, 0, 1, 8, 9, 4, 5, 12, 13);
 #else
-  const auto four = [&pair](int lane) {
+  const auto four = [&pair](int lane) __attribute__((always_inline)) {
     const Float8 low = pair(lane, lane + 4), high = pair(lane + 8, lane + 12);
     return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   };
@@ -232,7 +232,7 @@ struct PlainLinks {
     link = tail;
   }
   std::uint32_t node(int lane) const { return link[3 * lane]; }
-  void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
+  __attribute__((always_inline)) void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
     Ints packed, bits;
     loadLinks(link, packed, bits);
     f = halfToFloat(packed);
@@ -269,7 +269,7 @@ struct CompactLinks : Heads {
       __builtin_memcpy(shape, from, sizeof(Word) * static_cast<std::size_t>(count));
     }
   }
-  void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
+  __attribute__((always_inline)) void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
     typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
     const Ints bits = __builtin_convertvector(load<Words>(shape), Ints);
     f = transfer();
