@@ -92,9 +92,11 @@ float largestRatio(std::size_t i) {
 
 std::uint32_t packTransfer(float f) {
   if (!(f > 0.0f)) return 0;
-  // The two bits that are left out of the half's mantissa are rounded, not cut.
-  const std::uint32_t bits = (packHalf(std::min(f, 1.998046875f)) + 2u) >> 2;
-  return std::min(bits, 0xFFFu);
+  f = std::min(f, 2.0f);
+  // Round to eight bits after the leading one, or to multiples of 2^-22 below 2^-14; then the half is exact.
+  const int exponent = std::max(std::ilogb(f), -14);
+  const float rounded = std::ldexp(std::nearbyint(std::ldexp(f, 8 - exponent)), exponent - 8);
+  return packHalf(std::min(rounded, 1.99609375f)) >> 2;
 }
 
 float unpackTransfer(std::uint32_t bits) { return unpackHalf(static_cast<std::uint16_t>((bits & 0xFFFu) << 2)); }
