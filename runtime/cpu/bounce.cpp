@@ -107,12 +107,33 @@ glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, const 
   return glm::max(yCoCgToRgb(yCoCg), glm::vec3(0.0f));
 }
 
+// The commonest receiver, one whose normal is the map's: band 1 alone.
+glm::vec3 Bounce::gatherLinear(std::uint32_t point, const glm::vec3& n, float linear) const {
+  const Lightmap& map = bake_.caches.lightmap;
+  constexpr float kUnit = 1.0f / 65535.0f;
+  const TexelQuad quad = texelsAround(map, glm::vec2(static_cast<float>(point & 0xFFFFu), static_cast<float>(point >> 16)) * kUnit);
+  Float4 e{};
+  float total = 0.0f;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::uint32_t cache = map.cache[quad.texel[k]];
+    if (cache == kNoCache) continue;
+    Float4 band[3];
+    __builtin_memcpy(band, table_.data() + 4 * kRows * cache + 4, sizeof band);
+    e += quad.weight[k] * (n.y * band[0] + n.z * band[1] + n.x * band[2]);
+    total += quad.weight[k];
+  }
+  if (!(total > 0.0f)) return glm::vec3(0.0f);
+  e *= linear * (4.0f / 3.0f) * kPi * 0.488602512f / total;
+  return glm::max(yCoCgToRgb(glm::vec3(e[0], e[1], e[2])), glm::vec3(0.0f));
+}
+
 glm::vec3 Bounce::irradiance(std::uint32_t s) const {
   const Surfels& surfels = bake_.surfels;
   const glm::vec3 n = surfels.normal[s];
   const bool map = !cosine_.empty() && cosine_[s] != kNoMap;
   SurfaceLobe share;
   if (map) share = light_.irradianceOnMap ? SurfaceLobe{0.0f, 2.0f} : surfaceLobe(cosine_[s]);
+  if (map && share.clamped == 0.0f && !chromaFollows_) return gatherLinear(surfels.receiver[s], n, share.linear);
   const bool table = inTable_ || (map && share.clamped == 0.0f);
   if (surfels.receiver[s] == kGridReceiver) {
     const glm::vec3 p = surfels.positionWorld[s];

@@ -27,6 +27,7 @@ class Bounce {
   std::size_t bytes() const { return (cosine_.size() + table_.size()) * sizeof(float); }
 
  private:
+  glm::vec3 gatherLinear(std::uint32_t point, const glm::vec3& normal, float linear) const;
   glm::vec3 gather(const Stencil& stencil, const glm::vec3& normal, const SurfaceLobe& share) const;
 
   const Bake& bake_;

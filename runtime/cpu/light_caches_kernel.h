@@ -163,7 +163,7 @@ __attribute__((always_inline)) inline void loadNodes(const float* node, const Li
 
 // Unit direction of a packed octahedral one, kBits each of u and v from the lowest on (formats/pack.h, compact_links.h).
 template <int kBits>
-inline void unpackDirections(Ints bits, Floats& x, Floats& y, Floats& z) {
+__attribute__((always_inline)) inline void unpackDirections(Ints bits, Floats& x, Floats& y, Floats& z) {
   const Ints signBit = Ints{} + INT32_MIN;
   constexpr float kScale = 1.0f / static_cast<float>((1 << (kBits - 1)) - 1);
   constexpr int kRest = 32 - kBits;
@@ -244,7 +244,7 @@ struct PlainLinks {
 struct Heads {
   std::uint32_t head[kLanes];
 
-  Heads(const LightCachesJob& job, std::size_t at, int count) {
+  __attribute__((always_inline)) Heads(const LightCachesJob& job, std::size_t at, int count) {
     if (count >= kLanes) {
       __builtin_memcpy(head, job.head + at, sizeof head);
     } else {
@@ -260,7 +260,7 @@ template <class Word, int kUvBits, int kConeBits>
 struct CompactLinks : Heads {
   Word shape[kLanes];
 
-  CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
+  __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
     const Word* from = reinterpret_cast<const Word*>(job.shape) + at;
     if (count >= kLanes) {
       __builtin_memcpy(shape, from, sizeof shape);
