@@ -90,7 +90,9 @@ Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& conte
     return Error{ErrorCode::failed, "scene \"" + scene.name + "\" has no triangle to bake: no mesh, or every node is "
                                     "\"dynamic\" or \"ignore\" in extras.relume"};
   try {
-    return bakeStages(scene, options, context);
+    Result<Bake> baked = bakeStages(scene, options, context);
+    if (!baked && !context.cancelled()) baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
+    return baked;
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};
   }
