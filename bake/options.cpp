@@ -341,7 +341,7 @@ BakeOptions presetOptions(Preset preset) {
       options.surfels.count = 262144;
       options.caches.gridCaches = 8192;
       options.caches.lightmapCaches = 65536;
-      options.links.raysPerCache = 16384;
+      options.links.linksPerCache = 1000;  // the cut is the largest error left, see docs/ACCURACY.md
       options.links.skyPatches = 256;
       break;
   }
