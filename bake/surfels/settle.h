@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where a surfel is lit. Its cell may be half behind a column or under a leaf; receivers only see the rest. Lit at its
-// own point, it would often stand in a shadow that nobody sees: on Sponza that costs 1.5 to 2.5 % of the light.
+// own point, it would often stand in a shadow that nobody sees, and light would be lost (docs/DESIGN.md).
 #pragma once
 
 #include "bake/context.h"

@@ -26,8 +26,8 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags) {
   }
 }
 
-Result<BakeOptions> chooseBakeOptions(Preset preset, const BakeFlags& flags) {
-  BakeOptions options = presetOptions(preset);
+Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags) {
+  BakeOptions options = base;
   if (!flags.bands.empty()) {
     for (const char* name : {"links.bands", "lumaBands", "chromaBands"}) {
       if (const Status status = setOption(options, name, flags.bands); !status) return status.error();

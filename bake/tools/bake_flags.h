@@ -23,7 +23,7 @@ struct BakeFlags {
 // `flags` must outlive the parsing.
 void addBakeFlags(CLI::App& command, BakeFlags& flags);
 
-// The preset, --bands, then the other flags. usage: text of the wrong type, a value out of range.
-Result<BakeOptions> chooseBakeOptions(Preset preset, const BakeFlags& flags);
+// What the flags start from, --bands, then the other flags. usage: text of the wrong type, a value out of range.
+Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags);
 
 }  // namespace relume

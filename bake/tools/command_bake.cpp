@@ -2,6 +2,7 @@
 // relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
 // options (bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/bake.h"
+#include "bake/tools/bake_flags.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/depfile.h"
 #include "bake/tools/load_scene.h"
@@ -30,8 +31,7 @@ struct BakeArguments {
   std::string scene, output, optionsFile, reportFile, depfile;
   Preset preset = Preset::high;
   bool printOptions = false, force = false, verify = false;
-  std::string bands;                           // sets links.bands, lumaBands and chromaBands together
-  std::map<std::string, std::string> flagged;  // name of an option -> text of its flag
+  BakeFlags flags;
   TerminalOptions terminal;
 };
 
@@ -49,7 +49,7 @@ Status writeText(const std::string& path, const std::string& text) {
   return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
 }
 
-// Preset, options file, --bands, then the other flags; then all ranges.
+// Preset, options file, then the flags.
 Result<BakeOptions> chooseOptions(const BakeArguments& arguments) {
   BakeOptions options = presetOptions(arguments.preset);
   if (!arguments.optionsFile.empty()) {
@@ -59,16 +59,7 @@ Result<BakeOptions> chooseOptions(const BakeArguments& arguments) {
     if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
     options = *read;
   }
-  if (!arguments.bands.empty()) {
-    for (const char* name : {"links.bands", "lumaBands", "chromaBands"}) {
-      if (const Status status = setOption(options, name, arguments.bands); !status) return status.error();
-    }
-  }
-  for (const auto& [name, text] : arguments.flagged) {
-    if (const Status status = setOption(options, name, text); !status) return status.error();
-  }
-  if (const Status status = checkOptions(options); !status) return status.error();
-  return options;
+  return chooseBakeOptions(options, arguments.flags);
 }
 
 // The options as JSON with a comment a line; `--options` reads it back.
@@ -204,23 +195,6 @@ int runBake(const BakeArguments& arguments) {
   return 0;
 }
 
-// An option of the command line for every row that has a flag; defaults are those of the preset `high`.
-void addTableOptions(CLI::App& command, BakeArguments& arguments) {
-  for (const OptionInfo& info : listOptions(presetOptions(Preset::high))) {
-    if (info.flag.empty()) continue;
-    const std::string unit = info.unit.empty() ? "" : " " + info.unit;
-    std::string value = info.value;
-    std::erase_if(value, [](char c) { return c == '"' || c == '[' || c == ']'; });
-    command
-        .add_option_function<std::string>(
-            info.flag, [&arguments, name = info.name](const std::string& text) { arguments.flagged[name] = text; },
-            info.comment + " [" + info.range + unit + "]")
-        ->take_last()  // a flag given twice counts as the last one
-        ->option_text("[" + value + "]")
-        ->group("Options of the bake (default: preset high)");
-  }
-}
-
 }  // namespace
 
 void addBakeCommand(CLI::App& app, Action& action) {
@@ -245,10 +219,7 @@ void addBakeCommand(CLI::App& app, Action& action) {
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
       ->option_text("FILE");
   addTerminalOptions(*command, arguments->terminal);
-  command->add_option("--bands", arguments->bands, "Bands of SH links, luma and chroma together [1..8]")
-      ->option_text("[4]")
-      ->group("Options of the bake (default: preset high)");
-  addTableOptions(*command, *arguments);
+  addBakeFlags(*command, arguments->flags);
   command->callback([arguments, &action] { action = [arguments] { return runBake(*arguments); }; });
 }
 

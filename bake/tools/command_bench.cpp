@@ -196,7 +196,7 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scene = scene->name + ", " + std::to_string(scene->triangleCount()) + " triangles";
   for (const Preset preset : a.presets) {
-    const Result<BakeOptions> options = chooseBakeOptions(preset, a.flags);
+    const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags);
     if (!options) return options.error();
     Terminal terminal(a.terminal());
     Context& context = terminal.context();
@@ -239,7 +239,7 @@ Status measureOpenGl(const BenchArguments& a, Measured& measured) {
 int runBench(const BenchArguments& a) {
   if (const Status status = checkArguments(a); !status) return fail(status.error());
   for (const Preset preset : a.presets) {
-    if (const Result<BakeOptions> options = chooseBakeOptions(preset, a.flags); !options) return fail(options.error());
+    if (const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags); !options) return fail(options.error());
   }
 
   Measured all;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume-view: a window onto a level that is relit every frame; or, with --headless, frames of it as pictures.
 #include "bake/context.h"
+#include "bake/scene/check_mesh.h"
 #include "bake/scene/scene.h"
 #include "formats/bake_file.h"
 #include "samples/02_viewer/headless.h"
@@ -24,8 +25,9 @@ int main(int argc, char** argv) {
   if (!options) return fail(options.error());
   if (options->exitNow) return 0;
   Context context;
-  const auto scene = importGltf(options->scene, context);
+  auto scene = importGltf(options->scene, context);
   if (!scene) return fail(scene.error());
+  repairMeshes(*scene, context);  // as the baker does
   const auto bake = mapBake(options->bake);
   if (!bake) return fail(bake.error());
   if (bake->instances.size() != scene->instances.size()) {
