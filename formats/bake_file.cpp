@@ -68,6 +68,9 @@ void forEachArray(BakeType& b, Visitor&& visit) {
   visit("cache.position", b.caches.positionWorld);
   visit("cache.normal", b.caches.normal);
   visit("grid.cache", b.caches.grid.cache);
+  visit("grid.brick", b.caches.grid.brick);
+  visit("grid.fine", b.caches.grid.fine);
+  visit("grid.depth", b.caches.grid.depth);
   visit("map.cache", b.caches.lightmap.cache);
   visit("map.part", b.caches.lightmap.parts);
   visit("map.corner", b.caches.lightmap.cornerUv);
@@ -105,6 +108,7 @@ void applyScalars(const BakeScalars& s, Bake& b) {
 template <class T>
 std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
   if (std::string_view(name) == "link.sh" && linkBands >= 1) return std::uint64_t{linkBands} * linkBands;
+  if (std::string_view(name) == "grid.fine") return kBrickWords;
   return Stored<T>::columns;
 }
 

@@ -5,6 +5,7 @@
 
 #include "formats/array.h"
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -13,15 +14,37 @@
 namespace relume {
 
 inline constexpr std::uint32_t kNoCache = 0xFFFFFFFFu;
+// Caches of a bake, at most: the runtime names one in kCacheBits bits where it bounces light.
+inline constexpr std::uint32_t kCacheBits = 22, kMostCaches = 1u << kCacheBits;
 // Light-map coordinate of a triangle corner that has none: the triangle is lit by the grid.
 inline constexpr std::uint32_t kGridLit = 0xFFFFFFFFu;
 
-// A uniform lattice of cache positions. Point (x, y, z) lies at origin + (x, y, z) * spacing.
+// A cell of the grid that is not refined.
+inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
+// Words of a brick: the caches of 3 x 3 x 3 points, x fastest, at half the lattice's spacing.
+inline constexpr std::uint32_t kBrickWords = 27;
+// A brick's point that lies on the border of a cell without a brick: it stands for what the lattice has there, so that
+// light is continuous where bricks end.
+inline constexpr std::uint32_t kHangingPoint = 0xFFFFFFFEu;
+
+// Cache positions in two levels: a uniform lattice, point (x, y, z) at origin + (x, y, z) * spacing, and bricks of half
+// its spacing in the cells where surfaces are.
 struct CacheGrid {
-  glm::uvec3 resolution{0};     // points along each axis; 0 = no grid
+  glm::uvec3 resolution{0};     // points of the lattice along each axis; 0 = no grid
   glm::vec3 originWorld{0.0f};  // [m]
-  glm::vec3 spacing{0.0f};      // [m]
+  glm::vec3 spacing{0.0f};      // [m] of the lattice
   Array<std::uint32_t> cache;   // [Size x*y*z, x fastest] cache of a point, kNoCache = inside something or unseen
+  Array<std::uint32_t> brick;   // [Size 0 or cells, max(r-1, 1) along each axis, x fastest] brick of a cell or kNoBrick
+  Array<std::uint32_t> fine;    // [Size kBrickWords * bricks] cache of a point, kNoCache or kHangingPoint
+  Array<std::uint32_t> depth;   // [Size 0 or kDepthWords * grid caches] how far each sees (formats/grid_depth.h); empty =
+                                // receivers behind walls are not told apart
+
+  std::uint32_t brickCount() const { return static_cast<std::uint32_t>(fine.size() / kBrickWords); }
+  glm::uvec3 cells() const { return glm::max(resolution, glm::uvec3(2)) - 1u; }
+  // [m] what depths are counted in: the largest spacing
+  float depthUnit() const { return glm::max(spacing.x, glm::max(spacing.y, spacing.z)); }
+  // [m] how far apart points are at least
+  float finestSpacing() const { return (brick.empty() ? 1.0f : 0.5f) * glm::min(spacing.x, glm::min(spacing.y, spacing.z)); }
 };
 
 // Where the triangles of one drawable part (glTF node x primitive x GPU instance) are on the light map.

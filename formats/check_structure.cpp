@@ -3,6 +3,7 @@
 // having found nothing.
 #include "formats/compact_links.h"
 #include "formats/findings.h"
+#include "formats/grid_depth.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,10 +59,12 @@ void checkLevels(const Hierarchy& h, Findings& findings) {
     findings.add(Check::levelRange, At{"node.level", h.levelBegin.size() - 1}, h.nodeCount(), h.levelBegin.back());
 }
 
-// Every inner node has two adjacent children in the next level, every node but the root one parent, every sender one
-// leaf: then the whole is a tree, and pull, deepest level first, reads nothing that is not written.
+// Every inner node has two adjacent children in the next level, behind those of the nodes before it, every node but the root
+// one parent, every sender one leaf: then the whole is a tree, whose children the runtime finds by counting, and pull,
+// deepest level first, reads nothing that is not written.
 void checkTree(const Hierarchy& h, Findings& findings) {
   std::vector<bool> hasParent(h.child.size(), false);
+  std::uint32_t next = 1;
   for (std::uint32_t d = 0; d < h.levelCount(); ++d) {
     const bool last = d + 1 == h.levelCount();
     const std::uint32_t low = h.levelBegin[d + 1], high = last ? low : h.levelBegin[d + 2];
@@ -74,7 +77,8 @@ void checkTree(const Hierarchy& h, Findings& findings) {
           findings.add(Check::leafNodeMismatch, At{"node.leaf", sender}, node, h.leafNode[sender]);
         continue;
       }
-      const std::uint32_t child = h.child[node];
+      const std::uint32_t child = h.child[node], expected = next;
+      next += 2;
       if (child < low || child + 1 >= high) {
         findings.add(Check::childLevel, At{"node.child", node},
                      last ? std::string("a leaf, in the last level") : "two nodes of " + range(low, high - 1), child);
@@ -82,6 +86,8 @@ void checkTree(const Hierarchy& h, Findings& findings) {
       }
       if (hasParent[child] || hasParent[child + 1])
         findings.add(Check::childShared, At{"node.child", node}, "children of no other node", child);
+      else if (child != expected)
+        findings.add(Check::childOrder, At{"node.child", node}, expected, child);
       hasParent[child] = hasParent[child + 1] = true;
     }
   }
@@ -113,6 +119,31 @@ void checkIndices(const Array<std::uint32_t>& cache, const char* name, std::size
   }
 }
 
+// Bricks, and depths of every cache that the grid reads.
+void checkBricks(const Caches& c, Findings& findings) {
+  const CacheGrid& g = c.grid;
+  const glm::uvec3 cells = g.cells();
+  const std::uint64_t count = std::uint64_t{cells.x} * cells.y * cells.z;
+  if (g.fine.size() % kBrickWords != 0)
+    findings.add(Check::gridBrickSize, "grid.fine", "a multiple of " + std::to_string(kBrickWords), g.fine.size());
+  if (g.brick.empty() ? !g.fine.empty() : (g.cache.empty() || g.brick.size() != count))
+    findings.add(Check::gridBrickSize, "grid.brick", g.cache.empty() ? 0 : count, g.brick.size());
+  for (std::size_t i = 0; i < g.brick.size(); ++i) {
+    if (g.brick[i] >= g.brickCount() && g.brick[i] != kNoBrick)
+      findings.add(Check::gridBrickIndex, At{"grid.brick", i}, "below " + std::to_string(g.brickCount()) + ", or none", g.brick[i]);
+  }
+  for (std::size_t i = 0; i < g.fine.size(); ++i) {
+    if (g.fine[i] >= c.positionWorld.size() && g.fine[i] < kHangingPoint)
+      findings.add(Check::gridFineIndex, At{"grid.fine", i}, "below " + std::to_string(c.positionWorld.size()) + ", none or hanging", g.fine[i]);
+  }
+  if (g.depth.empty()) return;
+  const std::uint64_t mapped = g.depth.size() / kDepthWords;
+  const auto beyond = [&](std::uint32_t cache) { return cache < kHangingPoint && cache >= mapped; };
+  if (g.depth.size() % kDepthWords != 0 || mapped > c.positionWorld.size() || std::any_of(g.fine.begin(), g.fine.end(), beyond) ||
+      std::any_of(g.cache.begin(), g.cache.end(), beyond))
+    findings.add(Check::gridDepthSize, "grid.depth", std::to_string(kDepthWords) + " words for each cache of the grid", g.depth.size());
+}
+
 void checkGrid(const Caches& c, Findings& findings) {
   const CacheGrid& g = c.grid;
   const glm::uvec3 r = g.resolution;
@@ -125,6 +156,7 @@ void checkGrid(const Caches& c, Findings& findings) {
   if (!isFinite(g.originWorld) || !isFinite(g.spacing) || (!g.cache.empty() && !spaced))
     findings.add(Check::gridPlacement, "scalars, grid spacing", "finite and positive", g.spacing);
   checkIndices(g.cache, "grid.cache", c.positionWorld.size(), Check::gridCacheIndex, findings);
+  checkBricks(c, findings);
 }
 
 void checkLightmap(const Bake& bake, Findings& findings) {
@@ -153,8 +185,8 @@ void checkLightmap(const Bake& bake, Findings& findings) {
 
 void checkCacheArrays(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
-  if (c.positionWorld.size() >= kNoCache)
-    findings.add(Check::cacheArraySize, "cache.position", "below " + std::to_string(kNoCache), c.positionWorld.size());
+  if (c.positionWorld.size() > kMostCaches)
+    findings.add(Check::cacheArraySize, "cache.position", "at most " + std::to_string(kMostCaches), c.positionWorld.size());
   if (c.normal.size() != c.positionWorld.size())
     findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
   checkGrid(c, findings);

@@ -136,6 +136,13 @@ void checkCaches(const Bake& bake, Findings& findings) {
     if (!isZero(c.normal[cache]))
       findings.add(Check::gridCacheNormal, At{"grid.cache", i}, "a cache with normal 0", c.normal[cache]);
   }
+  for (std::size_t i = 0; i < c.grid.fine.size(); ++i) {
+    const std::uint32_t cache = c.grid.fine[i];
+    if (cache >= kHangingPoint) continue;
+    used[cache] = true;
+    if (!isZero(c.normal[cache]))
+      findings.add(Check::gridCacheNormal, At{"grid.fine", i}, "a cache with normal 0", c.normal[cache]);
+  }
   for (std::size_t i = 0; i < c.lightmap.cache.size(); ++i) {
     const std::uint32_t cache = c.lightmap.cache[i];
     if (cache == kNoCache) continue;

@@ -103,23 +103,22 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
 }
 
 Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
-  const std::string where = "chunk table row " + std::to_string(index);
   const auto end = std::find(row.name.begin(), row.name.end(), '\0');
   const bool padded = std::all_of(end, row.name.end(), [](char c) { return c == '\0'; });
   const bool legible = std::all_of(row.name.begin(), end, [](char c) { return (c >= 'a' && c <= 'z') || c == '.'; });
-  if (end == row.name.begin() || !padded || !legible) return invalid(where + ": name is not 1 to 16 of a-z and '.'");
+  if (end == row.name.begin() || !padded || !legible)
+    return invalid("chunk table row " + std::to_string(index) + ": name is not 1 to 16 of a-z and '.'");
 
   ChunkInfo info{std::string(row.name.begin(), end), static_cast<ElementType>(row.type), row.shape, row.offset,
                  row.bytes, row.hash};
-  const std::string chunk = "chunk " + info.name;
   const std::size_t size = elementBytes(info.type);
-  if (size == 0) return invalid(chunk + ": unknown element type " + std::to_string(row.type));
-  if (row.reserved != 0) return invalid(chunk + ": reserved bytes are not zero");
+  if (size == 0) return invalid("chunk " + info.name + ": unknown element type " + std::to_string(row.type));
+  if (row.reserved != 0) return invalid("chunk " + info.name + ": reserved bytes are not zero");
   // Multiply shape and element size without overflow.
   const std::uint64_t rows = row.shape[0], columns = row.shape[1];
   const bool fits = columns >= 1 && columns <= kMostColumns && rows <= row.bytes / (columns * size);
   if (!fits || rows * columns * size != row.bytes)
-    return expectedFound(chunk + " size", std::to_string(rows) + " x " + std::to_string(columns) + " " +
+    return expectedFound("chunk " + info.name + " size", std::to_string(rows) + " x " + std::to_string(columns) + " " +
                              toString(info.type) + " of " + std::to_string(size) + " bytes",
                          std::to_string(row.bytes) + " bytes");
   return info;
@@ -127,19 +126,19 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
 
 // Offset and size against the file and the chunk before. `end` is where that one ended.
 Status checkPlace(const ChunkInfo& info, std::uint64_t end, std::span<const std::byte> file) {
-  const std::string chunk = "chunk " + info.name;
   if (info.offset % kChunkAlignment != 0)
-    return expectedFound(chunk + " offset: misaligned", "a multiple of 64", std::to_string(info.offset));
+    return expectedFound("chunk " + info.name + " offset: misaligned", "a multiple of 64", std::to_string(info.offset));
   if (info.offset > file.size() || info.bytes > file.size() - info.offset)
-    return expectedFound(chunk + ": reaches out of the file", "an end within " + std::to_string(file.size()) + " bytes",
+    return expectedFound("chunk " + info.name + ": reaches out of the file", "an end within " + std::to_string(file.size()) + " bytes",
                          std::to_string(info.bytes) + " bytes at " + std::to_string(info.offset));
   if (info.offset < end)
-    return expectedFound(chunk + " offset: overlaps what lies before it", "at least " + std::to_string(end),
+    return expectedFound("chunk " + info.name + " offset: overlaps what lies before it", "at least " + std::to_string(end),
                          std::to_string(info.offset));
-  if (info.offset != alignUp(end)) return expectedFound(chunk + " offset: leaves a hole", alignUp(end), info.offset);
+  if (info.offset != alignUp(end))
+    return expectedFound("chunk " + info.name + " offset: leaves a hole", alignUp(end), info.offset);
   const auto padding = file.subspan(end, info.offset - end);
   if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{0}; }))
-    return invalid(chunk + ": padding before it is not zero");
+    return invalid("chunk " + info.name + ": padding before it is not zero");
   return done();
 }
 

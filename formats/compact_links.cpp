@@ -145,6 +145,10 @@ void CompactLinkWriter::add(std::uint32_t node, float f) { addHead(node, f); }
 
 void CompactLinkWriter::add(std::uint32_t node, std::span<const float> c) {
   const float f = addHead(node, c[0]);
+  if (kind_ == LinkKind::oct6) {
+    shape6.push_back(static_cast<std::uint16_t>(shaper_.choose(c, f)));
+    return;
+  }
   const std::size_t count = std::size_t{bands_} * bands_;
   std::array<std::uint32_t, kMaxCoefficients / 4> words{};
   for (std::size_t i = 0; i < count; ++i) {
@@ -227,7 +231,8 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
 
 Result<Links> compactLinks(const Links& links, LinkKind kind) {
   const bool fromCone = links.kind == LinkKind::cone && (kind == LinkKind::oct8 || kind == LinkKind::oct6);
-  if (!fromCone && !(links.kind == LinkKind::sh && kind == LinkKind::sh8)) {
+  const bool fromSh = links.kind == LinkKind::sh && (kind == LinkKind::sh8 || (kind == LinkKind::oct6 && links.bands >= 4));
+  if (!fromCone && !fromSh) {
     return Error{ErrorCode::unsupported, "links of kind " + std::to_string(static_cast<std::uint32_t>(links.kind)) +
                                              " cannot be packed as kind " + std::to_string(static_cast<std::uint32_t>(kind))};
   }
@@ -241,7 +246,7 @@ Result<Links> compactLinks(const Links& links, LinkKind kind) {
         return Error{ErrorCode::unsupported, "link " + std::to_string(i) + " names node " + std::to_string(node) +
                                                  ", compact links reach up to " + std::to_string(kMostCompactNodes - 1)};
       }
-      if (kind == LinkKind::sh8) {
+      if (fromSh) {
         linkCoefficients(links, i, false, static_cast<int>(links.bands), c);
         writer.add(node, c);
       } else {

@@ -16,6 +16,7 @@
 
 #include "formats/caches.h"
 #include "formats/links.h"
+#include "formats/shape_links.h"
 #include "formats/result.h"
 
 #include <glm/vec3.hpp>
@@ -54,12 +55,15 @@ std::uint64_t countGridLinks(const Caches& caches, const Links& links);
 class CompactLinkWriter {
  public:
   CompactLinkWriter(LinkKind kind, std::uint32_t bands) : kind_(kind), bands_(bands) {}
-  void beginRow() { owed_ = 0.0f; }
+  void beginRow() {
+    owed_ = 0.0f;
+    shaper_.beginRow();
+  }
   // oct8, oct6; irradiance: grid caches.
   void add(std::uint32_t node, float f, const LinkDirection& direction);
   // irradiance: caches on a surface.
   void add(std::uint32_t node, float f);
-  // sh8. [Size c >= bands²]
+  // sh8 [Size c >= bands²]; oct6, in whose rows errors cancel (shape_links.h) [Size c >= 16].
   void add(std::uint32_t node, std::span<const float> c);
 
   std::vector<std::uint32_t> head;
@@ -71,6 +75,7 @@ class CompactLinkWriter {
   LinkKind kind_;
   std::uint32_t bands_;
   float owed_ = 0.0f;  // of f, by the links before
+  LinkShaper shaper_;
 };
 
 // Halves in a row as words, even ones low.
@@ -80,7 +85,8 @@ std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves);
 // but the first of an irradiance link. `surface`: whether its cache lies on a surface. [Size c >= bands²] [bands 1..8]
 void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int bands, std::span<float> c);
 
-// The same links in another kind: cone links as oct8 or oct6, SH links as sh8. unsupported: another pair, or nodes past
+// The same links in another kind: cone links as oct8 or oct6, SH links as sh8 or, of four bands and more, as oct6 whose rows'
+// errors cancel (shape_links.h), as the baker makes them. unsupported: another pair, or nodes past
 // kMostCompactNodes.
 Result<Links> compactLinks(const Links& links, LinkKind kind);
 

@@ -45,6 +45,18 @@ float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n)
 // linear there. [Size c >= 4]
 float irradianceLinear(std::span<const float> c, const glm::vec3& n);
 
+// What the clamped cosine's third band would add to two bands of radiance, guessed: zonal around band 1's direction
+// (ZH3: Roughton et al. 2024, Section 4), with a coefficient that follows from the ratio of the two bands. Exact for light
+// from one direction and for uniform light; docs/BANDS.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a vector along
+// the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
+float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n);
+
+// Factor on band l of a lobe that rings less: 1 / (1 + lambda l² (l+1)²), from a penalty lambda on the square of the
+// Laplacian. [lambda >= 0] 0 = 1 for all bands
+inline float deringingFactor(int l, float lambda) {
+  return 1.0f / (1.0f + lambda * static_cast<float>(l * l * (l + 1) * (l + 1)));
+}
+
 // Irradiance at a surface cache with unit normal cacheNormal for a shading normal n: irradianceLinear() and
 // irradianceClamped() by the factors of surfaceLobe(). A zero cacheNormal (grid cache) gives the clamped lobe. One band
 // knows no direction: it gives pi times the mean radiance of the half that a surface cache sees.

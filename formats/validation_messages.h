@@ -39,6 +39,11 @@ enum class Check : std::uint16_t {
   receiverWithoutLightmap = 126,
   backCornerSize = 127,
   linkGridFirst = 128,
+  gridBrickSize = 129,
+  gridBrickIndex = 130,
+  gridFineIndex = 131,
+  gridDepthSize = 132,
+  childOrder = 133,
 
   surfelPosition = 201,
   surfelNormal = 202,
@@ -114,6 +119,11 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::receiverWithoutLightmap, FindingSeverity::error, "surfel reads a light map that does not exist"},
     {Check::backCornerSize, FindingSeverity::error, "map.back is neither empty nor as long as map.corner"},
     {Check::linkGridFirst, FindingSeverity::error, "irradiance links: a grid cache comes after one on a surface"},
+    {Check::gridBrickSize, FindingSeverity::error, "grid.brick does not have the size of the grid's cells"},
+    {Check::gridBrickIndex, FindingSeverity::error, "grid cell refers to a brick that does not exist"},
+    {Check::gridFineIndex, FindingSeverity::error, "brick refers to a cache that does not exist"},
+    {Check::gridDepthSize, FindingSeverity::error, "grid.depth does not have the size of the grid's caches"},
+    {Check::childOrder, FindingSeverity::error, "children do not follow those of the nodes before"},
 
     {Check::surfelPosition, FindingSeverity::error, "surfel position is not finite"},
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
