@@ -33,9 +33,18 @@ bool hasFixedTriangles(const Scene& scene) {
   });
 }
 
+// The links' rays are most of a bake's.
+RayStructure rayStructureFor(const BakeOptions& options) {
+  constexpr double kMany = 1e7;
+  const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
+  return caches * options.links.raysPerCache < kMany ? RayStructure::quick : RayStructure::thorough;
+}
+
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
   // 0. Rays against the fixed part of the level, and what of it matters: surfaces that receivers can see
-  auto tracer = stage(context, "rays", [&] { return RayTracer::create(scene, options.embreeIsa, context); });
+  auto tracer = stage(context, "rays", [&] {
+    return RayTracer::create(scene, options.embreeIsa, context, rayStructureFor(options));
+  });
   if (!tracer) return tracer.error();
   auto space = stage(context, "play space",
                      [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
@@ -46,7 +55,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
                       [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
   if (!placed) return placed.error();
   auto hierarchy = stage(context, "hierarchy", [&] {
-    return clusterSurfels(placed->surfels, options.links.skyPatches, options.clustering, context);
+    return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
   });
   if (!hierarchy) return hierarchy.error();
 

@@ -63,13 +63,15 @@ std::vector<Field> fields(BakeOptions& o) {
        "exact agglomerative clustering, or median splits"},
       {"clustering.normalWeight", "", &o.clustering.normalWeight, 0, kFloatMax, {}, "", "C_n of the metric"},
       {"clustering.balanceWeight", "", &o.clustering.balanceWeight, 0, kFloatMax, {}, "", "C_b of the metric"},
+      {"clustering.outlookWeight", "", &o.clustering.outlookWeight, 0, 1e6, {}, "",
+       "C_o of the metric: keeps surfels apart that do not see the same; 0 = the paper's metric"},
 
       {"caches.gridResolution", "--grid", &o.caches.gridResolution, 0, 1024, {}, "",
-       "points of the grid along X,Y,Z; 0,0,0 = from gridSpacing"},
+       "points of a uniform grid along X,Y,Z; 0,0,0 = two levels, from gridSpacing"},
       {"caches.gridSpacing", "--grid-spacing", &o.caches.gridSpacing, 0, 1e6, {}, "m",
-       "distance of grid points; 0 = chosen so that about gridCaches points fall into the level"},
+       "distance of grid points where surfaces are, twice that in air; 0 = from gridCaches"},
       {"caches.gridCaches", "--grid-caches", &o.caches.gridCaches, 0, 1e7, {}, "",
-       "target number of grid caches when neither resolution nor spacing is given; 0 = no grid"},
+       "target number of valid grid caches when neither resolution nor spacing is given; 0 = no grid"},
       {"caches.lightmapSize", "--lightmap", &o.caches.lightmapSize, 0, 16384, {}, "texel",
        "side of the light map (at least 16); 0 = what lightmapCaches needs"},
       {"caches.lightmapCaches", "--lightmap-caches", &o.caches.lightmapCaches, 0, 1e8, {}, "",
@@ -327,12 +329,12 @@ BakeOptions presetOptions(Preset preset) {
       options.caches.lightmapCaches = 768;
       options.links.linksPerCache = 64;
       options.links.raysPerCache = 512;
-      options.links.bands = options.lumaBands = options.chromaBands = 3;
+      options.links.bands = options.lumaBands = 3;
       break;
     case Preset::medium:  // PIC Table 2, setting 2
       options.surfels.count = 32768;
       options.links.linksPerCache = 128;
-      options.links.bands = options.lumaBands = options.chromaBands = 3;
+      options.links.bands = options.lumaBands = 3;
       break;
     case Preset::high:
       break;

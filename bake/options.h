@@ -26,7 +26,7 @@ struct SurfelOptions {
   std::uint32_t count = 131072;      // [2..16777216] n_S, PIC 4.2
   Placement placement = Placement::eliminated;
   std::uint32_t relaxIterations = 10;  // [0..1000] rounds of repulsion of `relaxed`
-  float candidateFactor = 5.0f;      // [1.5..20] candidates a surfel of `eliminated`
+  float candidateFactor = 4.0f;      // [1.5..20] candidates a surfel of `eliminated`
 };
 
 struct ClusteringOptions {
@@ -34,11 +34,12 @@ struct ClusteringOptions {
   Method method = Method::exact;     // exact agglomerative clustering, or median splits
   float normalWeight = 0.1f;         // [>= 0] C_n, PIC 4.3
   float balanceWeight = 0.02f;       // [>= 0] C_b, PIC 4.3
+  float outlookWeight = 4.0f;        // [>= 0] C_o: keeps surfels apart that do not see the same; 0 = the paper's metric
 };
 
 struct CacheOptions {
-  glm::uvec3 gridResolution{0};      // [0..1024 each] points along each axis; 0 = from gridSpacing
-  float gridSpacing = 0.0f;          // [m] [>= 0] 0 = chosen so that about gridCaches points fall into the level
+  glm::uvec3 gridResolution{0};      // [0..1024 each] points along each axis of a uniform grid; 0 = two levels, from gridSpacing
+  float gridSpacing = 0.0f;          // [m] [>= 0] of points where surfaces are, twice that in air; 0 = from gridCaches
   std::uint32_t gridCaches = 2304;   // [0..1e7] target when neither is given; 0 = no grid (PIC: 24 x 8 x 12)
   std::uint32_t lightmapSize = 0;    // [0, 16..16384] texels a side; 0 = what lightmapCaches needs
   std::uint32_t lightmapCaches = 8281;  // [0..1e8] target number of light-map caches; 0 = no light map
@@ -51,7 +52,7 @@ struct CacheOptions {
 struct LinkOptions {
   enum class CutKey { transfer, transferRadius, readError };
   enum class PullWeight { area, openness, importance };
-  LinkKind kind = LinkKind::oct8;      // how a link stores its transfer; docs/LINKS.md compares
+  LinkKind kind = LinkKind::oct6;      // how a link stores its transfer; docs/LINKS.md compares
   std::uint32_t linksPerCache = 254;   // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
   std::uint32_t linksTotal = 0;        // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
                                        // Kept to about 1 %: the share is found from every n-th cache
@@ -74,7 +75,7 @@ struct BakeOptions {
   CacheOptions caches;
   LinkOptions links;
   std::uint32_t lumaBands = 4;    // [1..8] recommended to the runtime
-  std::uint32_t chromaBands = 4;  // [1..lumaBands]
+  std::uint32_t chromaBands = 2;  // [1..lumaBands] more cannot be seen (docs/BANDS.md)
   std::uint64_t seed = 1;         // any
   std::string embreeIsa = "avx2"; // Embree's isa; hits differ in the last bits between instruction sets
 };

@@ -4,13 +4,14 @@
 # Contraction into fused multiply-adds differs between instruction sets; the same input must give the same bytes.
 add_compile_options(-ffp-contract=off)
 if(RELUME_SANITIZE)
-  add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer -g)
+  add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})
 endif()
 
-# libFuzzer steers by the coverage of everything it links.
+# libFuzzer steers by the coverage of everything it links; the mutators know the formats, so comparisons need not be traced,
+# which costs a quarter of the time.
 if(RELUME_BUILD_FUZZERS)
-  add_compile_options(-fsanitize=fuzzer-no-link)
+  add_compile_options(-fsanitize=fuzzer-no-link -fno-sanitize-coverage=trace-cmp)
 endif()
 
 function(relume_warnings target)
@@ -29,7 +30,7 @@ function(relume_room target)
   relume_warnings(${target})
 endfunction()
 
-# A google-test program named test_<name>, registered with ctest.
+# A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them, and nothing else.
 function(relume_test name)
   cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${T_SOURCES})
@@ -38,6 +39,7 @@ function(relume_test name)
   target_compile_definitions(test_${name} PRIVATE RELUME_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   relume_warnings(test_${name})
   add_test(NAME ${name} COMMAND test_${name})
+  add_dependencies(relume_tests test_${name})
   if(T_TIMEOUT)
     set_tests_properties(${name} PROPERTIES TIMEOUT ${T_TIMEOUT})
   endif()

@@ -2,6 +2,9 @@
 // See atlas_texels.h.
 #include "bake/caches/atlas_texels.h"
 
+#include "bake/caches/snap_corners.h"
+#include "bake/caches/stitch_seams.h"
+#include "bake/parallel.h"
 #include "formats/pack.h"
 
 #include <algorithm>
@@ -58,9 +61,9 @@ class Filler {
   Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared, const AtlasRequest& request,
          const AtlasPlan& plan, std::uint32_t gutter)
       : scene_(scene), set_(set), cells_(cells), shared_(shared), request_(request), plan_(plan), gutter_(gutter),
-        texels_(std::size_t{plan.side} * plan.side, kNoCache), home_(shared.caches.size(), glm::uvec2(kNone)) {}
+        texels_(std::size_t{plan.side} * plan.side, kNoCache), share_(texels_.size(), 0.0f), home_(shared.caches.size(), glm::uvec2(kNone)) {}
 
-  Lightmap run() {
+  Lightmap run(SeamJump& seams, Context& context) {
     placeParts();
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
       if (request_.rectangleOf[p] != kNone) fillRectangle(p);
@@ -68,10 +71,15 @@ class Filler {
     for (std::size_t s = 0; s < request_.single.size(); ++s) {
       const glm::uvec2& at = plan_.single[s];
       texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
+      share_[std::size_t{at.y} * plan_.side + at.x] = 1.0f;
       home_[request_.single[s]] = at;
     }
     surround();
-    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p);
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p, false);
+    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_});
+    parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
+    });
 
     Lightmap map;
     map.width = map.height = plan_.side;
@@ -103,6 +111,11 @@ class Filler {
     const glm::uvec2 size = cells_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
     std::vector<std::uint32_t> texels = ownTexels(cells_, shared_, patch);
     dilate(size, texels);
+    const float texelSize = cells_.texelSize / set_.patches[patch].density;
+    for (std::uint32_t c = cells_.firstCell[patch]; c < cells_.firstCell[patch + 1]; ++c) {
+      const Cell& cell = cells_.cells[c];
+      share_[std::size_t{origin.y + cell.y} * plan_.side + origin.x + cell.x] = std::min(1.0f, cell.area / (texelSize * texelSize));
+    }
     for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
       for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
         const std::uint32_t cache = texels[std::size_t{std::min(y, size.y - 1)} * size.x + std::min(x, size.x - 1)];
@@ -127,7 +140,8 @@ class Filler {
 
   std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side)); }
 
-  void writeCorners(std::uint32_t p) {
+  // Where the triangles of a patch read; snapped: once texels hold what they will.
+  void writeCorners(std::uint32_t p, bool snapped) {
     const Patch& patch = set_.patches[p];
     const Instance& instance = scene_.instances[patch.instance];
     const MeshCharts& charts = set_.meshes[instance.mesh];
@@ -136,6 +150,7 @@ class Filler {
     const std::uint64_t first = parts_[patch.instance].firstCorner;
 
     if (request_.rectangleOf[p] == kNone) {
+      if (snapped) return;
       const std::uint32_t cache = cells_.firstCell[p] < cells_.firstCell[p + 1] ? shared_.cacheOfCell[cells_.firstCell[p]] : kNoCache;
       if (cache == kNoCache || cells_.resolution[p] != glm::uvec2(1)) return;
       const std::uint32_t uv = pack(glm::vec2(home_[cache]));
@@ -145,17 +160,24 @@ class Filler {
       const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
       const glm::uvec2 size = cells_.resolution[p];
       const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);
-      for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          glm::vec2 texel = texelOf(chart.uv[i][k], charts.size[patch.chart], size);
-          for (int a = 0; a < 2; ++a) {
-            if (size[a] > 1) texel[a] = std::clamp(texel[a], inset, static_cast<float>(size[a] - 1) - inset);
-          }
-          corners[first + 3ull * chart.triangle[i] + k] = pack(origin + texel);
+      glm::vec2 low(0.0f), high(0.0f);
+      for (int a = 0; a < 2; ++a) {
+        if (size[a] > 1) {
+          low[a] = inset;
+          high[a] = static_cast<float>(size[a] - 1) - inset;
         }
       }
+      std::vector<glm::vec2> texel;
+      for (const auto& uv : chart.uv) {
+        for (const glm::vec2& corner : uv) texel.push_back(origin + glm::clamp(texelOf(corner, charts.size[patch.chart], size), low, high));
+      }
+      if (snapped) {
+        snapCorners(scene_, patch, chart, shared_, cells_.texelSize / patch.density, {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size},
+                    origin + low, origin + high, texel);
+      }
+      for (std::size_t i = 0; i < texel.size(); ++i) corners[first + 3ull * chart.triangle[i / 3] + i % 3] = pack(texel[i]);
     }
-    anyBack_ = anyBack_ || patch.side == 1;
+    if (!snapped) anyBack_ = anyBack_ || patch.side == 1;
   }
 
   const Scene& scene_;
@@ -166,6 +188,7 @@ class Filler {
   const AtlasPlan& plan_;
   const std::uint32_t gutter_;
   std::vector<std::uint32_t> texels_;
+  std::vector<float> share_;       // of a full texel of surface, [0..1]
   std::vector<glm::uvec2> home_;  // [texel] a texel that holds each cache
   std::vector<LightmapPart> parts_;
   std::vector<std::uint32_t> front_, back_;
@@ -199,8 +222,8 @@ AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
 }
 
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter) {
-  return Filler(scene, set, cells, shared, request, plan, gutter).run();
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams, Context& context) {
+  return Filler(scene, set, cells, shared, request, plan, gutter).run(seams, context);
 }
 
 }  // namespace relume

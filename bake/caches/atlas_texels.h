@@ -22,8 +22,15 @@ struct AtlasRequest {
 
 AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared);
 
+// Distance between the places from which the two sides of seams take their light, root mean square by length, before
+// and after stitching (bake/caches/stitch_seams.h).
+struct SeamJump {
+  double before = 0.0, after = 0.0;  // [texel]
+  double length = 0.0;               // [m]
+};
+
 // The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter);
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams, Context& context);
 
 }  // namespace relume

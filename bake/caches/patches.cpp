@@ -75,6 +75,7 @@ MeshCharts makeMeshCharts(const Mesh& mesh, float scale, bool useTexcoord1, Cont
   if (useTexcoord1) result.charts = chartsFromTexcoord1(mesh, scale);
   result.fromTexcoord1 = !result.charts.empty();
   if (result.charts.empty()) result.charts = unwrapMesh(mesh, scale, context);
+  result.quality = measureCharts(mesh, result.charts, scale);
   for (const Chart& chart : result.charts) {
     glm::vec2 size(0.0f);
     for (const auto& t : chart.uv) size = glm::max(size, glm::max(t[0], glm::max(t[1], t[2])));

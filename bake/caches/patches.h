@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/caches/caches.h"
+#include "bake/caches/chart_quality.h"
 
 #include <cstdint>
 #include <vector>
@@ -22,6 +23,7 @@ struct MeshCharts {
   std::vector<glm::vec2> size;                  // [m] [Size charts] extent of each chart in uv, from (0, 0)
   std::vector<std::vector<ChartPoint>> points;  // [Size charts] points that can stand for a whole chart, best first
   bool fromTexcoord1 = false;
+  ChartQuality quality;
 };
 
 struct Patch {

@@ -3,74 +3,26 @@
 // sees nothing of what the play space sees is where no receiver comes.
 #include "bake/caches/place_grid.h"
 
+#include "bake/caches/refine_grid.h"
 #include "bake/caches/relocate.h"
+#include "bake/caches/see_depths.h"
 #include "bake/parallel.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kMostAlong = 1024;
 // Least share of rays that must end on surfaces the play space sees.
 constexpr float kMinSeenShare = 0.05f;
-// How far a point may move along each axis, in cells.
+// How far a point may move along each axis, in spacings of its level.
 constexpr float kMaxMove = 0.4f;
-
-// The box around everything the play space sees, and the receivers themselves.
-void seenBounds(const RayTracer& tracer, const PlaySpace& playSpace, glm::vec3& low, glm::vec3& high) {
-  low = glm::vec3(INFINITY);
-  high = -low;
-  const auto add = [&](const glm::vec3& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  };
-  const Scene& scene = tracer.scene();
-  for (const Instance& instance : scene.instances) {
-    if (instance.mode != BakeMode::fixed) continue;
-    const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
-    for (std::uint32_t t = 0; t < triangles; ++t) {
-      const std::size_t side = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t);
-      if (!playSpace.visible[side] && !playSpace.visible[side + 1]) continue;
-      for (const glm::vec3& p : scene.corners(instance, t)) add(p);
-    }
-  }
-  const glm::vec3 sceneLow = tracer.boundsMin(), sceneHigh = tracer.boundsMax();
-  for (const glm::vec3& p : playSpace.receivers) add(glm::clamp(p, sceneLow, sceneHigh));
-  if (!(low.x <= high.x)) {
-    low = sceneLow;
-    high = sceneHigh;
-  }
-}
-
-// Points along each axis for a spacing that cells of a cube share; points sit in the middle of their cells, so that
-// none lies on the walls.
-glm::uvec3 resolutionFor(const glm::vec3& extent, double spacing) {
-  glm::uvec3 resolution;
-  for (int k = 0; k < 3; ++k) resolution[k] = static_cast<std::uint32_t>(std::clamp(std::round(extent[k] / spacing), 1.0, static_cast<double>(kMostAlong)));
-  return resolution;
-}
-
-double countOf(const glm::uvec3& r) { return static_cast<double>(r.x) * r.y * r.z; }
-
-glm::uvec3 chooseResolution(const glm::vec3& extent, const CacheOptions& options) {
-  if (options.gridResolution != glm::uvec3(0)) return glm::max(options.gridResolution, glm::uvec3(1));
-  if (options.gridSpacing > 0.0f) return resolutionFor(extent, options.gridSpacing);
-  if (options.gridCaches == 0) return glm::uvec3(0);
-  // The finest spacing that keeps to the count.
-  double fine = 1e-6 * std::max({extent.x, extent.y, extent.z}), coarse = 2.0 * std::max({extent.x, extent.y, extent.z});
-  for (int i = 0; i < 64; ++i) {
-    const double middle = std::sqrt(fine * coarse);
-    (countOf(resolutionFor(extent, middle)) > options.gridCaches ? fine : coarse) = middle;
-  }
-  return resolutionFor(extent, coarse);
-}
+// The count is corrected for points without a valid place when more than this share is missing.
+constexpr double kCloseEnough = 0.05;
 
 // Offsets to try, nearest first: the point itself, then a 5 x 5 x 5 lattice within the reach of a move.
 std::vector<glm::vec3> moves() {
@@ -84,55 +36,97 @@ std::vector<glm::vec3> moves() {
   return result;
 }
 
-}  // namespace
+enum class Verdict : std::uint8_t { dropped, inPlace, moved };
 
-PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
-  PlacedGrid result;
-  glm::vec3 low, high;
-  seenBounds(tracer, playSpace, low, high);
-  const glm::vec3 extent = glm::max(high - low, glm::vec3(1e-4f));
-  CacheGrid& grid = result.grid;
-  grid.resolution = chooseResolution(extent, options);
-  if (countOf(grid.resolution) == 0.0) return result;
-  grid.spacing = extent / glm::vec3(grid.resolution);
-  grid.originWorld = low + 0.5f * grid.spacing;
+struct Places {
+  std::vector<glm::vec3> position;  // [m] [Size points]
+  std::vector<Verdict> verdict;
+};
 
-  // Find a valid place for every point.
-  const std::size_t count = std::size_t{grid.resolution.x} * grid.resolution.y * grid.resolution.z;
-  const Prober prober(tracer, playSpace);
+// Find a valid place for every point.
+Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, float maxBackFaceShare, Context& context) {
+  Places places;
+  places.position.resize(points.size());
+  places.verdict.assign(points.size(), Verdict::dropped);
   const std::vector<glm::vec3> offsets = moves();
-  const float contact = 0.02f * std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-  std::vector<glm::vec3> place(count);
-  std::vector<std::uint8_t> verdict(count, 0);  // 0 dropped, 1 in place, 2 moved
-  parallelChunks(context, "grid", count, 16, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "grid", points.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const glm::vec3 lattice(static_cast<float>(i % grid.resolution.x), static_cast<float>(i / grid.resolution.x % grid.resolution.y),
-                              static_cast<float>(i / grid.resolution.x / grid.resolution.y));
-      const glm::vec3 point = grid.originWorld + lattice * grid.spacing;
+      const glm::vec3 reach = (points[i].refined ? 0.5f : 1.0f) * layout.spacing;
+      const float contact = 0.02f * std::min({reach.x, reach.y, reach.z});
+      const glm::vec3 point = layout.originWorld + glm::vec3(points[i].fine) * 0.5f * layout.spacing;
       for (std::size_t k = 0; k < offsets.size(); ++k) {
-        const glm::vec3 p = point + offsets[k] * grid.spacing;
+        const glm::vec3 p = point + offsets[k] * reach;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
-        const bool inside = around.back > options.maxBackFaceShare || around.back + around.near > 0.9f;
+        const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
         // Outside the play space every place of the cell is.
         if (k == 0 && !inside && around.seen < kMinSeenShare) break;
         if (inside || around.seen < kMinSeenShare) continue;
-        place[i] = p;
-        verdict[i] = k == 0 ? 1 : 2;
+        places.position[i] = p;
+        places.verdict[i] = k == 0 ? Verdict::inPlace : Verdict::moved;
         break;
       }
     }
   });
+  return places;
+}
 
-  std::vector<std::uint32_t> cache(count, kNoCache);
-  double moved = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (verdict[i] == 0) continue;
-    cache[i] = static_cast<std::uint32_t>(result.position.size());
-    result.position.push_back(place[i]);
-    moved += verdict[i] == 2;
+}  // namespace
+
+PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
+  PlacedGrid result;
+  const Prober prober(tracer, playSpace);
+
+  // 1. Lattice and bricks, once more where many points have no valid place
+  const bool byCount = options.gridResolution == glm::uvec3(0) && !(options.gridSpacing > 0.0f);
+  const double wanted = options.gridCaches;
+  double count = wanted, leastOff = INFINITY;
+  GridLayout layout;
+  std::vector<GridPoint> points;
+  Places places;
+  for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
+    GridLayout trial = layoutGrid(tracer, playSpace, options, count);
+    std::vector<GridPoint> trialPoints = pointsOf(trial);
+    Places trialPlaces = findPlaces(prober, trial, trialPoints, options.maxBackFaceShare, context);
+    const auto dropped = std::count(trialPlaces.verdict.begin(), trialPlaces.verdict.end(), Verdict::dropped);
+    const double valid = static_cast<double>(trialPoints.size()) - static_cast<double>(dropped);
+    const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
+    if (off < leastOff) {
+      leastOff = off;
+      layout = std::move(trial);
+      points = std::move(trialPoints);
+      places = std::move(trialPlaces);
+    }
+    if (off < kCloseEnough) break;
+    count *= std::clamp(wanted / valid, 0.25, 4.0);
   }
+  if (points.empty()) return result;
+
+  // 2. Indices of the valid ones
+  std::vector<std::uint32_t> cache(points.size(), kNoCache);
+  double moved = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (places.verdict[i] == Verdict::dropped) continue;
+    cache[i] = static_cast<std::uint32_t>(result.position.size());
+    result.position.push_back(places.position[i]);
+    moved += places.verdict[i] == Verdict::moved;
+  }
+  CacheGrid& grid = result.grid;
+  grid.resolution = layout.resolution;
+  grid.originWorld = layout.originWorld;
+  grid.spacing = layout.spacing;
+  std::vector<std::uint32_t> fine = brickPoints(layout);
+  for (std::uint32_t& word : fine) {
+    if (word < kHangingPoint) word = cache[word];
+  }
+  cache.resize(std::size_t{layout.resolution.x} * layout.resolution.y * layout.resolution.z);
   grid.cache = std::move(cache);
-  context.figure("grid_points", static_cast<double>(count));
+  grid.fine = std::move(fine);
+  grid.brick = std::move(layout.brick);
+
+  // 3. How far they see
+  grid.depth = seeDepths(tracer, result.position, grid.depthUnit(), context);
+  context.figure("grid_points", static_cast<double>(points.size()));
+  context.figure("grid_bricks", grid.brickCount());
   context.figure("grid_caches", static_cast<double>(result.position.size()));
   context.figure("grid_moved", moved);
   return result;

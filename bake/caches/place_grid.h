@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Places the caches of the grid (PIC 4.4): a uniform lattice over the space where receivers can be.
+// Places the caches of the grid (PIC 4.4): a lattice over the space where receivers can be, finer where
+// surfaces are.
 #pragma once
 
 #include "bake/caches/caches.h"

@@ -54,7 +54,7 @@ class Placer {
 
     // 3. The texture of indices, and where the triangles read it
     PlacedLightmap result;
-    result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_);
+    result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
     report(texels, *plan, request);
     result.caches = std::move(texels.shared.caches);
     return result;
@@ -156,7 +156,9 @@ class Placer {
 
   void report(const Texels& texels, const AtlasPlan& plan, const AtlasRequest& request) {
     double charts = 0.0, uvArea = 0.0, surfaceArea = 0.0;
+    ChartQuality quality;
     for (const MeshCharts& mesh : set_.meshes) {
+      quality.add(mesh.quality);
       charts += static_cast<double>(mesh.charts.size());
       for (const Chart& chart : mesh.charts) {
         uvArea += chart.areaUv;
@@ -175,12 +177,20 @@ class Placer {
     }
     context_.figure("charts", charts);
     context_.figure("chart_area_kept_share", surfaceArea > 0.0 ? uvArea / surfaceArea : 1.0);
+    context_.figure("chart_stretch_rms", quality.stretchRms());
+    context_.figure("chart_stretch_p99", quality.stretchP99());
+    context_.figure("chart_anisotropy", quality.anisotropyMean());
+    context_.figure("chart_area_ratio", quality.areaRatioMean());
+    context_.figure("chart_folded_m2", quality.folded);
     context_.figure("search_steps", steps_);
     context_.figure("patches", static_cast<double>(set_.patches.size()));
     context_.figure("texel_m", texels.cells.texelSize);
     context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
     context_.figure("lightmap_side", plan.side);
     context_.figure("packing_share", plan.used);
+    context_.figure("seams_m", seams_.length);
+    context_.figure("seam_jump_unstitched_texels", seams_.before);
+    context_.figure("seam_jump_texels", seams_.after);
     context_.figure("rectangles", static_cast<double>(request.rectangle.size()));
     context_.figure("texels_shared", texels.shared.statistics.shared);
     context_.figure("caches_moved", texels.shared.statistics.moved);
@@ -210,6 +220,7 @@ class Placer {
   const std::uint32_t gutter_;
   PatchSet set_;
   int steps_ = 0;  // of the search for the texel size
+  SeamJump seams_;
 };
 
 }  // namespace

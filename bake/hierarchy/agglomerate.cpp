@@ -14,6 +14,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -24,10 +25,11 @@ constexpr float kMaxWeight = 1e6f;
 
 Status checkInput(const Surfels& surfels, std::span<const std::uint32_t> members, const ClusteringOptions& options) {
   const auto inRange = [](float w) { return w >= 0.0f && w <= kMaxWeight; };
-  if (!inRange(options.normalWeight) || !inRange(options.balanceWeight)) {
+  if (!inRange(options.normalWeight) || !inRange(options.balanceWeight) || !inRange(options.outlookWeight)) {
     return Error{ErrorCode::usage, "clustering weights must be in [0, 1e6], found normalWeight " +
                                        std::to_string(options.normalWeight) + ", balanceWeight " +
-                                       std::to_string(options.balanceWeight)};
+                                       std::to_string(options.balanceWeight) + ", outlookWeight " +
+                                       std::to_string(options.outlookWeight)};
   }
   if (members.empty()) return Error{ErrorCode::failed, "clustering needs at least one surfel"};
   for (const std::uint32_t member : members) {
@@ -50,6 +52,7 @@ ClusterMetric metricOf(const Surfels& surfels, const ClusteringOptions& options)
   metric.origin = 0.5f * (low + high);
   metric.inverseExtent = extent > 0.0f ? 1.0f / extent : 0.0f;
   metric.normalScale = std::sqrt(0.5f * options.normalWeight);
+  metric.outlookScale = std::sqrt(options.outlookWeight);
   metric.balanceWeight = options.balanceWeight;
   return metric;
 }
@@ -66,44 +69,60 @@ bool before(const Candidate& a, const Candidate& b) {
   return a.low != b.low ? a.low < b.low : a.high < b.high;
 }
 
-// A heap of four children a node with the first candidate on top.
+// A heap of four children a node with the first candidate on top. Siblings share a cache line, and the lines of all that
+// may come next are asked for before the comparisons that choose one.
 class CandidateHeap {
  public:
-  explicit CandidateHeap(std::vector<Candidate> items) : items_(std::move(items)) {
-    for (std::size_t i = items_.size() / 4 + 1; i-- > 0;) sink(i);
+  explicit CandidateHeap(std::span<const Candidate> items) : family_((items.size() + 6) / 4), count_(items.size()) {
+    for (std::size_t i = 0; i < count_; ++i) at(i) = items[i];
+    for (std::size_t i = count_ / 4 + 1; i-- > 0;) sink(i);
   }
-  bool empty() const { return items_.empty(); }
-  const Candidate& top() const { return items_.front(); }
+  const Candidate& top() const { return at(0); }
+  // Those of whom one will be on top after this one.
+  std::span<const Candidate> next() const {
+    return count_ > 1 ? std::span(family_[1].item).first(std::min<std::size_t>(count_ - 1, 4)) : std::span<const Candidate>();
+  }
   void replaceTop(const Candidate& item) {
-    items_.front() = item;
+    at(0) = item;
     sink(0);
   }
   void pop() {
-    items_.front() = items_.back();
-    items_.pop_back();
+    at(0) = at(count_ - 1);
+    --count_;
     sink(0);
   }
 
  private:
-  void sink(std::size_t at) {
-    const std::size_t n = items_.size();
-    if (at >= n) return;
-    const Candidate item = items_[at];
-    for (;;) {
-      const std::size_t begin = 4 * at + 1, end = std::min(begin + 4, n);
-      if (begin >= n) break;
+  struct alignas(64) Family {
+    std::array<Candidate, 4> item;
+  };
+  static_assert(sizeof(Family) == 64);
+
+  // The root is the last of family 0; the children of item i are family i + 1.
+  Candidate& at(std::size_t i) { return family_[(i + 3) / 4].item[(i + 3) % 4]; }
+  const Candidate& at(std::size_t i) const { return family_[(i + 3) / 4].item[(i + 3) % 4]; }
+
+  void sink(std::size_t from) {
+    if (from >= count_) return;
+    const Candidate item = at(from);
+    for (std::size_t begin = 4 * from + 1; begin < count_; begin = 4 * from + 1) {
+      for (std::size_t family = begin + 1; family < begin + 5 && family < family_.size(); ++family) {
+        __builtin_prefetch(&family_[family]);
+      }
+      const std::size_t end = std::min(begin + 4, count_);
       std::size_t best = begin;
       for (std::size_t i = begin + 1; i < end; ++i) {
-        if (before(items_[i], items_[best])) best = i;
+        if (before(at(i), at(best))) best = i;
       }
-      if (!before(items_[best], item)) break;
-      items_[at] = items_[best];
-      at = best;
+      if (!before(at(best), item)) break;
+      at(from) = at(best);
+      from = best;
     }
-    items_[at] = item;
+    at(from) = item;
   }
 
-  std::vector<Candidate> items_;
+  std::vector<Family> family_;
+  std::size_t count_;
 };
 
 Candidate candidateOf(const ClusterSearch& search, std::uint32_t owner) {
@@ -114,7 +133,8 @@ Candidate candidateOf(const ClusterSearch& search, std::uint32_t owner) {
 }  // namespace
 
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
-                                const ClusteringOptions& options, Context& context) {
+                                const ClusteringOptions& options, Context& context,
+                                std::span<const glm::vec3> outlook) {
   if (const Status ok = checkInput(surfels, members, options); !ok) return ok.error();
   const auto leafCount = static_cast<std::uint32_t>(members.size());
   ClusterTree tree;
@@ -129,7 +149,9 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
   std::vector<ClusterSearch::Entry> entries(leafCount);
   for (std::uint32_t i = 0; i < leafCount; ++i) {
     const glm::vec3 normal = surfels.normal[members[i]];
-    sums[i] = {(surfels.positionWorld[members[i]] - metric.origin) * metric.inverseExtent, normal, normal, 1};
+    const auto toExtent = [&](const glm::vec3& place) { return (place - metric.origin) * metric.inverseExtent; };
+    sums[i] = {toExtent(surfels.positionWorld[members[i]]), normal, normal, 1,
+               outlook.empty() ? glm::vec3(0.0f) : toExtent(outlook[members[i]])};
     entries[i] = {clusterPoint(sums[i], metric), i};
   }
   ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight);
@@ -140,12 +162,18 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
     for (std::size_t i = begin; i < end; ++i) candidates[i] = candidateOf(search, static_cast<std::uint32_t>(i));
   });
   if (context.cancelled()) return cancelledError();
-  CandidateHeap heap(std::move(candidates));
+  CandidateHeap heap(candidates);
+  candidates = {};
 
   // Merge the nearest pair until one cluster is left.
   const std::uint32_t reportEvery = std::max(1024u, leafCount / 64);
   for (std::uint32_t merged = leafCount; merged < 2 * leafCount - 1;) {
     const Candidate pair = heap.top();
+    for (const Candidate& next : heap.next()) {
+      search.prefetch(next.owner);
+      __builtin_prefetch(&sums[next.low]);
+      __builtin_prefetch(&sums[next.high]);
+    }
     if (!search.alive(pair.owner)) {
       heap.pop();
       continue;

@@ -22,6 +22,7 @@ using Leaf = ClusterSearch::Leaf;
 using Entry = ClusterSearch::Entry;
 using Nearest = ClusterSearch::Nearest;
 
+constexpr int kDimensions = kClusterDimensions;
 constexpr int kWidth = ClusterSearch::kWidth;
 constexpr int kLeafSize = ClusterSearch::kLeafSize;
 // A coordinate so far out that its square stays finite and beats every distance.
@@ -38,7 +39,7 @@ inline void scanLeaf(const Leaf& leaf, const ClusterPoint& q, std::uint32_t self
   alignas(64) float d[kLeafSize];
   for (int i = 0; i < kLeafSize; ++i) {
     float sum = 0.0f;
-    for (int k = 0; k < 6; ++k) sum += (q.p[k] - leaf.p[k][i]) * (q.p[k] - leaf.p[k][i]);
+    for (int k = 0; k < kDimensions; ++k) sum += (q.p[k] - leaf.p[k][i]) * (q.p[k] - leaf.p[k][i]);
     const float up = q.area * leaf.inverseArea[i], down = leaf.area[i] * q.inverseArea;
     const float ratio = up < down ? up : down;
     d[i] = sum + balanceWeight * (1.0f - (ratio < 1.0f ? ratio : 1.0f));
@@ -52,7 +53,7 @@ inline void scanLeaf(const Leaf& leaf, const ClusterPoint& q, std::uint32_t self
 inline void boundChildren(const Node& node, const ClusterPoint& q, float balanceWeight, float* bound) {
   for (int i = 0; i < kWidth; ++i) {
     float sum = 0.0f;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < kDimensions; ++k) {
       const float below = node.low[k][i] - q.p[k], above = q.p[k] - node.high[k][i];
       const float outside = below > above ? below : above;
       const float t = outside > 0.0f ? outside : 0.0f;
@@ -62,6 +63,14 @@ inline void boundChildren(const Node& node, const ClusterPoint& q, float balance
     const float ratio = up < down ? up : down;
     bound[i] = sum + balanceWeight * (1.0f - (ratio < 1.0f ? ratio : 1.0f));
   }
+}
+
+// Ask for what is visited next.
+inline void prefetchChild(const Node* nodes, const Leaf* leaves, std::uint32_t child) {
+  const bool isLeaf = (child & ClusterSearch::kLeafChild) != 0;
+  const std::uint32_t index = child & ~ClusterSearch::kLeafChild;
+  const char* line = isLeaf ? reinterpret_cast<const char*>(&leaves[index]) : reinterpret_cast<const char*>(&nodes[index]);
+  for (std::size_t at = 0; at < sizeof(Node); at += 64) __builtin_prefetch(line + at);
 }
 
 // Whether some id of a range comes before `best` on the circle that begins after `self`.
@@ -101,6 +110,7 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
       for (; at > base && stack[at - 1].bound < bound[i]; --at) stack[at] = stack[at - 1];
       stack[at] = {bound[i], node.child[i]};
     }
+    if (top > base) prefetchChild(nodes, leaves, stack[top - 1].child);
   }
   return best;
 }
@@ -108,25 +118,25 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
 // Splits the entries in about two halves across the dimension that spans most of the metric; entries of equal value
 // stay together, so that parallel planes and clusters of different sizes part. Returns the middle.
 std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
-  std::array<float, 7> low, high;
+  std::array<float, kDimensions + 1> low, high;
   low.fill(kNoDistance);
   high.fill(-kNoDistance);
   for (const Entry& e : entries) {
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < kDimensions; ++k) {
       low[k] = std::min(low[k], e.point.p[k]);
       high[k] = std::max(high[k], e.point.p[k]);
     }
-    low[6] = std::min(low[6], e.point.area);
-    high[6] = std::max(high[6], e.point.area);
+    low[kDimensions] = std::min(low[kDimensions], e.point.area);
+    high[kDimensions] = std::max(high[kDimensions], e.point.area);
   }
   int axis = 0;
   float widest = -1.0f;
-  for (int k = 0; k < 7; ++k) {
-    const float span = k < 6 ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[6] / high[6]);
+  for (int k = 0; k <= kDimensions; ++k) {
+    const float span = k < kDimensions ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[kDimensions] / high[kDimensions]);
     if (span > widest) widest = span, axis = k;
   }
 
-  const auto key = [axis](const Entry& e) { return axis < 6 ? e.point.p[axis] : e.point.area; };
+  const auto key = [axis](const Entry& e) { return axis < kDimensions ? e.point.p[axis] : e.point.area; };
   const std::size_t middle = entries.size() / 2;
   std::nth_element(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(middle), entries.end(),
                    [&](const Entry& a, const Entry& b) {
@@ -146,9 +156,9 @@ void setChildBounds(Node& node, int i, std::span<const Entry> entries) {
   float areaLow = kNoDistance, areaHigh = 0.0f;
   node.smallestId[i] = kNoCluster;
   node.largestId[i] = 0;
-  for (int k = 0; k < 6; ++k) node.low[k][i] = kNoDistance, node.high[k][i] = -kNoDistance;
+  for (int k = 0; k < kDimensions; ++k) node.low[k][i] = kNoDistance, node.high[k][i] = -kNoDistance;
   for (const Entry& e : entries) {
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < kDimensions; ++k) {
       node.low[k][i] = std::min(node.low[k][i], e.point.p[k]);
       node.high[k][i] = std::max(node.high[k][i], e.point.p[k]);
     }
@@ -162,24 +172,29 @@ void setChildBounds(Node& node, int i, std::span<const Entry> entries) {
 }
 
 void setChildEmpty(Node& node, int i) {
-  for (int k = 0; k < 6; ++k) node.low[k][i] = node.high[k][i] = kFarAway;
+  for (int k = 0; k < kDimensions; ++k) node.low[k][i] = node.high[k][i] = kFarAway;
   node.inverseAreaLow[i] = node.areaHigh[i] = 1.0f;
   node.smallestId[i] = node.largestId[i] = kNoCluster;
   node.child[i] = ClusterSearch::kNoChild;
 }
 
 void setLane(Leaf& leaf, std::uint32_t lane, const ClusterPoint& point, std::uint32_t id) {
-  for (int k = 0; k < 6; ++k) leaf.p[k][lane] = point.p[k];
+  for (int k = 0; k < kDimensions; ++k) leaf.p[k][lane] = point.p[k];
   leaf.area[lane] = point.area;
   leaf.inverseArea[lane] = point.inverseArea;
   leaf.id[lane] = id;
 }
 
-constexpr ClusterPoint kFarPoint{{kFarAway, kFarAway, kFarAway, kFarAway, kFarAway, kFarAway}, 1.0f, 1.0f};
+constexpr ClusterPoint farPoint() {
+  ClusterPoint point;
+  point.p.fill(kFarAway);
+  return point;
+}
+constexpr ClusterPoint kFarPoint = farPoint();
 
 ClusterPoint laneAt(const Leaf& leaf, std::uint32_t lane) {
   ClusterPoint point;
-  for (int k = 0; k < 6; ++k) point.p[k] = leaf.p[k][lane];
+  for (int k = 0; k < kDimensions; ++k) point.p[k] = leaf.p[k][lane];
   point.area = leaf.area[lane];
   point.inverseArea = leaf.inverseArea[lane];
   return point;
@@ -212,7 +227,7 @@ void ClusterSearch::merge(std::uint32_t a, std::uint32_t b, const Entry& merged)
   setLane(leaves_[kept / kLeafSize], kept % kLeafSize, merged.point, merged.id);
   grow(leaves_[kept / kLeafSize], merged);
 
-  if (--living_ * 4 >= built_ * 3 || living_ < 2) return;
+  if (--living_ * 3 >= built_ * 2 || living_ < 2) return;
   std::vector<Entry> entries;
   entries.reserve(living_);
   for (const Leaf& leaf : leaves_) {
@@ -227,7 +242,7 @@ void ClusterSearch::grow(const Leaf& leaf, const Entry& entry) {
   const ClusterPoint& point = entry.point;
   for (std::uint32_t parent = leaf.parent, i = leaf.parentChild; parent != kNoChild;) {
     Node& node = nodes_[parent];
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < kDimensions; ++k) {
       node.low[k][i] = std::min(node.low[k][i], point.p[k]);
       node.high[k][i] = std::max(node.high[k][i], point.p[k]);
     }

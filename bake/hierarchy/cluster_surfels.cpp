@@ -3,9 +3,11 @@
 // whole out for the runtime.
 //
 // Deviation: PIC has one tree over all surfels. Emitters get a subtree of their own, so that a cut never averages a
-// lamp with the wall around it, and so do the sky patches, which have no place in space.
+// lamp with the wall around it, and so do the sky patches, which have no place in space. And the metric looks at what
+// surfels see (metric.h).
 #include "bake/hierarchy/flatten.h"
 #include "bake/hierarchy/hierarchy.h"
+#include "bake/hierarchy/outlook.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,15 +46,16 @@ Result<ClusterTree> clusterSky(const std::vector<glm::vec3>& directions, const C
 }
 
 Result<ClusterTree> clusterMembers(const Surfels& surfels, std::span<const std::uint32_t> members,
-                                   const ClusteringOptions& options, Context& context) {
+                                   const ClusteringOptions& options, Context& context,
+                                   std::span<const glm::vec3> outlook) {
   return options.method == ClusteringOptions::Method::kd ? splitMedian(surfels, members, context)
-                                                         : agglomerate(surfels, members, options, context);
+                                                         : agglomerate(surfels, members, options, context, outlook);
 }
 
 }  // namespace
 
 Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatches, const ClusteringOptions& options,
-                                 Context& context) {
+                                 Context& context, std::span<const glm::vec3> outlook) {
   if (skyPatches > kMaxSkyPatches) {
     return Error{ErrorCode::usage, "sky patches must be in [0, 4096], found " + std::to_string(skyPatches)};
   }
@@ -69,7 +72,7 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
   }
   std::erase_if(groups, [](const ClusterGroup& group) { return group.sender.empty(); });
   for (ClusterGroup& group : groups) {
-    Result<ClusterTree> tree = clusterMembers(surfels, group.sender, options, context);
+    Result<ClusterTree> tree = clusterMembers(surfels, group.sender, options, context, outlook);
     if (!tree) return tree.error();
     group.tree = std::move(*tree);
   }
@@ -90,6 +93,16 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
   context.figure("groups", static_cast<double>(hierarchy.groupRoot.size()));
   context.figure("depth", hierarchy.levelCount());
   return hierarchy;
+}
+
+Result<Hierarchy> clusterSurfels(const RayTracer& tracer, const Surfels& surfels, std::uint32_t skyPatches,
+                                 const ClusteringOptions& options, Context& context) {
+  std::vector<glm::vec3> outlook;
+  if (options.method == ClusteringOptions::Method::exact && options.outlookWeight > 0.0f && surfels.count() > 0) {
+    outlook = lookOut(tracer, surfels, context);
+    if (context.cancelled()) return cancelledError();
+  }
+  return clusterSurfels(surfels, skyPatches, options, context, outlook);
 }
 
 }  // namespace relume

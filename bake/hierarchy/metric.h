@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The distance between clusters (PIC 4.3):
-//   d(a, b) = |x_a - x_b|² / extent² + C_n (1 - <m_a, m_b>) + C_b |A_a - A_b| / max(A_a, A_b).
-// Unit normals make it a squared distance in six dimensions, which boxes bound: 1 - <n, m> = |n - m|² / 2, so with
-//   p = (x / extent, sqrt(C_n / 2) m):   d(a, b) = |p_a - p_b|² + C_b (1 - min(A_a / A_b, A_b / A_a)).
+// The distance between clusters (PIC 4.3, and a term of ours):
+//   d(a, b) = |x_a - x_b|² / extent² + C_n (1 - <m_a, m_b>) + C_b |A_a - A_b| / max(A_a, A_b) + C_o |o_a - o_b|² / extent².
+// Unit normals make it a squared distance in nine dimensions, which boxes bound: 1 - <n, m> = |n - m|² / 2, so with
+//   p = (x / extent, sqrt(C_n / 2) m, sqrt(C_o) o / extent):   d(a, b) = |p_a - p_b|² + C_b (1 - min(A_a / A_b, A_b / A_a)).
 // Area is counted in leaves, which are all of one size.
+//
+// Deviation: o, the outlook, is the middle of what a surfel sees (outlook.h). PIC's metric merges surfels which cannot
+// see each other, and light bleeds (PIC Fig. 9c); surfels on two sides of a wall have their outlooks on two sides too.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -20,30 +23,35 @@ struct ClusterMetric {
   glm::vec3 origin{0.0f};      // [m] middle of the bounds
   float inverseExtent = 0.0f;  // [1/m] 1 / diagonal of the bounds
   float normalScale = 0.0f;    // sqrt(C_n / 2)
+  float outlookScale = 0.0f;   // sqrt(C_o)
   float balanceWeight = 0.0f;  // C_b
 };
 
+inline constexpr int kClusterDimensions = 9;
+
 // A cluster as the metric sees it.
 struct ClusterPoint {
-  std::array<float, 6> p{};  // center / extent, sqrt(C_n / 2) * unit normal
+  std::array<float, kClusterDimensions> p{};  // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
   float area = 1.0f;         // [leaves]
   float inverseArea = 1.0f;  // 1 / area
 };
 
 // The summed leaves of a cluster.
-struct ClusterSum {
+struct alignas(64) ClusterSum {
   glm::vec3 center{0.0f};     // mean of the leaves, in units of the extent around the origin
   glm::vec3 normalSum{0.0f};  // sum of the leaves' unit normals
   glm::vec3 normal{0.0f};     // unit; a child's where the leaves' normals cancel
   std::uint32_t leaves = 1;
+  glm::vec3 outlook{0.0f};    // mean of the leaves, in units of the extent around the origin
 };
 
-// Center: area-weighted mean; normal: direction of the area-weighted sum.
+// Center and outlook: area-weighted mean; normal: direction of the area-weighted sum.
 inline ClusterSum mergeClusters(const ClusterSum& a, const ClusterSum& b) {
   ClusterSum c;
   c.leaves = a.leaves + b.leaves;
   const float share = static_cast<float>(a.leaves) / static_cast<float>(c.leaves);
   c.center = b.center + share * (a.center - b.center);
+  c.outlook = b.outlook + share * (a.outlook - b.outlook);
   c.normalSum = a.normalSum + b.normalSum;
   const float length = glm::length(c.normalSum);
   const bool cancelled = !(length > 1e-5f * static_cast<float>(c.leaves));
@@ -53,14 +61,15 @@ inline ClusterSum mergeClusters(const ClusterSum& a, const ClusterSum& b) {
 
 inline ClusterPoint clusterPoint(const ClusterSum& sum, const ClusterMetric& metric) {
   const glm::vec3 m = metric.normalScale * sum.normal;
+  const glm::vec3 o = metric.outlookScale * sum.outlook;
   const float area = static_cast<float>(sum.leaves);
-  return {{sum.center.x, sum.center.y, sum.center.z, m.x, m.y, m.z}, area, 1.0f / area};
+  return {{sum.center.x, sum.center.y, sum.center.z, m.x, m.y, m.z, o.x, o.y, o.z}, area, 1.0f / area};
 }
 
 // The metric. Symmetric to the last bit.
 inline float clusterDistance(const ClusterPoint& a, const ClusterPoint& b, float balanceWeight) {
   float d = 0.0f;
-  for (int k = 0; k < 6; ++k) d += (a.p[k] - b.p[k]) * (a.p[k] - b.p[k]);
+  for (int k = 0; k < kClusterDimensions; ++k) d += (a.p[k] - b.p[k]) * (a.p[k] - b.p[k]);
   return d + balanceWeight * (1.0f - std::min(1.0f, std::min(a.area * b.inverseArea, b.area * a.inverseArea)));
 }
 

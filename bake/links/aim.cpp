@@ -16,7 +16,7 @@ constexpr std::size_t kMostBundles = 512;  // each is looked at for each cache
 
 // Mean emission of a side, over the cells of the map that have a surfel and those that have none.
 float meanEmission(const Surfels& surfels, const SurfelMap& map, std::uint32_t side) {
-  const std::uint32_t begin = map.cellBegin[side], end = map.cellBegin[side + 1];
+  const std::uint32_t begin = map.sides[side].firstCell, end = begin + map.sides[side].cellCount();
   double sum = 0.0;
   for (std::uint32_t i = begin; i < end; ++i) {
     if (map.cell[i] == kNone) continue;
@@ -32,7 +32,7 @@ float meanEmission(const Surfels& surfels, const SurfelMap& map, std::uint32_t s
 EmitterAim::EmitterAim(const Scene& scene, const Surfels& surfels, const SurfelMap& map) {
   const auto emits = [](const glm::vec3& e) { return e.x + e.y + e.z > 0.0f; };
   if (std::none_of(surfels.emission.begin(), surfels.emission.end(), emits)) return;
-  indexOf_.assign(map.cellBegin.size() - 1, kNone);
+  indexOf_.assign(map.sides.size(), kNone);
   for (const Instance& instance : scene.instances) {
     const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < 2 * triangles; ++t) {

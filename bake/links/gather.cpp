@@ -15,6 +15,12 @@ constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random 
 constexpr float kSamePoint = 1e-3f;    // an aimed ray has met its point when it ends this near to it, relatively
 constexpr std::uint32_t kBlock = 256;  // rays traced together: rays and hits stay in the first-level cache
 
+void prefetch([[maybe_unused]] const void* address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(address);
+#endif
+}
+
 glm::vec2 toSquare(const glm::vec3& d) {
   const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
   glm::vec2 p(d.x / sum, d.y / sum);
@@ -80,18 +86,33 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
       aimedCount_(aim_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
       sky_(hierarchy.skyDirection) {}
 
-std::uint32_t Gatherer::senderOf(const Hit& hit, const glm::vec3& direction, const EmitterAim::Chances& chances,
-                                 float& weight) const {
-  const std::uint32_t triangle = tracer_.scene().instances[hit.instance].firstTriangle + hit.triangle;
-  const std::uint32_t side = 2 * triangle + (hit.back ? 1u : 0u);
-  if (aimedCount_ > 0) {
-    if (const float density = aim_.density(chances, side); density > 0.0f) {
-      // 1 / w = 1 / w_even + pi K_e q r² / c
-      const float apart = hit.distance * hit.distance / std::max(aim_.cosine(side, direction), 1e-6f);
-      weight /= 1.0f + weight * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * density * apart;
-    }
+// The map is larger than the second-level cache: ask for all entries before the first is read.
+void Gatherer::lookUp(Scratch& scratch) const {
+  const std::size_t count = scratch.hits.size();
+  scratch.sides.resize(count);
+  scratch.cells.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Hit& hit = scratch.hits[i];
+    if (!hit) continue;
+    const std::uint32_t triangle = tracer_.scene().instances[hit.instance].firstTriangle + hit.triangle;
+    scratch.sides[i] = 2 * triangle + (hit.back ? 1u : 0u);
+    prefetch(&map_.sides[scratch.sides[i]]);
   }
-  return map_.at(side, hit.barycentric);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Hit& hit = scratch.hits[i];
+    scratch.cells[i] = hit ? map_.cellOf(scratch.sides[i], hit.barycentric) : kNone;
+    if (scratch.cells[i] != kNone) prefetch(&map_.cell[scratch.cells[i]]);
+  }
+}
+
+float Gatherer::weigh(std::uint32_t side, float distance, const glm::vec3& direction,
+                      const EmitterAim::Chances& chances, float even) const {
+  if (aimedCount_ == 0) return even;
+  const float density = aim_.density(chances, side);
+  if (!(density > 0.0f)) return even;
+  // 1 / w = 1 / w_even + pi K_e q r² / c
+  const float apart = distance * distance / std::max(aim_.cosine(side, direction), 1e-6f);
+  return even / (1.0f + even * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * density * apart);
 }
 
 void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
@@ -113,6 +134,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
       scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
     }
     tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
+    lookUp(scratch);
 
     // Find the sender at the end of each.
     for (std::uint32_t i = 0; i < size; ++i) {
@@ -121,7 +143,8 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
       std::uint32_t sender = kNone;
       float weight = sample.weight;
       if (hit) {
-        sender = senderOf(hit, sample.direction, scratch.chances, weight);
+        weight = weigh(scratch.sides[i], hit.distance, sample.direction, scratch.chances, weight);
+        if (scratch.cells[i] != kNone) sender = map_.cell[scratch.cells[i]];
         count.backFaces += hit.back;
         count.unmapped += sender == kNone;
       } else {
@@ -155,6 +178,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
     }
     scratch.hits.resize(scratch.rays.size());
     tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
+    lookUp(scratch);
 
     for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
       const Hit& hit = scratch.hits[i];
@@ -162,8 +186,8 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const glm::vec3& direction = scratch.rays[i].direction;
       const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
       const float even = strata_.weight(cosine, onSurface);
-      float weight = even;
-      const std::uint32_t sender = senderOf(hit, direction, scratch.chances, weight);
+      const float weight = weigh(scratch.sides[i], hit.distance, direction, scratch.chances, even);
+      const std::uint32_t sender = scratch.cells[i] == kNone ? kNone : map_.cell[scratch.cells[i]];
       if (weight == even || sender == kNone) continue;  // not an emitter
       arrivals.push_back({hierarchy_.leafNode[sender], weight, cosine, hit.distance, direction});
     }

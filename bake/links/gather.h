@@ -57,6 +57,7 @@ class Gatherer {
   struct Scratch {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
+    std::vector<std::uint32_t> sides, cells;  // of the surfel map, that were hit
     std::vector<DirectionStrata::Sample> samples;
     std::vector<float> distances;  // [m] to the points that are aimed at
     EmitterAim::Chances chances;
@@ -69,9 +70,11 @@ class Gatherer {
  private:
   void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                    std::vector<Arrival>& arrivals, RayCount& count) const;
-  // Sender and weight of what a ray hit; a weight for both kinds of rays where it is an emitter.
-  std::uint32_t senderOf(const Hit& hit, const glm::vec3& direction, const EmitterAim::Chances& chances,
-                         float& weight) const;
+  // Find the cells of the surfel map that were hit.
+  void lookUp(Scratch& scratch) const;
+  // The weight of a hit that both kinds of rays can make, which is one of an emitter; else the even one.
+  float weigh(std::uint32_t side, float distance, const glm::vec3& direction, const EmitterAim::Chances& chances,
+              float even) const;
 
   const RayTracer& tracer_;
   const SurfelMap& map_;

@@ -35,11 +35,12 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
 float levelRadius(const Hierarchy& hierarchy, const NodeGeometry& geometry);
 
 // readError's model takes E (B_a - B_b)² to be kContrast B² x distance / levelRadius(), so keys of a cut that add up to
-// this much leave about that relative error of a cache's light. kContrast: suns and torches light little of a level
-// and that much, measured on Sponza (docs/CUTS.md).
-inline constexpr float kContrast = 25.0f;
-inline float keySumOf(float relativeError, float levelRadius) {
-  return relativeError * relativeError * levelRadius / kContrast;
+// this much leave about that relative error e of a cache's light. Errors saturate where neighbours are not independent:
+// the model's is e / (1 - e). docs/CUTS.md has what lights that no bake knew find of what is asked for.
+inline constexpr float kContrast = 28.0f;
+inline float keySumOf(float relativeError, float levelRadius) {  // [0..1], [m]
+  const float modelled = relativeError / (1.0f - relativeError);
+  return modelled * modelled * levelRadius / kContrast;
 }
 
 // Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.

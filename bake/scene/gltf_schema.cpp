@@ -39,9 +39,10 @@ constexpr double kMaxSize = 281474976710656.0;
 
 constexpr Field kAsset[] = {{"version", Kind::text, {}, 0, true}, {"minVersion", Kind::text}};
 constexpr Field kBuffer[] = {{"uri", Kind::text}, {"byteLength", Kind::size, {}, 0, true}, {"name", Kind::text}};
-constexpr Field kMeshopt[] = {{"buffer", Kind::index, {}, 0, true},   {"byteOffset", Kind::size},
-                              {"byteLength", Kind::size, {}, 0, true}, {"byteStride", Kind::size, {}, 0, true},
-                              {"count", Kind::size, {}, 0, true},      {"mode", Kind::text, {}, 0, true},
+// tinygltf keeps whole numbers of extensions in 32 bits.
+constexpr Field kMeshopt[] = {{"buffer", Kind::index, {}, 0, true},   {"byteOffset", Kind::index},
+                              {"byteLength", Kind::index, {}, 0, true}, {"byteStride", Kind::index, {}, 0, true},
+                              {"count", Kind::index, {}, 0, true},      {"mode", Kind::text, {}, 0, true},
                               {"filter", Kind::text}};
 constexpr Field kViewExtensions[] = {{"EXT_meshopt_compression", Kind::object, kMeshopt}};
 constexpr Field kBufferView[] = {{"buffer", Kind::index, {}, 0, true},

@@ -112,8 +112,8 @@ struct RayTracer::State {
 namespace {
 
 // The triangles of one instance, moved by -shift, as a committed Embree geometry. null on failure (device error set).
-RTCGeometry makeGeometry(RTCDevice device, const Scene& scene, const Instance& instance, const glm::vec3& shift,
-                         MaskedMesh* masked) {
+RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene& scene, const Instance& instance,
+                         const glm::vec3& shift, MaskedMesh* masked) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -138,16 +138,16 @@ RTCGeometry makeGeometry(RTCDevice device, const Scene& scene, const Instance& i
     rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
     rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
   }
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+  rtcSetGeometryBuildQuality(geometry, quality);
   rtcCommitGeometry(geometry);
   return geometry;
 }
 
 // Not RTC_SCENE_FLAG_ROBUST: it costs 1.75 times the time, and without it one random ray of ten million slips through
 // an edge, which no cache notices.
-ScenePtr makeScene(RTCDevice device) {
+ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality) {
   ScenePtr scene(rtcNewScene(device));
-  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+  rtcSetSceneBuildQuality(scene.get(), quality);
   return scene;
 }
 
@@ -258,7 +258,10 @@ RayTracer::RayTracer(RayTracer&&) noexcept = default;
 RayTracer& RayTracer::operator=(RayTracer&&) noexcept = default;
 RayTracer::~RayTracer() = default;
 
-Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context) {
+Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
+                                    RayStructure structure) {
+  const RTCBuildQuality quality =
+      structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   auto state = std::make_unique<State>();
   state->scene = &scene;
 
@@ -291,7 +294,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
-  state->top = makeScene(device);
+  state->top = makeScene(device, quality);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (instance.mode != BakeMode::fixed || scene.meshes[instance.mesh].triangle.empty()) continue;
@@ -311,9 +314,9 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       if (below == nullptr) {
         Instance inPlace = instance;
         inPlace.toWorld = glm::mat4(1.0f);
-        RTCGeometry mesh = makeGeometry(device, scene, inPlace, glm::vec3(0.0f), makeMasked());
+        RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), makeMasked());
         if (mesh == nullptr) break;
-        state->shared.push_back(makeScene(device));
+        state->shared.push_back(makeScene(device, quality));
         below = state->shared.back().get();
         rtcAttachGeometry(below, mesh);
         rtcReleaseGeometry(mesh);
@@ -328,7 +331,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
       rtcCommitGeometry(geometry);
     } else {
-      geometry = makeGeometry(device, scene, instance, state->shift, makeMasked());
+      geometry = makeGeometry(device, quality, scene, instance, state->shift, makeMasked());
       if (geometry == nullptr) break;
     }
     rtcAttachGeometryByID(state->top.get(), geometry, id);

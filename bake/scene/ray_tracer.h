@@ -35,10 +35,16 @@ struct Hit {
 // packet then walks the structure as one. It only says what is fast: hits differ where two surfaces are in one place.
 enum class RayOrder { mixed, coherent };
 
+// How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times as
+// long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. Hits differ where two surfaces are
+// in one place.
+enum class RayStructure { quick, thorough };
+
 class RayTracer {
  public:
   // Builds the acceleration structure. failed: Embree's own message. isa: "avx2", "avx512", "sse4.2" or "" (best).
-  static Result<RayTracer> create(const Scene& scene, const std::string& isa, Context& context);
+  static Result<RayTracer> create(const Scene& scene, const std::string& isa, Context& context,
+                                  RayStructure structure = RayStructure::thorough);
   RayTracer(RayTracer&&) noexcept;
   RayTracer& operator=(RayTracer&&) noexcept;
   ~RayTracer();

@@ -36,6 +36,15 @@ class PointGrid {
     }
   }
 
+  // The same, of all cells that a cube of this half width [m] around p meets.
+  template <class Visit>
+  void forEachRunWithin(const glm::vec3& p, float halfWidth, const Visit& visit) const {
+    const Cell low = cellOf(p - glm::vec3(halfWidth)), high = cellOf(p + glm::vec3(halfWidth));
+    for (std::int64_t z = low.z; z <= high.z; ++z) {
+      for (std::int64_t y = low.y; y <= high.y; ++y) visitRow(low.x, high.x, y, z, visit);
+    }
+  }
+
   // The same, of the cells exactly `ring` away only.
   template <class Visit>
   void forEachRunOfShell(const glm::vec3& p, int ring, const Visit& visit) const {

@@ -24,10 +24,23 @@ constexpr std::uint32_t kStage = 0x5E771Eu;
 struct Sight {
   std::uint32_t surfel = kNone;
   std::uint32_t side = 0;
-  SurfacePoint point;
+  glm::vec2 barycentric{0.0f};
   glm::vec3 positionWorld{0.0f};
-  glm::vec3 normal{0.0f};
 };
+
+// Point of the unit square in place `at` of [0, 1) along a Morton curve, jittered within its 256th part of either side:
+// evenly spread places give evenly spread points, near ones near points.
+glm::vec2 alongMortonCurve(float at, const glm::vec2& jitter) {
+  const auto code = static_cast<std::uint32_t>(at * 65536.0f);
+  const auto everySecondBit = [](std::uint32_t v) {
+    v &= 0x5555u;
+    v = (v | v >> 1) & 0x3333u;
+    v = (v | v >> 2) & 0x0F0Fu;
+    v = (v | v >> 4) & 0x00FFu;
+    return static_cast<float>(v);
+  };
+  return (glm::vec2(everySecondBit(code), everySecondBit(code >> 1)) + jitter) / 256.0f;
+}
 
 glm::vec3 sphereDirection(const glm::vec2& u) {
   const float z = 1.0f - 2.0f * u.x;
@@ -36,19 +49,23 @@ glm::vec3 sphereDirection(const glm::vec2& u) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// Look around from where receivers can be.
+// Look around from where receivers can be: the same number of rays from each of them, spread over the sphere.
 std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                               std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed, Context& context) {
   const Scene& scene = tracer.scene();
   std::vector<Sight> sights(rayCount);
-  const auto receiverCount = static_cast<std::uint32_t>(playSpace.receivers.size());
+  const std::size_t receiverCount = playSpace.receivers.size();
   parallelChunks(context, "", rayCount, kChunk, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(end - begin);
     std::vector<Hit> hits(end - begin);
     for (std::size_t i = begin; i < end; ++i) {
       RandomStream random(seed, kStage, i);
-      rays[i - begin].origin = playSpace.receivers[random.below(receiverCount)];
-      rays[i - begin].direction = sphereDirection(random.uniform2());
+      const std::size_t receiver = i * receiverCount / rayCount;
+      const std::size_t first = (receiver * rayCount + receiverCount - 1) / receiverCount,
+                        next = ((receiver + 1) * rayCount + receiverCount - 1) / receiverCount;
+      const float at = (static_cast<float>(i - first) + random.uniform()) / static_cast<float>(next - first);
+      rays[i - begin].origin = playSpace.receivers[receiver];
+      rays[i - begin].direction = sphereDirection(alongMortonCurve(at, random.uniform2()));
     }
     tracer.trace(rays, hits);
     for (std::size_t i = begin; i < end; ++i) {
@@ -60,7 +77,7 @@ std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpac
       const glm::vec3 front = geometricNormal(scene, hit.point());
       const glm::vec3 normal = hit.back ? -front : front;
       if (!(glm::dot(normal, surfels[surfel].normal) > kSameWay)) continue;
-      sights[i] = {surfel, side, hit.point(), rays[i - begin].origin + hit.distance * rays[i - begin].direction, normal};
+      sights[i] = {surfel, side, hit.barycentric, rays[i - begin].origin + hit.distance * rays[i - begin].direction};
     }
   });
   return sights;
@@ -94,13 +111,21 @@ std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& 
 
   // The seen point nearest to it.
   std::vector<float> nearest(surfels.size(), INFINITY);
+  std::vector<const Sight*> chosen(surfels.size(), nullptr);
   for (const Sight& sight : sights) {
     if (sight.surfel == kNone || count[sight.surfel] < kFewestHits) continue;
     const glm::vec3 way = sight.positionWorld - middle[sight.surfel];
     const float distance = glm::dot(way, way);
     if (!(distance < nearest[sight.surfel])) continue;
     nearest[sight.surfel] = distance;
-    seeds[sight.surfel] = {sight.positionWorld, sight.normal, sight.point, sight.side};
+    chosen[sight.surfel] = &sight;
+  }
+  for (std::size_t s = 0; s < surfels.size(); ++s) {
+    if (chosen[s] == nullptr) continue;
+    const Scene& scene = tracer.scene();
+    const SurfaceSample at =
+        sampleAt(scene, scene.instanceOf(chosen[s]->side / 2), chosen[s]->side, chosen[s]->barycentric);
+    seeds[s] = {chosen[s]->positionWorld, at.normal, at.point, at.side};
   }
   return seeds;
 }

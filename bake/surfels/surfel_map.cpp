@@ -26,9 +26,8 @@ constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
 constexpr std::size_t kSidesPerChunk = 512;
-// SurfelMap::cellsAlong: cells along the first edge, and the corner that the grid starts from.
-constexpr std::uint32_t kCornerShift = 14;
-constexpr std::uint32_t kColumnMask = (1u << kCornerShift) - 1;
+constexpr float kRounding = 1.0f + 1e-5f;  // a search's radius is not cut short by a rounding error
+constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
 
 // A point's coordinates in the grid that starts at a corner: weights of the next two corners.
 glm::vec2 toGrid(const glm::vec2& b, std::uint32_t corner) {
@@ -65,7 +64,7 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   const double limit = kMinCells + std::min(kMaxCellsPerArea * area / (size * size), most);
   const double shrink = std::min(1.0, std::sqrt(limit / (columns * rows)));
   const auto cells = [&](double along) {
-    return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kColumnMask}));
+    return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
   };
   shape.columns = cells(columns);
   shape.rows = cells(rows);
@@ -81,8 +80,9 @@ struct SortedSurfels {
   std::span<const std::uint32_t> id;
   float spacing = 0.0f;
 
-  // The surfel of least cost among those within reach [m]; among equals the smallest index.
-  std::uint32_t best(const SurfaceSample& point, float reach) const {
+  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among
+  // equals the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
+  std::uint32_t best(const SurfaceSample& point, float reach, std::uint32_t guess) const {
     float bestCost = kNoMapping, farthest = reach * reach;
     std::uint32_t found = kNone;
     const auto visit = [&](std::uint32_t begin, std::uint32_t end) {
@@ -91,12 +91,17 @@ struct SortedSurfels {
         const glm::vec3 apart = position[i] - point.positionWorld;
         if (glm::dot(apart, apart) > farthest) continue;
         const float cost = mapCost(point, sample[i], spacing);
-        if (cost > bestCost || cost == kNoMapping || (cost == bestCost && id[i] > found)) continue;
+        if (cost > bestCost || cost == kNoMapping || (cost == bestCost && id[i] > id[found])) continue;
         bestCost = cost;
-        found = id[i];
+        found = i;
         farthest = std::min(farthest, cost);
       }
     };
+    if (guess != kNone) visit(guess, guess + 1);
+    if (farthest < grid.cellSize() * grid.cellSize()) {
+      grid.forEachRunWithin(point.positionWorld, std::sqrt(farthest) * kRounding, visit);
+      return found;
+    }
     const int rings = static_cast<int>(std::ceil(reach / grid.cellSize()));
     grid.forEachRun(point.positionWorld, 1, visit);
     for (int ring = 2; ring <= rings; ++ring) {
@@ -128,12 +133,13 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing,
 
 // The cells of one side.
 struct SideCells {
-  std::uint32_t cellsAlong = 0;
+  GridShape shape;
   std::vector<std::uint32_t> cell;
 };
 
+// guess: place of a surfel that may be near; left at one that is.
 SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float reach,
-                  std::uint32_t instance, std::uint32_t side) {
+                  std::uint32_t instance, std::uint32_t side, std::uint32_t& guess) {
   const bool seen = playSpace.seenArea[side] > 0.0f;
   SurfaceSample point = sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f));
   if (point.normal == glm::vec3(0.0f)) return {};
@@ -142,8 +148,9 @@ SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSu
       shapeOf(corner, sorted.spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
 
   SideCells cells;
-  cells.cellsAlong = shape.columns | shape.corner << kCornerShift;
+  cells.shape = shape;
   cells.cell.assign(std::size_t{shape.columns} * shape.rows, kNone);
+  std::uint32_t atRowBegin = guess;
   bool any = false;
   for (std::uint32_t row = 0; row < shape.rows; ++row) {
     for (std::uint32_t column = 0; column < shape.columns; ++column) {
@@ -158,9 +165,12 @@ SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSu
       if (shape.columns == 1 && shape.rows == 1) g = glm::vec2(1.0f / 3.0f);
       const glm::vec2 b = fromGrid(g, shape.corner);
       point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
-      const std::uint32_t surfel = sorted.best(point, reach);
-      cells.cell[std::size_t{row} * shape.columns + column] = surfel;
-      any |= surfel != kNone;
+      const std::uint32_t found = sorted.best(point, reach, column == 0 ? atRowBegin : guess);
+      if (found == kNone) continue;
+      guess = found;
+      if (column == 0) atRowBegin = found;
+      cells.cell[std::size_t{row} * shape.columns + column] = sorted.id[found];
+      any = true;
     }
   }
   return any ? cells : SideCells{};
@@ -168,22 +178,18 @@ SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSu
 
 }  // namespace
 
-std::uint32_t SurfelMap::at(std::uint32_t side, const glm::vec2& barycentric) const {
-  const std::uint32_t begin = cellBegin[side], count = cellBegin[side + 1] - begin;
-  if (count <= 1) return count == 0 ? kNone : cell[begin];
-  const std::uint32_t columns = cellsAlong[side] & kColumnMask, rows = count / columns;
-  const glm::vec2 g = toGrid(barycentric, cellsAlong[side] >> kCornerShift);
+std::uint32_t SurfelMap::cellOf(std::uint32_t side, const glm::vec2& barycentric) const {
+  const Side& s = sides[side];
+  if (s.columns == 0) return kNone;
+  const glm::vec2 g = toGrid(barycentric, s.corner);
   const auto along = [](float x, std::uint32_t cells) {
     const float at = std::max(x * static_cast<float>(cells), 0.0f);
     return std::min(static_cast<std::uint32_t>(at), cells - 1);
   };
-  return cell[begin + along(g.y, rows) * columns + along(g.x, columns)];
+  return s.firstCell + along(g.y, s.rows) * s.columns + along(g.x, s.columns);
 }
 
-std::size_t SurfelMap::sizeBytes() const {
-  return cellBegin.size() * sizeof(std::uint32_t) + cellsAlong.size() * sizeof(std::uint16_t) +
-         cell.size() * sizeof(std::uint32_t);
-}
+std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + cell.size() * sizeof(std::uint32_t); }
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
@@ -193,34 +199,38 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
   const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
 
   struct Part {
-    std::vector<std::uint32_t> count, cell;
-    std::vector<std::uint16_t> cellsAlong;
+    std::vector<SurfelMap::Side> side;  // firstCell: within the part
+    std::vector<std::uint32_t> cell;
   };
   std::vector<Part> parts((sides + kSidesPerChunk - 1) / kSidesPerChunk);
   parallelChunks(context, "surfel map", sides, kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kSidesPerChunk];
+    std::array<std::uint32_t, 4> guess{kNone, kNone, kNone, kNone};  // front, back; of sides that are seen or not
     for (std::size_t s = begin; s < end; ++s) {
       const auto side = static_cast<std::uint32_t>(s);
       const std::uint32_t instance = scene.instanceOf(side / 2);
       SideCells cells;
       if (scene.instances[instance].mode == BakeMode::fixed) {
         const bool seen = playSpace.seenArea[side] > 0.0f;
-        cells = mapSide(scene, playSpace, seen ? forSeen : forUnseen, seen ? seenReach : unseenReach, instance, side);
+        cells = mapSide(scene, playSpace, seen ? forSeen : forUnseen, seen ? seenReach : unseenReach, instance, side,
+                        guess[2 * seen + side % 2]);
       }
-      part.count.push_back(static_cast<std::uint32_t>(cells.cell.size()));
-      part.cellsAlong.push_back(static_cast<std::uint16_t>(cells.cellsAlong));
+      SurfelMap::Side& mapped = part.side.emplace_back();
+      if (cells.cell.empty()) continue;
+      mapped.firstCell = static_cast<std::uint32_t>(part.cell.size());
+      mapped.columns = static_cast<std::uint16_t>(cells.shape.columns);
+      mapped.rows = cells.shape.rows & kMaxAlong;
+      mapped.corner = cells.shape.corner & 3u;
       part.cell.insert(part.cell.end(), cells.cell.begin(), cells.cell.end());
     }
   });
 
   SurfelMap map;
   if (context.cancelled()) return map;
-  map.cellBegin.reserve(sides + 1);
-  map.cellBegin.push_back(0);
-  map.cellsAlong.reserve(sides);
-  for (const Part& part : parts) {
-    for (const std::uint32_t count : part.count) map.cellBegin.push_back(map.cellBegin.back() + count);
-    map.cellsAlong.insert(map.cellsAlong.end(), part.cellsAlong.begin(), part.cellsAlong.end());
+  map.sides.reserve(sides);
+  for (Part& part : parts) {
+    for (SurfelMap::Side& mapped : part.side) mapped.firstCell += static_cast<std::uint32_t>(map.cell.size());
+    map.sides.insert(map.sides.end(), part.side.begin(), part.side.end());
     map.cell.insert(map.cell.end(), part.cell.begin(), part.cell.end());
   }
   return map;

@@ -28,13 +28,23 @@ struct SurfelSeed {
 class SurfelMap {
  public:
   // The surfel of a hit, or kNone when the side has none near (never seen from the play space).
-  std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const;
+  std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const {
+    const std::uint32_t c = cellOf(side, barycentric);
+    return c == kNone ? kNone : cell[c];
+  }
+  // Where `cell` holds it; kNone when the side has no cells.
+  std::uint32_t cellOf(std::uint32_t side, const glm::vec2& barycentric) const;
   std::size_t sizeBytes() const;
 
-  std::vector<std::uint32_t> cellBegin;   // [Size 2 * triangles + 1]
-  std::vector<std::uint16_t> cellsAlong;  // [Size 2 * triangles] cells along the first edge in the low 14 bits (the
-                                          // other edge has the rest of the side's cells), the corner that the edges
-                                          // leave from in the high 2; 0 = no surfel
+  struct Side {
+    std::uint32_t firstCell = 0;
+    std::uint16_t columns = 0;  // cells along the first edge, 0 = no surfel
+    std::uint16_t rows : 14 = 0;    // along the other
+    std::uint16_t corner : 2 = 0;   // that the edges leave from
+    std::uint32_t cellCount() const { return std::uint32_t{columns} * rows; }
+    bool operator==(const Side&) const = default;
+  };
+  std::vector<Side> sides;          // [Size 2 * triangles]
   std::vector<std::uint32_t> cell;  // surfel per cell, or kNone
 };
 

@@ -81,6 +81,7 @@ Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& optio
   for (const std::string& pass : order) times.passes.push_back(figuresOf(pass, ms[pass]));
   times.passes.push_back(figuresOf("frame", all));
   times.buffers = relighter->bufferSizes();
+  times.bands = bandsName({relighter->lumaBands(), relighter->chromaBands()});
   return times;
 }
 
@@ -116,9 +117,12 @@ Result<MeasuredBake> measureBake(const Scene& scene, const BakeOptions& options,
   return measured;
 }
 
-Result<RelightTimes> measureCpu(const Bake& bake, int threads, int frames, Context& context) {
+Result<RelightTimes> measureCpu(const Bake& bake, const Bands& bands, int threads, int frames, Context& context) {
   WorkerThreads workers(static_cast<unsigned>(threads));
   RelightOptions options;
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
+  options.surfelArrays = false;  // the lights are punctual
   if (threads > 1) {
     options.parallelFor = [&](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
       workers.run(tasks, body);
@@ -132,8 +136,10 @@ Result<RelightTimes> measureCpu(const Bake& bake, int threads, int frames, Conte
   return times;
 }
 
-Result<RelightTimes> measureGl(const Bake& bake, int frames, Context& context) {
+Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames, Context& context) {
   RelightOptions options;
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
   options.backend = Backend::gl;
   Result<RelightTimes> times = measureFrames(bake, options, frames, context);
   if (!times) return times.error();

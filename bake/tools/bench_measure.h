@@ -7,6 +7,7 @@
 #include "bake/scene/scene.h"
 #include "formats/bake.h"
 #include "formats/result.h"
+#include "runtime/bands.h"
 
 #include <cstdint>
 #include <string>
@@ -37,14 +38,15 @@ struct RelightTimes {
   std::string how;      // "CPU, 2 threads", "OpenGL"
   std::string backend;  // "cpu", "gl"
   int threads = 0;      // cpu only
+  std::string bands;    // that were lit: "Y4Co4Cg4"
   std::vector<PassFigures> passes;
   std::vector<std::pair<std::string, std::size_t>> buffers;  // name, bytes
 };
 
 // Relights under one directional and one spot light without shadows, with emission and bounces, `frames` times after a
 // few frames to warm up. With OpenGL a context must be current. Errors of Relighter::create(); failed: cancelled.
-Result<RelightTimes> measureCpu(const Bake& bake, int threads, int frames, Context& context);
-Result<RelightTimes> measureGl(const Bake& bake, int frames, Context& context);
+Result<RelightTimes> measureCpu(const Bake& bake, const Bands& bands, int threads, int frames, Context& context);
+Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames, Context& context);
 
 // Model and cores of the processor; never a host's name.
 struct Machine {

@@ -26,7 +26,7 @@ namespace relume {
 namespace {
 
 struct BenchArguments {
-  std::string scene, bakeFile, markdown;
+  std::string scene, bakeFile, markdown, relightBands;
   std::vector<Preset> presets{Preset::high};
   BakeFlags flags;
   int repeat = 50, bakes = 1;
@@ -80,6 +80,7 @@ std::string describeCommand(const BenchArguments& a) {
     const auto flag = a.flags.flagged.find(info.name);
     if (flag != a.flags.flagged.end()) text += " " + info.flag + " " + flag->second;
   }
+  if (!a.relightBands.empty()) text += " --relight-bands " + a.relightBands;
   text += " --repeat " + std::to_string(a.repeat) + " --bakes " + std::to_string(a.bakes);
   text += " --threads " + joined(a.threads) + " --backend " + joined(a.backends);
   if (a.curve) text += " --curve";
@@ -96,8 +97,14 @@ std::string today() {
   return {text, std::strftime(text, sizeof(text), "%Y-%m-%d", &utc)};
 }
 
+// What the frames are lit with; zeros = as the bake recommends.
+Bands bandsOf(const BenchArguments& a) { return bandsByName(a.relightBands).value_or(Bands{}); }
+
 Status checkArguments(const BenchArguments& a) {
   const auto usage = [](const char* message) { return Error{ErrorCode::usage, message}; };
+  if (!a.relightBands.empty() && !bandsByName(a.relightBands)) {
+    return usage("--relight-bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's");
+  }
   if (a.scene.empty() == a.bakeFile.empty()) {
     return usage("either a scene or --bake FILE is required (see relume bench --help)");
   }
@@ -140,7 +147,7 @@ Result<std::vector<RelightTimes>> measureThreads(const Bake& bake, const BenchAr
   std::vector<RelightTimes> all;
   if (!wants(a, "cpu")) return all;
   for (const int threads : a.threads) {
-    Result<RelightTimes> times = measureCpu(bake, threads, a.repeat, context);
+    Result<RelightTimes> times = measureCpu(bake, bandsOf(a), threads, a.repeat, context);
     if (!times) return times.error();
     all.push_back(std::move(*times));
   }
@@ -158,7 +165,7 @@ Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, 
   Context& context = terminal.context();
   Result<MeasuredBake> measured = measureBake(scene, options, a.bakes, context);
   if (!measured) return measured.error();
-  const Result<RelightTimes> relight = measureCpu(measured->bake, 1, a.repeat, context);
+  const Result<RelightTimes> relight = measureCpu(measured->bake, bandsOf(a), 1, a.repeat, context);
   if (!relight) return relight.error();
   return CurvePoint{sizesOf(measured->bake), std::move(measured->times), relight->passes.back().medianMs};
 }
@@ -229,7 +236,7 @@ Status measureOpenGl(const BenchArguments& a, Measured& measured) {
   const OptionalGl gl(wants(a, "gl"));
   measured.report.renderer = gl.description;
   for (std::size_t i = 0; gl.available && i < measured.bakes.size(); ++i) {
-    Result<RelightTimes> times = measureGl(measured.bakes[i], a.repeat, terminal.context());
+    Result<RelightTimes> times = measureGl(measured.bakes[i], bandsOf(a), a.repeat, terminal.context());
     if (!times) return times.error();
     measured.report.settings[i].relight.push_back(std::move(*times));
   }
@@ -289,6 +296,8 @@ void addBenchCommand(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->check(CLI::Range(1, 1024).description(""))
       ->capture_default_str();
+  command->add_option("--relight-bands", a->relightBands, "Bands that the frames are lit with, as Y3Co1Cg1")
+      ->option_text("NAME [as the bake recommends]");
   command->add_option("--backend", a->backends, "What relights, separated by commas [cpu|gl]")
       ->delimiter(',')
       ->allow_extra_args(false)

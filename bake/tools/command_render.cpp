@@ -5,11 +5,13 @@
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/image_io.h"
+#include "bake/tools/lights_file.h"
 #include "bake/tools/load_scene.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
+#include "runtime/bands.h"
 #ifdef RELUME_RENDER_GL
 #include "bake/tools/render_gl.h"
 #endif
@@ -27,12 +29,12 @@ namespace relume {
 namespace {
 
 struct RenderArguments {
-  std::string scene, bake, output, camera, bounces = "converged", size = "320x180", backend = "cpu";
+  std::string scene, bake, output, camera, bounces = "converged", size = "320x180", backend = "cpu", bands, lightsFile;
   std::vector<std::string> lights{"all"}, aovs{"full"};
   std::vector<float> sky{0.0f, 0.0f, 0.0f};
   float exposure = 0.0f;
   std::uint32_t samples = 4, shadowSize = 2048;
-  int lumaBands = 0, chromaBands = 0;
+  float deringing = 0.0f;
   bool sideBySide = false, json = false;
   TerminalOptions terminal;
 };
@@ -137,8 +139,12 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   request.skyRadiance = {arguments.sky[0], arguments.sky[1], arguments.sky[2]};
   request.samples = arguments.samples;
   request.shadowSize = arguments.shadowSize;
-  request.lumaBands = arguments.lumaBands;
-  request.chromaBands = arguments.chromaBands;
+  if (!arguments.bands.empty()) {
+    const std::optional<Bands> bands = bandsByName(arguments.bands);
+    if (!bands) return usage("--bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's, \"" + arguments.bands + "\" found");
+    request.bands = *bands;
+  }
+  request.deringing = arguments.deringing;
   const std::string extension = std::filesystem::path(arguments.output).extension().string();
   if (extension != ".exr" && extension != ".png")
     return usage("-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found");
@@ -196,6 +202,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   if (json) {
     nlohmann::json report{
         {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
+    if (!frame.bands.empty()) report["bands"] = frame.bands;
     report["passMs"] = nlohmann::json::object();
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
     report["bufferBytes"] = nlohmann::json::object();
@@ -205,7 +212,8 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   }
   for (const std::string& path : written) std::printf("wrote %s\n", path.c_str());
   if (frame.passTimes.empty()) return;
-  std::printf("%d relight frames on %s; the last, ms a pass:", frame.frames, frame.renderer.c_str());
+  std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
+              frame.renderer.c_str());
   for (const PassTime& pass : frame.passTimes) std::printf("  %s %.2f", pass.pass, pass.ms);
   std::printf("\n");
 }
@@ -238,6 +246,11 @@ int runRender(const RenderArguments& arguments) {
   if (!scene) return fail(scene.error());
   if (Status ok = chooseCamera(*scene, arguments.camera, request); !ok) return fail(ok.error());
   if (Status ok = chooseLights(*scene, arguments.lights, request); !ok) return fail(ok.error());
+  if (!arguments.lightsFile.empty()) {
+    const auto more = readLightsFile(arguments.lightsFile);
+    if (!more) return fail(more.error());
+    request.lights.insert(request.lights.end(), more->begin(), more->end());
+  }
   std::optional<Bake> bake;
   if (!arguments.bake.empty()) {
     auto file = readBake(arguments.bake);
@@ -272,6 +285,9 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces")
       ->delimiter(',')
       ->capture_default_str();
+  command->add_option("--lights-file", a->lightsFile,
+                      "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
+                      "innerConeAngle, outerConeAngle}, as KHR_lights_punctual");
   command->add_option("--sky", a->sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")
       ->delimiter(',')
       ->expected(3)
@@ -295,12 +311,13 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--shadow-size", a->shadowSize, "texels along a side of a shadow map, gl only")
       ->check(CLI::Range(64, 8192))
       ->capture_default_str();
+  command->add_option("--bands", a->bands,
+                      "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
+                      "recommends");
   command
-      ->add_option("--luma-bands", a->lumaBands, "spherical harmonics bands of luminance; 0 = as the bake recommends")
-      ->check(CLI::Range(0, 8))
-      ->capture_default_str();
-  command->add_option("--chroma-bands", a->chromaBands, "the same of chrominance, at most the bands of luminance")
-      ->check(CLI::Range(0, 8))
+      ->add_option("--deringing", a->deringing,
+                   "strength of a window over the bands that receivers off the light map's own normals read")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->add_option("--exposure", a->exposure, "stops by which a PNG is brightened; above 1 clips")
       ->check(CLI::Range(-30.0, 30.0))

@@ -131,7 +131,7 @@ std::string verdictPanel(const Json& report) {
 
 std::string bakedPanel(const Json& baked) {
   std::string rows = row({"", "A &rarr; B"}, "th");
-  for (const char* name : {"toolVersion", "algorithmVersion", "formatVersion", "rayTracer", "seed"})
+  for (const char* name : {"toolVersion", "algorithmVersion", "formatVersion", "rayTracer"})
     rows += row({name, both(baked[name])});
   for (const Json& o : baked["options"]) rows += row({textOf(o["name"]), both(o)});
   std::string parts;
@@ -194,7 +194,7 @@ std::string lightPanel(const Json& light) {
   std::string nodes = row({"node", "caches", "mean", "worst"}, "th");
   for (std::size_t i = 0; i < std::min<std::size_t>(12, light["nodes"].size()); ++i) {
     const Json& n = light["nodes"][i];
-    nodes += row({textOf(n["node"]), textOf(n["caches"]), percent(n["meanChange"]), percent(n["maxChange"])});
+    nodes += row({n["node"] == "" ? "(caches of the grid)" : textOf(n["node"]), textOf(n["caches"]), percent(n["meanChange"]), percent(n["maxChange"])});
   }
   return section("light", "What it means for light",
                  "<p>" + textOf(light["method"]) + ".</p>" + table(rows) + "<h3>Worst places</h3>" + table(worst) +

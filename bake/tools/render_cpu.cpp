@@ -156,8 +156,9 @@ class CpuRenderer {
 Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   // Relight, shadows by rays
   RelightOptions options;
-  options.lumaBands = request.lumaBands;
-  options.chromaBands = request.chromaBands;
+  options.lumaBands = request.bands.luma;
+  options.chromaBands = request.bands.chroma;
+  options.deringing = request.deringing;
   options.parallelFor = parallelFor(context);
   context.progress("relight", 0.0);
   auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights), {});
@@ -176,6 +177,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   if (context.cancelled()) return cancelledError();
   frame.frames = relit->frames;
   if (relit->all) {
+    frame.bands = bandsName({relit->all->lumaBands(), relit->all->chromaBands()});
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
   }

@@ -7,6 +7,7 @@
 #include "bake/scene/scene.h"
 #include "formats/bake.h"
 #include "formats/result.h"
+#include "runtime/bands.h"
 #include "runtime/relighter.h"
 
 #include <cstdint>
@@ -46,7 +47,8 @@ struct RenderRequest {
   std::uint32_t width = 320, height = 180;  // [1..16384]
   std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
   std::uint32_t shadowSize = 2048;          // [64..8192] texels a side of a shadow map (GL)
-  int lumaBands = 0, chromaBands = 0;       // as RelightOptions
+  Bands bands;                              // as RelightOptions
+  float deringing = 0.0f;                   // as RelightOptions
   bool straight = false;                    // bounced or unbounced is wanted
   bool centres = false;                     // normal, position or depth is wanted
 };
@@ -63,6 +65,7 @@ struct RenderedFrame {
   std::vector<PassTime> passTimes;  // of the last relight frame
   std::vector<std::pair<std::string, std::size_t>> bufferBytes;
   std::string renderer;  // "cpu", or GL_RENDERER
+  std::string bands;     // that were lit, by name; empty without a bake
 
   void resize(std::uint32_t w, std::uint32_t h, bool centres);
 };

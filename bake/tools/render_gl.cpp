@@ -245,8 +245,9 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   context.progress("relight", 0.0);
   RelightOptions options;
   options.backend = Backend::gl;
-  options.lumaBands = request.lumaBands;
-  options.chromaBands = request.chromaBands;
+  options.lumaBands = request.bands.luma;
+  options.chromaBands = request.bands.chroma;
+  options.deringing = request.deringing;
   options.visibilityGlsl = ShadowMaps::glsl();
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
     shadows->setUniforms(relighter.surfelProgram());
@@ -277,6 +278,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   }
   frame.frames = relit->frames;
   if (relit->all) {
+    frame.bands = bandsName({relit->all->lumaBands(), relit->all->chromaBands()});
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
   }

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// See outlook.h. Surfels that are near each other look together, a direction at a time, so that rays stay in packets.
+#include "bake/hierarchy/outlook.h"
+
+#include "bake/parallel.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kDirections = 64;  // over the sphere; a surfel uses those above its plane
+constexpr float kLeastCosine = 0.05f;      // of a direction with the normal
+constexpr std::size_t kTogether = 64;      // surfels that look together
+constexpr std::uint32_t kCells = 1023;     // of space along an axis, for the order
+
+// Equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
+std::array<glm::vec3, kDirections> lookDirections() {
+  std::array<glm::vec3, kDirections> directions;
+  const double golden = (std::sqrt(5.0) - 1.0) / 2.0;
+  for (std::uint32_t i = 0; i < kDirections; ++i) {
+    const double y = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - y * y);
+    const double turn = golden * i, azimuthRad = 2.0 * std::numbers::pi * (turn - std::floor(turn));
+    directions[i] = glm::vec3(r * std::cos(azimuthRad), y, r * std::sin(azimuthRad));
+  }
+  return directions;
+}
+
+// Ten bits, two zeros between them.
+std::uint32_t spread(std::uint32_t x) {
+  x = (x | (x << 16)) & 0x030000FFu;
+  x = (x | (x << 8)) & 0x0300F00Fu;
+  x = (x | (x << 4)) & 0x030C30C3u;
+  return (x | (x << 2)) & 0x09249249u;
+}
+
+// Surfels along a curve through space (Morton 1966), those of one side of the axes together.
+std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& low, const glm::vec3& high) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(surfels.count());
+  const glm::vec3 scale = static_cast<float>(kCells) / glm::max(high - low, glm::vec3(1e-30f));
+  for (std::uint32_t i = 0; i < keys.size(); ++i) {
+    const glm::vec3 p = (surfels.positionWorld[i] - low) * scale, n = surfels.normal[i];
+    const auto cell = [](float x) { return spread(static_cast<std::uint32_t>(std::clamp(x, 0.0f, float{kCells}))); };
+    const std::uint64_t octant = (n.x < 0.0f ? 1 : 0) + (n.y < 0.0f ? 2 : 0) + (n.z < 0.0f ? 4 : 0);
+    keys[i] = {octant << 32 | (cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2), i};
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint32_t> order;
+  order.reserve(keys.size());
+  for (const auto& [key, surfel] : keys) order.push_back(surfel);
+  return order;
+}
+
+// Where a surfel's rays begin, and what they found.
+struct Looking {
+  glm::vec3 from{0.0f}, offset{0.0f};
+  float weight = 0.0f;
+};
+
+}  // namespace
+
+std::vector<glm::vec3> lookOut(const RayTracer& tracer, const Surfels& surfels, Context& context) {
+  const std::array<glm::vec3, kDirections> directions = lookDirections();
+  const glm::vec3 low = tracer.boundsMin(), high = tracer.boundsMax();
+  const float reach = kOutlookReach * glm::length(high - low);
+  const std::vector<std::uint32_t> order = alongCurve(surfels, low, high);
+  std::vector<glm::vec3> outlook(surfels.count());
+
+  parallelChunks(context, "", order.size(), kTogether, [&](std::size_t begin, std::size_t end) {
+    const std::size_t count = end - begin;
+    std::array<Looking, kTogether> looking;
+    std::array<Ray, kTogether> rays;
+    std::array<Hit, kTogether> hits;
+    std::array<std::uint32_t, kTogether> who;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t s = order[begin + i];
+      const glm::vec3& position = surfels.positionWorld[s];
+      looking[i].from = position + surfels.normal[s] * std::max(1e-4f * reach, 4.0f * tracer.epsilonAt(position));
+    }
+    for (const glm::vec3& direction : directions) {
+      std::size_t rayCount = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!(glm::dot(direction, surfels.normal[order[begin + i]]) > kLeastCosine)) continue;
+        rays[rayCount] = Ray{looking[i].from, 0.0f, direction, reach};
+        who[rayCount++] = static_cast<std::uint32_t>(i);
+      }
+      tracer.trace(std::span(rays).first(rayCount), hits, RayOrder::coherent);
+      for (std::size_t k = 0; k < rayCount; ++k) {
+        Looking& l = looking[who[k]];
+        const float cosine = glm::dot(direction, surfels.normal[order[begin + who[k]]]);
+        l.offset += cosine * (hits[k] ? hits[k].distance : reach) * direction;
+        l.weight += cosine;
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      outlook[order[begin + i]] = looking[i].from + looking[i].offset / std::max(looking[i].weight, 1e-6f);
+    }
+  });
+  if (context.cancelled()) return {};
+  return outlook;
+}
+
+}  // namespace relume
