@@ -3,8 +3,10 @@
 #include "runtime/check_bake.h"
 
 #include "formats/compact_links.h"
+#include "formats/grid_depth.h"
 #include "formats/sh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -76,6 +78,7 @@ Status checkHierarchy(const Hierarchy& h, std::size_t surfelCount) {
   if (h.leafNode.size() != senders) return wrongSize("hierarchy.leafNode", senders, h.leafNode.size());
   if (Status ok = checkFinite("hierarchy.skyDirection", h.skyDirection); !ok) return ok;
   if (Status ok = checkLevels(h); !ok) return ok;
+  std::uint32_t next = 1;
   for (std::size_t d = 0; d + 1 < h.levelBegin.size(); ++d) {
     for (std::uint32_t i = h.levelBegin[d]; i < h.levelBegin[d + 1]; ++i) {
       const std::uint32_t child = h.child[i];
@@ -85,6 +88,10 @@ Status checkHierarchy(const Hierarchy& h, std::size_t surfelCount) {
         }
       } else if (child < h.levelBegin[d + 1] || child + 1 >= nodes) {
         return wrongElement("hierarchy.child", i, "two nodes of a deeper level", child);
+      } else if (child != next) {
+        return wrongElement("hierarchy.child", i, std::to_string(next) + ", behind the children of the nodes before", child);
+      } else {
+        next += 2;
       }
       if (!(h.firstWeight[i] >= 0.0f && h.firstWeight[i] <= 1.0f)) {
         return invalid("hierarchy.firstWeight[" + std::to_string(i) + "] is outside [0,1]");
@@ -111,6 +118,9 @@ Status checkIndexTexture(const char* array, const Array<std::uint32_t>& cache, s
 }
 
 Status checkCaches(const Caches& c) {
+  if (c.positionWorld.size() > kMostCaches) {
+    return invalid("it has " + std::to_string(c.positionWorld.size()) + " caches, expected at most " + std::to_string(kMostCaches));
+  }
   if (c.normal.size() != c.positionWorld.size()) return wrongSize("caches.normal", c.positionWorld.size(), c.normal.size());
   if (Status ok = checkFinite("caches.normal", c.normal); !ok) return ok;
   const CacheGrid& g = c.grid;
@@ -118,6 +128,25 @@ Status checkCaches(const Caches& c) {
   const glm::uvec3 r = g.resolution;
   if (r.x > 65535 || r.y > 65535 || r.z > 65535) return invalid("caches.grid has more than 65535 points on an axis");
   if (Status ok = checkIndexTexture("caches.grid.cache", g.cache, std::uint64_t{r.x} * r.y * r.z, c.count()); !ok) return ok;
+  const glm::uvec3 cells = g.cells();
+  if (!g.brick.empty() && g.cache.empty()) return wrongSize("caches.grid.brick", 0, g.brick.size());
+  if (!g.brick.empty() && g.brick.size() != std::uint64_t{cells.x} * cells.y * cells.z) return wrongSize("caches.grid.brick", std::uint64_t{cells.x} * cells.y * cells.z, g.brick.size());
+  if (g.fine.size() % kBrickWords != 0) return wrongSize("caches.grid.fine", g.fine.size() / kBrickWords * kBrickWords, g.fine.size());
+  for (std::size_t i = 0; i < g.brick.size(); ++i) {
+    if (g.brick[i] != kNoBrick && g.brick[i] >= g.brickCount()) {
+      return wrongElement("caches.grid.brick", i, "a brick below " + std::to_string(g.brickCount()) + " or none", g.brick[i]);
+    }
+  }
+  std::uint32_t most = 0;
+  for (const std::uint32_t cache : g.cache) most = cache == kNoCache ? most : std::max(most, cache + 1);
+  for (std::size_t i = 0; i < g.fine.size(); ++i) {
+    if (g.fine[i] >= kHangingPoint) continue;
+    if (g.fine[i] >= c.count()) return wrongElement("caches.grid.fine", i, "a cache below " + std::to_string(c.count()) + " or none", g.fine[i]);
+    most = std::max(most, g.fine[i] + 1);
+  }
+  if (!g.depth.empty() && (g.depth.size() % kDepthWords != 0 || g.depth.size() / kDepthWords < most || g.depth.size() / kDepthWords > c.count())) {
+    return wrongSize("caches.grid.depth", std::uint64_t{kDepthWords} * most, g.depth.size());
+  }
   const Lightmap& m = c.lightmap;
   if (m.width > 65535 || m.height > 65535) return invalid("caches.lightmap is wider or higher than 65535 texels");
   return checkIndexTexture("caches.lightmap.cache", m.cache, std::uint64_t{m.width} * m.height, c.count());

@@ -2,14 +2,15 @@
 // The public door of the runtime: checks what comes in and hands it to a backend. See relighter.h.
 #include "runtime/relighter.h"
 
-#include "formats/color.h"
 #include "formats/sh.h"
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
 #include "runtime/cpu/cpu_backend.h"
+#include "runtime/cpu/simd.h"
 #if defined(RELUME_HAS_GL)
 #include "runtime/gl/gl_backend.h"
 #endif
+#include "runtime/pack_color.h"
 
 namespace relume {
 
@@ -20,18 +21,26 @@ class GlBackend {};
 }  // namespace gl
 #endif
 
-// One of the two backends is there. The bake's arrays are shared, not copied.
+// One of the two backends is there. What it reads of the bake's arrays every frame is shared, not copied; the rest is let go.
 struct Relighter::State {
   Bake bake;
+  std::size_t surfelCount = 0, skyPatchCount = 0;
+  bool surfelArrays = true;
   int lumaBands = 1, chromaBands = 1;
+  float deringing = 0.0f;
   std::unique_ptr<cpu::CpuBackend> cpu;
   std::unique_ptr<gl::GlBackend> gl;
 
   cpu::CacheLight cacheLight() const {
 #if defined(RELUME_HAS_GL)
-    if (gl) return {lumaBands, chromaBands, gl->coefficients(), bake.links.kind == LinkKind::irradiance};
+    cpu::CacheLight light = gl ? cpu::CacheLight{lumaBands, chromaBands, gl->coefficients()} : cpu->cacheLight();
+#else
+    cpu::CacheLight light = cpu->cacheLight();
 #endif
-    return cpu->cacheLight();
+    light.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
+    light.guessBands = true;
+    light.deringing = deringing;
+    return light;
   }
 };
 
@@ -43,6 +52,8 @@ Bake shareArrays(const Bake& bake) {
   shared.surfels = bake.surfels;
   shared.hierarchy = bake.hierarchy;
   shared.caches = bake.caches;
+  shared.caches.lightmap.parts = {};
+  shared.caches.lightmap.cornerUv = shared.caches.lightmap.backCornerUv = {};
   shared.links = bake.links;
   shared.provenance.sceneHash = bake.provenance.sceneHash;
   return shared;
@@ -76,17 +87,29 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   if (Status ok = checkBake(bake); !ok) return ok.error();
   auto state = std::make_unique<State>();
   if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
+  if (!(options.deringing >= 0.0f && options.deringing <= 1.0f)) {
+    return usage("deringing is " + std::to_string(options.deringing) + ", expected 0 to 1");
+  }
+  state->deringing = options.deringing;
   state->bake = shareArrays(bake);
+  state->surfelCount = bake.surfels.count();
+  state->skyPatchCount = bake.hierarchy.skyDirection.size();
+  state->surfelArrays = options.surfelArrays || options.backend != Backend::cpu;
   if (options.backend == Backend::cpu) {
-    const cpu::LightCachesKernel kernel = cpu::lightCachesKernel(options.simd);
-    if (!kernel) return usage("this processor or this build lacks the instruction set asked for in RelightOptions::simd");
-    state->cpu = std::make_unique<cpu::CpuBackend>(state->bake, state->lumaBands, state->chromaBands, kernel,
-                                                   options.parallelFor);
+    const Simd simd = cpu::chooseSimd(options.simd);
+    if (simd == Simd::best) return usage("this processor or this build lacks the instruction set asked for in RelightOptions::simd");
+    state->cpu = std::make_unique<cpu::CpuBackend>(state->bake, state->lumaBands, state->chromaBands, simd, options.parallelFor,
+                                                   options.surfelArrays);
+    state->bake.surfels = {};
+    state->bake.hierarchy = {};
+    state->bake.links = {};
+    state->bake.links.kind = bake.links.kind;
     return Relighter(std::move(state));
   }
 #if defined(RELUME_HAS_GL)
   Result<std::unique_ptr<gl::GlBackend>> made =
-      gl::GlBackend::create(state->bake, state->lumaBands, state->chromaBands, options.visibilityGlsl);
+      gl::GlBackend::create(state->bake, state->lumaBands, state->chromaBands, options.visibilityGlsl,
+                            options.deringing);
   if (!made) return made.error();
   state->gl = std::move(*made);
   return Relighter(std::move(state));
@@ -110,7 +133,10 @@ bool Relighter::relight(const LightSetup& setup) {
 }
 
 Status Relighter::check(const LightSetup& setup) const {
-  return checkSetup(setup, state_->bake.surfels.positionWorld.size(), state_->bake.hierarchy.skyDirection.size());
+  if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
+    return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
+  }
+  return checkSetup(setup, state_->surfelCount, state_->skyPatchCount);
 }
 
 void Relighter::reset() {
@@ -144,7 +170,7 @@ std::vector<glm::vec3> Relighter::nodeRadiosity() const {
 #endif
   std::vector<glm::vec3> radiosity;
   radiosity.reserve(state_->cpu->nodes().size());
-  for (const glm::vec4& node : state_->cpu->nodes()) radiosity.push_back(yCoCgToRgb(glm::vec3(node)));
+  for (const std::uint32_t node : state_->cpu->nodes()) radiosity.push_back(unpackColor(node));
   return radiosity;
 }
 
@@ -170,17 +196,7 @@ std::vector<std::pair<std::string, std::size_t>> Relighter::bufferSizes() const 
 #if defined(RELUME_HAS_GL)
   if (state_->gl) return state_->gl->bufferSizes();
 #endif
-  const Bake& bake = state_->bake;
-  const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
-  const Surfels& s = bake.surfels;
-  return {{"surfels", bytes(s.positionWorld) + bytes(s.normal) + bytes(s.albedo) + bytes(s.emission) + bytes(s.receiver)},
-          {"hierarchy", bytes(bake.hierarchy.child) + bytes(bake.hierarchy.firstWeight) + bytes(bake.hierarchy.leafNode)},
-          {"radiosity", state_->cpu->nodes().size_bytes()},
-          {"links", bytes(bake.links.rowBegin) + bytes(bake.links.cone) + bytes(bake.links.shNode) +
-                        bytes(bake.links.shCoefficients) + bytes(bake.links.head) + bytes(bake.links.shape)},
-          {"caches", bytes(bake.caches.normal) + state_->cpu->cacheLight().coefficients.size_bytes()},
-          {"bounce", state_->cpu->bounceBytes()},
-          {"index", bytes(bake.caches.lightmap.cache) + bytes(bake.caches.grid.cache)}};
+  return state_->cpu->bufferSizes();
 }
 
 GlResolveInputs Relighter::glResolveInputs() const {

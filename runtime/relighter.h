@@ -47,8 +47,12 @@ struct RelightOptions {
   Backend backend = Backend::cpu;
   int lumaBands = 0;         // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
   int chromaBands = 0;       // [0, 1..lumaBands] 0 = what the bake recommends
+  float deringing = 0.0f;    // [0..1] strength of a window over the bands that the host's receivers read off the light-map's
+                             // own normals and in the grid (formats/sh.h, deringingFactor()); docs/BANDS.md: seldom worth it
   ParallelFor parallelFor{};  // CPU backend; empty = one thread
   Simd simd = Simd::best;    // CPU backend; one that the processor lacks is refused
+  // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.
+  bool surfelArrays = true;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
   // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own below
   // 12). Empty = nothing is in shadow.

@@ -5,6 +5,7 @@
 // here (PIC 4.6, Eq. (5), (6)).
 #include "shared/layout.h"
 #include "lib/pack.glsl"
+#include "lib/color.glsl"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"
 
@@ -27,7 +28,7 @@ layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWor
 #if RELUME_LINK_KIND != RELUME_LINKS_CONE
 layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
 #endif
-layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uvec2 node[]; };
+layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uint node[]; };
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) writeonly buffer Caches { uvec2 cacheWord[]; };
 
 // A batch: the caches and links that one binding of the link buffers covers.
@@ -144,7 +145,7 @@ void main() {
     uint sender;
     vec4 c[RELUME_LUMA_WORDS];
     project(link, sender, c);
-    vec3 b = relumeUnpackNode(node[sender]);
+    vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
     for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
     for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
       co[w] += b.y * c[w];

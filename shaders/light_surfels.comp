@@ -7,12 +7,16 @@
 
 layout(local_size_x = RELUME_SURFEL_GROUP) in;
 
-layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { RelumeSurfel surfel[]; };
+layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { uint surfelWord[]; };
 layout(std430, binding = RELUME_SLOT_LEAF_NODE) readonly buffer LeafNode { uint leafNode[]; };
 layout(std430, binding = RELUME_SLOT_LIGHTS) readonly buffer Lights { RelumeLight light[]; };
 layout(std430, binding = RELUME_SLOT_HOST) readonly buffer Host { float host[]; };
-layout(std430, binding = RELUME_SLOT_NODES) writeonly buffer Nodes { uvec2 node[]; };
+layout(std430, binding = RELUME_SLOT_NODES) writeonly buffer Nodes { uint node[]; };
 
+// Four words a surfel, then one of emission each, if any emits.
+uniform bool relumeEmits;
+uniform vec3 relumeBoxOrigin;  // [m] of positions
+uniform vec3 relumeBoxStep;
 uniform uint relumeSurfelCount;
 uniform uint relumeSenderCount;
 uniform uint relumeLightCount;
@@ -57,17 +61,18 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
 }
 
 vec3 radiosityOfSurfel(uint s) {
-  RelumeSurfel self = surfel[s];
-  vec3 normal = relumeUnpackOctahedral(self.normal);
-  vec3 e = direct(s, self.positionWorld, normal);
+  uint xy = surfelWord[4u * s], zRG = surfelWord[4u * s + 1u], normalB = surfelWord[4u * s + 2u], receiver = surfelWord[4u * s + 3u];
+  vec3 position = relumeBoxOrigin + relumeBoxStep * vec3(xy & 0xFFFFu, xy >> 16, zRG & 0xFFFFu);
+  vec3 normal = relumeUnpackDirection(normalB, 12);
+  vec3 albedo = vec3((zRG >> 16) & 255u, zRG >> 24, normalB >> 24) / 255.0;
+  vec3 e = direct(s, position, normal);
   if (relumeBounceScale > 0.0) {
-    vec3 bounced = self.receiver == kRelumeNone ? relumeIrradianceGrid(self.positionWorld, normal)
-                                                : relumeIrradianceLightmap(relumeUnpackUnorm16x2(self.receiver), normal);
+    vec3 bounced = receiver == kRelumeNone ? relumeIrradianceGrid(position, normal)
+                                           : relumeIrradianceLightmap(relumeUnpackUnorm16x2(receiver), normal);
     e += relumeBounceScale * bounced;
   }
-  vec2 mixed = vec2(float(self.albedoBEmissionR & 0xFFFFu) / 65535.0, unpackHalf2x16(self.albedoBEmissionR).y);
-  vec3 albedo = vec3(relumeUnpackUnorm16x2(self.albedoRG), mixed.x);
-  vec3 emission = vec3(mixed.y, unpackHalf2x16(self.emissionGB)) * relumeEmissionScale;
+  vec3 emission = vec3(0.0);
+  if (relumeEmits) emission = relumeUnpackColor(surfelWord[4u * relumeSurfelCount + s]) * relumeEmissionScale;
   if (relumeHostOffset.y != kRelumeNone) emission = hostColor(relumeHostOffset.y, s);
   return albedo * e + kPi * emission;
 }
@@ -82,5 +87,6 @@ void main() {
     bool patches = relumeHostOffset.z != kRelumeNone;
     radiosity = kPi * (patches ? hostColor(relumeHostOffset.z, s - relumeSurfelCount) : relumeSkyRadiance);
   }
-  node[leafNode[s]] = relumePackNode(relumeRgbToYCoCg(radiosity));
+  uint leaf = leafNode[s];
+  node[leaf] = relumePackColor(radiosity, relumeDither(leaf));
 }

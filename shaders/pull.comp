@@ -1,30 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Step 3: radiosity averaged up the hierarchy (PIC 4.1, 4.3), the levels lastLevel .. firstLevel. Many groups take one
-// level; one group may take several small ones, waiting between them.
+// Step 3: radiosity averaged up the hierarchy (PIC 4.1, 4.3). A work group pulls whole subtrees, a round of nodes after
+// the other (runtime/gl/pull_schedule.h); a second dispatch of one group pulls what is above them.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 
-layout(local_size_x = RELUME_PULL_GROUP) in;
+layout(local_size_x = RELUME_PULL_THREADS) in;
 
-layout(std430, binding = RELUME_SLOT_CHILD) readonly buffer Child { uint child[]; };
-layout(std430, binding = RELUME_SLOT_WEIGHT) readonly buffer Weight { float firstWeight[]; };
-layout(std430, binding = RELUME_SLOT_LEVELS) readonly buffer Levels { uint levelBegin[]; };
-layout(std430, binding = RELUME_SLOT_NODES) coherent buffer Nodes { uvec2 node[]; };
+layout(std430, binding = RELUME_SLOT_PULL) readonly buffer Pull { RelumePullNode pull[]; };
+layout(std430, binding = RELUME_SLOT_ROUNDS) readonly buffer Rounds { uint roundBegin[]; };
+layout(std430, binding = RELUME_SLOT_GROUPS) readonly buffer Groups { uint groupBegin[]; };
+layout(std430, binding = RELUME_SLOT_NODES) coherent buffer Nodes { uint node[]; };
 
-uniform uint relumeFirstLevel;
-uniform uint relumeLastLevel;
+uniform uint relumeFirstGroup;
 
 void main() {
-  uint threads = gl_NumWorkGroups.x * uint(RELUME_PULL_GROUP);
-  for (uint level = relumeLastLevel + 1u; level-- > relumeFirstLevel;) {
-    uint end = levelBegin[level + 1u];
-    for (uint i = levelBegin[level] + gl_GlobalInvocationID.x; i < end; i += threads) {
-      uint c = child[i];
-      if ((c & kRelumeLeafBit) != 0u) continue;
-      vec3 first = relumeUnpackNode(node[c]), second = relumeUnpackNode(node[c + 1u]);
-      node[i] = relumePackNode(mix(second, first, firstWeight[i]));
+  uint group = relumeFirstGroup + gl_WorkGroupID.x;
+  uint end = groupBegin[group + 1u];
+  for (uint round = groupBegin[group]; round < end; ++round) {
+    uint last = roundBegin[round + 1u];
+    for (uint i = roundBegin[round] + gl_LocalInvocationID.x; i < last; i += uint(RELUME_PULL_THREADS)) {
+      uint child = pull[i].firstChild;
+      vec3 first = relumeUnpackColor(node[child]), second = relumeUnpackColor(node[child + 1u]);
+      node[pull[i].node] = relumePackColor(second + pull[i].firstWeight * (first - second), relumeDither(pull[i].node));
     }
-    if (level > relumeFirstLevel) {
+    if (round + 1u < end) {
       memoryBarrierBuffer();
       barrier();
     }

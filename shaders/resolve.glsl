@@ -14,15 +14,25 @@
 #define RELUME_LUMA_LAYERS ((RELUME_LUMA_BANDS * RELUME_LUMA_BANDS + 3) / 4)
 #define RELUME_CHROMA_LAYERS ((RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS + 3) / 4)
 #define RELUME_CACHE_WORDS (RELUME_LUMA_LAYERS + 2 * RELUME_CHROMA_LAYERS)
+// Layers that the clamped cosine needs: its bands 3, 5 and 7 are zero.
+#define RELUME_LAYER_USED(layer) ((layer) != 3 && (layer) != 7 && (layer) != 8 && (layer) < 13)
 // One chroma band beside more luma bands: chroma follows luma's lobe.
 #define RELUME_CHROMA_FOLLOWS (RELUME_CHROMA_BANDS == 1 && RELUME_LUMA_BANDS > 1)
+// RELUME_GUESS_BANDS: guess what two bands lack (runtime/cpu/resolve.h); RELUME_DERINGING: lambda (formats/sh.h). Bounces do
+// without either.
+#ifndef RELUME_GUESS_BANDS
+#define RELUME_GUESS_BANDS 0
+#endif
+#ifndef RELUME_DERINGING
+#define RELUME_DERINGING 0.0
+#endif
 
 layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
 layout(binding = RELUME_RESOLVE_UNIT_CO) uniform sampler2DArray relumeLightmapCo;
 layout(binding = RELUME_RESOLVE_UNIT_CG) uniform sampler2DArray relumeLightmapCg;
 layout(binding = RELUME_RESOLVE_UNIT_NORMAL) uniform sampler2D relumeLightmapNormal;
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
-layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGridCache[]; };
+layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGrid[]; };
 layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
 
 // Factors of the linear (x) and the clamped form (y) at a surface cache: formats/sh.h, surfaceLobe().
@@ -34,7 +44,9 @@ vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
 // The receiver's lobe, four coefficients a vector; share: relumeSurfaceLobe().
 void relumeMakeLobe(vec3 n, vec2 share, float single, out vec4 lobe[RELUME_LUMA_LAYERS]) {
   float scale[RELUME_LUMA_BANDS];
-  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) scale[l] = share.y * kRelumeCosine[l];
+  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) {
+    scale[l] = share.y * kRelumeCosine[l] / (1.0 + float(RELUME_DERINGING) * float(l * l * (l + 1) * (l + 1)));
+  }
   relumeEvaluateSh(n, scale, lobe);
 #if RELUME_LUMA_BANDS == 1
   lobe[0].x *= single;
@@ -44,9 +56,30 @@ void relumeMakeLobe(vec3 n, vec2 share, float single, out vec4 lobe[RELUME_LUMA_
 #endif
 }
 
-vec3 relumeFinish(vec3 e, vec3 constant) {
+// zonalIrradiance() of formats/sh.h; c: coefficients 0 to 3.
+float relumeZonalIrradiance(vec4 c, vec3 n) {
+  vec3 axis = c.wyz;
+  float length2 = dot(axis, axis);
+  if (!(c.x > 0.0) || !(length2 > 0.0)) return 0.0;
+  float ratio = min(sqrt(length2) / c.x, 1.7320508);
+  float zonal = c.x * (0.9474243 * ratio - 0.35) * ratio;
+  float cosine = dot(axis, n);
+  return 0.24770796 * zonal * (3.0 * min(cosine * cosine / length2, 1.0) - 1.0);
+}
+
+// Irradiance as RGB from its sum e in Y, Co, Cg. c: coefficients 0 to 3 of each; upper: Y's light by bands 2 and up;
+// clamped: share of the clamped form.
+vec3 relumeFinish(vec3 e, mat3x4 c, float upper, vec3 n, float clamped) {
+#if RELUME_GUESS_BANDS && RELUME_LUMA_BANDS == 2
+  upper = clamped > 0.0 ? clamped * relumeZonalIrradiance(c[0], n) : 0.0;
+  e.x += upper;
+#endif
+#if RELUME_GUESS_BANDS && RELUME_CHROMA_BANDS == 2
+  float square = dot(c[0], c[0]);
+  if (clamped > 0.0 && square > 0.0) e.yz += upper / square * vec2(dot(c[0], c[1]), dot(c[0], c[2]));
+#endif
 #if RELUME_CHROMA_FOLLOWS
-  e.yz = constant.x > 0.0 ? e.x * constant.yz / constant.x : vec2(0.0);
+  e.yz = c[0].x > 0.0 ? e.x * vec2(c[1].x, c[2].x) / c[0].x : vec2(0.0);
 #endif
   return max(relumeYCoCgToRgb(e), vec3(0.0));
 }
@@ -72,18 +105,27 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   vec4 co0 = textureLod(relumeLightmapCo, vec3(uv, 0.0), 0.0);
   vec4 cg0 = textureLod(relumeLightmapCg, vec3(uv, 0.0), 0.0);
   vec3 e = vec3(dot(lobe[0], y0), dot(lobe[0], co0), dot(lobe[0], cg0));
+  float upper = 0.0;
 #if !RELUME_MAP_IRRADIANCE
   if (share.y > 0.0) {
     for (int layer = 1; layer < RELUME_LUMA_LAYERS; ++layer) {
-      e.x += dot(lobe[layer], textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0));
+      if (!RELUME_LAYER_USED(layer)) continue;
+      upper += dot(lobe[layer], textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0));
     }
+    e.x += upper;
     for (int layer = 1; layer < RELUME_CHROMA_LAYERS; ++layer) {
+      if (!RELUME_LAYER_USED(layer)) continue;
       e.y += dot(lobe[layer], textureLod(relumeLightmapCo, vec3(uv, float(layer)), 0.0));
       e.z += dot(lobe[layer], textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0));
     }
   }
 #endif
-  return relumeFinish(e / normal.w, vec3(y0.x, co0.x, cg0.x));
+  mat3x4 c = mat3x4(y0, co0, cg0) / normal.w;
+#if RELUME_MAP_IRRADIANCE
+  return relumeFinish(e / normal.w, c, 0.0, n, 0.0);
+#else
+  return relumeFinish(e / normal.w, c, upper / normal.w, n, share.y);
+#endif
 }
 
 vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) { return relumeIrradianceLightmap(uv, n, n); }
@@ -93,44 +135,123 @@ vec4 relumeCoefficients(uint word) {
   return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
 }
 
+// Node of a depth map: v is its direction, a its place in the quadrant.
+float relumeDepthNode(uint map, vec3 v, ivec2 a) {
+  const int half_ = kRelumeDepthSide / 2;
+  uint node = uint((half_ + (v.y < 0.0 ? -a.y : a.y)) * kRelumeDepthSide + half_ + (v.x < 0.0 ? -a.x : a.x));
+  float b = float(relumeGrid[map + (node >> 2)] >> (8u * (node & 3u)) & 0xFFu);
+  return b / (255.0 - min(b, 254.0));
+}
+
+// depthWeight() of formats/grid_depth.h. v [m]: from cache to receiver; map: first word of the cache's map.
+float relumeDepthWeight(uint map, vec3 v, float spacing) {
+  const float half_ = float(kRelumeDepthSide / 2);
+  vec3 p = abs(v);
+  float l1 = p.x + p.y + p.z;
+  if (!(l1 > 0.0)) return 1.0;
+  p /= l1;
+  vec2 a = half_ * (v.z >= 0.0 ? p.xy : 1.0 - p.yx);
+  ivec2 i = min(ivec2(a), ivec2(kRelumeDepthSide / 2 - 1));
+  vec2 f = a - vec2(i);
+  bool low = f.x + f.y <= 1.0;
+  vec3 w = low ? vec3(1.0 - f.x - f.y, f.x, f.y) : vec3(f.x + f.y - 1.0, 1.0 - f.y, 1.0 - f.x);
+  float t = w.x * relumeDepthNode(map, v, low ? i : i + 1) + w.y * relumeDepthNode(map, v, i + ivec2(1, 0)) +
+            w.z * relumeDepthNode(map, v, i + ivec2(0, 1));
+  float s = l1 * t / relumeResolve.gridDepthUnit;
+  if (s <= 1.0) return 1.0;
+  float behind = length(v) * (1.0 - 1.0 / s) / (0.02 * spacing);
+  return exp(-min(0.5 * behind * behind, 40.0));
+}
+
+// Weights of a cube's corners at f within it: corners 0-3 and 4-7, bit 0 of a corner is x.
+void relumeTrilinear(vec3 f, out vec4 low, out vec4 high) {
+  vec3 g = 1.0 - f;
+  vec4 xy = vec4(g.x * g.y, f.x * g.y, g.x * f.y, f.x * f.y);
+  low = xy * g.z;
+  high = xy * f.z;
+}
+
+struct RelumeGridSum {
+  vec3 e;
+  float upper;   // of e.x, by bands 2 and up
+  mat3x4 first;  // coefficients 0 to 3 of Y, Co, Cg
+  float total;
+};
+
+// Add a cache of the grid with the weight of its corner: gridStencil() of runtime/cpu/stencil.h. The lobe is inout because
+// Mesa 22.3 loses part of an array of one vector that is passed by value.
+void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
+  if (cache == kRelumeNone || !(w > 0.0)) return;
+  uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);
+  vec3 toward = uintBitsToFloat(uvec3(relumeGrid[record], relumeGrid[record + 1u], relumeGrid[record + 2u])) - positionWorld;
+  float d = length(toward);
+  // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
+  float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
+  w *= wrap * wrap;
+  if (relumeResolve.gridDepthWords > 0u) w *= relumeDepthWeight(record + 3u, -toward, relumeResolve.gridFinestSpacing);
+  sum.total += w;
+  uint word = cache * uint(RELUME_CACHE_WORDS);
+  for (int layer = 0; layer < RELUME_LUMA_LAYERS; ++layer) {
+    if (!RELUME_LAYER_USED(layer)) continue;
+    vec4 c = w * relumeCoefficients(word + uint(layer));
+    float part = dot(lobe[layer], c);
+    sum.e.x += part;
+    if (layer == 0) sum.first[0] += c;
+    else sum.upper += part;
+  }
+  word += uint(RELUME_LUMA_LAYERS);
+  for (int layer = 0; layer < RELUME_CHROMA_LAYERS; ++layer) {
+    if (!RELUME_LAYER_USED(layer)) continue;
+    vec4 co = w * relumeCoefficients(word + uint(layer));
+    vec4 cg = w * relumeCoefficients(word + uint(RELUME_CHROMA_LAYERS + layer));
+    sum.e.yz += vec2(dot(lobe[layer], co), dot(lobe[layer], cg));
+    if (layer == 0) sum.first[1] += co, sum.first[2] += cg;
+  }
+}
+
 vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
   uvec3 r = relumeResolve.gridResolution;
   if (r.x == 0u || r.y == 0u || r.z == 0u) return vec3(0.0);
   vec3 spacing = max(relumeResolve.gridSpacing, vec3(1e-20));
+  uvec3 cells = max(r, uvec3(2u)) - 1u;
   vec3 p = min(max((positionWorld - relumeResolve.gridOriginWorld) / spacing, vec3(0.0)), vec3(r - 1u));
-  uvec3 base = uvec3(p);
-  vec3 f = p - vec3(base);
+  uvec3 cell = min(uvec3(p), cells - 1u);
+  vec3 f = p - vec3(cell);
   vec4 lobe[RELUME_LUMA_LAYERS];
   relumeMakeLobe(n, vec2(0.0, 1.0), 1.0, lobe);
+  RelumeGridSum sum = RelumeGridSum(vec3(0.0), 0.0, mat3x4(0.0), 0.0);
 
-  vec3 e = vec3(0.0), constant = vec3(0.0);
-  float total = 0.0;
-  for (uint corner = 0u; corner < 8u; ++corner) {
-    uvec3 offset = uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2);
-    uvec3 at = min(base + offset, r - 1u);
-    vec3 share = mix(1.0 - f, f, vec3(offset));
-    uint cache = relumeGridCache[(at.z * r.y + at.y) * r.x + at.x];
-    float w = share.x * share.y * share.z;
-    if (cache == kRelumeNone || !(w > 0.0)) continue;
-    // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
-    vec3 toward = relumeResolve.gridOriginWorld + vec3(at) * relumeResolve.gridSpacing - positionWorld;
-    float d = length(toward);
-    float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
-    w *= wrap * wrap;
-    total += w;
-    uint word = cache * uint(RELUME_CACHE_WORDS);
-    for (int layer = 0; layer < RELUME_LUMA_LAYERS; ++layer) {
-      vec4 c = relumeCoefficients(word + uint(layer));
-      e.x += w * dot(lobe[layer], c);
-      if (layer == 0) constant.x += w * c.x;
-    }
-    word += uint(RELUME_LUMA_LAYERS);
-    for (int layer = 0; layer < RELUME_CHROMA_LAYERS; ++layer) {
-      vec4 co = relumeCoefficients(word + uint(layer));
-      vec4 cg = relumeCoefficients(word + uint(RELUME_CHROMA_LAYERS + layer));
-      e.yz += w * vec2(dot(lobe[layer], co), dot(lobe[layer], cg));
-      if (layer == 0) constant.yz += w * vec2(co.x, cg.x);
+  // The brick of the cell, whose hanging points hand their weight to the corners of the lattice they lie between.
+  uint brick = kRelumeNone;
+  if (relumeResolve.gridBricks != kRelumeNone) {
+    brick = relumeGrid[relumeResolve.gridBricks + (cell.z * cells.y + cell.y) * cells.x + cell.x];
+  }
+  vec4 low, high;
+  if (brick == kRelumeNone) {
+    relumeTrilinear(f, low, high);
+  } else {
+    low = high = vec4(0.0);
+    uvec3 middle = min(uvec3(2.0 * f), uvec3(1u));
+    vec3 inBrick = 2.0 * f - vec3(middle);
+    for (uint corner = 0u; corner < 8u; ++corner) {
+      uvec3 offset = uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2), at = middle + offset;
+      vec3 part = mix(1.0 - inBrick, inBrick, vec3(offset));
+      float w = part.x * part.y * part.z;
+      uint cache = relumeGrid[relumeResolve.gridFine + brick * kRelumeBrickWords + (at.z * 3u + at.y) * 3u + at.x];
+      if (cache == kRelumeHanging) {
+        vec4 shareLow, shareHigh;
+        relumeTrilinear(0.5 * vec3(at), shareLow, shareHigh);
+        low += w * shareLow;
+        high += w * shareHigh;
+      } else {
+        relumeAddCache(cache, w, positionWorld, n, lobe, sum);
+      }
     }
   }
-  return total > 0.0 ? relumeFinish(e / total, constant) : vec3(0.0);
+  for (uint corner = 0u; corner < 8u; ++corner) {
+    uvec3 at = min(cell + uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2), r - 1u);
+    float w = corner < 4u ? low[corner] : high[corner - 4u];
+    relumeAddCache(relumeGrid[(at.z * r.y + at.y) * r.x + at.x], w, positionWorld, n, lobe, sum);
+  }
+  return sum.total > 0.0 ? relumeFinish(sum.e / sum.total, sum.first / sum.total, sum.upper / sum.total, n, 1.0) : vec3(0.0);
 }

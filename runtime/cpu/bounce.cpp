@@ -6,141 +6,194 @@
 #include "formats/pack.h"
 #include "formats/sh.h"
 #include "runtime/cpu/chunks.h"
+#include "runtime/cpu/lobe.h"
 #include "runtime/cpu/stencil.h"
+#include "runtime/cpu/surfel_set.h"
+#include "runtime/pack_color.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <numbers>
 
 namespace relume::cpu {
 namespace {
 
-constexpr std::uint32_t kGrain = 2048;
-constexpr std::size_t kRows = 9;
+constexpr std::uint32_t kGrain = 8192;
 constexpr float kPi = std::numbers::pi_v<float>;
+// Mean cosine, over the caches that a surfel reads, above which their irradiance is taken for its own.
+constexpr float kFlat = 0.97f;
+constexpr std::uint32_t kMostShare = 1023;
 
-typedef float Float4 __attribute__((vector_size(16)));
-
-// Cosine between a surfel's normal and the light map's where it reads it; kNoMap where it reads the grid.
-constexpr float kNoMap = 2.0f;
-float cosineToMap(const Bake& bake, std::uint32_t s) {
-  const Surfels& surfels = bake.surfels;
-  if (surfels.receiver[s] == kGridReceiver) return kNoMap;
-  const Stencil stencil = lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]));
-  return glm::dot(stencilNormal(bake.caches, stencil), surfels.normal[s]);
+// Whether the caches around a point of the light map face as the surfel does.
+bool isFlat(const Caches& caches, const Stencil& stencil, const glm::vec3& normal) {
+  float sum = 0.0f;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
+    sum += stencil.weight[k] * glm::dot(caches.normal[stencil.cache[k]], normal);
+  }
+  return sum >= kFlat * stencil.total();
 }
 
-// The lobe of resolve.cpp as the nine coefficients of three bands, written out: A_l y_l^m(n) and (4 pi / 3) y_1^m(n).
-std::array<float, kRows> makeLobe(int bands, const glm::vec3& n, const SurfaceLobe& share) {
-  const float clamped = share.clamped;
-  const float band1 = (clamped * 2.0f / 3.0f + share.linear * 4.0f / 3.0f) * kPi * 0.488602512f;
-  const float band2 = bands > 2 ? clamped * 0.25f * kPi : 0.0f;
-  return {clamped * kPi * 0.282094792f,
-          band1 * n.y,
-          band1 * n.z,
-          band1 * n.x,
-          band2 * 1.092548431f * n.x * n.y,
-          band2 * 1.092548431f * n.y * n.z,
-          band2 * 0.315391565f * (3.0f * n.z * n.z - 1.0f),
-          band2 * 1.092548431f * n.x * n.z,
-          band2 * 0.546274215f * (n.x * n.x - n.y * n.y)};
+// surfaceLobe() by TiltedSurfel::angle.
+const float* lobesByAngle() {
+  static const std::array<float, 512> kLobes = [] {
+    std::array<float, 512> lobes;
+    for (std::size_t i = 0; i < 256; ++i) {
+      const SurfaceLobe lobe = surfaceLobe(std::cos(kPi * static_cast<float>(i) / 255.0f));
+      lobes[2 * i] = lobe.linear;
+      lobes[2 * i + 1] = lobe.clamped;
+    }
+    return lobes;
+  }();
+  return kLobes.data();
 }
 
 }  // namespace
 
-Bounce::Bounce(const Bake& bake, int lumaBands, int chromaBands, const ParallelFor& parallelFor)
-    : bake_(bake), inTable_(lumaBands >= 2 && lumaBands <= 4), chromaFollows_(chromaBands == 1) {
-  if (lumaBands < 2) return;
-  cosine_.resize(bake.surfels.count());
-  table_.resize(4 * kRows * bake.caches.count(), 0.0f);
-  forChunks(parallelFor, bake.surfels.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) cosine_[s] = cosineToMap(bake_, s);
-  });
-}
-
-void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor) {
-  light_ = light;
-  if (table_.empty()) return;
-  const std::size_t luma = light.lumaCount(), chroma = light.chromaCount(), stride = light.stride();
-  forChunks(parallelFor, bake_.caches.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t cache = begin; cache < end; ++cache) {
-      const float* y = light.coefficients.data() + stride * cache;
-      const float *co = y + luma, *cg = co + chroma;
-      float* row = table_.data() + 4 * kRows * cache;
-      for (std::size_t i = 0; i < std::min(kRows, luma); ++i) row[4 * i] = y[i];
-      for (std::size_t i = 0; i < std::min(kRows, chroma); ++i) {
-        row[4 * i + 1] = co[i];
-        row[4 * i + 2] = cg[i];
-      }
+Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap,
+               int lumaBands)
+    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(lumaBands > 1 && !irradianceOnMap) {
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    if (i % kSurfelBlock == 0) begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
+                                                 static_cast<std::uint32_t>(griddedCache_.size())});
+    const auto slot = static_cast<std::uint8_t>(i % kSurfelBlock);
+    if (surfels.receiver[order[i]] == kGridReceiver) {
+      addGridded(surfels, order[i], slot);
+    } else if (normalsCount_) {
+      addTilted(surfels, order[i], slot);
     }
-  });
+  }
+  begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
+                    static_cast<std::uint32_t>(griddedCache_.size())});
+  texel_.resize(caches.lightmap.cache.size());
+  cacheColor_.resize(texel_.empty() ? 0 : caches.count());
+  tilted_.shrink_to_fit();
+  gridded_.shrink_to_fit();
+  griddedCache_.shrink_to_fit();
 }
 
-glm::vec3 Bounce::gather(const Stencil& stencil, const glm::vec3& normal, const SurfaceLobe& share) const {
+void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
+  const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
+  if (isFlat(caches_, stencil, surfels.normal[s])) return;
+  const float cosine = glm::clamp(glm::dot(stencilNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
+  tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
+}
+
+void Bounce::addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
+  const Stencil stencil = gridStencil(caches_, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();
-  if (!(total > 0.0f)) return glm::vec3(0.0f);
-  const std::array<float, kRows> lobe = makeLobe(light_.lumaBands, normal, share);
-  Float4 e{}, constant{};
-  for (int k = 0; k < stencil.count; ++k) {
-    const float* row = table_.data() + 4 * kRows * stencil.cache[static_cast<std::size_t>(k)];
-    const auto at = [row](std::size_t i) {
-      Float4 v;
-      __builtin_memcpy(&v, row + 4 * i, sizeof v);
-      return v;
-    };
-    Float4 sum = lobe[1] * at(1) + lobe[2] * at(2) + lobe[3] * at(3);
-    if (share.clamped > 0.0f) {
-      sum += lobe[0] * at(0) + lobe[4] * at(4) + lobe[5] * at(5) + lobe[6] * at(6) + lobe[7] * at(7) + lobe[8] * at(8);
+  std::uint8_t caches = 0;
+  // Hand what rounding leaves from one to the next, so that the shares add up to 1.
+  float owed = 0.5f;
+  for (std::size_t k = 0; total > 0.0f && k < static_cast<std::size_t>(stencil.count); ++k) {
+    owed += stencil.weight[k] * static_cast<float>(kMostShare) / total;
+    const auto share = static_cast<std::uint32_t>(owed);
+    owed -= static_cast<float>(share);
+    if (share == 0) continue;
+    griddedCache_.push_back(stencil.cache[k] | share << kCacheBits);
+    ++caches;
+  }
+  gridded_.push_back({slot, caches});
+}
+
+// Irradiance at a cache on a surface for its own normal; of grid caches nothing.
+glm::vec3 Bounce::colorOf(std::uint32_t cache) const {
+  const std::size_t luma = light_.lumaCount(), chroma = light_.chromaCount();
+  const float* y = light_.coefficients.data() + light_.stride() * cache;
+  const float* channel[3] = {y, y + luma, y + luma + chroma};
+  const glm::vec3 n = caches_.normal[cache], constant(channel[0][0], channel[1][0], channel[2][0]);
+  if (!normalsCount_) {
+    // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
+    const float scale = light_.irradianceOnMap || n != glm::vec3(0.0f) ? 2.0f : 1.0f;
+    return glm::max(yCoCgToRgb(scale * kPi * 0.282094792f * constant), glm::vec3(0.0f));
+  }
+  constexpr float kLinear = 4.0f / 3.0f * kPi * 0.488602512f;
+  const auto linear = [&n](const float* c) { return kLinear * (n.y * c[1] + n.z * c[2] + n.x * c[3]); };
+  glm::vec3 e(linear(channel[0]), 0.0f, 0.0f);
+  if (chroma > 1) {
+    e.y = linear(channel[1]);
+    e.z = linear(channel[2]);
+  } else if (constant.x > 0.0f) {
+    e = e.x * glm::vec3(1.0f, constant.y / constant.x, constant.z / constant.x);
+  }
+  return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
+}
+
+void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job) {
+  light_ = light;
+  forChunks(parallelFor, static_cast<std::uint32_t>(cacheColor_.size()), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t cache = begin; cache < end; ++cache) cacheColor_[cache] = packColor(colorOf(cache), ditherOf(cache));
+  });
+  const std::uint32_t* texels = caches_.lightmap.cache.data();
+  forChunks(parallelFor, static_cast<std::uint32_t>(texel_.size()), 8 * kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t t = begin; t < end; ++t) texel_[t] = texels[t] == kNoCache ? kNoColor : cacheColor_[texels[t]];
+  });
+  job.texel = texel_.data();
+  job.mapWidth = static_cast<std::int32_t>(caches_.lightmap.width);
+  job.mapHeight = static_cast<std::int32_t>(caches_.lightmap.height);
+  job.mapCache = texels;
+  job.lobe = lobesByAngle();
+  job.thirdBand = light.lumaBands > 2;
+  job.coefficients = light.coefficients.data();
+  job.lumaCount = static_cast<std::uint32_t>(light.lumaCount());
+  job.chromaCount = static_cast<std::uint32_t>(light.chromaCount());
+}
+
+void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
+                 float* e) const {
+  const auto at = [e](std::uint8_t slot) { return glm::vec3(e[slot], e[kSurfelBlock + slot], e[2 * kSurfelBlock + slot]); };
+  const auto put = [e](std::uint8_t slot, const glm::vec3& v) {
+    e[slot] = v.r;
+    e[kSurfelBlock + slot] = v.g;
+    e[2 * kSurfelBlock + slot] = v.b;
+  };
+  const BlockBegin begin = begin_[block], end = begin_[block + 1];
+  const std::uint32_t first = block * kSurfelBlock;
+  // Flat for all, then once more for those that are not.
+  std::array<glm::vec3, kSurfelBlock> before;
+  const std::span<const TiltedSurfel> tilted(tilted_.data() + begin.tilted, end.tilted - begin.tilted);
+  for (std::size_t i = 0; i < tilted.size(); ++i) before[i] = at(tilted[i].slot);
+  if (!texel_.empty()) kernel.addFlatBounce(job, first, count, e);
+  if (shaped_) {
+    kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), &before[0].x, e);
+  } else {
+    for (std::size_t i = 0; i < tilted.size(); ++i) {
+      const std::uint32_t s = first + tilted[i].slot;
+      const glm::vec2 uv = unpackUnorm16x2(job.word[3][s]);
+      put(tilted[i].slot, before[i] + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
     }
-    const float w = stencil.weight[static_cast<std::size_t>(k)] / total;
-    e += w * sum;
-    if (chromaFollows_) constant += w * at(0);
   }
-  glm::vec3 yCoCg(e[0], e[1], e[2]);
-  if (chromaFollows_) {
-    yCoCg = constant[0] > 0.0f ? yCoCg.x * glm::vec3(1.0f, constant[1] / constant[0], constant[2] / constant[0])
-                               : glm::vec3(yCoCg.x, 0.0f, 0.0f);
+  std::uint32_t next = begin.cache;
+  for (std::uint32_t i = begin.gridded; i < end.gridded; ++i) {
+    const Gridded& g = gridded_[i];
+    const std::span<const std::uint32_t> caches(griddedCache_.data() + next, g.caches);
+    next += g.caches;
+    if (caches.empty()) continue;
+    put(g.slot, at(g.slot) + job.bounceScale * atGridded(kernel, job, first + g.slot, caches));
   }
-  return glm::max(yCoCgToRgb(yCoCg), glm::vec3(0.0f));
 }
 
-// The commonest receiver, one whose normal is the map's: band 1 alone.
-glm::vec3 Bounce::gatherLinear(std::uint32_t point, const glm::vec3& n, float linear) const {
-  const Lightmap& map = bake_.caches.lightmap;
-  constexpr float kUnit = 1.0f / 65535.0f;
-  const TexelQuad quad = texelsAround(map, glm::vec2(static_cast<float>(point & 0xFFFFu), static_cast<float>(point >> 16)) * kUnit);
-  Float4 e{};
-  float total = 0.0f;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::uint32_t cache = map.cache[quad.texel[k]];
-    if (cache == kNoCache) continue;
-    Float4 band[3];
-    __builtin_memcpy(band, table_.data() + 4 * kRows * cache + 4, sizeof band);
-    e += quad.weight[k] * (n.y * band[0] + n.z * band[1] + n.x * band[2]);
-    total += quad.weight[k];
+glm::vec3 Bounce::atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
+                            std::span<const std::uint32_t> caches) const {
+  const glm::vec3 n = unpackSurfelNormal(job.word[2][s]);
+  if (!shaped_) return irradianceInGrid(caches_, light_, surfelPosition(job, s), n);
+  ShapedReceiver receiver;
+  receiver.count = static_cast<std::uint32_t>(caches.size());
+  for (std::size_t k = 0; k < caches.size(); ++k) {
+    receiver.cache[k] = caches[k] & ((1u << kCacheBits) - 1);
+    receiver.weight[k] = static_cast<float>(caches[k] >> kCacheBits) / static_cast<float>(kMostShare);
   }
-  if (!(total > 0.0f)) return glm::vec3(0.0f);
-  e *= linear * (4.0f / 3.0f) * kPi * 0.488602512f / total;
-  return glm::max(yCoCgToRgb(glm::vec3(e[0], e[1], e[2])), glm::vec3(0.0f));
+  writeLobe(light_.lumaBands > 1, light_.lumaBands > 2, n, 0.0f, 1.0f, receiver.lobe);
+  glm::vec3 e;
+  kernel.shapedBounce(job, receiver, &e.x);
+  return e;
 }
 
-glm::vec3 Bounce::irradiance(std::uint32_t s) const {
-  const Surfels& surfels = bake_.surfels;
-  const glm::vec3 n = surfels.normal[s];
-  const bool map = !cosine_.empty() && cosine_[s] != kNoMap;
-  SurfaceLobe share;
-  if (map) share = light_.irradianceOnMap ? SurfaceLobe{0.0f, 2.0f} : surfaceLobe(cosine_[s]);
-  if (map && share.clamped == 0.0f && !chromaFollows_) return gatherLinear(surfels.receiver[s], n, share.linear);
-  const bool table = inTable_ || (map && share.clamped == 0.0f);
-  if (surfels.receiver[s] == kGridReceiver) {
-    const glm::vec3 p = surfels.positionWorld[s];
-    return table ? gather(gridStencil(bake_.caches.grid, p, n), n, share) : irradianceInGrid(bake_.caches, light_, p, n);
-  }
-  const glm::vec2 uv = unpackUnorm16x2(surfels.receiver[s]);
-  return table ? gather(lightmapStencil(bake_.caches, uv), n, share) : irradianceOnLightmap(bake_.caches, light_, uv, n);
+std::size_t Bounce::bytes() const {
+  const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  return bytes(begin_) + bytes(tilted_) + bytes(gridded_) + bytes(griddedCache_) + bytes(cacheColor_) + bytes(texel_);
 }
 
 }  // namespace relume::cpu

@@ -1,40 +1,60 @@
 // SPDX-License-Identifier: MIT
 // What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that never
-// move. How a surfel's normal stands to the light map's is known once and for all, and the diffuse lobe of up to four
-// bands needs the first nine coefficients only (band 3 of the clamped cosine is zero; where the normals agree it is band 1
-// alone): a table of those, a cache line or two a cache, is made once a frame.
+// move. How each is read is decided once:
+//   flat     the caches around have the surfel's own normal, nearly: the light map's irradiance, evaluated once a texel for
+//            the normal of its cache;
+//   tilted   other points of the light map: four caches under the lobe for the surfel's normal (formats/sh.h, SurfaceLobe);
+//   gridded  the grid: its caches and their weights are looked up once.
+// The diffuse lobe of up to four bands needs the first nine coefficients only (band 3 of the clamped cosine is zero). With
+// more bands tilted and gridded surfels go through resolve.h.
 #pragma once
 
 #include "formats/bake.h"
-#include "formats/sh.h"
+#include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
 
+#include <array>
+#include <span>
 #include <vector>
 
 namespace relume::cpu {
 
-struct Stencil;
-
 class Bounce {
  public:
-  // The bake must outlive this.
-  Bounce(const Bake& bake, int lumaBands, int chromaBands, const ParallelFor& parallelFor);
-  // Take over last frame's light; `light` must stay until the surfels are lit.
-  void setLight(const CacheLight& light, const ParallelFor& parallelFor);
-  // Irradiance [W/m²] at surfel s.
-  glm::vec3 irradiance(std::uint32_t s) const;
-  std::size_t bytes() const { return (cosine_.size() + table_.size()) * sizeof(float); }
+  // The caches must outlive this. `order`: surfels in the order in which they are lit.
+  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap, int lumaBands);
+
+  // Take over last frame's light, which must stay until the surfels are lit; sets what `job` needs of it.
+  void setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job);
+  // e += bounceScale * last frame's irradiance at the surfels of a block.
+  void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count, float* e) const;
+  std::size_t bytes() const;
 
  private:
-  glm::vec3 gatherLinear(std::uint32_t point, const glm::vec3& normal, float linear) const;
-  glm::vec3 gather(const Stencil& stencil, const glm::vec3& normal, const SurfaceLobe& share) const;
+  // Of one surfel within a block.
+  struct Gridded {
+    std::uint8_t slot;
+    std::uint8_t caches;  // that many of griddedCache_
+  };
+  struct BlockBegin {
+    std::uint32_t tilted = 0, gridded = 0, cache = 0;
+  };
 
-  const Bake& bake_;
-  bool inTable_;               // whether the table holds all that a lobe needs
-  bool chromaFollows_;
-  std::vector<float> cosine_;  // [Size n_S] between the surfel's and the map's normal, 2 where it reads the grid
-  std::vector<float> table_;   // [Size n_C * 36] (Y, Co, Cg, 0) of coefficients 0 to 8
+  void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
+  void addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
+  glm::vec3 atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
+                      std::span<const std::uint32_t> caches) const;
+  glm::vec3 colorOf(std::uint32_t cache) const;
+
+  const Caches& caches_;
+  bool shaped_, normalsCount_;
+  std::vector<BlockBegin> begin_;            // [Size blocks + 1]
+  std::vector<TiltedSurfel> tilted_;
+  std::vector<Gridded> gridded_;
+  std::vector<std::uint32_t> griddedCache_;  // cache in the low 22 bits, its share over 1023 in the high ones
+  std::vector<std::uint32_t> cacheColor_;    // [Size n_C] irradiance for a cache's own normal (runtime/pack_color.h)
+  std::vector<std::uint32_t> texel_;         // [Size texels] the same of each texel's cache
   CacheLight light_;
 };
 

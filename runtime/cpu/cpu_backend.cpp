@@ -3,7 +3,6 @@
 #include "runtime/cpu/cpu_backend.h"
 
 #include "runtime/cpu/light_surfels.h"
-#include "runtime/cpu/pull.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,15 +10,24 @@
 
 namespace relume::cpu {
 
-CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, LightCachesKernel kernel, ParallelFor parallelFor)
-    : bake_(bake),
+CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays)
+    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays, leafOrder(bake.hierarchy, bake.surfels.count())) {}
+
+CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+                       std::vector<std::uint32_t> order)
+    : caches_(bake.caches),
+      links_(bake.links),
       lumaBands_(lumaBands),
       chromaBands_(chromaBands),
-      kernel_(kernel),
+      cachesKernel_(lightCachesKernel(simd)),
+      surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
-      bounce_(bake, lumaBands, chromaBands, parallelFor_),
-      node_(bake.hierarchy.nodeCount(), glm::vec4(0.0f)),
-      coefficients_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride(), 0.0f) {}
+      bounce_(bake.caches, bake.surfels, order, bake.links.kind == LinkKind::irradiance, lumaBands),
+      surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays),
+      tree_(bake.hierarchy),
+      node_(bake.hierarchy.nodeCount(), 0),
+      coefficientCount_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride()),
+      coefficients_(coefficientCount_ + 8, 0.0f) {}
 
 void CpuBackend::relight(const LightSetup& setup) {
   using Clock = std::chrono::steady_clock;
@@ -27,12 +35,13 @@ void CpuBackend::relight(const LightSetup& setup) {
     return std::chrono::duration<double, std::milli>(to - from).count();
   };
   const auto start = Clock::now();
-  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(cacheLight(), parallelFor_);
-  lightSurfels(bake_, setup, lit_ ? &bounce_ : nullptr, node_, parallelFor_);
+  LightSurfelsJob job;
+  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(cacheLight(), parallelFor_, job);
+  lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, node_, parallelFor_);
   const auto surfels = Clock::now();
-  pull(bake_.hierarchy, node_, parallelFor_);
+  tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  lightCaches(kernel_, bake_.links, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_);
+  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_);
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};
@@ -45,6 +54,18 @@ void CpuBackend::reset() {
 
 std::vector<PassTime> CpuBackend::passTimes() const {
   return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}, {"copy", 0.0}};
+}
+
+std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const {
+  const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
+  const CacheGrid& grid = caches_.grid;
+  return {{"surfels", surfels_.bytes()},
+          {"hierarchy", tree_.bytes()},
+          {"radiosity", bytes(node_)},
+          {"links", links_.bytes()},
+          {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
+          {"bounce", bounce_.bytes()},
+          {"index", bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
 }
 
 }  // namespace relume::cpu

@@ -3,11 +3,9 @@
 // once for each instruction set and chosen at run time.
 #pragma once
 
-#include "formats/links.h"
 #include "runtime/cpu/light_caches_job.h"
+#include "runtime/cpu/link_set.h"
 #include "runtime/relighter.h"
-
-#include <glm/vec4.hpp>
 
 #include <span>
 
@@ -19,8 +17,8 @@ using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begi
 // The kernel for an instruction set; null when this processor, or this build, lacks it.
 LightCachesKernel lightCachesKernel(Simd simd);
 
-// Lights all caches. [Size coefficients = n_C * stride]
-void lightCaches(LightCachesKernel kernel, const Links& links, std::span<const glm::vec4> node, int lumaBands,
+// Lights all caches. `node`: radiosity (runtime/pack_color.h). [Size coefficients >= n_C * stride]
+void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor);
 
 }  // namespace relume::cpu

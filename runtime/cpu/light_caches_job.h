@@ -8,8 +8,11 @@
 
 namespace relume::cpu {
 
+// LightCachesJob::kind of links that LinkSet has packed again.
+constexpr std::uint32_t kRepackedLinks = 0xFFFFFFFFu;
+
 struct LightCachesJob {
-  const float* node = nullptr;               // Y, Co, Cg, unused of each node
+  const std::uint32_t* node = nullptr;       // radiosity of each node (runtime/pack_color.h)
   const std::uint32_t* rowBegin = nullptr;
   std::uint32_t kind = 0;                    // LinkKind
   const std::uint32_t* cone = nullptr;       // three words a link
@@ -20,11 +23,13 @@ struct LightCachesJob {
   const std::uint32_t* head = nullptr;       // node and transfer of a compact link
   const std::uint32_t* shape = nullptr;      // the rest of it
   std::size_t shapeBytes = 0;
+  const std::uint32_t* word = nullptr;       // links packed again: see link_set.h
+  const std::uint8_t* transfer = nullptr;
+  const std::uint16_t* nodeStep = nullptr;   // nodeSteps of them a row
+  std::uint32_t nodeSteps = 0;
   std::uint32_t gridLinks = 0;               // irradiance links: how many have a shape, from the first on
   int lumaBands = 1, chromaBands = 1;
   const float* coneScale = nullptr;          // [Size 64] factor on each coefficient that the cone kernel leaves out
-  const float* directionTable = nullptr;     // oct6 links: sixteen coefficients of each direction; null past four bands
-  const float* coneTable = nullptr;          // oct6 links: sixteen factors of each cone
   const float* sh8Scale = nullptr;           // [Size 64] what a step of a coefficient's byte is worth
   float* coefficients = nullptr;             // out, a cache at a time
 };

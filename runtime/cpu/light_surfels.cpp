@@ -2,8 +2,9 @@
 // See light_surfels.h. Lights are punctual as KHR_lights_punctual defines them, read in radiometric units.
 #include "runtime/cpu/light_surfels.h"
 
-#include "formats/color.h"
 #include "runtime/cpu/chunks.h"
+#include "runtime/cpu/simd.h"
+#include "runtime/pack_color.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -16,29 +17,82 @@ namespace relume::cpu {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr std::uint32_t kGrain = 1024;
+// Blocks of a task.
+constexpr std::uint32_t kGrain = 16;
 
-// A light with what every surfel would compute again.
-struct PreparedLight {
-  Light light;
-  float inverseRange2;        // [1/m²] 0 = no range
-  float cosOuter, coneScale;  // a spot's smooth edge: 1 inside the inner angle, 0 outside the outer
+// Numbers of a block: red, green, blue of each surfel.
+struct BlockColors {
+  alignas(64) float value[3 * kSurfelBlock];
+
+  void put(std::uint32_t slot, const glm::vec3& v) {
+    value[slot] = v.r;
+    value[kSurfelBlock + slot] = v.g;
+    value[2 * kSurfelBlock + slot] = v.b;
+  }
 };
 
 PreparedLight prepare(const Light& light) {
-  const float cosOuter = std::cos(light.outerConeRad);
-  return {light, light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f, cosOuter,
-          1.0f / std::max(std::cos(light.innerConeRad) - cosOuter, 0.001f)};
+  PreparedLight p;
+  p.kind = static_cast<std::uint32_t>(light.kind);
+  for (int k = 0; k < 3; ++k) {
+    p.position[k] = light.positionWorld[k];
+    p.direction[k] = light.direction[k];
+    p.intensity[k] = light.intensity[k];
+  }
+  p.inverseRange2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
+  p.cosOuter = std::cos(light.outerConeRad);
+  p.coneScale = 1.0f / std::max(std::cos(light.innerConeRad) - p.cosOuter, 0.001f);
+  return p;
 }
 
-glm::vec3 irradianceBy(const PreparedLight& prepared, const glm::vec3& positionWorld, const glm::vec3& normal) {
-  const Light& light = prepared.light;
+// Direct light of a block whose host brings its own shadows or its own light.
+void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightSurfelsJob& job, std::uint32_t first,
+                 std::uint32_t count, BlockColors& e) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (!setup.surfelIrradiance.empty()) {
+      e.put(i, setup.surfelIrradiance[surfels.bakedSurfel(first + i)]);
+      continue;
+    }
+    const glm::vec3 position = surfelPosition(job, first + i), normal = unpackSurfelNormal(job.word[2][first + i]);
+    glm::vec3 sum(0.0f);
+    for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
+      const glm::vec3 light = directIrradiance(setup.lights[k], position, normal);
+      if (light != glm::vec3(0.0f)) sum += light * setup.visibility(k, position, normal);
+    }
+    e.put(i, sum);
+  }
+}
+
+// Radiosity by emission of a block; false when it has none.
+bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first, std::uint32_t count, BlockColors& radiosity) {
+  if (!setup.surfelEmission.empty()) {
+    for (std::uint32_t i = 0; i < count; ++i) radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
+    return true;
+  }
+  const std::span<const SurfelSet::Emitter> emitters = surfels.emitters(first, first + count);
+  if (emitters.empty() || setup.emissionScale == glm::vec3(0.0f)) return false;
+  std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
+  for (const SurfelSet::Emitter& each : emitters) radiosity.put(each.surfel - first, kPi * each.emission * setup.emissionScale);
+  return true;
+}
+
+void lightSky(const SurfelSet& surfels, const LightSetup& setup, std::span<std::uint32_t> node) {
+  for (std::size_t p = 0; p < surfels.skyLeaves().size(); ++p) {
+    const glm::vec3 radiance = setup.skyPatches.empty() ? setup.skyRadiance : setup.skyPatches[p];
+    node[surfels.skyLeaves()[p]] = packColor(kPi * radiance, ditherOf(surfels.skyLeaves()[p]));
+  }
+}
+
+}  // namespace
+
+glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normal) {
   if (light.kind == LightKind::directional) return light.intensity * std::max(-glm::dot(light.direction, normal), 0.0f);
   // E = I cos / d², with a window that ends at the range.
   const glm::vec3 toward = light.positionWorld - positionWorld;
   const float d2 = glm::dot(toward, toward);
   const float cosineTimesD = glm::dot(toward, normal);
   if (!(cosineTimesD > 0.0f)) return glm::vec3(0.0f);
+  const PreparedLight prepared = prepare(light);
   const float d = std::sqrt(d2);
   const float share = d2 * prepared.inverseRange2;
   float factor = cosineTimesD / (d * std::max(d2, 1e-8f)) * std::max(1.0f - share * share, 0.0f);
@@ -50,55 +104,45 @@ glm::vec3 irradianceBy(const PreparedLight& prepared, const glm::vec3& positionW
   return light.intensity * factor;
 }
 
-glm::vec3 directAtSurfel(std::span<const PreparedLight> lights, const Visibility& visibility, const glm::vec3& position,
-                         const glm::vec3& normal) {
-  glm::vec3 sum(0.0f);
-  for (std::uint32_t i = 0; i < lights.size(); ++i) {
-    const glm::vec3 e = irradianceBy(lights[i], position, normal);
-    if (e == glm::vec3(0.0f)) continue;
-    sum += visibility ? e * visibility(i, position, normal) : e;
-  }
-  return sum;
-}
-
-glm::vec4 toNode(const glm::vec3& radiosity) { return glm::vec4(rgbToYCoCg(radiosity), 0.0f); }
-
-void lightSky(const Hierarchy& hierarchy, std::uint32_t surfelCount, const LightSetup& setup, std::span<glm::vec4> node) {
-  for (std::uint32_t p = 0; p < hierarchy.skyDirection.size(); ++p) {
-    const glm::vec3 radiance = setup.skyPatches.empty() ? setup.skyRadiance : setup.skyPatches[p];
-    node[hierarchy.leafNode[surfelCount + p]] = toNode(kPi * radiance);
-  }
-}
-
-}  // namespace
-
-glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normal) {
-  return irradianceBy(prepare(light), positionWorld, normal);
-}
-
-void lightSurfels(const Bake& bake, const LightSetup& setup, const Bounce* bounce, std::span<glm::vec4> node,
-                  const ParallelFor& parallelFor) {
-  const Surfels& surfels = bake.surfels;
-  const bool bounces = bounce && setup.bounceScale > 0.0f;
-  const bool emits = setup.emissionScale != glm::vec3(0.0f);
+void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup, const Bounce* bounce,
+                  LightSurfelsJob job, std::span<std::uint32_t> node, const ParallelFor& parallelFor) {
   std::vector<PreparedLight> lights;
   for (const Light& light : setup.lights) lights.push_back(prepare(light));
-  forChunks(parallelFor, surfels.count(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) {
-      glm::vec3 e = setup.surfelIrradiance.empty()
-                        ? directAtSurfel(lights, setup.visibility, surfels.positionWorld[s], surfels.normal[s])
-                        : setup.surfelIrradiance[s];
-      if (bounces) e += setup.bounceScale * bounce->irradiance(s);
-      glm::vec3 radiosity = surfels.albedo[s] * e;
-      if (!setup.surfelEmission.empty()) {
-        radiosity += kPi * setup.surfelEmission[s];
-      } else if (emits) {
-        radiosity += kPi * surfels.emission[s] * setup.emissionScale;
+  surfels.describe(job);
+  job.light = lights.data();
+  job.lightCount = static_cast<std::uint32_t>(lights.size());
+  job.bounceScale = setup.bounceScale;
+  const bool bounces = bounce && setup.bounceScale > 0.0f;
+  const bool byHost = !setup.surfelIrradiance.empty() || (setup.visibility && !lights.empty());
+  const std::uint32_t blocks = (surfels.count() + kSurfelBlock - 1) / kSurfelBlock;
+  forChunks(parallelFor, blocks, kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+    BlockColors e, emitted;
+    alignas(64) std::uint32_t at[kSurfelBlock] = {};
+    for (std::uint32_t block = begin; block < end; ++block) {
+      const std::uint32_t first = block * kSurfelBlock, count = std::min(kSurfelBlock, surfels.count() - first);
+      if (byHost) {
+        lightByHost(surfels, setup, job, first, count, e);
+      } else {
+        kernel.direct(job, first, count, e.value);
       }
-      node[bake.hierarchy.leafNode[s]] = toNode(radiosity);
+      if (bounces) bounce->add(kernel, job, block, count, e.value);
+      const bool emits = emit(surfels, setup, first, count, emitted);
+      surfels.leaves(block, count, at);
+      kernel.store(job, first, count, e.value, emits ? emitted.value : nullptr, at, node.data());
     }
   });
-  lightSky(bake.hierarchy, surfels.count(), setup, node);
+  lightSky(surfels, setup, node);
+}
+
+const LightSurfelsKernel* lightSurfelsKernel(Simd simd) {
+  switch (chooseSimd(simd)) {
+#if defined(RELUME_X86_KERNELS)
+    case Simd::avx512: return &kLightSurfelsAvx512;
+    case Simd::avx2: return &kLightSurfelsAvx2;
+#endif
+    case Simd::baseline: return &kLightSurfelsBaseline;
+    default: return nullptr;
+  }
 }
 
 }  // namespace relume::cpu

@@ -2,11 +2,9 @@
 // Step 2 on the CPU: direct light, last frame's caches and emission make the radiosity of the leaves (PIC 3, 4.1).
 #pragma once
 
-#include "formats/bake.h"
 #include "runtime/cpu/bounce.h"
+#include "runtime/cpu/surfel_set.h"
 #include "runtime/relighter.h"
-
-#include <glm/vec4.hpp>
 
 #include <span>
 
@@ -15,11 +13,14 @@ namespace relume::cpu {
 // Irradiance [W/m²] at a point with unit normal by one light, shadows left out.
 glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normal);
 
-// Writes the leaves of `node` as (Y, Co, Cg, 0) of radiosity [W/m²]:
+// Writes the leaves of `node` (runtime/pack_color.h): radiosity [W/m²]
 //   surfel:     albedo * (direct + bounceScale * last frame's irradiance at its receiver) + pi * emission
 //   sky patch:  pi * radiance
-// `bounce` has last frame's light, null before there is one. [Size node >= hierarchy.nodeCount()]
-void lightSurfels(const Bake& bake, const LightSetup& setup, const Bounce* bounce, std::span<glm::vec4> node,
-                  const ParallelFor& parallelFor);
+// `bounce` is null before there is any light; `job` has what Bounce::setLight() set. [Size node = hierarchy.nodeCount()]
+void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup, const Bounce* bounce,
+                  LightSurfelsJob job, std::span<std::uint32_t> node, const ParallelFor& parallelFor);
+
+// The kernels of an instruction set; null when this processor, or this build, lacks it.
+const LightSurfelsKernel* lightSurfelsKernel(Simd simd);
 
 }  // namespace relume::cpu

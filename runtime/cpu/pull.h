@@ -1,18 +1,32 @@
 // SPDX-License-Identifier: MIT
 // Step 3 on the CPU: radiosity averaged up the hierarchy (PIC 4.1, 4.3).
+//
+// Breadth first, the children of the inner nodes lie in a row behind the root: the k-th inner node's are 1 + 2 k and
+// 2 + 2 k. So a bit a node, and a weight of 16 bits an inner node, are all of the tree.
 #pragma once
 
 #include "formats/hierarchy.h"
+#include "runtime/cpu/light_surfels_job.h"
+#include "runtime/cpu/node_set.h"
 #include "runtime/relighter.h"
 
-#include <glm/vec4.hpp>
-
 #include <span>
+#include <vector>
 
 namespace relume::cpu {
 
-// Fills the inner nodes from the leaves, deepest level first. Any linear colour space; w is carried along.
-// [Size node >= hierarchy.nodeCount()]
-void pull(const Hierarchy& hierarchy, std::span<glm::vec4> node, const ParallelFor& parallelFor);
+class PullTree {
+ public:
+  // The hierarchy must pass checkBake().
+  explicit PullTree(const Hierarchy& hierarchy);
+  // Fills the inner nodes from the leaves (runtime/pack_color.h), deepest level first. [Size node = nodeCount()]
+  void pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node, const ParallelFor& parallelFor) const;
+  std::size_t bytes() const;
+
+ private:
+  NodeSet inner_;
+  std::vector<std::uint16_t> weight_;       // [Size inner nodes] of the first child, over 65534
+  std::vector<std::uint32_t> innerBegin_;   // [Size levels + 1] inner nodes above each level
+};
 
 }  // namespace relume::cpu

@@ -22,10 +22,12 @@ namespace {
 struct Lobe {
   std::array<float, kMaxCoefficients> g;
   std::size_t first = 0, last = 0;
+  float guessed = 0.0f;  // share of the clamped form, where it lacks bands that are guessed
 };
 
 // Lobe of a receiver with unit normal n by the shares of the two forms; single: factor on a lone band.
-Lobe makeLobe(int bands, const glm::vec3& n, SurfaceLobe share, float single) {
+Lobe makeLobe(const CacheLight& light, const glm::vec3& n, SurfaceLobe share, float single) {
+  const int bands = light.lumaBands;
   Lobe lobe;
   if (bands < 2) share = {0.0f, single};
   if (share.clamped > 0.0f) {
@@ -33,7 +35,8 @@ Lobe makeLobe(int bands, const glm::vec3& n, SurfaceLobe share, float single) {
     const int used = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
     evaluateSh(used, n, lobe.g);
     for (int l = 0; l < used; ++l) {
-      const float factor = share.clamped * clampedCosineFactors()[static_cast<std::size_t>(l)];
+      const float factor =
+          share.clamped * deringingFactor(l, light.deringing) * clampedCosineFactors()[static_cast<std::size_t>(l)];
       for (int i = l * l; i < (l + 1) * (l + 1); ++i) lobe.g[static_cast<std::size_t>(i)] *= factor;
     }
     lobe.last = static_cast<std::size_t>(used * used);
@@ -48,36 +51,78 @@ Lobe makeLobe(int bands, const glm::vec3& n, SurfaceLobe share, float single) {
     if (alone) lobe.first = 1;
     lobe.last = std::max<std::size_t>(lobe.last, 4);
   }
+  if (light.guessBands) lobe.guessed = share.clamped;
   return lobe;
 }
 
-float applyLobe(const Lobe& lobe, const float* c, std::size_t count) {
+float applyLobe(const Lobe& lobe, const float* c, std::size_t count, std::size_t first = 0) {
   float e = 0.0f;
-  for (std::size_t i = lobe.first; i < std::min(lobe.last, count); ++i) e += lobe.g[i] * c[i];
+  for (std::size_t i = std::max(lobe.first, first); i < std::min(lobe.last, count); ++i) e += lobe.g[i] * c[i];
   return e;
 }
 
-glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, float scale) {
+// Interpolated bands 0 and 1 of Y, Co and Cg, as far as they are there.
+struct FirstBands {
+  glm::vec3 constant{0.0f};
+  std::array<glm::vec3, 3> linear{};  // vectors along the light
+};
+
+FirstBands firstBands(const CacheLight& light, const Stencil& stencil, float scale) {
+  FirstBands first;
+  const std::size_t begin[3] = {0, light.lumaCount(), light.lumaCount() + light.chromaCount()};
+  for (int k = 0; k < stencil.count; ++k) {
+    const float* cache = light.coefficients.data() + light.stride() * stencil.cache[static_cast<std::size_t>(k)];
+    const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
+    for (int channel = 0; channel < 3; ++channel) {
+      const float* c = cache + begin[channel];
+      first.constant[channel] += w * c[0];
+      if ((channel == 0 ? light.lumaBands : light.chromaBands) < 2) continue;
+      first.linear[static_cast<std::size_t>(channel)] += w * glm::vec3(c[3], c[1], c[2]);
+    }
+  }
+  return first;
+}
+
+// Co and Cg in proportion to Y, by least squares over coefficients 0 to 3.
+glm::vec2 chromaOverLuma(const FirstBands& first) {
+  const auto product = [&first](int channel) {
+    return first.constant.x * first.constant[channel] + glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
+  };
+  const float square = product(0);
+  return square > 0.0f ? glm::vec2(product(1), product(2)) / square : glm::vec2(0.0f);
+}
+
+glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, const glm::vec3& n, float scale) {
   const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
   const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
-  glm::vec3 e(0.0f);        // irradiance as Y, Co, Cg
-  glm::vec3 constant(0.0f); // interpolated coefficients 0
+  const bool guessLuma = lobe.guessed > 0.0f && light.lumaBands == 2, guessChroma = lobe.guessed > 0.0f && light.chromaBands == 2;
+  glm::vec3 e(0.0f);   // irradiance as Y, Co, Cg
+  float upper = 0.0f;  // of Y, by bands 2 and up
   for (int k = 0; k < stencil.count; ++k) {
     const float* y = light.coefficients.data() + stride * stencil.cache[static_cast<std::size_t>(k)];
     const float* co = y + lumaCount;
     const float* cg = co + chromaCount;
     const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
     e.x += w * applyLobe(lobe, y, lumaCount);
-    if (chromaFollows) {
-      constant += w * glm::vec3(y[0], co[0], cg[0]);
-    } else {
-      e.y += w * applyLobe(lobe, co, chromaCount);
-      e.z += w * applyLobe(lobe, cg, chromaCount);
-    }
+    if (guessChroma) upper += w * applyLobe(lobe, y, lumaCount, 4);
+    if (chromaFollows) continue;
+    e.y += w * applyLobe(lobe, co, chromaCount);
+    e.z += w * applyLobe(lobe, cg, chromaCount);
   }
-  if (chromaFollows && constant.x > 0.0f) {
-    e.y = e.x * constant.y / constant.x;
-    e.z = e.x * constant.z / constant.x;
+  if (chromaFollows || guessLuma || guessChroma) {
+    const FirstBands first = firstBands(light, stencil, scale);
+    if (guessLuma) {
+      upper = lobe.guessed * zonalIrradiance(first.constant.x, first.linear[0], n);
+      e.x += upper;
+    }
+    if (guessChroma) {
+      const glm::vec2 chroma = upper * chromaOverLuma(first);
+      e += glm::vec3(0.0f, chroma.x, chroma.y);
+    }
+    if (chromaFollows && first.constant.x > 0.0f) {
+      e.y = e.x * first.constant.y / first.constant.x;
+      e.z = e.x * first.constant.z / first.constant.x;
+    }
   }
   return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
 }
@@ -95,16 +140,16 @@ glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, co
                                 ? SurfaceLobe{0.0f, 2.0f}
                                 : surfaceLobe(glm::dot(normal, cacheNormal), glm::dot(geometricNormal, cacheNormal));
   // One band knows no direction: a cache on a surface holds half a sphere of light, all of it above the surface.
-  return gather(light, stencil, makeLobe(light.lumaBands, normal, share, 1.0f + glm::dot(cacheNormal, cacheNormal)),
+  return gather(light, stencil, makeLobe(light, normal, share, 1.0f + glm::dot(cacheNormal, cacheNormal)), normal,
                 1.0f / total);
 }
 
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal) {
-  const Stencil stencil = gridStencil(caches.grid, positionWorld, normal);
+  const Stencil stencil = gridStencil(caches, positionWorld, normal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  return gather(light, stencil, makeLobe(light.lumaBands, normal, {}, 1.0f), 1.0f / total);
+  return gather(light, stencil, makeLobe(light, normal, {}, 1.0f), normal, 1.0f / total);
 }
 
 }  // namespace relume::cpu

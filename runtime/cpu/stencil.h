@@ -3,6 +3,7 @@
 #pragma once
 
 #include "formats/caches.h"
+#include "formats/grid_depth.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -32,10 +33,10 @@ inline TexelQuad texelsAround(const Lightmap& map, const glm::vec2& uv) {
           {(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y}};
 }
 
-// Up to eight caches and their weights.
+// Up to sixteen caches and their weights.
 struct Stencil {
-  std::array<std::uint32_t, 8> cache;
-  std::array<float, 8> weight;
+  std::array<std::uint32_t, 16> cache;
+  std::array<float, 16> weight;
   int count = 0;
 
   void add(std::uint32_t c, float w) {
@@ -71,28 +72,74 @@ inline glm::vec3 stencilNormal(const Caches& caches, const Stencil& stencil) {
   return length > 0.0f ? sum / length : glm::vec3(0.0f);
 }
 
-// The points of the grid around a receiver with unit normal, trilinear times the wrap weight: a point behind the
-// receiver's plane sees what the receiver does not. Points without a cache are left out; the position is clamped.
-inline Stencil gridStencil(const CacheGrid& grid, const glm::vec3& positionWorld, const glm::vec3& normal) {
-  Stencil stencil;
-  if (grid.cache.empty()) return stencil;
-  const glm::uvec3 r = grid.resolution;
+// What the corners of a receiver's cell weigh before it is known which of their caches it sees: bit 0 of a corner is x.
+struct CornerWeights {
+  std::array<float, 8> lattice{}, brick{};
+  glm::uvec3 cell{0};                    // of the lattice
+  glm::uvec3 middle{0};                  // which half of the brick along each axis
+  const std::uint32_t* points = nullptr; // of the brick; null = none here
+};
+
+// Weights of a cube's corners at f within it.
+inline std::array<float, 8> trilinear(const glm::vec3& f) {
+  const glm::vec3 g = 1.0f - f;
+  const float yz[4] = {g.y * g.z, f.y * g.z, g.y * f.z, f.y * f.z};
+  return {g.x * yz[0], f.x * yz[0], g.x * yz[1], f.x * yz[1], g.x * yz[2], f.x * yz[2], g.x * yz[3], f.x * yz[3]};
+}
+
+inline glm::uvec3 cornerOffset(std::uint32_t corner) { return {corner & 1u, (corner >> 1) & 1u, corner >> 2}; }
+
+// The cell of a receiver, the position clamped to the lattice. A hanging point of a brick hands its weight to the
+// corners of the lattice that it lies between.
+inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& positionWorld) {
+  CornerWeights corners;
+  const glm::uvec3 cells = grid.cells();
   const glm::vec3 safeSpacing = glm::max(grid.spacing, glm::vec3(1e-20f));
-  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing), glm::vec3(r - 1u));
-  const glm::uvec3 base = glm::uvec3(p);
-  const glm::vec3 f = p - glm::vec3(base);
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    const glm::uvec3 offset(corner & 1u, (corner >> 1) & 1u, corner >> 2);
-    const glm::uvec3 at = glm::min(base + offset, r - 1u);
-    const glm::vec3 share = glm::mix(1.0f - f, f, glm::vec3(offset));
-    const float w = share.x * share.y * share.z;
-    const std::uint32_t cache = grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x];
-    if (cache == kNoCache || w <= 0.0f) continue;
-    const glm::vec3 toward = grid.originWorld + glm::vec3(at) * grid.spacing - positionWorld;
+  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing), glm::vec3(grid.resolution - 1u));
+  corners.cell = glm::min(glm::uvec3(p), cells - 1u);
+  const glm::vec3 f = p - glm::vec3(corners.cell);
+  const std::uint32_t brick =
+      grid.brick.empty() ? kNoBrick : grid.brick[(std::size_t{corners.cell.z} * cells.y + corners.cell.y) * cells.x + corners.cell.x];
+  if (brick == kNoBrick) {
+    corners.lattice = trilinear(f);
+    return corners;
+  }
+  corners.points = grid.fine.data() + std::size_t{kBrickWords} * brick;
+  corners.middle = glm::min(glm::uvec3(2.0f * f), glm::uvec3(1u));
+  corners.brick = trilinear(2.0f * f - glm::vec3(corners.middle));
+  for (std::uint32_t c = 0; c < 8; ++c) {
+    const glm::uvec3 at = corners.middle + cornerOffset(c);
+    if (corners.points[(at.z * 3 + at.y) * 3 + at.x] != kHangingPoint) continue;
+    const std::array<float, 8> share = trilinear(0.5f * glm::vec3(at));
+    for (std::size_t k = 0; k < 8; ++k) corners.lattice[k] += corners.brick[c] * share[k];
+    corners.brick[c] = 0.0f;
+  }
+  return corners;
+}
+
+// The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind the
+// receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
+// without a cache are left out.
+inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
+  Stencil stencil;
+  const CacheGrid& grid = caches.grid;
+  if (grid.cache.empty()) return stencil;
+  const CornerWeights corners = cornersAround(grid, positionWorld);
+  const float unit = grid.depthUnit(), spacing = grid.finestSpacing();
+  const auto add = [&](std::uint32_t cache, float w) {
+    if (cache == kNoCache) return;
+    const glm::vec3 toward = caches.positionWorld[cache] - positionWorld;
     const float distance = glm::length(toward);
-    const float cosine = distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f;
-    const float wrap = std::max(0.05f, 0.5f + 0.5f * cosine);
-    stencil.add(cache, w * wrap * wrap);
+    const float wrap = std::max(0.05f, 0.5f + 0.5f * (distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f));
+    w *= wrap * wrap;
+    if (!grid.depth.empty()) w *= depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
+    stencil.add(cache, w);
+  };
+  const glm::uvec3 r = grid.resolution;
+  for (std::uint32_t c = 0; c < 8; ++c) {
+    const glm::uvec3 offset = cornerOffset(c), at = glm::min(corners.cell + offset, r - 1u), fine = corners.middle + offset;
+    if (corners.lattice[c] > 0.0f) add(grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x], corners.lattice[c]);
+    if (corners.brick[c] > 0.0f) add(corners.points[(fine.z * 3 + fine.y) * 3 + fine.x], corners.brick[c]);
   }
   return stencil;
 }

@@ -2,10 +2,9 @@
 // See gl_backend.h.
 #include "runtime/gl/gl_backend.h"
 
-#include "formats/color.h"
 #include "formats/pack.h"
-#include "runtime/gl/pack_node.h"
 #include "runtime/gl/saved_state.h"
+#include "runtime/pack_color.h"
 
 namespace relume::gl {
 namespace {
@@ -33,7 +32,7 @@ std::vector<T> readBuffer(const Buffer& buffer, std::size_t count) {
 }  // namespace
 
 Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaBands, int chromaBands,
-                                                     std::string_view visibilityGlsl) {
+                                                     std::string_view visibilityGlsl, float deringing) {
   const int version = contextVersion();
   if (version < 43 || !epoxy_is_desktop_gl()) {
     return Error{ErrorCode::unsupported, "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
@@ -49,7 +48,7 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<SurfelPass> surfels = SurfelPass::create(lumaBands, chromaBands, irradianceOnMap, visibilityGlsl);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
-  Result<PullPass> pull = PullPass::create();
+  Result<PullPass> pull = PullPass::create(backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
   Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind);
@@ -58,7 +57,7 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);
   if (!copy) return copy.error();
   backend->copy_ = std::move(*copy);
-  Result<std::string> resolve = expandShader("resolve.glsl", bandDefines(lumaBands, chromaBands, irradianceOnMap));
+  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   // Before the first frame the light map is black, not undefined.
@@ -73,7 +72,7 @@ void GlBackend::relight(const LightSetup& setup) {
   surfels_.run(gpu_, bake_, setup, lit_);
   storageBarrier();
   timer_.mark(1);
-  pull_.run(gpu_, bake_.hierarchy, storageBarrier);
+  pull_.run(gpu_, storageBarrier);
   storageBarrier();
   timer_.mark(2);
   caches_.run(gpu_, bake_.links);
@@ -119,10 +118,10 @@ std::span<const float> GlBackend::coefficients() const {
 }
 
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
-  const std::vector<PackedNode> packed = readBuffer<PackedNode>(gpu_.nodes, bake_.hierarchy.nodeCount());
+  const std::vector<std::uint32_t> packed = readBuffer<std::uint32_t>(gpu_.nodes, bake_.hierarchy.nodeCount());
   std::vector<glm::vec3> radiosity;
   radiosity.reserve(packed.size());
-  for (const PackedNode& node : packed) radiosity.push_back(yCoCgToRgb(unpackNode(node)));
+  for (const std::uint32_t node : packed) radiosity.push_back(unpackColor(node));
   return radiosity;
 }
 

@@ -16,7 +16,7 @@ class GlBackend {
   // The bake must pass checkBake() and outlive this; a context must be current, here and in every other call.
   // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log.
   static Result<std::unique_ptr<GlBackend>> create(const Bake& bake, int lumaBands, int chromaBands,
-                                                   std::string_view visibilityGlsl);
+                                                   std::string_view visibilityGlsl, float deringing = 0.0f);
 
   // One frame. `setup` must pass checkSetup().
   void relight(const LightSetup& setup);

@@ -7,14 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace relume::gl {
 namespace {
 
-// Levels up to this many nodes are pulled several in one dispatch.
-constexpr std::uint32_t kSmallLevel = 2048;
-// Work groups of a large level; threads stride over the rest.
+// Work groups of a dispatch.
 constexpr GLuint kMostGroups = 65535;
 
 void bindStorage(GLuint slot, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer.get()); }
@@ -53,8 +50,7 @@ void refill(Buffer& buffer, const void* data, std::size_t bytes) {
 }  // namespace
 
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands) {
-  const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
-  if (software) return {1, 64};
+  if (isSoftware(renderer)) return {1, 64};
   // Shared memory holds all sums of a group: 32 KiB is what every OpenGL has.
   const int bytesPerCache = 32 * static_cast<int>(2 * cacheBytes(lumaBands, chromaBands));
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
@@ -64,6 +60,14 @@ std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int 
   return {{"RELUME_LUMA_BANDS", std::to_string(lumaBands)},
           {"RELUME_CHROMA_BANDS", std::to_string(chromaBands)},
           {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
+}
+
+std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
+                                                                float deringing) {
+  auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
+  defines.emplace_back("RELUME_GUESS_BANDS", "1");
+  defines.emplace_back("RELUME_DERINGING", std::to_string(deringing));
+  return defines;
 }
 
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
@@ -87,6 +91,9 @@ Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, bool irrad
   pass.lights_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
   pass.host_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
   const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
+  pass.emits_ = location("relumeEmits");
+  pass.boxOrigin_ = location("relumeBoxOrigin");
+  pass.boxStep_ = location("relumeBoxStep");
   pass.surfelCount_ = location("relumeSurfelCount");
   pass.senderCount_ = location("relumeSenderCount");
   pass.lightCount_ = location("relumeLightCount");
@@ -114,6 +121,9 @@ void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& set
   const GLuint program = program_.get();
   const std::uint32_t senders = bake.hierarchy.senderCount();
   glUseProgram(program);
+  glProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
+  glProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
+  glProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
   glProgramUniform1ui(program, surfelCount_, bake.surfels.count());
   glProgramUniform1ui(program, senderCount_, senders);
   glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(lights.size()));
@@ -130,41 +140,31 @@ void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& set
   glDispatchCompute(groupsFor(senders, RELUME_SURFEL_GROUP), 1, 1);
 }
 
-Result<PullPass> PullPass::create() {
-  Result<Program> program = makeComputeProgram("pull.comp", {});
+Result<PullPass> PullPass::create(const PullGroup& group) {
+  const std::pair<std::string, std::string> threads{"RELUME_PULL_THREADS", std::to_string(group.threads)};
+  Result<Program> program = makeComputeProgram("pull.comp", {&threads, 1});
   if (!program) return program.error();
   PullPass pass;
   pass.program_ = std::move(*program);
-  pass.firstLevel_ = glGetUniformLocation(pass.program_.get(), "relumeFirstLevel");
-  pass.lastLevel_ = glGetUniformLocation(pass.program_.get(), "relumeLastLevel");
+  pass.firstGroup_ = glGetUniformLocation(pass.program_.get(), "relumeFirstGroup");
   return pass;
 }
 
-void PullPass::run(const GpuBake& gpu, const Hierarchy& hierarchy, void (*barrier)()) const {
+void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
   glUseProgram(program_.get());
-  bindStorage(RELUME_SLOT_CHILD, gpu.child);
-  bindStorage(RELUME_SLOT_WEIGHT, gpu.weight);
-  bindStorage(RELUME_SLOT_LEVELS, gpu.levels);
+  bindStorage(RELUME_SLOT_PULL, gpu.pullNode);
+  bindStorage(RELUME_SLOT_ROUNDS, gpu.pullRounds);
+  bindStorage(RELUME_SLOT_GROUPS, gpu.pullGroups);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  const auto nodes = [&hierarchy](std::uint32_t level) {
-    return hierarchy.levelBegin[level + 1] - hierarchy.levelBegin[level];
-  };
-  const auto dispatch = [&](std::uint32_t first, std::uint32_t last, GLuint groups) {
-    glProgramUniform1ui(program_.get(), firstLevel_, first);
-    glProgramUniform1ui(program_.get(), lastLevel_, last);
-    glDispatchCompute(groups, 1, 1);
-    if (first > 0) barrier();
-  };
-  // The deepest level holds leaves alone.
-  for (std::uint32_t level = hierarchy.levelCount() - 1; level-- > 0;) {
-    if (nodes(level) > kSmallLevel) {
-      dispatch(level, level, std::min(groupsFor(nodes(level), RELUME_PULL_GROUP), kMostGroups));
-      continue;
-    }
-    const std::uint32_t last = level;
-    while (level > 0 && nodes(level - 1) <= kSmallLevel) --level;
-    dispatch(level, last, 1);
+  // The number of groups of one dispatch is limited.
+  const GLuint last = gpu.pullGroupCount - 1;
+  for (GLuint first = 0; first < last; first += kMostGroups) {
+    glProgramUniform1ui(program_.get(), firstGroup_, first);
+    glDispatchCompute(std::min(last - first, kMostGroups), 1, 1);
   }
+  if (last > 0) barrier();
+  glProgramUniform1ui(program_.get(), firstGroup_, last);
+  glDispatchCompute(1, 1, 1);
 }
 
 Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind) {

@@ -20,6 +20,9 @@ CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands
 // Definitions that fix bands (and, for light_caches.comp, link kind and group) when a shader is compiled.
 // irradianceOnMap: see cpu::CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap = false);
+// The same for the host's receivers: with what two bands lack guessed, and de-ringing.
+std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
+                                                                float deringing = 0.0f);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
                                                               const CacheGroup& group);
 
@@ -34,19 +37,19 @@ class SurfelPass {
  private:
   Program program_;
   Buffer lights_, host_;
-  GLint surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1,
+  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1,
         bounceScale_ = -1;
 };
 
 class PullPass {
  public:
-  static Result<PullPass> create();
-  // (3) `barrier` runs between dispatches that depend on each other.
-  void run(const GpuBake& gpu, const Hierarchy& hierarchy, void (*barrier)()) const;
+  static Result<PullPass> create(const PullGroup& group);
+  // (3) `barrier` runs between the two dispatches.
+  void run(const GpuBake& gpu, void (*barrier)()) const;
 
  private:
   Program program_;
-  GLint firstLevel_ = -1, lastLevel_ = -1;
+  GLint firstGroup_ = -1;
 };
 
 class CachePass {

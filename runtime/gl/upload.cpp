@@ -4,7 +4,9 @@
 
 #include "formats/compact_links.h"
 #include "formats/pack.h"
-#include "runtime/gl/pack_node.h"
+#include "runtime/gl/pack_grid.h"
+#include "runtime/pack_color.h"
+#include "runtime/gl/pull_schedule.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -21,19 +23,18 @@ Buffer makeArray(std::span<const T> data) {
   return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
-std::uint32_t finiteHalf(float v) { return packHalf(std::min(v, 65504.0f)); }
-
-std::vector<RelumeSurfel> packSurfels(const Surfels& surfels) {
-  std::vector<RelumeSurfel> packed(surfels.count());
-  for (std::size_t i = 0; i < packed.size(); ++i) {
-    const glm::vec3 albedo = surfels.albedo[i], emission = surfels.emission[i];
-    RelumeSurfel& s = packed[i];
-    s.positionWorld = surfels.positionWorld[i];
-    s.normal = packOctahedral(surfels.normal[i]);
-    s.albedoRG = packUnorm16x2({albedo.r, albedo.g});
-    s.albedoBEmissionR = (packUnorm16x2({albedo.b, 0.0f}) & 0xFFFFu) | finiteHalf(emission.r) << 16;
-    s.emissionGB = finiteHalf(emission.g) | finiteHalf(emission.b) << 16;
-    s.receiver = surfels.receiver[i];
+// The words of the surfels, then, if any emits, a word of emission each. Albedo has the CPU backend's dithers.
+std::vector<std::uint32_t> packSurfels(const Surfels& surfels, const Hierarchy& hierarchy, const SurfelBox& box, bool emits) {
+  const std::size_t count = surfels.count();
+  std::vector<std::uint32_t> packed(count * (emits ? 5 : 4));
+  std::uint32_t place = 0;
+  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
+    if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
+    const std::uint32_t s = hierarchy.sender(node);
+    const SurfelWords words =
+        packSurfel(box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s], ditherOf(place++));
+    std::copy(words.begin(), words.end(), packed.begin() + 4 * std::ptrdiff_t{s});
+    if (emits) packed[4 * count + s] = packColor(surfels.emission[s], ditherOf(s));
   }
   return packed;
 }
@@ -141,15 +142,13 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
   return done();
 }
 
-Buffer makeResolve(const CacheGrid& grid) {
-  RelumeResolve resolve{};
-  resolve.gridOriginWorld = grid.originWorld;
-  resolve.gridSpacing = grid.spacing;
-  resolve.gridResolution = grid.resolution;
-  return makeBuffer(&resolve, sizeof resolve, GL_STATIC_DRAW);
+}  // namespace
+
+bool isSoftware(const char* renderer) {
+  return renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
 }
 
-}  // namespace
+PullGroup choosePullGroup(const char* renderer) { return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 512}; }
 
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
   GLuint name = 0;
@@ -180,20 +179,25 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   if (!batches) return batches.error();
   gpu.batches = std::move(*batches);
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
-  const std::size_t largest = std::max({cachesBytes, bake.surfels.count() * sizeof(RelumeSurfel),
-                                        hierarchy.nodeCount() * sizeof(PackedNode), bake.caches.lightmap.cache.size() * 4});
+  const std::size_t largest = std::max({cachesBytes, std::size_t{bake.surfels.count()} * 20,
+                                        hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
   if (largest > static_cast<std::size_t>(limit)) {
     return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) + " bytes is needed, this OpenGL binds at most " +
                                              std::to_string(limit)};
   }
 
-  const std::vector<RelumeSurfel> surfels = packSurfels(bake.surfels);
-  gpu.surfels = makeArray<RelumeSurfel>(surfels);
+  gpu.box = boxOf(bake.surfels.positionWorld);
+  gpu.emits = std::any_of(bake.surfels.emission.begin(), bake.surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  const std::vector<std::uint32_t> surfels = packSurfels(bake.surfels, hierarchy, gpu.box, gpu.emits);
+  gpu.surfels = makeArray<std::uint32_t>(surfels);
   gpu.leafNode = makeArray<std::uint32_t>(hierarchy.leafNode);
-  gpu.child = makeArray<std::uint32_t>(hierarchy.child);
-  gpu.weight = makeArray<float>(hierarchy.firstWeight);
-  gpu.levels = makeArray<std::uint32_t>(hierarchy.levelBegin);
-  gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(PackedNode), GL_DYNAMIC_COPY);
+  gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
+  gpu.pullGroupCount = schedule.groupCount();
+  gpu.pullNode = makeArray<RelumePullNode>(schedule.node);
+  gpu.pullRounds = makeArray<std::uint32_t>(schedule.roundBegin);
+  gpu.pullGroups = makeArray<std::uint32_t>(schedule.groupBegin);
+  gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
   if (links.kind == LinkKind::cone) {
     gpu.links = makeArray<ConeLink>(links.cone);
@@ -207,8 +211,9 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   }
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
-  gpu.gridCache = makeArray<std::uint32_t>(bake.caches.grid.cache);
-  gpu.resolve = makeResolve(bake.caches.grid);
+  const PackedGrid grid = packGrid(bake.caches);
+  gpu.gridCache = makeArray<std::uint32_t>(grid.words);
+  gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
   if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu);
       !ok) return ok.error();
   // Bindings past a small buffer's end are errors: keep them inside.
@@ -227,7 +232,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
   return {{"surfels", bytes(surfels)},
-          {"hierarchy", bytes(child) + bytes(weight) + bytes(levels) + bytes(leafNode)},
+          {"hierarchy", bytes(pullNode) + bytes(pullRounds) + bytes(pullGroups) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},

@@ -5,6 +5,7 @@
 #include "formats/bake.h"
 #include "formats/result.h"
 #include "runtime/gl/handle.h"
+#include "runtime/pack_surfel.h"
 
 #include <string>
 #include <utility>
@@ -21,18 +22,33 @@ struct LinkBatch {
   GLuint wordOffset = 0, halfOffset = 0;  // where the batch's first link begins within them
 };
 
+// Threads of a work group that pulls, and inner nodes it gets at most.
+struct PullGroup {
+  int threads = 128;
+  std::uint32_t nodes = 512;
+};
+
 struct GpuBake {
-  Buffer surfels, leafNode, child, weight, levels, nodes;  // nodes: PackedNode, written every frame
+  Buffer surfels, leafNode, nodes;                         // nodes: runtime/pack_color.h, written every frame
+  Buffer pullNode, pullRounds, pullGroups;                 // PullSchedule
   Buffer rows, links, linkShape;                           // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
   Buffer caches;                                           // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
+  SurfelBox box;                       // of the surfels' positions
+  bool emits = false;                  // whether any surfel has emission
+  PullGroup pullGroup;
+  GLuint pullGroupCount = 0;
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
 
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
   std::size_t textureBytes = 0;
 };
+
+// What suits this driver: software rasterisers run a thread after the other, pay dearly for barriers, and have few cores.
+PullGroup choosePullGroup(const char* renderer);
+bool isSoftware(const char* renderer);
 
 // A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage);

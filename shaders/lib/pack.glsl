@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// formats/pack.h, as far as shaders need it, and the packed radiosity of nodes (runtime/gl/pack_node.h).
+// formats/pack.h, as far as shaders need it, surfels (runtime/pack_surfel.h) and colours (runtime/pack_color.h).
 
 vec2 relumeUnpackSnorm16x2(uint bits) {
   ivec2 v = ivec2(int(bits << 16) >> 16, int(bits) >> 16);
@@ -36,16 +36,18 @@ float relumeUnpackCone(uint bits, int shift, int n) {
   return 1.0 - 2.0 * q * q;
 }
 
-// Radiosity of a node: Y as a float, Co / 2Y and Cg / Y as 16-bit signed normalised integers. For colours without
-// negative parts |Co| <= 2 Y and |Cg| <= Y, so nothing clips, whatever the unit.
-uvec2 relumePackNode(vec3 yCoCg) {
-  if (!(yCoCg.x > 0.0)) return uvec2(0u);
-  vec2 chroma = clamp(yCoCg.yz / (yCoCg.x * vec2(2.0, 1.0)), -1.0, 1.0) * 32767.0;
-  ivec2 rounded = ivec2(roundEven(chroma));
-  return uvec2(floatBitsToUint(yCoCg.x), (uint(rounded.x) & 0xFFFFu) | (uint(rounded.y) << 16));
+// Colours without negative parts in 32 bits, rounded down after adding `dither` of [0,1).
+float relumeDither(uint i) { return float((i * 2654435769u) >> 8) * 5.9604644775390625e-8; }
+
+uint relumePackColor(vec3 rgb, float dither) {
+  float largest = max(max(rgb.r, rgb.g), rgb.b);
+  int exponent = clamp((floatBitsToInt(largest) >> 23) - 95, 0, 63);
+  float scale = intBitsToFloat((167 - exponent) << 23);
+  uvec3 part = uvec3(clamp(rgb * (scale * vec3(1.0, 1.0, 0.5)) + dither, vec3(0.0), vec3(511.0, 511.0, 255.0)));
+  return part.r | (part.g << 9) | (part.b << 18) | (uint(exponent) << 26);
 }
 
-vec3 relumeUnpackNode(uvec2 node) {
-  float y = uintBitsToFloat(node.x);
-  return vec3(y, relumeUnpackSnorm16x2(node.y) * (y * vec2(2.0, 1.0)));
+vec3 relumeUnpackColor(uint bits) {
+  float scale = uintBitsToFloat(((bits >> 26) + 87u) << 23);
+  return vec3(bits & 511u, (bits >> 9) & 511u, (bits >> 18) & 255u) * (scale * vec3(1.0, 1.0, 2.0));
 }

@@ -5,14 +5,14 @@
 #define RELUME_LAYOUT_H
 
 // Storage buffers of the passes.
-#define RELUME_SLOT_SURFELS 0     // surfels: RelumeSurfel[]
+#define RELUME_SLOT_SURFELS 0     // surfels: words (runtime/pack_surfel.h)
 #define RELUME_SLOT_LEAF_NODE 1   // surfels: node of each sender
 #define RELUME_SLOT_LIGHTS 2      // surfels: RelumeLight[]
 #define RELUME_SLOT_HOST 3        // surfels: what the host hands over a frame, three floats each
 #define RELUME_SLOT_NODES 4       // surfels (out), pull (in, out), caches (in): packed radiosity
-#define RELUME_SLOT_CHILD 0       // pull: first child or leaf
-#define RELUME_SLOT_WEIGHT 1      // pull: weight of the first child
-#define RELUME_SLOT_LEVELS 2      // pull: first node of each level
+#define RELUME_SLOT_PULL 0        // pull: RelumePullNode[]
+#define RELUME_SLOT_ROUNDS 1      // pull: first of them of each round
+#define RELUME_SLOT_GROUPS 2      // pull: first round of each work group
 #define RELUME_SLOT_ROWS 0        // caches: first link of each cache
 #define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, or heads of compact ones
 #define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; or shapes of compact links
@@ -40,7 +40,7 @@
 #define RELUME_RESOLVE_SLOT_CACHES 5   // storage buffer: coefficients of the unique caches, four halves a uvec2
 #endif
 #ifndef RELUME_RESOLVE_SLOT_GRID
-#define RELUME_RESOLVE_SLOT_GRID 6     // storage buffer: cache of each grid point
+#define RELUME_RESOLVE_SLOT_GRID 6     // storage buffer: the grid, runtime/gl/pack_grid.h
 #endif
 #ifndef RELUME_RESOLVE_SLOT_UNIFORMS
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7 // uniform buffer: RelumeResolve
@@ -48,7 +48,6 @@
 
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64
-#define RELUME_PULL_GROUP 128
 #define RELUME_COPY_GROUP 8  // squared
 
 #ifdef __cplusplus
@@ -64,20 +63,21 @@ using glm::vec3;
 #endif
 
 const uint kRelumeNone = 0xFFFFFFFFu;     // no cache; a surfel that reads the grid
-const uint kRelumeLeafBit = 0x80000000u;  // of a node's child
+
+// Grid: formats/caches.h and formats/grid_depth.h.
+const uint kRelumeBrickWords = 27u;
+const uint kRelumeHanging = 0xFFFFFFFEu;
+const int kRelumeDepthSide = 17;
 
 const uint kRelumeDirectional = 0u;
 const uint kRelumePoint = 1u;
 const uint kRelumeSpot = 2u;
 
 // std430
-struct RelumeSurfel {
-  vec3 positionWorld;      // [m]
-  uint normal;             // octahedral
-  uint albedoRG;           // [0..1] unorm16
-  uint albedoBEmissionR;   // unorm16 in the low half, half in the high one
-  uint emissionGB;         // [W/m²/sr] halves
-  uint receiver;           // light-map point, unorm16, or kRelumeNone
+struct RelumePullNode {
+  uint node;
+  uint firstChild;
+  float firstWeight;  // [0..1] share of the first child in the node's radiosity
 };
 
 // std430
@@ -97,18 +97,22 @@ struct RelumeLight {
 // std140
 struct RelumeResolve {
   vec3 gridOriginWorld;  // [m]
-  uint unused0;
+  uint gridBricks;       // first word in the grid's buffer: brick of each cell; kRelumeNone = no bricks
   vec3 gridSpacing;      // [m]
-  uint unused1;
+  uint gridFine;         // the bricks
   uvec3 gridResolution;  // 0 = no grid
-  uint unused2;
+  uint gridCaches;       // the caches: 3 + gridDepthWords words each
+  uint gridDepthWords;   // 0 = it is not known how far caches see
+  float gridDepthUnit;   // [m]
+  float gridFinestSpacing;  // [m]
+  uint unused;
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(RelumeSurfel) == 32 && offsetof(RelumeSurfel, normal) == 12 && offsetof(RelumeSurfel, receiver) == 28);
+static_assert(sizeof(RelumePullNode) == 12 && offsetof(RelumePullNode, firstWeight) == 8);
 static_assert(sizeof(RelumeLight) == 64 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32 &&
               offsetof(RelumeLight, coneScale) == 48);
-static_assert(sizeof(RelumeResolve) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
+static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
               offsetof(RelumeResolve, gridResolution) == 32);
 }  // namespace relume::gl
 #endif

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The cache lighting kernel with 16 floats a vector; see light_caches_kernel.h.
+// The kernels with 16 floats a vector; see vectors.h.
 #define RELUME_LANES 16
 #include "runtime/cpu/light_caches_kernel.h"
+#include "runtime/cpu/light_surfels_kernel.h"
 
 namespace relume::cpu {
 
 void lightCachesAvx512(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) { lightCachesOf(job, begin, end); }
+
+const LightSurfelsKernel kLightSurfelsAvx512 = {lightDirectly, addFlatBounce, addTiltedBounce, shapedBounce, storeSurfels, pullNodes};
 
 }  // namespace relume::cpu

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+// Rows of links with a cone, of any number of bands, many links at a time (PIC 4.6, Eq. (5), (6)). A row is cut into chunks;
+// for each chunk
+//   A. lanes are links: w_i = f * band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and the
+//      nodes' radiosity b = (Y, Co, Cg) beside it;
+//   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
+#pragma once
+
+#include "runtime/cpu/link_vectors.h"
+
+namespace relume::cpu {
+namespace {
+
+// Floats of the buffer w: a share of the first-level cache.
+constexpr int kBufferFloats = 6144;
+// Coefficients summed at a time: three sums each must stay in registers.
+constexpr int kBlock = kLanes == 16 ? 8 : 4;
+
+// Band ratios times f, without the constants that coneScale holds (formats/sh.h, coneBandRatios()).
+template <int kBands>
+inline void bandFactors(Floats f, Floats c, Floats* g) {
+  const Floats c2 = c * c, u = f + f * c, uc = u * c;
+  g[0] = f;
+  if constexpr (kBands > 1) g[1] = u;
+  if constexpr (kBands > 2) g[2] = uc;
+  if constexpr (kBands > 3) g[3] = u * (5.0f * c2 - 1.0f);
+  if constexpr (kBands > 4) g[4] = uc * (7.0f * c2 - 3.0f);
+  if constexpr (kBands > 5) g[5] = u * ((21.0f * c2 - 14.0f) * c2 + 1.0f);
+  if constexpr (kBands > 6) g[6] = uc * ((33.0f * c2 - 30.0f) * c2 + 5.0f);
+  if constexpr (kBands > 7) g[7] = u * (((429.0f * c2 - 495.0f) * c2 + 135.0f) * c2 - 5.0f);
+}
+
+// Orders m = kM .. kBands-1 of one group of links: w[i * stride] = g_l q_l^m(z) (x + i y)^m. The monic q obey
+// q_{l+1} = z q_l - (l² - m²) / (4 l² - 1) q_{l-1}.
+template <int kBands, int kM>
+inline void writeOrders(const Floats* g, Floats x, Floats y, Floats z, Floats re, Floats im, float* w, int stride) {
+  Floats previous{}, q = splat(1.0f);
+#pragma GCC unroll 8
+  for (int l = kM; l < kBands; ++l) {
+    const Floats gq = l == kM ? g[l] : g[l] * q;
+    if constexpr (kM == 0) {
+      store(w + (l * l + l) * stride, gq);
+    } else {
+      store(w + (l * l + l + kM) * stride, gq * re);
+      store(w + (l * l + l - kM) * stride, gq * im);
+    }
+    const float a = static_cast<float>(l * l - kM * kM) / static_cast<float>(4 * l * l - 1);
+    const Floats next = l == kM ? z : z * q - a * previous;
+    previous = q;
+    q = next;
+  }
+  if constexpr (kM + 1 < kBands) {
+    const Floats nextRe = kM == 0 ? x : re * x - im * y, nextIm = kM == 0 ? y : re * y + im * x;
+    writeOrders<kBands, kM + 1>(g, x, y, z, nextRe, nextIm, w, stride);
+  }
+}
+
+// Phase B for kCount coefficients from `first` on and kColors of Y, Co, Cg.
+template <int kCount, int kColors>
+inline void sumBlock(const float* w, int stride, const float* b, int bStride, int links, float* const* out, int first) {
+  Floats sum[kColors][kCount];
+  for (auto& color : sum) {
+    for (Floats& each : color) each = Floats{};
+  }
+  w += first * stride;
+  for (int k = 0; k < links; k += kLanes) {
+    Floats color[kColors];
+#pragma GCC unroll 3
+    for (int c = 0; c < kColors; ++c) color[c] = load<Floats>(b + c * bStride + k);
+#pragma GCC unroll 8
+    for (int i = 0; i < kCount; ++i) {
+      const Floats each = load<Floats>(w + i * stride + k);
+#pragma GCC unroll 3
+      for (int c = 0; c < kColors; ++c) sum[c][i] += each * color[c];
+    }
+  }
+#pragma GCC unroll 3
+  for (int c = 0; c < kColors; ++c) {
+#pragma GCC unroll 8
+    for (int i = 0; i < kCount; ++i) out[c][first + i] += sumLanes(sum[c][i]);
+  }
+}
+
+// Phase B for the coefficients [first, last).
+template <int kColors, int kCount>
+inline void sumCoefficients(const float* w, int stride, const float* b, int bStride, int links, float* const* out,
+                            int first, int last) {
+  for (; first + kCount <= last; first += kCount) sumBlock<kCount, kColors>(w, stride, b, bStride, links, out, first);
+  if constexpr (kCount > 1) {
+    if (first < last) sumCoefficients<kColors, kCount / 2>(w, stride, b, bStride, links, out, first, last);
+  }
+}
+
+// One row of links with a cone.
+template <class Links, int kBands>
+void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* out) {
+  const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
+  constexpr int kCoefficients = kBands * kBands;
+  constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
+  constexpr int kChunk = kWanted > 512 ? 512 : kWanted;
+  constexpr int kMost = kBlock < kCoefficients ? kBlock : kCoefficients;
+  alignas(64) float w[kCoefficients * kChunk];
+  alignas(64) float b[3 * kChunk];
+  const int chroma = job.chromaBands * job.chromaBands;
+  for (std::uint32_t at = begin; at < end; at += kChunk) {
+    const int count = end - at < kChunk ? static_cast<int>(end - at) : kChunk;
+    for (int k = 0; k < count; k += kLanes) {
+      const Links links(job, cache, std::size_t{at} + static_cast<std::size_t>(k), count - k);
+      Floats f, c, x, y, z, g[kBands];
+      links.unpack(f, c, x, y, z);
+      bandFactors<kBands>(f, c, g);
+      writeOrders<kBands, 0>(g, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
+      Floats luma, co, cg;
+      loadNodes(job.node, links.nodes(), luma, co, cg);
+      store(b + k, luma);
+      store(b + kChunk + k, co);
+      store(b + 2 * kChunk + k, cg);
+    }
+    sumCoefficients<3, kMost>(w, kChunk, b, kChunk, count, out, 0, chroma);
+    sumCoefficients<1, kMost>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);
+  }
+}
+
+using ConeRow = void (*)(const LightCachesJob&, std::uint32_t, float* const*);
+template <class Links>
+constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>, lightConeRow<Links, 4>,
+                                 lightConeRow<Links, 5>, lightConeRow<Links, 6>, lightConeRow<Links, 7>, lightConeRow<Links, 8>};
+
+}  // namespace
+}  // namespace relume::cpu

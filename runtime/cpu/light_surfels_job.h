@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// What the kernels of light_surfels.h and pull.h read and write: plain memory and no other header (vectors.h says why).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace relume::cpu {
+
+// Surfels are lit a block at a time, all of it in the first-level cache.
+constexpr std::uint32_t kSurfelBlock = 256;
+
+// A light with what every surfel would compute again.
+struct PreparedLight {
+  std::uint32_t kind = 0;       // LightKind
+  float position[3] = {};       // [m]
+  float direction[3] = {};      // unit
+  float intensity[3] = {};
+  float inverseRange2 = 0.0f;   // [1/m²] 0 = no range
+  float cosOuter = 0.0f, coneScale = 0.0f;  // a spot's smooth edge: 1 inside the inner angle, 0 outside the outer
+};
+
+struct LightSurfelsJob {
+  const std::uint32_t* word[4] = {};  // of the surfels (runtime/pack_surfel.h), each padded to whole blocks
+  float origin[3] = {}, step[3] = {};
+  const PreparedLight* light = nullptr;
+  std::uint32_t lightCount = 0;
+  float bounceScale = 0.0f;
+  const std::uint32_t* texel = nullptr;  // irradiance of each texel's cache for its own normal (runtime/pack_color.h)
+  std::int32_t mapWidth = 0, mapHeight = 0;
+  const std::uint32_t* mapCache = nullptr;  // cache of each texel, all ones = none
+  const float* lobe = nullptr;           // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
+  bool thirdBand = false;                // whether lobes have more than four coefficients
+  const float* coefficients = nullptr;   // of the caches, followed by 8 numbers more
+  std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
+};
+
+// A surfel that reads the light map for a normal that is not the map's.
+struct TiltedSurfel {
+  std::uint8_t slot;    // within its block
+  std::uint8_t angle;   // between its normal and the light map's: 255 = pi
+};
+
+// A receiver whose light depends on its normal: caches with weights that add up to 1, and its lobe of nine coefficients.
+struct ShapedReceiver {
+  std::uint32_t cache[16];
+  float weight[16];
+  std::uint32_t count;
+  float lobe[9];
+};
+
+// Irradiance and radiosity of a block: kSurfelBlock numbers each of red, green, blue.
+struct LightSurfelsKernel {
+  // e = irradiance by all lights without shadows.
+  void (*direct)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
+  // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
+  void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
+  // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's under
+  // their lobes. before: three numbers a surfel.
+  void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                          const float* before, float* e);
+  // Irradiance at one receiver; red, green and blue, not negative.
+  void (*shapedBounce)(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb);
+  // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
+  void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e, const float* emitted,
+                const std::uint32_t* at, std::uint32_t* node);
+  // node[at[i]] = weight of child 2 i times it, plus the rest of child 2 i + 1, at most kSurfelBlock nodes at a time.
+  // weight: 16 bits over 65534.
+  void (*pull)(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at, std::uint32_t count,
+               std::uint32_t* node);
+};
+
+extern const LightSurfelsKernel kLightSurfelsBaseline, kLightSurfelsAvx2, kLightSurfelsAvx512;
+
+}  // namespace relume::cpu

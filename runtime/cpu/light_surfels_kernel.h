@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+// The kernels of light_surfels.h and pull.h for one vector width (vectors.h): lanes are surfels, or nodes.
+#pragma once
+
+#include "runtime/cpu/light_surfels_job.h"
+#include "runtime/cpu/lobe.h"
+#include "runtime/cpu/vectors.h"
+
+namespace relume::cpu {
+namespace {
+
+struct Floats3 {
+  Floats x, y, z;
+};
+
+inline Floats dot(const Floats3& a, const Floats3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+inline Floats3 splat3(const float* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
+
+inline Ints loadWord(const LightSurfelsJob& job, int word, std::uint32_t first) { return load<Ints>(job.word[word] + first); }
+
+// Unsigned halves of words.
+inline Floats lowHalf(Ints v) { return toFloats(v & 0xFFFF); }
+inline Floats highHalf(Ints v) { return toFloats((v >> 16) & 0xFFFF); }
+
+inline Floats3 positions(const LightSurfelsJob& job, std::uint32_t first) {
+  const Ints xy = loadWord(job, 0, first);
+  return {job.origin[0] + job.step[0] * lowHalf(xy), job.origin[1] + job.step[1] * highHalf(xy),
+          job.origin[2] + job.step[2] * lowHalf(loadWord(job, 1, first))};
+}
+
+inline Floats3 normals(const LightSurfelsJob& job, std::uint32_t first) {
+  Floats3 n;
+  unpackDirections<12>(loadWord(job, 2, first), n.x, n.y, n.z);
+  return n;
+}
+
+// What a light's intensity is multiplied with. KHR_lights_punctual: E = I cos / d², with a window that ends at the range.
+inline Floats lightFactor(const PreparedLight& light, const Floats3& p, const Floats3& n) {
+  const Floats zero{}, one = splat(1.0f);
+  const Floats3 direction = splat3(light.direction);
+  if (light.kind == 0) return most(-dot(direction, n), zero);
+  const Floats3 toward{light.position[0] - p.x, light.position[1] - p.y, light.position[2] - p.z};
+  const Floats d2 = most(dot(toward, toward), splat(1e-12f));
+  const Floats cosineTimesD = most(dot(toward, n), zero);
+  const Floats inverseD = inverseSqrt(d2), share = d2 * light.inverseRange2;
+  Floats factor = cosineTimesD * inverseD / most(d2, splat(1e-8f)) * most(one - share * share, zero);
+  if (light.kind == 2) {
+    const Floats cosine = -dot(direction, toward) * inverseD;
+    const Floats t = least(most((cosine - light.cosOuter) * light.coneScale, zero), one);
+    factor *= t * t;
+  }
+  return factor;
+}
+
+inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e) {
+  for (std::uint32_t i = 0; i < count; i += kLanes) {
+    const Floats3 p = positions(job, first + i), n = normals(job, first + i);
+    Floats r{}, g{}, b{};
+    for (std::uint32_t k = 0; k < job.lightCount; ++k) {
+      const PreparedLight& light = job.light[k];
+      const Floats factor = lightFactor(light, p, n);
+      r += light.intensity[0] * factor;
+      g += light.intensity[1] * factor;
+      b += light.intensity[2] * factor;
+    }
+    store(e + i, r);
+    store(e + kSurfelBlock + i, g);
+    store(e + 2 * kSurfelBlock + i, b);
+  }
+}
+
+// Adds the colours of these texels, and their weights, where there are any.
+inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b, Floats& total) {
+  const Ints bits = gather(job.texel, texel);
+  weight = asFloats(asInts(weight) & (bits != -1));
+  Floats tr, tg, tb;
+  unpackColors(bits, tr, tg, tb);
+  r += weight * tr;
+  g += weight * tg;
+  b += weight * tb;
+  total += weight;
+}
+
+// The four texels around receivers and their weights, as texelsAround() of stencil.h.
+struct TexelQuads {
+  Ints texel[4];
+  Floats weight[4];
+
+  TexelQuads(const LightSurfelsJob& job, Ints receiver) {
+    const Floats zero{}, one = splat(1.0f);
+    const auto width = static_cast<float>(job.mapWidth), height = static_cast<float>(job.mapHeight);
+    const Floats x = least(most(lowHalf(receiver) * (width / 65535.0f) - 0.5f, zero), splat(width - 1.0f));
+    const Floats y = least(most(highHalf(receiver) * (height / 65535.0f) - 0.5f, zero), splat(height - 1.0f));
+    const Ints x0 = __builtin_convertvector(x, Ints), y0 = __builtin_convertvector(y, Ints);
+    // One texel on, but for the last.
+    const Ints right = (x0 + 1 < job.mapWidth) & 1, down = (y0 + 1 < job.mapHeight) & job.mapWidth;
+    const Floats fx = x - toFloats(x0), fy = y - toFloats(y0);
+    texel[0] = y0 * job.mapWidth + x0;
+    texel[1] = texel[0] + right;
+    texel[2] = texel[0] + down;
+    texel[3] = texel[1] + down;
+    weight[0] = (one - fx) * (one - fy);
+    weight[1] = fx * (one - fy);
+    weight[2] = (one - fx) * fy;
+    weight[3] = fx * fy;
+  }
+};
+
+inline void addFlatBounce(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e) {
+  for (std::uint32_t i = 0; i < count; i += kLanes) {
+    const Ints receiver = loadWord(job, 3, first + i);
+    const TexelQuads quads(job, receiver);
+    Floats r{}, g{}, b{}, total{};
+    for (int k = 0; k < 4; ++k) addTexels(job, quads.texel[k], quads.weight[k], r, g, b, total);
+    Floats scale = job.bounceScale / most(total, splat(1e-20f));
+    scale = asFloats(asInts(scale) & (receiver != -1) & (total > 0.0f));
+    store(e + i, load<Floats>(e + i) + scale * r);
+    store(e + kSurfelBlock + i, load<Floats>(e + kSurfelBlock + i) + scale * g);
+    store(e + 2 * kSurfelBlock + i, load<Floats>(e + 2 * kSurfelBlock + i) + scale * b);
+  }
+}
+
+typedef float Eight __attribute__((vector_size(32)));
+
+inline float sumEight(Eight v) {
+  const Float4 half = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  return (half[0] + half[2]) + (half[1] + half[3]);
+}
+
+// Y, Co, Cg under a lobe to red, green and blue, not negative.
+inline void toRgb(const float* yCoCg, float* rgb) {
+  const float t = yCoCg[0] - yCoCg[2], red = t + yCoCg[1], green = yCoCg[0] + yCoCg[2], blue = t - yCoCg[1];
+  rgb[0] = red > 0.0f ? red : 0.0f;
+  rgb[1] = green > 0.0f ? green : 0.0f;
+  rgb[2] = blue > 0.0f ? blue : 0.0f;
+}
+
+// Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more.
+struct LobeSum {
+  float first[3] = {};
+  Eight rest[3] = {};
+
+  __attribute__((always_inline)) void add(const LightSurfelsJob& job, std::uint32_t cache, float weight) {
+    const float* y = job.coefficients + (job.lumaCount + 2 * std::size_t{job.chromaCount}) * cache;
+    const float* channel[3] = {y, y + job.lumaCount, y + job.lumaCount + job.chromaCount};
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      first[c] += weight * channel[c][0];
+      rest[c] += weight * load<Eight>(channel[c] + 1);
+    }
+  }
+  // chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
+  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, float constant, Eight lobe, Eight chroma, float* rgb) const {
+    float e[3] = {constant * first[0] + sumEight(lobe * rest[0])};
+    if (job.chromaCount == 1 && job.lumaCount > 1) {
+      // Chroma follows luma.
+      const float ratio = first[0] > 0.0f ? e[0] / first[0] : 0.0f;
+      e[1] = ratio * first[1];
+      e[2] = ratio * first[2];
+    } else {
+      e[1] = constant * first[1] + sumEight(lobe * chroma * rest[1]);
+      e[2] = constant * first[2] + sumEight(lobe * chroma * rest[2]);
+    }
+    toRgb(e, rgb);
+  }
+};
+
+inline Eight storedChroma(const LightSurfelsJob& job) {
+  Eight stored;
+  for (std::uint32_t i = 0; i < 8; ++i) stored[i] = i + 1 < job.chromaCount ? 1.0f : 0.0f;
+  return stored;
+}
+
+// Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
+inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                            const float* before, float* e) {
+  const auto* lobes = reinterpret_cast<const std::uint32_t*>(job.lobe);
+  const Eight chroma = storedChroma(job);
+  for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
+    const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
+    Ints surfel{}, angle{};
+    for (std::uint32_t i = 0; i < here; ++i) {
+      surfel[i] = static_cast<std::int32_t>(first + tilted[begin + i].slot);
+      angle[i] = tilted[begin + i].angle;
+    }
+    Floats3 n;
+    unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
+    TexelQuads quads(job, gather(job.word[3], surfel));
+    alignas(64) std::uint32_t cache[4][kLanes];
+    alignas(64) float weight[4][kLanes], lobe[kLanes][16];
+    Floats total{};
+    for (int k = 0; k < 4; ++k) {
+      const Ints found = gather(job.mapCache, quads.texel[k]), isThere = found != -1;
+      const Ints index = found & isThere;
+      __builtin_memcpy(cache[k], &index, sizeof index);
+      quads.weight[k] = asFloats(asInts(quads.weight[k]) & isThere);
+      store(weight[k], quads.weight[k]);
+      total += quads.weight[k];
+    }
+    const Floats share = 1.0f / most(total, splat(1e-20f));
+    Floats vectors[9];
+    writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share, asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
+    for (int k = 0; k < 9; ++k) {
+      for (int i = 0; i < kLanes; ++i) lobe[i][(k + 7) % 16] = vectors[k][i];  // the first before a cache line's half
+    }
+    for (std::uint32_t i = 0; i < here; ++i) {
+      LobeSum sum;
+#pragma GCC unroll 4
+      for (int k = 0; k < 4; ++k) sum.add(job, cache[k][i], weight[k][i]);
+      float rgb[3];
+      sum.finish(job, lobe[i][7], load<Eight>(lobe[i] + 8), chroma, rgb);
+      float* at = e + tilted[begin + i].slot;
+      for (int c = 0; c < 3; ++c) at[c * static_cast<int>(kSurfelBlock)] = before[3 * (begin + i) + static_cast<std::uint32_t>(c)] + job.bounceScale * rgb[c];
+    }
+  }
+}
+
+inline void shapedBounce(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb) {
+  LobeSum sum;
+  for (std::uint32_t k = 0; k < receiver.count; ++k) sum.add(job, receiver.cache[k], receiver.weight[k]);
+  sum.finish(job, receiver.lobe[0], load<Eight>(receiver.lobe + 1), storedChroma(job), rgb);
+}
+
+// ditherOf() of runtime/pack_color.h.
+inline Floats dithers(Ints index) {
+  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
+  const Words hash = load<Words>(&index) * 2654435769u;
+  return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
+}
+
+// Up to kLanes packed colours to these nodes.
+inline void scatter(Ints colors, const std::uint32_t* at, std::uint32_t count, std::uint32_t* node) {
+  if (count >= kLanes) {
+    for (int i = 0; i < kLanes; ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
+  } else {
+    for (std::uint32_t i = 0; i < count; ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
+  }
+}
+
+inline void storeSurfels(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e,
+                         const float* emitted, const std::uint32_t* at, std::uint32_t* node) {
+  for (std::uint32_t i = 0; i < count; i += kLanes) {
+    const Ints redGreen = loadWord(job, 1, first + i), blue = loadWord(job, 2, first + i);
+    constexpr float kUnit = 1.0f / 255.0f;
+    Floats r = load<Floats>(e + i) * toFloats((redGreen >> 16) & 255) * kUnit;
+    Floats g = load<Floats>(e + kSurfelBlock + i) * toFloats((redGreen >> 24) & 255) * kUnit;
+    Floats b = load<Floats>(e + 2 * kSurfelBlock + i) * toFloats((blue >> 24) & 255) * kUnit;
+    if (emitted) {
+      r += load<Floats>(emitted + i);
+      g += load<Floats>(emitted + kSurfelBlock + i);
+      b += load<Floats>(emitted + 2 * kSurfelBlock + i);
+    }
+    // `at` has room for a whole block.
+    scatter(packColors(r, g, b, dithers(load<Ints>(at + i))), at + i, count - i, node);
+  }
+}
+
+// Words 0, 2, 4, .. of two vectors in a row, and words 1, 3, 5, ..
+inline void separate(Ints a, Ints b, Ints& even, Ints& odd) {
+#if RELUME_LANES == 16
+  even = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+  odd = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+#elif RELUME_LANES == 8
+  even = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14);
+  odd = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
+#else
+  even = __builtin_shufflevector(a, b, 0, 2, 4, 6);
+  odd = __builtin_shufflevector(a, b, 1, 3, 5, 7);
+#endif
+}
+
+inline void pullNodes(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at, std::uint32_t count,
+                      std::uint32_t* node) {
+  typedef std::uint16_t Halves __attribute__((vector_size(2 * RELUME_LANES)));
+  for (std::uint32_t i = 0; i < count; i += kLanes) {
+    Ints pair[2] = {};
+    Halves share{};
+    if (count - i >= kLanes) {
+      __builtin_memcpy(pair, child + 2 * i, sizeof pair);
+      __builtin_memcpy(&share, weight + i, sizeof share);
+    } else {
+      __builtin_memcpy(pair, child + 2 * i, 2 * sizeof(std::uint32_t) * (count - i));
+      __builtin_memcpy(&share, weight + i, sizeof(std::uint16_t) * (count - i));
+    }
+    Ints even, odd;
+    separate(pair[0], pair[1], even, odd);
+    Floats r, g, b, otherR, otherG, otherB;
+    unpackColors(even, r, g, b);
+    unpackColors(odd, otherR, otherG, otherB);
+    const Floats w = toFloats(__builtin_convertvector(share, Ints)) * (1.0f / 65534.0f);
+    const Ints mean = packColors(otherR + w * (r - otherR), otherG + w * (g - otherG), otherB + w * (b - otherB),
+                                 dithers(load<Ints>(at + i)));
+    scatter(mean, at + i, count - i, node);
+  }
+}
+
+}  // namespace
+}  // namespace relume::cpu

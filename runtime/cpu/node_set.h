@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Some nodes of the hierarchy, ascending, a bit each; which they are is read off a block at a time.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace relume::cpu {
+
+class NodeSet {
+ public:
+  // `contains(node)` for all nodes below count; `block`: members of a block.
+  template <class Contains>
+  NodeSet(std::uint32_t count, std::uint32_t block, const Contains& contains) : bits_((count + 63) / 64, 0), block_(block) {
+    for (std::uint32_t node = 0; node < count; ++node) {
+      if (!contains(node)) continue;
+      if (size_ % block == 0) begin_.push_back(node);
+      bits_[node / 64] |= std::uint64_t{1} << (node % 64);
+      ++size_;
+    }
+  }
+
+  std::uint32_t size() const { return size_; }
+  std::uint32_t blocks() const { return static_cast<std::uint32_t>(begin_.size()); }
+  // Write the members from number `first` on, `wanted` of them. [first + wanted <= size]
+  void read(std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) const {
+    if (wanted == 0) return;
+    std::uint32_t skip = first % block_, word = begin_[first / block_] / 64;
+    std::uint64_t bits = bits_[word] & (~std::uint64_t{0} << (begin_[first / block_] % 64));
+    for (auto here = static_cast<std::uint32_t>(std::popcount(bits)); here <= skip; here = static_cast<std::uint32_t>(std::popcount(bits))) {
+      skip -= here;
+      bits = bits_[++word];
+    }
+    for (; skip > 0; --skip) bits &= bits - 1;
+    for (;;) {
+      for (; bits != 0; bits &= bits - 1) {
+        *at++ = 64 * word + static_cast<std::uint32_t>(std::countr_zero(bits));
+        if (--wanted == 0) return;
+      }
+      bits = bits_[++word];
+    }
+  }
+  std::size_t bytes() const { return sizeof(std::uint64_t) * bits_.size() + sizeof(std::uint32_t) * begin_.size(); }
+
+ private:
+  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint32_t> begin_;  // first member of each block
+  std::uint32_t block_, size_ = 0;
+};
+
+}  // namespace relume::cpu

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// Rows of links that need no projection: irradiance links, lanes are links; and links with stored coefficients, sh and sh8,
+// a link at a time, lanes are coefficients.
+#pragma once
+
+#include "runtime/cpu/link_vectors.h"
+
+namespace relume::cpu {
+namespace {
+
+// Radiosity times f of kLanes links.
+inline void scaledColors(const LightCachesJob& job, const Heads& links, Floats& y, Floats& co, Floats& cg) {
+  loadNodes(job.node, links.nodes(), y, co, cg);
+  const Floats f = links.transfer();
+  y *= f;
+  co *= f;
+  cg *= f;
+}
+
+// The same into memory, whence sums read it spread over a vector: kLanes each of Y, Co, Cg.
+inline void storeColors(const LightCachesJob& job, const Heads& links, float* color) {
+  Floats y, co, cg;
+  scaledColors(job, links, y, co, cg);
+  store(color, y);
+  store(color + kLanes, co);
+  store(color + 2 * kLanes, cg);
+}
+
+// One row of irradiance links: coefficient 0 alone.
+inline void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  Floats sum[3] = {};
+  for (std::uint32_t at = begin; at < end; at += kLanes) {
+    Floats y, co, cg;
+    scaledColors(job, Heads(job, at, static_cast<int>(end - at < kLanes ? end - at : kLanes)), y, co, cg);
+    sum[0] += y;
+    sum[1] += co;
+    sum[2] += cg;
+  }
+  for (int c = 0; c < 3; ++c) out[c][0] = sumLanes(sum[c]);
+}
+
+// The signed bytes of a link of kind sh8 from `at` on, widened; reads none at or beyond `end`.
+inline Floats loadBytes(const std::int8_t* at, const std::int8_t* end) {
+  typedef std::int8_t Bytes __attribute__((vector_size(RELUME_LANES)));
+  Bytes bytes{};
+  if (end - at >= kLanes) {
+    bytes = load<Bytes>(at);
+  } else {
+    __builtin_memcpy(&bytes, at, static_cast<std::size_t>(end - at));
+  }
+  return toFloats(__builtin_convertvector(bytes, Ints));
+}
+
+// One row of sh8 links, a link at a time: lanes are coefficients.
+inline void lightSh8Row(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
+  const auto* bytes = reinterpret_cast<const std::int8_t*>(job.shape);
+  const std::int8_t* bytesEnd = bytes + job.shapeBytes;
+  const std::size_t stride = (std::size_t{job.shStride} + 3) / 4 * 4;
+  for (int first = 0; first < luma; first += kLanes) {
+    Floats sum[3] = {};
+    for (std::uint32_t at = begin; at < end; at += kLanes) {
+      const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
+      const Heads links(job, at, count);
+      float color[3 * kLanes];
+      storeColors(job, links, color);
+      for (int k = 0; k < count; ++k) {
+        const std::size_t link = std::size_t{at} + static_cast<std::size_t>(k);
+        const Floats c = loadBytes(bytes + link * stride + first, bytesEnd);
+        sum[0] += color[k] * c;
+        sum[1] += color[kLanes + k] * c;
+        sum[2] += color[2 * kLanes + k] * c;
+      }
+    }
+    for (int lane = 0; lane < kLanes && first + lane < luma; ++lane) {
+      const int i = first + lane;
+      out[0][i] = sum[0][lane] * job.sh8Scale[i];
+      if (i >= chroma) continue;
+      out[1][i] = sum[1][lane] * job.sh8Scale[i];
+      out[2][i] = sum[2][lane] * job.sh8Scale[i];
+    }
+  }
+}
+
+// kLanes halves from `at` on, widened; reads no half at or beyond `end`.
+inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
+  typedef std::uint16_t Halves __attribute__((vector_size(2 * RELUME_LANES)));
+  Halves halves{};
+  if (end - at >= kLanes) {
+    halves = load<Halves>(at);
+  } else {
+    __builtin_memcpy(&halves, at, sizeof(std::uint16_t) * static_cast<std::size_t>(end - at));
+  }
+#if RELUME_LANES == 16
+  return (Floats)_mm512_maskz_cvtph_ps(kAll, (__m256i)halves);
+#elif RELUME_LANES == 8 && defined(__F16C__)
+  return (Floats)_mm256_cvtph_ps((__m128i)halves);
+#else
+  return halfToFloat(__builtin_convertvector(halves, Ints));
+#endif
+}
+
+// Radiosity of the nodes of the links from `at` on into memory, as above.
+inline void storeColors(const LightCachesJob& job, std::size_t at, int count, float* color) {
+  Ints nodes{};
+  __builtin_memcpy(&nodes, job.shNode + at, sizeof(std::uint32_t) * static_cast<std::size_t>(count));
+  Floats y, co, cg;
+  loadNodes(job.node, nodes, y, co, cg);
+  store(color, y);
+  store(color + kLanes, co);
+  store(color + 2 * kLanes, cg);
+}
+
+inline void lightShRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
+  const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
+  const std::uint16_t* halvesEnd = job.shCoefficients + job.shHalfCount;
+  for (int first = 0; first < luma; first += kLanes) {
+    Floats sum[3] = {};
+    for (std::uint32_t at = begin; at < end; at += kLanes) {
+      const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
+      float color[3 * kLanes];
+      storeColors(job, at, count, color);
+      for (int k = 0; k < count; ++k) {
+        const std::size_t link = std::size_t{at} + static_cast<std::size_t>(k);
+        const Floats c = loadHalves(job.shCoefficients + link * job.shStride + first, halvesEnd);
+        sum[0] += color[k] * c;
+        sum[1] += color[kLanes + k] * c;
+        sum[2] += color[2 * kLanes + k] * c;
+      }
+    }
+    // Lanes beyond the bands wanted hold higher bands or the next link: leave them out.
+    for (int lane = 0; lane < kLanes && first + lane < luma; ++lane) {
+      out[0][first + lane] = sum[0][lane];
+      if (first + lane >= chroma) continue;
+      out[1][first + lane] = sum[1][lane];
+      out[2][first + lane] = sum[2][lane];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace relume::cpu

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// See surfel_set.h.
+#include "runtime/cpu/surfel_set.h"
+
+#include "runtime/pack_color.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace relume::cpu {
+
+std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels) {
+  std::vector<std::uint32_t> order;
+  order.reserve(surfels);
+  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
+    if (hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels) order.push_back(hierarchy.sender(node));
+  }
+  return order;
+}
+
+SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order, bool keepOrder)
+    : box_(boxOf(surfels.positionWorld)),
+      leaf_(hierarchy.nodeCount(), kSurfelBlock,
+            [&](std::uint32_t node) { return hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels.count(); }),
+      order_(std::move(order)),
+      skyLeaf_(hierarchy.leafNode.begin() + surfels.count(), hierarchy.leafNode.end()) {
+  const std::size_t padded = (order_.size() + kSurfelBlock - 1) / kSurfelBlock * kSurfelBlock;
+  for (auto& word : word_) word.assign(padded, 0);
+  for (std::uint32_t i = 0; i < order_.size(); ++i) {
+    const std::uint32_t s = order_[i];
+    const SurfelWords words =
+        packSurfel(box_, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s], ditherOf(i));
+    for (std::size_t k = 0; k < 4; ++k) word_[k][i] = words[k];
+    if (surfels.emission[s] != glm::vec3(0.0f)) emitter_.push_back({i, surfels.emission[s]});
+  }
+  emitter_.shrink_to_fit();
+  if (!keepOrder) order_ = {};
+}
+
+void SurfelSet::describe(LightSurfelsJob& job) const {
+  for (int k = 0; k < 3; ++k) {
+    job.origin[k] = box_.origin[k];
+    job.step[k] = box_.step[k];
+  }
+  for (std::size_t k = 0; k < 4; ++k) job.word[k] = word_[k].data();
+}
+
+std::span<const SurfelSet::Emitter> SurfelSet::emitters(std::uint32_t begin, std::uint32_t end) const {
+  const auto before = [](const Emitter& e, std::uint32_t surfel) { return e.surfel < surfel; };
+  const auto first = std::lower_bound(emitter_.begin(), emitter_.end(), begin, before);
+  return {first, std::lower_bound(first, emitter_.end(), end, before)};
+}
+
+std::size_t SurfelSet::bytes() const {
+  return 4 * sizeof(std::uint32_t) * word_[0].size() + leaf_.bytes() + sizeof(std::uint32_t) * (order_.size() + skyLeaf_.size()) +
+         sizeof(Emitter) * emitter_.size();
+}
+
+glm::vec3 surfelPosition(const LightSurfelsJob& job, std::uint32_t i) {
+  const std::uint32_t xy = job.word[0][i], z = job.word[1][i];
+  const glm::vec3 q(static_cast<float>(xy & 0xFFFFu), static_cast<float>(xy >> 16), static_cast<float>(z & 0xFFFFu));
+  return glm::vec3(job.origin[0], job.origin[1], job.origin[2]) + glm::vec3(job.step[0], job.step[1], job.step[2]) * q;
+}
+
+glm::vec3 unpackSurfelNormal(std::uint32_t word) {
+  const auto part = [word](int shift) {
+    return static_cast<float>(static_cast<std::int32_t>(word << (20 - shift)) >> 20) * (1.0f / 2047.0f);
+  };
+  glm::vec3 d(part(0), part(12), 0.0f);
+  d.z = 1.0f - std::abs(d.x) - std::abs(d.y);
+  const float fold = std::max(-d.z, 0.0f);
+  d.x -= d.x < 0.0f ? -fold : fold;
+  d.y -= d.y < 0.0f ? -fold : fold;
+  return glm::normalize(d);
+}
+
+}  // namespace relume::cpu

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// The surfels as the CPU backend keeps them: packed (runtime/pack_surfel.h), in the order of their leaves in the hierarchy,
+// which lie near each other in space when they are near in order. So neighbours read the same caches, and leaves are
+// written in order.
+#pragma once
+
+#include "formats/bake.h"
+#include "runtime/cpu/light_surfels_job.h"
+#include "runtime/cpu/node_set.h"
+#include "runtime/pack_surfel.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace relume::cpu {
+
+// Surfels by ascending leaf. [Size n_S]
+std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels);
+
+class SurfelSet {
+ public:
+  struct Emitter {
+    std::uint32_t surfel;  // in leaf order
+    glm::vec3 emission;    // [W/m²/sr]
+  };
+
+  // keepOrder: whether bakedSurfel() will be asked for.
+  SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order, bool keepOrder = true);
+
+  std::uint32_t count() const { return leaf_.size(); }
+  // Places and words of `job`.
+  void describe(LightSurfelsJob& job) const;
+  // Nodes of the surfels of a block.
+  void leaves(std::uint32_t block, std::uint32_t count, std::uint32_t* at) const { leaf_.read(block * kSurfelBlock, count, at); }
+  // Emitters among the surfels [begin, end), ascending.
+  std::span<const Emitter> emitters(std::uint32_t begin, std::uint32_t end) const;
+  // Surfel of the bake by place in leaf order. Only with keepOrder.
+  std::uint32_t bakedSurfel(std::uint32_t i) const { return order_[i]; }
+  std::span<const std::uint32_t> skyLeaves() const { return skyLeaf_; }  // [Size sky patches]
+  std::size_t bytes() const;
+
+ private:
+  SurfelBox box_;
+  std::array<std::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
+  NodeSet leaf_;
+  std::vector<std::uint32_t> order_;                // [Size n_S], or 0
+  std::vector<Emitter> emitter_;
+  std::vector<std::uint32_t> skyLeaf_;
+};
+
+// Where surfel `i` is, and its normal, as the kernels unpack them.
+glm::vec3 surfelPosition(const LightSurfelsJob& job, std::uint32_t i);
+glm::vec3 unpackSurfelNormal(std::uint32_t word);
+
+}  // namespace relume::cpu

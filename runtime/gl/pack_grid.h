@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The grid as one buffer of words, in the order that shaders/resolve.glsl reads: caches of the lattice's points, bricks
+// of its cells, the bricks, then for each cache of the grid its position and how far it sees.
+#pragma once
+
+#include "formats/caches.h"
+#include "formats/grid_depth.h"
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+#include <bit>
+#include <vector>
+
+namespace relume::gl {
+
+static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
+
+struct PackedGrid {
+  std::vector<std::uint32_t> words;
+  RelumeResolve resolve{};
+};
+
+inline PackedGrid packGrid(const Caches& caches) {
+  const CacheGrid& grid = caches.grid;
+  PackedGrid packed;
+  std::vector<std::uint32_t>& words = packed.words;
+  RelumeResolve& resolve = packed.resolve;
+  resolve.gridOriginWorld = grid.originWorld;
+  resolve.gridSpacing = grid.spacing;
+  resolve.gridResolution = grid.resolution;
+  resolve.gridDepthUnit = grid.depthUnit();
+  resolve.gridFinestSpacing = grid.finestSpacing();
+  words.assign(grid.cache.begin(), grid.cache.end());
+  resolve.gridBricks = grid.brick.empty() ? kRelumeNone : static_cast<std::uint32_t>(words.size());
+  words.insert(words.end(), grid.brick.begin(), grid.brick.end());
+  resolve.gridFine = static_cast<std::uint32_t>(words.size());
+  words.insert(words.end(), grid.fine.begin(), grid.fine.end());
+  resolve.gridCaches = static_cast<std::uint32_t>(words.size());
+
+  // Every cache that the grid reads has a record.
+  std::uint32_t count = 0;
+  const auto grow = [&](std::uint32_t cache) { count = cache >= kHangingPoint ? count : std::max(count, cache + 1); };
+  for (const std::uint32_t cache : grid.cache) grow(cache);
+  for (const std::uint32_t cache : grid.fine) grow(cache);
+  resolve.gridDepthWords = grid.depth.empty() ? 0 : kDepthWords;
+  for (std::uint32_t cache = 0; cache < count; ++cache) {
+    for (int k = 0; k < 3; ++k) words.push_back(std::bit_cast<std::uint32_t>(caches.positionWorld[cache][k]));
+    const auto depth = grid.depth.span().subspan(std::size_t{resolve.gridDepthWords} * cache, resolve.gridDepthWords);
+    words.insert(words.end(), depth.begin(), depth.end());
+  }
+  return packed;
+}
+
+}  // namespace relume::gl
