@@ -1,37 +1,51 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Build the libFuzzer targets and run each for a while. Stops with an error at the first crash, hang or leak; the input
-# that did it is kept in build/fuzz/findings.
+# Build the libFuzzer targets (clang, ASan and UBSan) and run each for a while. Stops with an error at the first crash, leak,
+# or input that costs more than a second of CPU time; the input that did it is kept in build/fuzz/findings.
 #   tests/fuzz.sh                     a minute each
-#   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only (bake_file, gltf, options)
+#   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only (--seconds N: seconds)
+# Targets: bake_file, gltf (a scene alone in its folder), gltf_files (beside a buffer and an image), options.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-minutes=1
-names=(bake_file gltf options)
+seconds=60
+names=(bake_file gltf gltf_files options)
 while [ $# -gt 0 ]; do
   case "$1" in
-    --minutes) minutes="${2:?--minutes needs a number}"; shift 2 ;;
-    bake_file|gltf|options) names=("$1"); shift ;;
-    *) echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, bake_file, gltf, options)" >&2; exit 1 ;;
+    --minutes) seconds=$((60 * ${2:?--minutes needs a number})); shift 2 ;;
+    --seconds) seconds="${2:?--seconds needs a number}"; shift 2 ;;
+    bake_file|gltf|gltf_files|options) names=("$1"); shift ;;
+    *) echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N, bake_file, gltf, gltf_files, options)" >&2; exit 1 ;;
   esac
 done
 
-cmake --preset fuzz
+cmake --preset fuzz -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/fuzz --parallel "$(nproc)" --target "${names[@]/#/fuzz_}"
 
-# Seeds: the fixtures (with the byte that asks for checksums to be made to fit), options, small scenes (also of RELUME_SHARED_DIR when
-# it is set).
-corpus=build/fuzz/corpus
-mkdir -p "$corpus"/{bake_file,gltf,options} build/fuzz/findings
-for fixture in tests/golden/*.relume; do
-  { printf '\1'; cat "$fixture"; } > "$corpus/bake_file/$(basename "$fixture")"
+# Seeds: tests/fuzz/seeds, the fixtures of all format versions, small scenes (of RELUME_SHARED_DIR when it is set).
+seeds=build/fuzz/seeds corpus=build/fuzz/corpus findings=build/fuzz/findings
+for name in "${names[@]}"; do
+  mkdir -p "$seeds/$name" "$corpus/$name" "$findings"
+  [ ! -d "tests/fuzz/seeds/$name" ] || cp tests/fuzz/seeds/"$name"/* "$seeds/$name/"
 done
-cp tests/fuzz/seeds/*.json "$corpus/options/"
-find samples tests/fuzz/seeds "${RELUME_SHARED_DIR:-/nonexistent}/scenes/conformance" -name '*.gl[bt]*' -size -64k -exec cp -t "$corpus/gltf" {} + 2>/dev/null || true
+[ ! -d "$seeds/bake_file" ] || cp tests/golden/*.relume "$seeds/bake_file/"
+if [ -d "$seeds/gltf" ] && [ -d "${RELUME_SHARED_DIR:-}/scenes/conformance" ]; then
+  find "$RELUME_SHARED_DIR/scenes/conformance" -name '*.gl[bt]*' -size -8k -exec cp -f {} "$seeds/gltf/" \;
+fi
 
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=16  # half the time goes into stacks of allocations otherwise
+failed=0
 for name in "${names[@]}"; do
-  echo "== fuzz_$name, $minutes min"
-  "build/fuzz/tests/fuzz/fuzz_$name" -max_total_time=$((minutes * 60)) -timeout=1 -rss_limit_mb=2048 -max_len=65536 \
-    -artifact_prefix="build/fuzz/findings/$name-" -print_final_stats=1 "$corpus/$name"
+  echo "== fuzz_$name, $seconds s"
+  "build/fuzz/tests/fuzz/fuzz_$name" -max_total_time="$seconds" -timeout=60 -report_slow_units=1 -rss_limit_mb=2048 \
+    -max_len=8192 -entropic=0 -artifact_prefix="$findings/$name-" -print_final_stats=1 "$corpus/$name" "$seeds/$name"
+  # What took over a second by the clock must not have: again, by CPU time.
+  for slow in "$findings/$name"-slow-unit-*; do
+    [ -e "$slow" ] || continue
+    if (ulimit -t 2 && "build/fuzz/tests/fuzz/fuzz_$name" "$slow" >/dev/null 2>&1); then rm "$slow"; else
+      echo "fuzz_$name: slow: $slow" >&2
+      failed=1
+    fi
+  done
 done
+exit "$failed"

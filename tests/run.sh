@@ -1,21 +1,47 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Install what is missing, build, and run all tests. Works from a fresh clone on a bare Debian 12, as root or with sudo.
-#   tests/run.sh            the default suite (under 15 minutes on 2 cores)
-#   tests/run.sh --long     and the long runs: full accuracy, full conformance, a million surfels
+#   tests/run.sh            the release suite; the same under ASan and UBSan; runtime and formats under TSan; a short fuzzing
+#                           (docs/TRUST.md)
+#   tests/run.sh --release  the release suite alone
+#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source samples/common/setup.sh
 
 export RELUME_LONG_TESTS=0
+sanitizers=1
 for argument in "$@"; do
   case "$argument" in
     --long) export RELUME_LONG_TESTS=1 ;;
-    *) echo "tests/run.sh: unknown argument '$argument' (known: --long)" >&2; exit 1 ;;
+    --release) sanitizers=0 ;;
+    *) echo "tests/run.sh: unknown argument '$argument' (known: --release, --long)" >&2; exit 1 ;;
   esac
 done
 
+step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
+
 install_packages packages.txt
+install_packages tests/packages.txt || echo "tests/packages.txt: not all installed, the tests that need them skip" >&2
+
+step "release"
 cmake --preset release
 cmake --build build/release --parallel "$(nproc)"
-ctest --test-dir build/release --output-on-failure --no-tests=error
+ctest --preset release --no-tests=error
+[ "$sanitizers" -eq 1 ] || exit 0
+
+# The long runs are of the release build: the sanitizers see the default suite.
+export RELUME_LONG_TESTS=0
+step "threads: TSan"
+cmake --preset tsan
+cmake --build build/tsan --parallel "$(nproc)" --target relume_tests
+ctest --preset tsan --no-tests=error
+
+step "memory and undefined behaviour: ASan, UBSan"
+cmake --preset dev -DRELUME_BUILD_SAMPLES=OFF
+cmake --build build/dev --parallel "$(nproc)" --target relume_tests
+ctest --preset dev --no-tests=error
+
+step "fuzzing"
+tests/fuzz.sh --seconds 15
+step "done"

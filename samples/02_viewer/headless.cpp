@@ -40,7 +40,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
-  auto viewer = Viewer::create(scene, bake, options.shadowSize);
+  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands);
   if (!viewer) return viewer.error();
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);
   const GlTexture color = GlTexture::make(), depth = GlTexture::make();

@@ -22,7 +22,7 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
-  std::string size = "1280x720";
+  std::string size = "1280x720", bands;
   CLI::App app{"Relume's viewer: fly through a level, move its lights, look at what the relighter does.",
                "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
@@ -34,6 +34,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
+  app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
   app.add_option("--exposure", o.exposure, "stops")->check(CLI::Range(-30.0, 30.0))->capture_default_str();
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
@@ -63,6 +64,12 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (!parseSize(size, o.width, o.height))
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
+  if (!bands.empty()) {
+    const std::optional<Bands> named = bandsByName(bands);
+    if (!named)
+      return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
+    o.bands = *named;
+  }
   return o;
 }
 

@@ -100,13 +100,16 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& names, V
 
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize) {
+Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize,
+                              const Bands& bands) {
   auto level = GlLevel::create(scene, &bake.caches.lightmap);
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
   RelightOptions options;
   options.backend = Backend::gl;
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
   options.visibilityGlsl = ShadowMaps::glsl();
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();

@@ -118,7 +118,7 @@ Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& opti
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
-  auto viewer = Viewer::create(scene, bake, options.shadowSize);
+  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands);
   if (!viewer) return viewer.error();
   return loop(window.get(), scene, bake, *viewer, *state);
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The accuracy suite: bakes each level once with the `relume` binary, renders every reference's camera and lights, and
-// compares. Prints a table, writes it as Markdown on request, and fails when a figure is above its bound (levels.h).
+// The accuracy suite: bakes each level with the `relume` binary, once a setting, renders every reference's camera and
+// lights, and compares. Prints tables, writes them as Markdown on request, and fails when a figure is above its bound
+// (levels.h).
 // Indirect light answers to DiffInd; of emitters, `bounced` answers to DiffInd and `indirect` to DiffDir + DiffInd.
 #include "bake/tools/image_io.h"
 #include "tests/accuracy/compare_images.h"
 #include "tests/accuracy/levels.h"
+#include "tests/accuracy/report.h"
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -26,15 +29,8 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string relume, shared, source, work, report, date;
-  std::vector<std::string> levels;
+  std::vector<std::string> levels, settings{"paper"};
   bool all = false, reuse = false;
-};
-
-struct Row {
-  std::string image, aov;
-  ImageDifference difference;
-  const AccuracyBound* bound = nullptr;
-  bool passed = true;
 };
 
 // Run a program to its end; its exit status, or -1.
@@ -82,9 +78,9 @@ Result<View> parseName(const std::string& stem) {
   return view;
 }
 
-const AccuracyBound* boundOf(const std::string& image, const std::string& aov) {
+const AccuracyBound* boundOf(const AccuracySetting& setting, const std::string& image, const std::string& aov) {
   for (const AccuracyBound& bound : kAccuracyBounds) {
-    if (bound.image == image && bound.aov == aov) return &bound;
+    if (std::string_view(bound.setting) == setting.name && bound.image == image && bound.aov == aov) return &bound;
   }
   return nullptr;
 }
@@ -98,8 +94,9 @@ bool isWithin(const ImageDifference& d, const AccuracyBound* bound) {
 }
 
 // Render one reference's view and compare; a row per quantity.
-Status compareView(const Arguments& arguments, const AccuracyLevel& level, const fs::path& scene, const fs::path& bake,
-                   const fs::path& referencePath, std::vector<Row>& rows) {
+Status compareView(const Arguments& arguments, const AccuracyLevel& level, const AccuracySetting& setting,
+                   const fs::path& scene, const fs::path& bake, const fs::path& referencePath,
+                   std::vector<AccuracyRow>& rows) {
   const auto reference = readExr(referencePath);
   if (!reference) return reference.error();
   const auto view = parseName(referencePath.stem().string());
@@ -108,7 +105,7 @@ Status compareView(const Arguments& arguments, const AccuracyLevel& level, const
   if (view->emissive) quantities = {{"bounced", {"DiffInd"}}, {"indirect", {"DiffDir", "DiffInd"}}};
 
   for (const auto& [aov, layers] : quantities) {
-    const fs::path image = fs::path(arguments.work) / (std::string(level.name) + "." + referencePath.stem().string() + "." + aov + ".exr");
+    const fs::path image = fs::path(arguments.work) / (std::string(level.name) + "." + setting.name + "." + referencePath.stem().string() + "." + aov + ".exr");
     const std::string size = std::to_string(reference->width) + "x" + std::to_string(reference->height);
     Status drawn = runRelume(arguments, {"render", scene.string(), "--bake", bake.string(), "--camera", view->camera,
                                          "--lights", view->lights, "--bounces", view->bounces, "--aov", aov, "--size",
@@ -120,15 +117,30 @@ Status compareView(const Arguments& arguments, const AccuracyLevel& level, const
     options.layers = layers;
     const auto difference = compareImages(*reference, *candidate, options);
     if (!difference) return Error{difference.error().code, image.string() + ": " + difference.error().message};
-    Row row{std::string(level.name) + "/" + referencePath.stem().string(), aov, *difference, nullptr, true};
-    row.bound = boundOf(row.image, aov);
+    AccuracyRow row{std::string(level.name) + "/" + referencePath.stem().string(), aov, *difference, nullptr, true};
+    row.bound = boundOf(setting, row.image, aov);
     row.passed = isWithin(row.difference, row.bound);
     rows.push_back(row);
   }
   return done();
 }
 
-Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, std::vector<Row>& rows) {
+// What `relume bake --report` says of a bake.
+Result<AccuracyBake> readBakeReport(const std::string& level, const fs::path& path) {
+  std::ifstream file(path);
+  const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
+  if (json.is_discarded() || !json.contains("seconds")) {
+    return Error{ErrorCode::invalidFile, path.string() + ": a report of `relume bake` expected"};
+  }
+  AccuracyBake bake{level, json["seconds"], json["peakMemoryMiB"], json["surfels"], json["caches"], json["links"], 0};
+  for (const nlohmann::json& stage : json["stages"]) {
+    if (stage["figures"].contains("triangles")) bake.triangles = static_cast<std::uint64_t>(stage["figures"]["triangles"].get<double>());
+  }
+  return bake;
+}
+
+Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, const AccuracySetting& setting,
+                    AccuracyTable& table) {
   const fs::path scene = fs::path(level.shipped ? arguments.source : arguments.shared) / level.scene;
   const fs::path folder = level.shipped ? fs::path(arguments.source) / "tests/accuracy/references" / level.name
                                         : fs::path(arguments.shared) / "references" / level.name;
@@ -142,97 +154,50 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, std:
   }
   std::sort(references.begin(), references.end());
 
-  const fs::path bake = fs::path(arguments.work) / (std::string(level.name) + ".relume");
-  if (!arguments.reuse || !fs::exists(bake)) {
-    std::vector<std::string> words{"bake", scene.string(), "-o", bake.string(), "--progress", "none"};
-    words.insert(words.end(), level.bakeOptions.begin(), level.bakeOptions.end());
+  const std::string stem = std::string(level.name) + "." + setting.name;
+  const fs::path bake = fs::path(arguments.work) / (stem + ".relume"), report = fs::path(arguments.work) / (stem + ".json");
+  if (!arguments.reuse || !fs::exists(bake) || !fs::exists(report)) {
+    std::vector<std::string> words{"bake", scene.string(), "-o", bake.string(), "--report", report.string(), "--force",
+                                   "--progress", "none"};
+    const std::vector<std::string> options = bakeOptionsOf(level, setting);
+    words.insert(words.end(), options.begin(), options.end());
     if (Status baked = runRelume(arguments, words); !baked) return baked;
   }
+  const Result<AccuracyBake> baked = readBakeReport(level.name, report);
+  if (!baked) return baked.error();
+  table.bakes.push_back(*baked);
   for (const fs::path& reference : references) {
-    if (Status ok = compareView(arguments, level, scene, bake, reference, rows); !ok) return ok;
+    if (Status ok = compareView(arguments, level, setting, scene, bake, reference, table.rows); !ok) return ok;
   }
   return done();
-}
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", 100.0 * share);
-  return text;
-}
-
-std::string boundText(const AccuracyBound* bound) {
-  if (bound == nullptr) return "";
-  std::string text;
-  if (bound->rmseClean > 0) text += "rmse ≤ " + percent(bound->rmseClean);
-  if (bound->rmseTrimmed > 0) text += std::string(text.empty() ? "" : ", ") + "t1 ≤ " + percent(bound->rmseTrimmed);
-  if (bound->energy > 0) text += std::string(text.empty() ? "" : ", ") + "energy ± " + percent(bound->energy);
-  return text;
-}
-
-std::string table(const std::vector<Row>& rows) {
-  std::string text =
-      "| reference | quantity | rmse % | t1 % | energy | p95 % | noise % | bound % | |\n"
-      "| --- | --- | ---: | ---: | ---: | ---: | ---: | --- | --- |\n";
-  for (const Row& row : rows) {
-    char energy[32];
-    std::snprintf(energy, sizeof energy, "%.3f", row.difference.energy);
-    const ImageDifference& d = row.difference;
-    text += "| `" + row.image + "` | " + row.aov + " | " + percent(d.rmseClean) + " | " + percent(d.rmseTrimmed) + " | " +
-            energy + " | " + percent(d.blockP95) + " | " + percent(d.noise) + " | " + boundText(row.bound) + " | " +
-            (row.passed ? (row.bound ? "ok" : "") : "**above**") + " |\n";
-  }
-  return text;
-}
-
-std::string reportText(const Arguments& arguments, const std::vector<Row>& rows) {
-  std::string text =
-      "# Accuracy\n\n"
-      "Relume's light against path-traced references (Cycles; `two_rooms`: `relume reference`), made by "
-      "`tests/accuracy`" + (arguments.date.empty() ? std::string() : " on " + arguments.date) + ".\n\n"
-      "`rmse` is the relative root mean square error with the reference's own noise removed, `t1` the same without the "
-      "worst 1 % of the pixels, `energy` the sum of light over the reference's, `p95` the 95th percentile of the "
-      "relative error of 4 x 4 pixel blocks, `noise` what the reference itself is off by. `indirect` is reflected light "
-      "(of emitters: all their light), `bounced` only what was reflected. Pixels at edges, of emitters and of nearly "
-      "black surfaces do not count.\n\n" + table(rows) + "\n## How they were baked\n\n";
-  for (const AccuracyLevel& level : kAccuracyLevels) {
-    const auto shown = [&](const Row& row) { return row.image.starts_with(std::string(level.name) + "/"); };
-    if (std::none_of(rows.begin(), rows.end(), shown)) continue;
-    text += std::string("- `") + level.name + "`: `relume bake";
-    for (const std::string& word : level.bakeOptions) text += " " + word;
-    text += "`\n";
-  }
-  bool first = true;
-  for (const AccuracyNote& note : kAccuracyNotes) {
-    const auto shown = [&](const Row& row) { return row.image.starts_with(std::string(note.level) + "/"); };
-    if (std::none_of(rows.begin(), rows.end(), shown)) continue;
-    if (first) text += "\n## Notes\n\n";
-    first = false;
-    text += std::string("- `") + note.level + "`: " + note.text + "\n";
-  }
-  return text;
 }
 
 int measure(const Arguments& arguments) {
   std::error_code ec;
   fs::create_directories(arguments.work, ec);
-  std::vector<Row> rows;
-  bool failed = false;
-  for (const AccuracyLevel& level : kAccuracyLevels) {
-    const bool named = std::count(arguments.levels.begin(), arguments.levels.end(), level.name) > 0;
-    if (!named && (!arguments.levels.empty() || !(arguments.all || level.quick))) continue;
-    if (const Status ok = measureLevel(arguments, level, rows); !ok) {
-      std::fprintf(stderr, "accuracy: %s: %s\n", level.name, ok.error().message.c_str());
-      failed = true;
+  std::vector<AccuracyTable> tables;
+  bool failed = false, empty = true;
+  for (const AccuracySetting& setting : kAccuracySettings) {
+    if (std::count(arguments.settings.begin(), arguments.settings.end(), setting.name) == 0) continue;
+    AccuracyTable& table = tables.emplace_back(AccuracyTable{&setting, {}, {}});
+    for (const AccuracyLevel& level : kAccuracyLevels) {
+      const bool named = std::count(arguments.levels.begin(), arguments.levels.end(), level.name) > 0;
+      if (!named && (!arguments.levels.empty() || !(arguments.all || level.quick))) continue;
+      if (const Status ok = measureLevel(arguments, level, setting, table); !ok) {
+        std::fprintf(stderr, "accuracy: %s: %s\n", level.name, ok.error().message.c_str());
+        failed = true;
+      }
     }
+    std::printf("%s\n%s\n", setting.title, accuracyRows(table).c_str());
+    for (const AccuracyRow& row : table.rows) failed = failed || !row.passed;
+    empty = empty && table.rows.empty();
   }
-  std::printf("%s", table(rows).c_str());
-  for (const Row& row : rows) failed = failed || !row.passed;
   if (!arguments.report.empty()) {
-    std::ofstream(arguments.report) << reportText(arguments, rows);
+    std::ofstream(arguments.report) << accuracyReport(tables, arguments.date);
     std::printf("wrote %s\n", arguments.report.c_str());
   }
-  if (rows.empty()) std::fprintf(stderr, "accuracy: nothing was measured\n");
-  return failed || rows.empty() ? 1 : 0;
+  if (empty) std::fprintf(stderr, "accuracy: nothing was measured\n");
+  return failed || empty ? 1 : 0;
 }
 
 }  // namespace
@@ -246,6 +211,9 @@ int main(int argc, char** argv) {
   app.add_option("--source", arguments.source, "the project's folder, with samples/ and tests/accuracy/references/");
   app.add_option("--work", arguments.work, "folder for bakes and images")->required();
   app.add_option("--levels", arguments.levels, "only these levels, separated by commas")->delimiter(',');
+  app.add_option("--settings", arguments.settings, "how to bake: paper, medium, high, best, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"paper", "medium", "high", "best"}));
   app.add_option("--report", arguments.report, "write the table as Markdown");
   app.add_option("--date", arguments.date, "date named in the report");
   app.add_flag("--all", arguments.all, "all levels; also by RELUME_LONG_TESTS=1 in the environment");

@@ -48,7 +48,7 @@ Status Stages::prepare() {
   Result<PlacedSurfels> placed = placeSurfels(*tracer, space, options.surfels, options.seed, context);
   if (!placed) return placed.error();
   surfels = std::move(*placed);
-  Result<Hierarchy> tree = clusterSurfels(surfels.surfels, options.links.skyPatches, options.clustering, context);
+  Result<Hierarchy> tree = clusterSurfels(*tracer, surfels.surfels, options.links.skyPatches, options.clustering, context);
   if (!tree) return tree.error();
   hierarchy = std::move(*tree);
   Result<Caches> receivers = placeCaches(*tracer, space, options.caches, options.seed, context);
@@ -69,7 +69,7 @@ bool placeAll(Stages& s) {
 }
 bool clusterAll(Stages& s) {
   return static_cast<bool>(
-      clusterSurfels(s.surfels.surfels, s.options.links.skyPatches, s.options.clustering, s.context));
+      clusterSurfels(*s.tracer, s.surfels.surfels, s.options.links.skyPatches, s.options.clustering, s.context));
 }
 bool unwrapAll(Stages& s) {
   std::vector<bool> seen(s.scene.meshes.size(), false);

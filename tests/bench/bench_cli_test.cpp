@@ -32,6 +32,13 @@ std::vector<std::string> small(std::vector<std::string> more) {
   return more;
 }
 
+TEST_F(Bench, lightsTheBandsItIsTold) {
+  const ProgramResult result = run(small({kLevel, "--relight-bands", "Y3Co1Cg1", "--json"}));
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("settings").at(0).at("relight").at(0).at("bands"), "Y3Co1Cg1");
+  EXPECT_EQ(run(small({kLevel, "--relight-bands", "Y1Co3Cg3"})).status, 1);
+}
+
 TEST_F(Bench, jsonHoldsStagesPassesAndBuffers) {
   const ProgramResult result = run(small({kLevel, "--bakes", "2", "--json"}));
   ASSERT_EQ(result.status, 0) << result.err;

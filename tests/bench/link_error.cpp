@@ -6,8 +6,8 @@
 #include "formats/bake_file.h"
 #include "formats/compact_links.h"
 #include "formats/sh.h"
-#include "formats/color.h"
 #include "runtime/cpu/light_caches.h"
+#include "runtime/pack_color.h"
 #include "runtime/relighter.h"
 
 #include <glm/geometric.hpp>
@@ -37,7 +37,7 @@ T orExit(Result<T> result) {
 }
 
 // Radiosity of all nodes under some light.
-std::vector<glm::vec4> lightNodes(const Bake& bake) {
+std::vector<std::uint32_t> lightNodes(const Bake& bake) {
   Relighter relighter = orExit(Relighter::create(bake, {}));
   std::vector<Light> lights(2);
   lights[0] = {.kind = LightKind::directional, .intensity = glm::vec3(30, 28, 25), .direction = glm::normalize(glm::vec3(0.3f, -1, 0.2f))};
@@ -46,8 +46,8 @@ std::vector<glm::vec4> lightNodes(const Bake& bake) {
   LightSetup setup;
   setup.lights = lights;
   for (int frame = 0; frame < 4; ++frame) relighter.relight(setup);
-  std::vector<glm::vec4> nodes;
-  for (const glm::vec3& rgb : relighter.nodeRadiosity()) nodes.emplace_back(rgbToYCoCg(rgb), 0.0f);
+  std::vector<std::uint32_t> nodes;
+  for (const glm::vec3& rgb : relighter.nodeRadiosity()) nodes.push_back(packColor(rgb, 0.5f));
   return nodes;
 }
 
@@ -56,10 +56,11 @@ struct Measured {
   double ms = 0.0;  // least of the repetitions, CPU time of one thread
 };
 
-Measured measure(const Links& links, const std::vector<glm::vec4>& nodes, int repetitions) {
+Measured measure(const Links& links, const std::vector<std::uint32_t>& nodes, int repetitions) {
   Measured m;
   m.coefficients.resize(links.cacheCount() * kStride);
   m.ms = 1e30;
+  const cpu::LinkSet set(links);
   const auto now = [] {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -67,7 +68,7 @@ Measured measure(const Links& links, const std::vector<glm::vec4>& nodes, int re
   };
   for (int i = 0; i < repetitions; ++i) {
     const double start = now();
-    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), links, nodes, kBands, kBands, m.coefficients, {});
+    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), set, nodes, kBands, kBands, m.coefficients, {});
     m.ms = std::min(m.ms, now() - start);
   }
   return m;
@@ -130,10 +131,10 @@ int run(int argc, char** argv) {
   const std::pair<const char*, Links> kinds[] = {{"sh", sh.links},
                                                  {"cone", cone.links},
                                                  {"oct8", orExit(compactLinks(cone.links, LinkKind::oct8))},
-                                                 {"oct6", orExit(compactLinks(cone.links, LinkKind::oct6))},
+                                                 {"oct6", orExit(compactLinks(sh.links, LinkKind::oct6))},
                                                  {"sh8", orExit(compactLinks(sh.links, LinkKind::sh8))},
                                                  {"irradiance", orExit(irradianceLinks(sh.caches, sh.links, cone.links))}};
-  const std::vector<glm::vec4> nodes = lightNodes(sh);
+  const std::vector<std::uint32_t> nodes = lightNodes(sh);
   const Measured exact = measure(sh.links, nodes, 1);
   std::printf("n_S %u, n_C %u (%.0f %% on the light map), %u links\n\n", sh.surfels.count(), sh.caches.count(),
               100.0 - 100.0 * static_cast<double>(countGridLinks(sh.caches, sh.links)) / sh.links.count(), sh.links.count());

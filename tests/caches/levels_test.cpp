@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whole levels: every point that is seen reads filled texels of caches around it, and the count is what was asked for.
+// Whole levels: every point of a side that is seen reads filled texels of caches around it, and the count is what was asked for.
 #include "bake/caches/caches.h"
 #include "tests/caches/reads.h"
 
@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -15,9 +16,13 @@
 namespace relume {
 namespace {
 
+// Steps along the edges of a triangle that is scanned.
+constexpr int kLattice = 6;
+
 struct LevelReads {
   double lit = 0.0, seen = 0.0;         // [m²]
-  double unfilled = 0.0;                // sum of weights on texels without a cache
+  double unfilled = 0.0;                // sum of weights on texels without a cache, over all points
+  std::uint64_t scanned = 0;            // points
   std::vector<float> distance;          // [m] point to the position its caches interpolate
   Caches caches;
   double seconds = 0.0;
@@ -46,12 +51,21 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
         const float area = playSpace->seenArea[2 * (instance.firstTriangle + t) + back];
         if (!(area > 0.0f)) continue;
         const auto c = scene->corners(instance, t);
+        // Corners, edges and a lattice between them: filters reach farthest there.
+        for (int y = 0; y <= kLattice; ++y) {
+          for (int x = 0; x + y <= kLattice; ++x) {
+            const auto read = test::readLightmap(*caches, i, t, glm::vec2(x, y) / static_cast<float>(kLattice), back);
+            result.unfilled += static_cast<double>(read.unfilled);
+            ++result.scanned;
+          }
+        }
         const int points = std::clamp(static_cast<int>(area * 4.0f), 1, 50);
         for (int k = 0; k < points; ++k) {
           glm::vec2 w(uniform(random), uniform(random));
           if (w.x + w.y > 1.0f) w = 1.0f - w;
           const glm::vec2 world = instance.flipped ? glm::vec2(w.y, w.x) : w;
           const auto read = test::readLightmap(*caches, i, t, w, back);
+          ++result.scanned;
           result.seen += area / points;
           if (read.gridLit) continue;
           result.lit += area / points;
@@ -71,6 +85,38 @@ float quantile(std::vector<float>& values, double q) {
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
+
+// Every level there is: two_rooms ships, the others are read where they lie.
+struct ScanLevel {
+  const char* name;
+  bool large;  // scanned in the long run only
+};
+
+class Scan : public testing::TestWithParam<ScanLevel> {};
+
+TEST_P(Scan, NoVisiblePointReadsAnUnfilledTexel) {
+  const auto& [name, large] = GetParam();
+  const std::string path = std::string(name) == "two_rooms" ? std::string(RELUME_SOURCE_DIR) + "/samples/level/two_rooms.glb" : level(name);
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
+  const char* longTests = std::getenv("RELUME_LONG_TESTS");
+  if (large && (longTests == nullptr || std::string(longTests) != "1")) GTEST_SKIP() << "a long test: RELUME_LONG_TESTS=1";
+  // Few texels and many: charts of one texel, and charts with borders of their own.
+  for (const std::uint32_t caches : {500u, 8281u}) {
+    LevelReads reads;
+    CacheOptions options;
+    options.lightmapCaches = caches;
+    options.gridCaches = 100;
+    readLevel(path, options, reads);
+    EXPECT_GT(reads.scanned, 1000u);
+    EXPECT_EQ(reads.unfilled, 0.0) << caches << " caches";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Scan,
+                         testing::Values(ScanLevel{"two_rooms", false}, ScanLevel{"cornell", false}, ScanLevel{"house", true},
+                                         ScanLevel{"breakfast_room", true}, ScanLevel{"gas_station", true}, ScanLevel{"pandora", true},
+                                         ScanLevel{"fortitude", true}, ScanLevel{"sponza", true}),
+                         [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Levels, CornellReadsNoUnfilledTexel) {
   if (!std::filesystem::exists(level("cornell"))) GTEST_SKIP() << "no " << level("cornell");

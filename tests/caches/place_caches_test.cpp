@@ -148,7 +148,7 @@ TEST(PlaceCaches, NoCacheLiesInsideASolid) {
   addBox(pillar, {-0.7f, -0.5f, -0.7f}, {0.7f, 3.5f, 0.7f}, false);
   addInstance(p.scene, std::move(pillar), "pillar");
   CacheOptions options = fewCaches(2000);
-  options.gridCaches = 3000;
+  options.gridResolution = {13, 10, 20};
   place(p, options);
   int inside = 0, grid = 0;
   for (std::uint32_t c = 0; c < p.caches.count(); ++c) {
@@ -321,7 +321,7 @@ TEST(PlaceCaches, OneThreadAndTwoGiveTheSameBytes) {
     place(*p, fewCaches(1200), p == &a ? 1 : 2);
   }
   const auto same = [](const auto& x, const auto& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
+    return x.size() == y.size() && (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0);
   };
   EXPECT_TRUE(same(a.caches.positionWorld, b.caches.positionWorld));
   EXPECT_TRUE(same(a.caches.normal, b.caches.normal));

@@ -1,17 +1,74 @@
 // SPDX-License-Identifier: MIT
 // Charts: whole, flat enough, free of overlaps, on any input.
 #include "bake/caches/caches.h"
+#include "bake/caches/patches.h"
 #include "bake/caches/texcoord_charts.h"
+#include "tests/caches/big_level.h"
 #include "tests/caches/meshes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
 #include <random>
 #include <set>
 
 namespace relume {
 namespace {
+
+// A square seen at 60 degrees from its chart's plane: one axis keeps its length, the other is halved.
+TEST(ChartQuality, KnowsStretchAngleAndArea) {
+  Mesh mesh;
+  test::addQuad(mesh, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  Chart chart;
+  chart.triangle = {0, 1};
+  chart.uv = {{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 0.5f)}, {glm::vec2(0, 0), glm::vec2(1, 0.5f), glm::vec2(0, 0.5f)}};
+  ChartQuality q = measureCharts(mesh, std::span(&chart, 1), 1.0f);
+  EXPECT_NEAR(q.surface, 1.0, 1e-6);
+  EXPECT_NEAR(q.stretchRms(), std::sqrt(2.5), 1e-6);
+  EXPECT_NEAR(q.stretchP99(), 2.0, 0.1);
+  EXPECT_NEAR(q.anisotropyMean(), 2.0, 1e-6);
+  EXPECT_NEAR(q.areaRatioMean(), 2.0, 1e-6);
+  EXPECT_EQ(q.folded, 0.0);
+  // Turned over, it stretches nothing: it is of no use.
+  std::swap(chart.uv[0][1], chart.uv[0][2]);
+  q = measureCharts(mesh, std::span(&chart, 1), 1.0f);
+  EXPECT_NEAR(q.folded, 0.5, 1e-6);
+  EXPECT_NEAR(q.surface, 0.5, 1e-6);
+}
+
+// Terrain of a million triangles and 400 pillars of one mesh: whole charts, little stretch, and light-map places for all.
+TEST(BigLevel, AMillionTrianglesAreUnwrapped) {
+  const char* longTests = std::getenv("RELUME_LONG_TESTS");
+  const bool whole = longTests != nullptr && std::string(longTests) == "1";
+  const std::uint32_t side = whole ? 708 : 120;
+  const Mesh mesh = test::displacedTerrain(side);
+  Context context;
+  const std::vector<Chart> charts = unwrapMesh(mesh, 1.0f, context);
+  std::vector<std::uint8_t> found(mesh.triangle.size(), 0);
+  for (const Chart& chart : charts) {
+    for (const std::uint32_t t : chart.triangle) ++found[t];
+  }
+  EXPECT_EQ(std::count(found.begin(), found.end(), 1), static_cast<std::ptrdiff_t>(mesh.triangle.size()));
+  const ChartQuality q = measureCharts(mesh, charts, 1.0f);
+  EXPECT_LT(q.folded, 1e-3 * q.surface);
+  EXPECT_LT(q.stretchRms(), 1.35);
+  EXPECT_LT(q.anisotropyMean(), 1.35);
+
+  const Scene scene = test::bigLevel(side, whole ? 20 : 4);
+  PlaySpace all;
+  all.seenArea.assign(2 * scene.triangleCount(), 1e-3f);
+  all.visible.assign(2 * scene.triangleCount(), 1);
+  const PatchSet set = makePatches(scene, all, CacheOptions{}, context);
+  std::set<std::uint32_t> instances;
+  for (const Patch& patch : set.patches) instances.insert(patch.instance);
+  EXPECT_EQ(instances.size(), scene.instances.size()) << "each pillar has places of its own";
+  const std::uint32_t pillar = scene.instances[1].mesh;
+  EXPECT_EQ(set.meshes.size(), 2u) << "one unwrap for all of them";
+  EXPECT_LE(set.meshes[pillar].charts.size(), 6u);
+}
 
 using test::addBox;
 using test::addQuad;

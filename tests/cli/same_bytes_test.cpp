@@ -24,6 +24,7 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
   };
   const std::string first = baked("1", false);
   ASSERT_GT(first.size(), 100000u);
+  EXPECT_NE(first.find("isa=avx2"), std::string::npos) << "the ray tracer's instruction set is fixed and recorded";
   for (const char* threads : {"1", "2", "7"}) EXPECT_TRUE(baked(threads, false) == first) << threads << " threads";
   for (const char* threads : {"1", "7"}) EXPECT_TRUE(baked(threads, true) == first) << threads << " threads, fixed addresses";
 }

@@ -131,7 +131,7 @@ struct Damage {
 TEST_F(BakeFile, eachHeaderFieldHasItsOwnError) {
   const Damage cases[] = {
       {"header magic", [](Bytes& f) { putAt<char>(f, 1, 'X'); }},
-      {"format version 2", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 2); }},
+      {"format version 99", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 99); }},
       {"format version 0", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 0); }},
       {"big endian", [](Bytes& f) { putAt<std::uint32_t>(f, 12, 0x04030201); }},
       {"byte-order mark", [](Bytes& f) { putAt<std::uint32_t>(f, 12, 7); }},

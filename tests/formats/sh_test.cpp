@@ -136,6 +136,39 @@ TEST(Sh, SurfaceLobeLeavesAShadingNormalAloneOnTheCachesPlane) {
   EXPECT_EQ(surfaceLobe(-1.0f).clamped, 2.0f);
 }
 
+// Light from one direction: all three bands by zonalIrradiance() are those of the series.
+TEST(Sh, ZonalIrradianceIsExactForOneDirection) {
+  std::mt19937 rng(5);
+  for (int i = 0; i < 50; ++i) {
+    const glm::vec3 d = randomDirection(rng), n = randomDirection(rng);
+    std::array<float, 9> c;
+    evaluateSh(3, d, c);
+    for (float& each : c) each *= 7.5f;
+    const float guessed = irradianceClamped(2, c, n) + zonalIrradiance(c[0], {c[3], c[1], c[2]}, n);
+    EXPECT_NEAR(guessed, irradianceClamped(3, c, n), 1e-4f * 7.5f);
+  }
+}
+
+TEST(Sh, ZonalIrradianceOfNoLightAndOfAUniformWorldIsNothing) {
+  EXPECT_EQ(zonalIrradiance(0.0f, {1, 0, 0}, {1, 0, 0}), 0.0f);
+  EXPECT_EQ(zonalIrradiance(-1.0f, {1, 0, 0}, {1, 0, 0}), 0.0f);
+  EXPECT_EQ(zonalIrradiance(2.0f, {0, 0, 0}, {1, 0, 0}), 0.0f);
+}
+
+// The mean over all normals is band 0's alone.
+TEST(Sh, ZonalIrradianceSumsToNothingOverAllNormals) {
+  const glm::vec3 linear(0.3f, -0.7f, 0.4f);
+  EXPECT_NEAR(integrateSphere([&](const glm::vec3& n) { return zonalIrradiance(1.0f, linear, n); }), 0.0, 1e-4);
+  EXPECT_GT(zonalIrradiance(1.0f, linear, glm::normalize(linear)), 0.05f);
+}
+
+TEST(Sh, DeringingKeepsTheMeanAndTakesMostFromTheHighestBand) {
+  EXPECT_EQ(deringingFactor(0, 0.5f), 1.0f);
+  EXPECT_EQ(deringingFactor(5, 0.0f), 1.0f);
+  EXPECT_FLOAT_EQ(deringingFactor(1, 0.25f), 0.5f);
+  for (int l = 1; l < 7; ++l) EXPECT_LT(deringingFactor(l + 1, 0.02f), deringingFactor(l, 0.02f));
+}
+
 TEST(Sh, ClampedIrradianceOfAUniformSkyIsPi) {
   for (int bands = 1; bands <= kMaxBands; ++bands) {
     std::array<float, kMaxCoefficients> c{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The smallest bake that has one of everything: reflectors, an emitter pair and sky in a tree of 15 nodes, a grid of
-// two points, a light map of four caches, two parts of a scene. Valid: validateBake() finds nothing. Tests corrupt it.
+// two points and a brick, a light map of four caches, two parts of a scene. Valid: validateBake() finds nothing. Tests corrupt it.
 //
 //   level 0   0 -> 1 2
 //   level 1   1 (reflectors) -> 3 4     2 (join) -> 5 6
@@ -10,6 +10,7 @@
 
 #include "formats/bake.h"
 #include "formats/compact_links.h"
+#include "formats/grid_depth.h"
 #include "formats/pack.h"
 
 #include <array>
@@ -55,6 +56,16 @@ inline Caches makeSmallCaches() {
   c.grid.originWorld = {0.2f, 1.0f, 0.5f};
   c.grid.spacing = {0.6f, 1.0f, 1.0f};
   c.grid.cache = std::vector<std::uint32_t>{0, 1};
+  // One cell, refined: between the two points one hangs. Cache 0 sees a wall at 2/3 of the way to cache 1.
+  c.grid.brick = std::vector<std::uint32_t>{0};
+  std::vector<std::uint32_t> fine(kBrickWords, kNoCache), depth(2 * kDepthWords, 0);
+  fine[0] = 0;
+  fine[1] = kHangingPoint;
+  fine[2] = 1;
+  depth[0] = 0x00339966;
+  depth[kDepthWords + 20] = 0x7F;
+  c.grid.fine = fine;
+  c.grid.depth = depth;
   c.lightmap.width = c.lightmap.height = 4;
   c.lightmap.cache = std::vector<std::uint32_t>{2, 2, 3, 3, 2, 2, 3, 3, 4, 4, 5, 5, 4, 4, 5, 5};
   // The floor's two triangles are on the light map, the lamp's one is lit by the grid.

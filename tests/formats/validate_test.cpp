@@ -65,6 +65,11 @@ const std::vector<Corruption>& corruptions() {
       {Check::childLevel, "sibling beyond the level", cone, [](Bake& b) { set(b.hierarchy.child, 6, 14u); }},
       {Check::childLevel, "far", cone, [](Bake& b) { set(b.hierarchy.child, 6, 0x7FFFFFFFu); }},
       {Check::childShared, "two parents", cone, [](Bake& b) { set(b.hierarchy.child, 4, 7u); }},
+      {Check::childOrder, "swapped", cone, [](Bake& b) {
+         set(b.hierarchy.child, 3, 9u);
+         set(b.hierarchy.child, 4, 7u);
+       }},
+      {Check::cacheArraySize, "many", cone, [](Bake& b) { b.caches.positionWorld = std::vector<glm::vec3>(kMostCaches + 1); }},
       {Check::leafSender, "range", cone, [](Bake& b) { set(b.hierarchy.child, 14, kLeafBit | 8u); }},
       {Check::leafNodeMismatch, "swapped", cone, [](Bake& b) { set(b.hierarchy.leafNode, 2, 8u); }},
       {Check::leafNodeMismatch, "range", cone, [](Bake& b) { set(b.hierarchy.leafNode, 2, 99u); }},
@@ -77,6 +82,14 @@ const std::vector<Corruption>& corruptions() {
       {Check::gridCacheIndex, "range", cone, [](Bake& b) { set(b.caches.grid.cache, 1, 6u); }},
       {Check::gridPlacement, "nan", cone, [](Bake& b) { b.caches.grid.originWorld.x = kNan; }},
       {Check::gridPlacement, "zero", cone, [](Bake& b) { b.caches.grid.spacing.z = 0.0f; }},
+      {Check::gridBrickSize, "cells", cone, [](Bake& b) { b.caches.grid.brick = std::vector<std::uint32_t>{0, 0}; }},
+      {Check::gridBrickSize, "no cells", cone, [](Bake& b) { b.caches.grid.brick = {}; }},
+      {Check::gridBrickSize, "half a brick", cone, [](Bake& b) { shorten(b.caches.grid.fine); }},
+      {Check::gridBrickIndex, "range", cone, [](Bake& b) { set(b.caches.grid.brick, 0, 1u); }},
+      {Check::gridFineIndex, "range", cone, [](Bake& b) { set(b.caches.grid.fine, 26, 6u); }},
+      {Check::gridDepthSize, "words", cone, [](Bake& b) { shorten(b.caches.grid.depth); }},
+      {Check::gridDepthSize, "few", cone, [](Bake& b) { b.caches.grid.depth = std::vector<std::uint32_t>(kDepthWords); }},
+      {Check::gridDepthSize, "fine", cone, [](Bake& b) { set(b.caches.grid.fine, 5, 2u); }},
       {Check::lightmapSize, "width", cone, [](Bake& b) { b.caches.lightmap.width = 5; }},
       {Check::lightmapSize, "flat", cone, [](Bake& b) { b.caches.lightmap.height = 0; }},
       {Check::lightmapCacheIndex, "range", cone, [](Bake& b) { set(b.caches.lightmap.cache, 15, 6u); }},
@@ -137,8 +150,15 @@ const std::vector<Corruption>& corruptions() {
 
       {Check::cachePosition, "nan", cone, [](Bake& b) { set(b.caches.positionWorld, 1, V(kNan, 0, 0)); }},
       {Check::cacheNormal, "length", cone, [](Bake& b) { set(b.caches.normal, 3, V(0, 0.5f, 0)); }},
-      {Check::cacheUnused, "grid", cone, [](Bake& b) { set(b.caches.grid.cache, 0, kNoCache); }},
+      {Check::cacheUnused, "grid", cone, [](Bake& b) {
+         set(b.caches.grid.cache, 0, kNoCache);
+         set(b.caches.grid.fine, 0, kNoCache);
+       }},
       {Check::gridCacheNormal, "normal", cone, [](Bake& b) { set(b.caches.normal, 0, V(0, 1, 0)); }},
+      {Check::gridCacheNormal, "fine", cone, [](Bake& b) {
+         b.caches.grid.depth = {};
+         set(b.caches.grid.fine, 5, 2u);
+       }},
       {Check::lightmapCacheNormal, "zero", cone, [](Bake& b) { set(b.caches.normal, 5, V(0, 0, 0)); }},
       {Check::cornerMixed, "one", cone, [](Bake& b) { set(b.caches.lightmap.cornerUv, 4, kGridLit); }},
       {Check::cornerMixed, "back", cone, [](Bake& b) { set(b.caches.lightmap.backCornerUv, 7, kGridLit); }},

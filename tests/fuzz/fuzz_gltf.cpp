@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: any bytes as a scene; those that begin with "glTF" as .glb, others as .gltf. The file lies alone in a folder of
-// its own, so that what it refers to is missing, and in `with`, beside an image and a buffer that it may name.
+// libFuzzer: any bytes as a scene alone in its folder; those that begin with "glTF" as .glb, others as .gltf. Built with
+// RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
 #include "bake/context.h"
 #include "bake/scene/scene.h"
+#include "tests/fuzz/mutate.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <unistd.h>
@@ -15,35 +16,76 @@
 namespace {
 
 namespace fs = std::filesystem;
+using relume::fuzz::Bytes;
 
+#ifdef RELUME_FUZZ_FILES
+constexpr bool kWithFiles = true;
+#else
+constexpr bool kWithFiles = false;
+#endif
+
+// A folder of this process, in memory where there is such a place; removed at exit.
 const fs::path& folder() {
   static const fs::path path = [] {
-    const fs::path made = fs::temp_directory_path() / ("relume_fuzz_gltf_" + std::to_string(::getpid()));
+    const fs::path memory = "/dev/shm";
+    const fs::path made = (fs::is_directory(memory) ? memory : fs::temp_directory_path()) /
+                          ("relume_fuzz_gltf_" + std::to_string(::getpid()));
     fs::create_directories(made);
-    std::ofstream(made / "b.bin", std::ios::binary) << std::string(4096, '\1');
-    std::ofstream(made / "i.png", std::ios::binary) << "\x89PNG\r\n\x1a\n";
+    std::atexit([] {
+      std::error_code ignored;
+      fs::remove_all(folder(), ignored);
+    });
     return made;
   }();
   return path;
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const bool binary = size >= 4 && std::memcmp(data, "glTF", 4) == 0;
-  const fs::path path = folder() / (binary ? "scene.glb" : "scene.gltf");
+void write(const fs::path& path, const std::uint8_t* data, std::size_t size) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) return 0;
+  if (file == nullptr) std::abort();
   std::fwrite(data, 1, size, file);
   std::fclose(file);
+}
+
+void import(const fs::path& path) {
   relume::Context context;
+  context.threads = 1;
   const auto scene = relume::importGltf(path, context);
-  if (scene) {
-    for (const relume::Instance& instance : scene->instances) {
-      const relume::Mesh& mesh = scene->meshes.at(instance.mesh);
-      for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) (void)scene->corners(instance, t);
-      (void)scene->material(instance);
-    }
+  if (!scene) return;
+  for (const relume::Instance& instance : scene->instances) {
+    const relume::Mesh& mesh = scene->meshes.at(instance.mesh);
+    for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) (void)scene->corners(instance, t);
+    (void)scene->material(instance);
+  }
+}
+
+}  // namespace
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+  relume::fuzz::Random random(seed);
+  if (!kWithFiles) return relume::fuzz::store(relume::fuzz::mutateGltf({data, size}, most, random), data, most);
+  relume::fuzz::FileSet files = relume::fuzz::splitFiles({data, size});
+  switch (random() % 8) {
+    case 0: relume::fuzz::mutateBytes(files.buffer, files.buffer.size() + 64); break;
+    case 1: relume::fuzz::mutateBytes(files.image, files.image.size() + 64); break;
+    default: files.scene = relume::fuzz::mutateGltf(files.scene, files.scene.size() + 256, random);
+  }
+  const Bytes joined = relume::fuzz::joinFiles(files);
+  return joined.size() <= most ? relume::fuzz::store(joined, data, most) : size;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (kWithFiles) {
+    const relume::fuzz::FileSet files = relume::fuzz::splitFiles({data, size});
+    write(folder() / "b.bin", files.buffer.data(), files.buffer.size());
+    write(folder() / "i.png", files.image.data(), files.image.size());
+    write(folder() / "scene.gltf", files.scene.data(), files.scene.size());
+    import(folder() / "scene.gltf");
+  } else {
+    const bool binary = size >= 4 && std::memcmp(data, "glTF", 4) == 0;
+    const fs::path path = folder() / (binary ? "scene.glb" : "scene.gltf");
+    write(path, data, size);
+    import(path);
   }
   return 0;
 }

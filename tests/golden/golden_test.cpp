@@ -29,7 +29,7 @@ struct Fixture {
 
 class Golden : public testing::TestWithParam<Fixture> {};
 
-TEST_P(Golden, version1LoadsWithItsValues) {
+TEST_P(Golden, version2LoadsWithItsValues) {
   const Result<Bake> bake = mapBake(kFolder + GetParam().file);
   ASSERT_TRUE(bake) << bake.error().message;
   EXPECT_TRUE(validateBake(*bake).empty());
@@ -37,6 +37,9 @@ TEST_P(Golden, version1LoadsWithItsValues) {
   EXPECT_EQ(bake->surfels.emission[4], glm::vec3(5, 5, 4));
   EXPECT_EQ(bake->hierarchy.nodeCount(), 15u);
   EXPECT_EQ(bake->caches.grid.resolution, glm::uvec3(2, 1, 1));
+  EXPECT_EQ(bake->caches.grid.brickCount(), 1u);
+  EXPECT_EQ(bake->caches.grid.fine[1], kHangingPoint);
+  EXPECT_EQ(bake->caches.grid.depth[0], 0x00339966u);
   EXPECT_EQ(bake->links.kind, GetParam().kind);
   EXPECT_EQ(bake->links.count(), 27u);
   EXPECT_EQ(bake->instances[1].node, "lamp");
@@ -49,11 +52,20 @@ TEST_P(Golden, writerStillWritesTheSameBytes) {
   EXPECT_TRUE(*written == readBytes(kFolder + GetParam().file));
 }
 
+TEST(GoldenOld, version1IsRefusedByName) {
+  for (const char* kind : {"cone", "sh", "oct8", "oct6", "sh8", "irradiance"}) {
+    const Result<Bake> bake = mapBake(kFolder + "v1_" + kind + ".relume");
+    ASSERT_FALSE(bake);
+    EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
+    EXPECT_NE(bake.error().message.find("format version 1, this program reads version 2"), std::string::npos) << bake.error().message;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(, Golden,
-                         testing::Values(Fixture{"v1_cone.relume", LinkKind::cone}, Fixture{"v1_sh.relume", LinkKind::sh},
-                                         Fixture{"v1_oct8.relume", LinkKind::oct8}, Fixture{"v1_oct6.relume", LinkKind::oct6},
-                                         Fixture{"v1_sh8.relume", LinkKind::sh8},
-                                         Fixture{"v1_irradiance.relume", LinkKind::irradiance}));
+                         testing::Values(Fixture{"v2_cone.relume", LinkKind::cone}, Fixture{"v2_sh.relume", LinkKind::sh},
+                                         Fixture{"v2_oct8.relume", LinkKind::oct8}, Fixture{"v2_oct6.relume", LinkKind::oct6},
+                                         Fixture{"v2_sh8.relume", LinkKind::sh8},
+                                         Fixture{"v2_irradiance.relume", LinkKind::irradiance}));
 
 }  // namespace
 }  // namespace relume

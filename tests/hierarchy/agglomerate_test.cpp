@@ -27,7 +27,7 @@ ClusterMetric metricFor(const Surfels& surfels, const ClusteringOptions& options
   for (const glm::vec3& p : surfels.positionWorld) low = glm::min(low, p), high = glm::max(high, p);
   const float extent = glm::length(high - low);
   return {0.5f * (low + high), extent > 0.0f ? 1.0f / extent : 0.0f, std::sqrt(0.5f * options.normalWeight),
-          options.balanceWeight};
+          std::sqrt(options.outlookWeight), options.balanceWeight};
 }
 
 std::vector<ClusterSum> leafSums(const Surfels& surfels, const ClusterMetric& metric) {

@@ -85,11 +85,12 @@ class CellScene {
 
   SurfelMap map() const {
     SurfelMap m;
-    m.cellBegin.push_back(0);
     for (const std::uint32_t surfel : surfelOfSide_) {
-      m.cellsAlong.push_back(surfel == kNone ? 0 : 1);
-      if (surfel != kNone) m.cell.push_back(surfel);
-      m.cellBegin.push_back(static_cast<std::uint32_t>(m.cell.size()));
+      SurfelMap::Side& side = m.sides.emplace_back();
+      if (surfel == kNone) continue;
+      side.firstCell = static_cast<std::uint32_t>(m.cell.size());
+      side.columns = side.rows = 1;
+      m.cell.push_back(surfel);
     }
     return m;
   }

@@ -86,8 +86,58 @@ TEST_F(RenderCommand, refusesOptionsOutOfRange) {
   expectRefused(render({"--bake", bake_, "--samples", "0"}), 1, {"--samples"});
   expectRefused(render({"--bake", bake_, "--backend", "vulkan"}), 1, {"--backend"});
   expectRefused(render({"--bake", bake_, "-o", "image.jpg"}), 1, {".exr", ".png"});
-  expectRefused(render({"--bake", bake_, "--luma-bands", "3", "--chroma-bands", "5"}), 1, {"hroma"});
+  for (const char* bands : {"Y3Co5Cg5", "Y9Co1Cg1", "Y3Co1Cg2", "Y0Co0Cg0", "3", "y3co1cg1", "Y3Co1Cg1 "})
+    expectRefused(render({"--bake", bake_, "--bands", bands}), 1, {"--bands", "Y3Co1Cg1"});
+  expectRefused(render({"--bake", bake_, "--deringing", "2"}), 1, {"--deringing"});
 }
+
+TEST_F(RenderCommand, lightsTheBandsItIsToldAndNamesThem) {
+  for (const char* bands : {"Y1Co1Cg1", "Y2Co2Cg2", "Y3Co1Cg1", "Y8Co3Cg3"}) {
+    const ProgramResult r = render({"--bake", bake_, "--bands", bands});
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(r.out.find(bands), std::string::npos) << r.out;
+  }
+}
+
+TEST_F(RenderCommand, addsTheLightsOfAFile) {
+  const auto file = [](const std::string& text) {
+    std::ofstream(folder_ / "lights.json") << text;
+    return (folder_ / "lights.json").string();
+  };
+  const auto brightness = [] {
+    double sum = 0.0;
+    for (const glm::vec3& c : readExr(image())->layer("")) sum += c.r;
+    return sum;
+  };
+  ASSERT_EQ(render({"--aov", "direct", "--lights", "none"}).status, 0);
+  EXPECT_EQ(brightness(), 0.0);
+  // A sun from above, twice as bright as another.
+  const std::string sun = R"([{"type": "directional", "direction": [0.1, -0.2, 1], "color": [1, 0, 0], "intensity": )";
+  ASSERT_EQ(render({"--aov", "direct", "--lights", "none", "--lights-file", file(sun + "2}]")}).status, 0);
+  const double one = brightness();
+  EXPECT_GT(one, 0.0);
+  ASSERT_EQ(render({"--aov", "direct", "--lights", "none", "--lights-file", file(sun + "4}]")}).status, 0);
+  EXPECT_NEAR(brightness(), 2.0 * one, 1e-3 * one);
+
+  const std::pair<const char*, const char*> kWrong[] = {
+      {"[{", "JSON list"},
+      {"{}", "JSON list"},
+      {"[3]", "light 0"},
+      {R"([{"type": "laser"}])", "type"},
+      {R"([{"type": "point"}])", "position"},
+      {R"([{"type": "point", "position": [0, 0]}])", "position"},
+      {R"([{"type": "point", "position": [0, "a", 0]}])", "position"},
+      {R"([{"type": "spot", "position": [0, 0, 0]}])", "direction"},
+      {R"([{"type": "directional", "direction": [0, 0, 0]}])", "direction"},
+      {R"([{"type": "point", "position": [0, 0, 0], "intensity": -1}])", "dark"},
+      {R"([{"type": "point", "position": [0, 0, 0], "range": -1}])", "range"},
+      {R"([{"type": "point", "position": [0, 0, 0], "colour": 1}])", "colour"},
+      {R"([{"type": "spot", "position": [0, 0, 0], "direction": [0, 0, 1], "innerConeAngle": 1}])", "innerConeAngle"},
+  };
+  for (const auto& [text, what] : kWrong) {
+    expectRefused(render({"--aov", "direct", "--lights", "none", "--lights-file", file(text)}), 3, {what});
+  }
+  expectRefused(render({"--aov", "direct", "--lights-file", "nowhere.json"}), 2, {"nowhere.json"});}
 
 TEST_F(RenderCommand, knowsOnlyDirectLightWithoutABake) {
   expectRefused(render({"--aov", "indirect"}), 1, {"--bake"});

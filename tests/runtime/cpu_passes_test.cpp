@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Each CPU pass against a slow double-precision oracle.
-#include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/resolve.h"
+#include "runtime/pack_color.h"
 
 #include "formats/compact_links.h"
 #include "formats/color.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
+#include "tests/runtime/cpu_fixture.h"
+#include "tests/runtime/random_tree.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -23,59 +27,94 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-std::vector<glm::vec4> randomNodes(std::size_t count) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> uniform(0.0f, 2.0f);
-  std::vector<glm::vec4> nodes;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float r = uniform(random), g = uniform(random), b = uniform(random);
-    nodes.emplace_back(rgbToYCoCg({r, g, b}), 0.0f);
-  }
-  return nodes;
-}
-
-// Runs tasks on two threads, in an order of its own.
-void onTwoThreads(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-  std::thread other([&] {
-    for (std::uint32_t i = 1; i < tasks; i += 2) body(i);
-  });
-  for (std::uint32_t i = 0; i < tasks; i += 2) body(i);
-  other.join();
-}
+using test::kPi, test::onTwoThreads, test::randomNodes, test::surfelsKernels;
 
 TEST(Pull, rootIsTheMeanOfEqualAreas) {
   const Bake bake = test::makeSyntheticBake({.surfels = 3001, .linksPerCache = 4});
-  std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
-  glm::dvec3 mean(0.0);
-  for (const std::uint32_t leaf : bake.hierarchy.leafNode) mean += glm::dvec3(nodes[leaf]) / 3001.0;
-  cpu::pull(bake.hierarchy, nodes, {});
-  for (int k = 0; k < 3; ++k) EXPECT_NEAR(nodes[0][k], mean[k], 1e-5);
+  for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+    std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
+    glm::dvec3 mean(0.0);
+    for (const std::uint32_t leaf : bake.hierarchy.leafNode) mean += glm::dvec3(unpackColor(nodes[leaf])) / 3001.0;
+    cpu::PullTree(bake.hierarchy).pull(*kernel, nodes, {});
+    // A step of rounding a level, but halved with every level above it: two steps of 1/256 (blue: 1/128).
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(unpackColor(nodes[0])[k], mean[k], 0.012);
+  }
+}
+
+TEST(Pull, roundingLosesNoEnergy) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 20000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
+  const Hierarchy& h = bake.hierarchy;
+  std::vector<std::uint32_t> nodes(h.nodeCount(), 0);
+  const glm::vec3 color(0.7001f, 0.33333f, 0.0251f);
+  for (const std::uint32_t leaf : h.leafNode) nodes[leaf] = packColor(color, ditherOf(leaf));
+  cpu::PullTree(h).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
+  for (const std::uint32_t level : {6u, 8u, 10u}) {
+    glm::dvec3 mean(0.0);
+    const double count = h.levelBegin[level + 1] - h.levelBegin[level];
+    for (std::uint32_t i = h.levelBegin[level]; i < h.levelBegin[level + 1]; ++i) mean += glm::dvec3(unpackColor(nodes[i])) / count;
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean[k], color[k], 0.002 * 0.7) << "level " << level << " channel " << k;
+  }
 }
 
 TEST(Pull, weightsOtherThanAreasAreObeyedAndThreadsChangeNothing) {
   Bake bake = test::makeSyntheticBake({.surfels = 40000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
-  std::vector<float> weight = bake.hierarchy.firstWeight.toVector();
-  std::mt19937 random(3);
-  for (float& w : weight) w = static_cast<float>(random() % 1001) / 1000.0f;
-  bake.hierarchy.firstWeight = std::move(weight);
-  std::vector<glm::vec4> one = randomNodes(bake.hierarchy.nodeCount()), two = one;
-  cpu::pull(bake.hierarchy, one, {});
-  cpu::pull(bake.hierarchy, two, onTwoThreads);
+  bake.hierarchy = test::makeRandomTree(40000, 0.05f, 3);
   const Hierarchy& h = bake.hierarchy;
-  for (std::uint32_t i = 0; i < h.nodeCount(); ++i) {
-    ASSERT_EQ(one[i], two[i]);
-    if (h.isLeaf(i)) continue;
-    const glm::dvec4 a(one[h.child[i]]), b(one[h.child[i] + 1]);
-    const double w = h.firstWeight[i];
-    ASSERT_LT(glm::length(glm::dvec4(one[i]) - (w * a + (1.0 - w) * b)), 1e-6);
+  const cpu::PullTree tree(h);
+  std::vector<std::uint32_t> first;
+  for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+    std::vector<std::uint32_t> one = randomNodes(h.nodeCount()), two = one;
+    tree.pull(*kernel, one, {});
+    tree.pull(*kernel, two, onTwoThreads);
+    ASSERT_EQ(one, two);
+    for (std::uint32_t i = 0; i < h.nodeCount(); ++i) {
+      if (h.isLeaf(i)) continue;
+      const glm::dvec3 a(unpackColor(one[h.child[i]])), b(unpackColor(one[h.child[i] + 1]));
+      const double w = h.firstWeight[i];
+      const glm::dvec3 want = w * a + (1.0 - w) * b;
+      ASSERT_LT(glm::length(glm::dvec3(unpackColor(one[i])) - want), 0.01 * std::max({want.x, want.y, want.z}));
+    }
   }
 }
 
+TEST(NodeSet, readsAnyPartOfWhatItHolds) {
+  std::mt19937 random(11);
+  for (const std::uint32_t density : {1u, 3u, 90u}) {
+    std::vector<std::uint32_t> members;
+    for (std::uint32_t i = 0; i < 5000; ++i) {
+      if (random() % density == 0) members.push_back(i);
+    }
+    const cpu::NodeSet set(5000, 16, [&](std::uint32_t node) { return std::binary_search(members.begin(), members.end(), node); });
+    ASSERT_EQ(set.size(), members.size());
+    for (int i = 0; i < 200; ++i) {
+      const auto first = static_cast<std::uint32_t>(random() % (members.size() + 1));
+      const auto count = static_cast<std::uint32_t>(random() % (members.size() - first + 1));
+      std::vector<std::uint32_t> found(count);
+      set.read(first, count, found.data());
+      ASSERT_TRUE(std::equal(found.begin(), found.end(), members.begin() + first)) << first << " " << count;
+    }
+  }
+}
+
+TEST(PackColor, isRightToAStepForAllSizesAndToMuchLessInTheMean) {
+  for (const float scale : {1e-8f, 0.01f, 1.0f, 3.7f, 1e5f, 4e8f}) {
+    const glm::vec3 color = scale * glm::vec3(0.61f, 1.0f, 0.07f);
+    glm::dvec3 mean(0.0);
+    for (std::uint32_t i = 0; i < 4096; ++i) {
+      const glm::vec3 found = unpackColor(packColor(color, ditherOf(i)));
+      for (int k = 0; k < 3; ++k) ASSERT_NEAR(found[k], color[k], scale / 127.0f) << scale;
+      mean += glm::dvec3(found) / 4096.0;
+    }
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean[k], color[k], 2e-5 * scale) << scale;
+  }
+  EXPECT_EQ(packColor(glm::vec3(0.0f), 0.99f), 0u);
+  EXPECT_EQ(unpackColor(packColor({1.0f, 1.0f, 1.0f}, 0.5f)), glm::vec3(1.0f));
+}
+
 // L_SH of one cache in double precision from the stored links.
-std::vector<double> oracle(const Bake& bake, std::span<const glm::vec4> nodes, std::uint32_t cache, int luma, int chroma) {
+std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> nodes, std::uint32_t cache, int luma, int chroma) {
   const Links& links = bake.links;
+  const cpu::LinkSet set(links);
   std::vector<double> sum(static_cast<std::size_t>(luma * luma + 2 * chroma * chroma), 0.0);
   for (std::uint32_t k = links.rowBegin[cache]; k < links.rowBegin[cache + 1]; ++k) {
     std::vector<double> c(64, 0.0);
@@ -99,7 +138,8 @@ std::vector<double> oracle(const Bake& bake, std::span<const glm::vec4> nodes, s
     } else if (linkHasHead(links.kind)) {
       std::array<float, 64> stored;
       linkCoefficients(links, k, bake.caches.normal[cache] != glm::vec3(0.0f), 8, stored);
-      std::copy(stored.begin(), stored.end(), c.begin());
+      const double rounding = set.rounding(links, k);
+      for (std::size_t i = 0; i < c.size(); ++i) c[i] = rounding * stored[i];
       node = links.node(k);
     } else {
       node = links.shNode[k];
@@ -107,9 +147,10 @@ std::vector<double> oracle(const Bake& bake, std::span<const glm::vec4> nodes, s
       for (std::size_t i = 0; i < stride; ++i) c[i] = unpackHalf(links.shCoefficients[k * stride + i]);
     }
     const auto lumaCount = static_cast<std::size_t>(luma * luma), chromaCount = static_cast<std::size_t>(chroma * chroma);
-    for (std::size_t i = 0; i < lumaCount; ++i) sum[i] += nodes[node].x * c[i];
-    for (std::size_t i = 0; i < chromaCount; ++i) sum[lumaCount + i] += nodes[node].y * c[i];
-    for (std::size_t i = 0; i < chromaCount; ++i) sum[lumaCount + chromaCount + i] += nodes[node].z * c[i];
+    const glm::vec3 color = rgbToYCoCg(unpackColor(nodes[node]));
+    for (std::size_t i = 0; i < lumaCount; ++i) sum[i] += color.x * c[i];
+    for (std::size_t i = 0; i < chromaCount; ++i) sum[lumaCount + i] += color.y * c[i];
+    for (std::size_t i = 0; i < chromaCount; ++i) sum[lumaCount + chromaCount + i] += color.z * c[i];
   }
   return sum;
 }
@@ -127,7 +168,7 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
   // Row lengths that fill no vector evenly.
   const Bake bake = test::makeSyntheticBake({.surfels = 700, .grid = {2, 1, 1}, .lightmapCaches = 3, .linksPerCache = 117,
                                              .kind = GetParam().kind, .bands = 8});
-  const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
+  const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
   for (int luma = 1; luma <= 8; ++luma) {
     std::vector<std::vector<double>> expected;
     for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) expected.push_back(oracle(bake, nodes, cache, luma, luma));
@@ -135,7 +176,7 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
       const auto y = static_cast<std::size_t>(luma * luma), c = static_cast<std::size_t>(chroma * chroma);
       const std::size_t stride = y + 2 * c;
       std::vector<float> found(bake.caches.count() * stride, -1.0f);
-      cpu::lightCaches(kernel, bake.links, nodes, luma, chroma, found, onTwoThreads);
+      cpu::lightCaches(kernel, cpu::LinkSet(bake.links), nodes, luma, chroma, found, onTwoThreads);
       for (std::size_t i = 0; i < found.size(); ++i) {
         const std::vector<double>& all = expected[i / stride];
         const std::size_t k = i % stride;
@@ -156,6 +197,40 @@ std::vector<KernelCase> allKernels() {
 
 INSTANTIATE_TEST_SUITE_P(Kernels, LightCaches, testing::ValuesIn(allKernels()));
 
+// Nodes of more than 16 bits, whose high part is told by their place in the row; and f of 8 bits.
+TEST(LightCachesOfManyNodes, findTheirNodes) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 110000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = 117,
+                                             .kind = LinkKind::oct6});
+  std::uint32_t last = 0;
+  for (std::uint32_t i = 0; i < bake.links.count(); ++i) last = std::max(last, bake.links.node(i));
+  ASSERT_GT(last, 2u << 16);
+  const cpu::LinkSet set(bake.links);
+  EXPECT_LT(set.bytes(), 5 * bake.links.count() + 12 * bake.caches.count() + 64);
+  const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
+  for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
+    double sum = 0.0, wanted = 0.0;
+    for (std::uint32_t i = bake.links.rowBegin[cache]; i < bake.links.rowBegin[cache + 1]; ++i) {
+      const double f = unpackTransfer(bake.links.head[i] >> 20);
+      if (f > 1e-3) {
+        ASSERT_NEAR(set.rounding(bake.links, i), 1.0, 0.1);
+      }
+      sum += f * set.rounding(bake.links, i);
+      wanted += f;
+    }
+    EXPECT_NEAR(sum, wanted, 0.002 * wanted);
+  }
+  for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
+    const auto kernel = cpu::lightCachesKernel(simd);
+    if (!kernel) continue;
+    std::vector<float> found(bake.caches.count() * 48);
+    cpu::lightCaches(kernel, set, nodes, 4, 4, found, {});
+    for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
+      const std::vector<double> want = oracle(bake, nodes, cache, 4, 4);
+      for (std::size_t i = 0; i < 48; ++i) ASSERT_NEAR(found[cache * 48 + i], want[i], 2e-5 * want[0]) << "cache " << cache;
+    }
+  }
+}
+
 class LightCachesRows : public testing::TestWithParam<LinkKind> {};
 
 TEST_P(LightCachesRows, ofOddSizesAndShort) {
@@ -163,14 +238,14 @@ TEST_P(LightCachesRows, ofOddSizesAndShort) {
     for (const std::uint32_t perCache : {1u, 2u, 5u}) {
       const Bake bake = test::makeSyntheticBake({.surfels = 16, .grid = {1, 1, 1}, .lightmapCaches = 2, .linksPerCache = perCache,
                                                  .kind = GetParam(), .bands = bands});
-      const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
+      const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
       const auto stride = static_cast<std::size_t>(3 * bands * bands);
       for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
         const auto kernel = cpu::lightCachesKernel(simd);
         if (!kernel) continue;
         std::vector<float> found(bake.caches.count() * stride);
         const int b = static_cast<int>(bands);
-        cpu::lightCaches(kernel, bake.links, nodes, b, b, found, {});
+        cpu::lightCaches(kernel, cpu::LinkSet(bake.links), nodes, b, b, found, {});
         for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
           for (std::size_t i = 0; i < stride; ++i) ASSERT_NEAR(found[cache * stride + i], want[i], 1e-5 * (1 + want[0]));
@@ -185,10 +260,10 @@ INSTANTIATE_TEST_SUITE_P(Kinds, LightCachesRows, testing::ValuesIn(kLinkKinds));
 // A uniform world gives a surface cache its irradiance, pi L, from one coefficient.
 TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
   const Bake bake = test::makeSyntheticBake({.kind = LinkKind::irradiance});
-  const std::vector<glm::vec4> nodes(bake.hierarchy.nodeCount(), glm::vec4(kPi, 0.0f, 0.0f, 0.0f));
+  const std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), packColor(glm::vec3(kPi), 0.5f));
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
+    cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
     const cpu::CacheLight light{luma, chroma, coefficients, true};
     for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;
@@ -223,153 +298,52 @@ TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
   EXPECT_NEAR(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(angle), 0, 0), up).x, 10.0f * std::cos(angle) / (d * d) * t * t, 1e-5f);
 }
 
-// A light map of 2 x 1 texels over caches whose coefficients are those of constant radiance 1 and 3 from above +Z.
-struct TwoTexels {
-  Caches caches;
-  std::vector<float> coefficients;
-  cpu::CacheLight light;
-
-  TwoTexels(int luma, int chroma, std::vector<std::uint32_t> texels) {
-    caches.positionWorld = std::vector<glm::vec3>(2, glm::vec3(0.0f));
-    caches.normal = std::vector<glm::vec3>(2, glm::vec3(0, 0, 1));
-    caches.lightmap.width = 2;
-    caches.lightmap.height = 1;
-    caches.lightmap.cache = std::move(texels);
-    const glm::vec3 tint = rgbToYCoCg({1.0f, 0.5f, 0.25f});
-    for (const float radiance : {1.0f, 3.0f}) {
-      std::array<double, 64> c = hemisphere();
-      for (int channel = 0; channel < 3; ++channel) {
-        const int bands = channel == 0 ? luma : chroma;
-        for (int i = 0; i < bands * bands; ++i) coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
-      }
-    }
-    light = {luma, chroma, coefficients, false};
-  }
-
-  // Projection of the upper half of the sphere: only m = 0, 2 pi K_l Int_0^1 P_l.
-  static std::array<double, 64> hemisphere() {
-    std::array<double, 64> c{};
-    for (int l = 0; l < 8; ++l) {
-      double integral = 0.0;
-      for (int s = 0; s < 4000; ++s) integral += std::legendre(static_cast<unsigned>(l), (s + 0.5) / 4000.0) / 4000.0;
-      c[static_cast<std::size_t>(l * l + l)] = 2 * kPi * std::sqrt((2 * l + 1) / (4 * kPi)) * integral;
-    }
-    return c;
-  }
-};
-
-TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
-  for (int luma = 1; luma <= 8; ++luma) {
-    for (int chroma = 1; chroma <= luma; ++chroma) {
-      const TwoTexels map(luma, chroma, {0, 1});
-      // A quarter of the way between the texel centres: radiance 1.5.
-      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.375f, 0.3f}, {0, 0, 1});
-      const float want = static_cast<float>(1.5 * kPi);
-      EXPECT_NEAR(e.r, want, 2e-3f) << luma << " " << chroma;
-      EXPECT_NEAR(e.g, 0.5f * want, 2e-3f) << luma << " " << chroma;
-      EXPECT_NEAR(e.b, 0.25f * want, 2e-3f) << luma << " " << chroma;
-    }
+TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
+  const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order);
+  cpu::LightSurfelsJob job;
+  surfels.describe(job);
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    const glm::vec3 n = bake.surfels.normal[order[i]];
+    const glm::vec3 off = cpu::surfelPosition(job, i) - bake.surfels.positionWorld[order[i]];
+    ASSERT_GT(glm::dot(off, n), -0.02f * std::max({job.step[0], job.step[1], job.step[2]}) - 1e-6f) << "surfel " << i;
+    for (int k = 0; k < 3; ++k) ASSERT_LE(std::abs(off[k]), 1.01f * job.step[k] + 1e-6f);
+    ASSERT_GT(glm::dot(cpu::unpackSurfelNormal(job.word[2][i]), n), 1.0f - 1e-6f);
   }
 }
 
-TEST(ResolveLightmap, texelsWithoutACacheCountNothing) {
-  const TwoTexels map(4, 4, {kNoCache, 1});
-  const float want = static_cast<float>(3.0 * kPi);
-  EXPECT_NEAR(cpu::irradianceOnLightmap(map.caches, map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
-  EXPECT_EQ(cpu::irradianceOnLightmap(map.caches, map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
-  const TwoTexels empty(4, 4, {kNoCache, kNoCache});
-  EXPECT_EQ(cpu::irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
-}
-
-TEST(ResolveLightmap, isNeverNegativeAndTakesAnyCoordinate) {
-  const TwoTexels map(4, 4, {0, 1});
-  const float nan = std::nanf("");
-  for (const glm::vec2 uv : {glm::vec2(-5, 9), glm::vec2(1e30f, 0), glm::vec2(nan, nan)}) {
-    const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, uv, {0, 0, -1});
-    EXPECT_GE(e.r, 0.0f);
-    EXPECT_GE(e.g, 0.0f);
-    EXPECT_GE(e.b, 0.0f);
-  }
-}
-
-TEST(ResolveLightmap, tiltedNormalsBlendToTheClampedCosine) {
-  const TwoTexels map(4, 4, {0, 0});
-  const glm::vec3 tilted(std::sin(1.2f), 0.0f, std::cos(1.2f));
-  const float want = irradianceAtSurface(4, std::span<const float>(map.coefficients).first(16), tilted, {0, 0, 1});
-  const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
-  EXPECT_NEAR(rgbToYCoCg(e).x, want, 1e-4f);
-}
-
-TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
-  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 4}, {8, 2}}) {
-    const TwoTexels map(luma, chroma, {0, 0});
-    for (float angle = 0.0f; angle < 1.04f; angle += 0.05f) {
-      const glm::vec3 tilted(std::sin(angle), 0.0f, std::cos(angle));
-      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
-      EXPECT_NEAR(e.r, kPi, 0.01 * kPi) << luma << " bands, angle " << angle;
-      // A normal map on the cache's own plane turns away from light, as it should.
-      const glm::vec3 mapped = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
-      const double caught = luma > 1 ? 0.5 + 0.5 * std::cos(angle) : 1.0;
-      EXPECT_NEAR(mapped.r, kPi * caught, 0.05 * kPi) << luma << " bands, angle " << angle;
+// Every kernel against directIrradiance(), at what the packed surfels are.
+TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
+  std::vector<Light> lights(3);
+  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
+  lights[2] = {.kind = LightKind::spot, .intensity = {90, 30, 10}, .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  LightSetup setup;
+  setup.lights = lights;
+  const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order);
+  for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+    std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), 0);
+    cpu::lightSurfels(*kernel, surfels, setup, nullptr, {}, nodes, onTwoThreads);
+    std::size_t lit = 0;
+    glm::dvec3 energy(0.0), wanted(0.0);
+    for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+      glm::vec3 e(0.0f);
+      for (const Light& light : lights) e += cpu::directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
+      const glm::vec3 want = bake.surfels.albedo[s] * e + static_cast<float>(kPi) * bake.surfels.emission[s];
+      const glm::vec3 found = unpackColor(nodes[bake.hierarchy.leafNode[s]]);
+      lit += e != glm::vec3(0.0f) ? 1 : 0;
+      energy += glm::dvec3(found);
+      wanted += glm::dvec3(want);
+      // Albedo in 8 bits and colours of 8 to 9.
+      const float largest = std::max({want.r, want.g, want.b, e.r * 0.5f, e.g * 0.5f, e.b * 0.5f});
+      ASSERT_LT(glm::length(found - want), 0.025f * largest + 1e-4f) << "surfel " << s;
     }
-  }
-}
-
-// A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
-TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
-  Caches caches;
-  caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};
-  caches.normal = std::vector<glm::vec3>(2, glm::vec3(0.0f));
-  caches.grid.resolution = {2, 1, 1};
-  caches.grid.spacing = glm::vec3(1.0f);
-  caches.grid.cache = std::vector<std::uint32_t>{0, 1};
-  std::vector<float> coefficients(2 * 48, 0.0f);
-  const auto full = static_cast<float>(2 * std::sqrt(kPi));
-  coefficients[0] = full;
-  coefficients[48] = 3.0f * full;
-  const cpu::CacheLight light{4, 4, coefficients, false};
-  const auto pi = static_cast<float>(kPi);
-  const glm::vec3 side(0, 1, 0);
-  // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
-  // Facing +X from the middle: weight 1 ahead, 0.05² behind.
-  const float behind = 0.05f * 0.05f;
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind), 1e-3f);
-  caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
-  caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
-  EXPECT_EQ(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
-}
-
-// The table of band 1 gives what the general resolve gives, for all kinds of receivers.
-TEST(Bounce, agreesWithResolveAtEverySurfel) {
-  for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
-    Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260, .kind = kind});
-    // Some normals that are no longer the map's.
-    std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
-    for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
-    bake.surfels.normal = std::move(normal);
-    const std::vector<glm::vec4> nodes = randomNodes(bake.hierarchy.nodeCount());
-    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
-      std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-      cpu::lightCaches(cpu::lightCachesBaseline, bake.links, nodes, luma, chroma, coefficients, {});
-      const cpu::CacheLight light{luma, chroma, coefficients, kind == LinkKind::irradiance};
-      cpu::Bounce bounce(bake, luma, chroma, {});
-      bounce.setLight(light, {});
-      std::size_t gridLit = 0;
-      for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
-        const Surfels& surfels = bake.surfels;
-        const bool grid = surfels.receiver[s] == kGridReceiver;
-        gridLit += grid ? 1 : 0;
-        const glm::vec3 want =
-            grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
-                 : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
-        ASSERT_LT(glm::length(bounce.irradiance(s) - want), 1e-4f * (1.0f + glm::length(want))) << "surfel " << s;
-      }
-      EXPECT_GT(gridLit, 0u);
-      EXPECT_LT(gridLit, 2000u);
-    }
+    EXPECT_GT(lit, 1000u);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(energy[k], wanted[k], 5e-4 * wanted[k]) << k;
   }
 }
 

@@ -3,10 +3,13 @@
 #include "runtime/relighter.h"
 
 #include "runtime/cpu/light_caches.h"
+#include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
+#include "runtime/pack_color.h"
 #include "shaders/shared/layout.h"
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/random_tree.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include "formats/color.h"
@@ -108,7 +111,8 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   };
   cpu.relight(setup);
   gl.relight(setup);
-  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 2e-3);
+  // Steps of rounding, against the mean.
+  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 0.01);
   // The host's own numbers in place of lights, emission and sky.
   std::vector<glm::vec3> irradiance, emission, patches;
   for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
@@ -122,25 +126,41 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   setup.skyPatches = patches;
   cpu.relight(setup);
   gl.relight(setup);
-  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 1e-3);
+  EXPECT_LT(difference(leaves(cpu), leaves(gl)), 0.01);
+}
+
+// Radiosity of all nodes after a frame, against the CPU's pull of the same leaves.
+void expectPullAgrees(const Bake& bake, const char* what) {
+  const std::vector<Light> lights = someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  Relighter gl = make(bake, Backend::gl);
+  gl.relight(setup);
+  const std::vector<glm::vec3> found = gl.nodeRadiosity();
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t i = 0; i < found.size(); ++i) nodes.push_back(packColor(found[i], ditherOf(i)));
+  cpu::PullTree(bake.hierarchy).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
+  std::vector<glm::vec3> expected;
+  for (const std::uint32_t each : nodes) expected.push_back(unpackColor(each));
+  // The CPU's weights have 16 bits: a colour may be rounded the other way, by a step of 1/128 of its largest channel.
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const float largest = std::max({expected[i].r, expected[i].g, expected[i].b});
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_NEAR(found[i][k], expected[i][k], 0.02f * largest + 1e-5f) << bake.surfels.count() << " surfels, " << what << ", node " << i;
+    }
+  }
 }
 
 TEST_F(GlRelighter, pullPassAgrees) {
   for (const std::uint32_t surfels : {1u, 2u, 37u, 20000u}) {
-    const Bake bake = test::makeSyntheticBake({.surfels = surfels, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
-    const std::vector<Light> lights = someLights();
-    LightSetup setup;
-    setup.lights = lights;
-    Relighter gl = make(bake, Backend::gl);
-    gl.relight(setup);
-    const std::vector<glm::vec3> found = gl.nodeRadiosity();
-    std::vector<glm::vec4> nodes;
-    for (const glm::vec3& each : found) nodes.emplace_back(rgbToYCoCg(each), 0.0f);
-    cpu::pull(bake.hierarchy, nodes, {});
-    std::vector<glm::vec3> expected;
-    for (const glm::vec4& each : nodes) expected.push_back(yCoCgToRgb(glm::vec3(each)));
-    EXPECT_LT(difference(flatten(expected), flatten(found)), 1e-3) << surfels << " surfels";
+    Bake bake = test::makeSyntheticBake({.surfels = surfels, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
+    expectPullAgrees(bake, "a balanced tree");
+    bake.hierarchy = test::makeRandomTree(surfels, 0.05f, 5);
+    expectPullAgrees(bake, "a random tree");
   }
+  Bake bake = test::makeSyntheticBake({.surfels = 3000, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
+  bake.hierarchy = test::makeRandomTree(3000, 0.0f, 5);
+  expectPullAgrees(bake, "a chain");
 }
 
 TEST_F(GlRelighter, cachePassAgreesForAllKindsAndManyBands) {
@@ -152,12 +172,13 @@ TEST_F(GlRelighter, cachePassAgreesForAllKindsAndManyBands) {
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 3}, {8, 6}}) {
       Relighter gl = make(bake, Backend::gl, luma, chroma);
       gl.relight(setup);
-      std::vector<glm::vec4> nodes;
-      for (const glm::vec3& each : gl.nodeRadiosity()) nodes.emplace_back(rgbToYCoCg(each), 0.0f);
+      std::vector<std::uint32_t> nodes;
+      for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
       std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
-      cpu::lightCaches(cpu::lightCachesKernel(Simd::best), bake.links, nodes, luma, chroma, expected, {});
-      // Halves have 11 bits.
-      EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3) << "kind " << static_cast<int>(kind) << " l " << luma << " " << chroma;
+      cpu::lightCaches(cpu::lightCachesKernel(Simd::best), cpu::LinkSet(bake.links), nodes, luma, chroma, expected, {});
+      // Halves have 11 bits; f of oct6 links has 8 on the CPU, 12 on the GPU.
+      const double tolerance = kind == LinkKind::oct6 ? 0.02 : 1e-3;
+      EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), tolerance) << "kind " << static_cast<int>(kind) << " l " << luma << " " << chroma;
     }
   }
 }
@@ -189,48 +210,6 @@ TEST_F(GlRelighter, copyPassFillsEachTexelFromItsCache) {
   expectChannel(inputs.lightmapCg, 1, 13, 4);
 }
 
-TEST_F(GlRelighter, resolveAgreesOnLightmapAndGrid) {
-  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
-  const std::vector<Light> lights = someLights();
-  LightSetup setup;
-  setup.lights = lights;
-  // Points and normals: on the map's valid texels and their borders, in the room and outside of it.
-  std::vector<float> in;
-  for (int i = 0; i < 2000; ++i) {
-    const auto fraction = [i](float step) { return std::fmod(static_cast<float>(i) * step, 1.0f); };
-    const glm::vec3 n = glm::normalize(glm::vec3(fraction(0.377f), fraction(0.619f), fraction(0.791f)) * 2.0f - 0.99f);
-    const glm::vec3 p = glm::vec3(fraction(0.131f), fraction(0.273f), fraction(0.417f)) * glm::vec3(14, 6, 8) - 1.0f;
-    in.insert(in.end(), {fraction(0.618034f), fraction(0.754878f), n.x, n.y, n.z, p.x, p.y, p.z});
-  }
-  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {6, 1}}) {
-    Relighter gl = make(bake, Backend::gl, luma, chroma);
-    gl.relight(setup);
-    gl.bindResolveInputs();
-    const std::vector<float> found = test::runCompute(
-        gl.resolveGlsl(),
-        "uint k = 8u * i; vec3 n = vec3(inData[k+2u], inData[k+3u], inData[k+4u]);\n"
-        "vec3 plane = normalize(n + vec3(0.4, -0.3, 0.2));\n"
-        "vec3 a = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, plane);\n"
-        "vec3 b = relumeIrradianceGrid(vec3(inData[k+5u], inData[k+6u], inData[k+7u]), n);\n"
-        "for (int j = 0; j < 3; ++j) { outData[6u*i+uint(j)] = a[j]; outData[6u*i+3u+uint(j)] = b[j]; }\n",
-        in, in.size() / 8, in.size() / 8 * 6);
-    std::vector<float> map, mapFound, grid, gridFound;
-    for (std::size_t i = 0; i < in.size() / 8; ++i) {
-      const float* q = &in[8 * i];
-      const glm::vec3 n(q[2], q[3], q[4]);
-      const glm::vec3 plane = glm::normalize(n + glm::vec3(0.4f, -0.3f, 0.2f));
-      const glm::vec3 a = gl.irradianceOnLightmap({q[0], q[1]}, n, plane), b = gl.irradianceInGrid({q[5], q[6], q[7]}, n);
-      map.insert(map.end(), {a.x, a.y, a.z});
-      grid.insert(grid.end(), {b.x, b.y, b.z});
-      mapFound.insert(mapFound.end(), found.begin() + static_cast<std::ptrdiff_t>(6 * i), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 3));
-      gridFound.insert(gridFound.end(), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 3), found.begin() + static_cast<std::ptrdiff_t>(6 * i + 6));
-    }
-    // Texture filters weigh with 8 bits, and the map's normals have 8.
-    EXPECT_LT(difference(map, mapFound), 0.06) << luma << " " << chroma;
-    EXPECT_LT(difference(grid, gridFound), 1e-3) << luma << " " << chroma;
-  }
-}
-
 TEST_F(GlRelighter, framesWithBouncesAgree) {
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake(room(kind, 4));
@@ -239,16 +218,17 @@ TEST_F(GlRelighter, framesWithBouncesAgree) {
     setup.lights = lights;
     setup.skyRadiance = glm::vec3(0.3f);
     Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+    const double rounding = kind == LinkKind::oct6 ? 0.015 : 0.0;  // of f to 8 bits, on the CPU
     for (int frame = 0; frame < 5; ++frame) {
       cpu.relight(setup);
       gl.relight(setup);
-      EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.005) << "frame " << frame;
+      EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.005 + rounding) << "frame " << frame;
     }
     gl.reset();
     cpu.reset();
     cpu.relight(setup);
     gl.relight(setup);
-    EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.001) << "after reset";
+    EXPECT_LT(coefficientDifference(cpu.cacheCoefficients(), gl.cacheCoefficients(), 48), 0.001 + rounding) << "after reset";
   }
 }
 
@@ -271,7 +251,7 @@ TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
   setup.lights = lights;
   glProgramUniform1f(gl.surfelProgram(), glGetUniformLocation(gl.surfelProgram(), "hostShadow"), 0.25f);
   gl.relight(setup);
-  EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-4f);
+  EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f);
 }
 
 TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {

@@ -16,6 +16,8 @@
 namespace relume {
 namespace {
 
+// Tolerances: albedo is kept in 8 bits, radiosity in 8 to 9 (runtime/pack_surfel.h, pack_color.h).
+
 constexpr float kPi = std::numbers::pi_v<float>;
 
 Relighter make(const Bake& bake, const RelightOptions& options = {}) {
@@ -47,10 +49,10 @@ TEST(Furnace, bounceScaleScalesEachBounce) {
   LightSetup setup;
   setup.bounceScale = 0.0f;
   for (int frame = 0; frame < 3; ++frame) relighter.relight(setup);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 1e-4f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
   setup.bounceScale = 0.5f;
   EXPECT_GT(relightUntilConverged(relighter, setup), 3);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi / (1.0f - 0.25f), 0.005f * kPi);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi / (1.0f - 0.25f), 0.01f * kPi);
 }
 
 TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
@@ -64,12 +66,25 @@ TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
   const std::vector<glm::vec3> irradiance(6, glm::vec3(3, 2, 1));
   setup.surfelIrradiance = irradiance;
   relighter.relight(setup);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].r, 1.5f, 1e-5f);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].b, 0.5f, 1e-5f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].r, 1.5f, 0.006f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].b, 0.5f, 0.012f);
   const std::vector<glm::vec3> emission(6, glm::vec3(0, 1, 0));
   setup.surfelEmission = emission;
   relighter.relight(setup);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, 1.0f + kPi, 1e-5f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, 1.0f + kPi, 0.015f);
+}
+
+TEST(Furnace, hostsOwnLightIsRefusedWithoutItsOption) {
+  RelightOptions options;
+  options.surfelArrays = false;
+  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 3), options);
+  EXPECT_TRUE(relighter.relight({}));
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
+  const std::vector<glm::vec3> irradiance(6, glm::vec3(3, 2, 1));
+  LightSetup setup;
+  setup.surfelIrradiance = irradiance;
+  EXPECT_FALSE(relighter.relight(setup));
+  EXPECT_NE(relighter.check(setup).error().message.find("surfelArrays"), std::string::npos);
 }
 
 TEST(Furnace, resetForgets) {
@@ -78,7 +93,7 @@ TEST(Furnace, resetForgets) {
   relighter.reset();
   EXPECT_EQ(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
   relighter.relight({});
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 1e-4f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
 }
 
 TEST(Sky, patchesAndConstantReachTheCaches) {
@@ -115,7 +130,7 @@ TEST(Visibility, isAskedForAndMultiplied) {
   };
   relighter.relight(setup);
   // Wall 0 faces +X: leaf 5.
-  EXPECT_NEAR(relighter.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-6f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[5].r, 0.5f * 0.25f, 0.001f);
 }
 
 TEST(Threads, changeNothing) {
@@ -154,7 +169,7 @@ TEST(Sharing, relightersKeepTheBakesArraysAlive) {
   std::thread other([&] { relighters[1].relight(dark); });
   relighters[0].relight({});
   other.join();
-  EXPECT_NEAR(relighters[0].nodeRadiosity()[0].g, kPi, 1e-4f);
+  EXPECT_NEAR(relighters[0].nodeRadiosity()[0].g, kPi, 0.004f * kPi);
   EXPECT_EQ(relighters[1].nodeRadiosity()[0], glm::vec3(0.0f));
   EXPECT_EQ(relighters[1].coefficientsPerCache(), 9 + 2);
 }

@@ -4,6 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <malloc.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
 
 namespace relume {
@@ -184,6 +191,40 @@ TEST_P(Malformed, isRefusedByName) {
 
 INSTANTIATE_TEST_SUITE_P(Document, Malformed, ::testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+// Bytes of address space that this process has.
+rlim_t addressSpace() {
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+// Import every case with hardly more memory than there is already: a case that takes its claims for true ends as "out of
+// memory" in place of its own message.
+[[noreturn]] void importAllWithin(std::uint64_t bytes) {
+  ::mallopt(M_ARENA_MAX, 1);
+  (void)wholeFile().import();  // what is set up once
+  const rlimit limit{addressSpace() + bytes, addressSpace() + bytes};
+  ::setrlimit(RLIMIT_AS, &limit);
+  int failed = 0;
+  for (const Case& tested : kCases) {
+    GltfBuilder b = wholeFile();
+    b.threads = 1;
+    tested.breakIt(b);
+    const Result<Scene> scene = b.import();
+    if (scene || scene.error().message.find(tested.message) == std::string::npos) {
+      std::fprintf(stderr, "%s: %s\n", tested.name, scene ? "imported" : scene.error().message.c_str());
+      ++failed;
+    }
+  }
+  std::_Exit(failed == 0 ? 0 : 1);
+}
+
+TEST(Malformed, claimsAllocateNothing) {
+  if (std::string(RELUME_SANITIZE) != "") GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs terabytes of addresses";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(importAllWithin(16u << 20), ::testing::ExitedWithCode(0), "");
+}
 
 TEST(Malformed, theWholeFileIsGood) {
   const Result<Scene> scene = wholeFile().import();

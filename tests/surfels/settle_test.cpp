@@ -30,7 +30,7 @@ std::vector<SurfelSeed> settle(const HalfCoveredFloor& scene, std::span<const Su
   Context context;
   context.threads = threads;
   const RayTracer tracer = scene.level.tracer(context);
-  const SurfelMap map = buildSurfelMap(tracer.scene(), scene.space, surfels, 1.0f, context);
+  const SurfelMap map = buildSurfelMap(tracer.scene(), scene.space, surfels, 0.25f, context);
   return settleSurfels(tracer, scene.space, map, surfels, 1, context);
 }
 

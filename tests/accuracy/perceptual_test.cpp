@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Perceptual differences against published values and properties.
+#include "tests/accuracy/perceptual.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace relume::test {
+namespace {
+
+using Picture = std::vector<glm::vec3>;
+constexpr std::uint32_t kSide = 32;
+
+Picture uniform(const glm::vec3& color) { return Picture(kSide * kSide, color); }
+double mean(const std::vector<float>& e) { return std::accumulate(e.begin(), e.end(), 0.0) / static_cast<double>(e.size()); }
+std::vector<float> flipOf(const Picture& a, const Picture& b) { return flip(kSide, kSide, a, b); }
+
+// A bright square, moved right by `by` pixels.
+Picture square(std::uint32_t by, float bright) {
+  Picture p = uniform(glm::vec3(0.05f));
+  for (std::uint32_t y = 10; y < 20; ++y) {
+    for (std::uint32_t x = 8 + by; x < 18 + by; ++x) p[y * kSide + x] = glm::vec3(bright);
+  }
+  return p;
+}
+
+TEST(Lab, HasTheValuesOfThePrimaries) {
+  const std::pair<glm::dvec3, glm::dvec3> kKnown[] = {{{1, 1, 1}, {100, 0, 0}},
+                                                      {{1, 0, 0}, {53.24, 80.09, 67.20}},
+                                                      {{0, 1, 0}, {87.73, -86.18, 83.18}},
+                                                      {{0, 0, 1}, {32.30, 79.19, -107.86}},
+                                                      {{0.2140411, 0.2140411, 0.2140411}, {53.39, 0, 0}},
+                                                      {{0, 0, 0}, {0, 0, 0}}};
+  for (const auto& [rgb, lab] : kKnown) {
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(labOf(rgb)[k], lab[k], 0.02);
+  }
+}
+
+TEST(Lab, RmseIsTheDistanceOfUniformPictures) {
+  const double distance = glm::length(labOf({1, 0, 0}) - labOf({0, 1, 0}));
+  EXPECT_NEAR(labRmse(uniform({1, 0, 0}), uniform({0, 1, 0})), distance, 1e-4);
+  // A quarter of the pixels: half the root.
+  Picture quarter = uniform({1, 0, 0});
+  std::fill_n(quarter.begin(), kSide * kSide / 4, glm::vec3(0, 1, 0));
+  EXPECT_NEAR(labRmse(uniform({1, 0, 0}), quarter), 0.5 * distance, 1e-4);
+  EXPECT_EQ(labRmse(quarter, quarter), 0.0);
+}
+
+TEST(Flip, IsNothingForTheSamePicture) {
+  for (const float e : flipOf(square(0, 0.9f), square(0, 0.9f))) EXPECT_EQ(e, 0.0f);
+}
+
+TEST(Flip, IsOneBetweenGreenAndBlue) {
+  for (const float e : flipOf(uniform({0, 1, 0}), uniform({0, 0, 1}))) EXPECT_NEAR(e, 1.0f, 1e-5f);
+}
+
+// HyAB of black and white is 100, of green and blue after Hunt 203.1: 0.95 + 0.05 (100^0.7 - 0.4 c) / (0.6 c) with
+// c = 203.1^0.7 = 41.28.
+TEST(Flip, OfBlackAndWhiteFollowsFromTheFormula) {
+  for (const float e : flipOf(uniform(glm::vec3(0)), uniform(glm::vec3(1)))) EXPECT_NEAR(e, 0.9674f, 5e-4f);
+}
+
+TEST(Flip, IsSymmetric) {
+  const std::vector<float> there = flipOf(square(0, 0.9f), square(3, 0.5f)), back = flipOf(square(3, 0.5f), square(0, 0.9f));
+  for (std::size_t i = 0; i < there.size(); ++i) EXPECT_NEAR(there[i], back[i], 1e-6f);
+}
+
+TEST(Flip, StaysBetweenNothingAndOneAndGrowsWithTheDifference) {
+  double last = 0.0;
+  for (const float bright : {0.06f, 0.1f, 0.2f, 0.4f, 0.8f}) {
+    const std::vector<float> e = flipOf(square(0, 0.05f), square(0, bright));
+    for (const float each : e) {
+      EXPECT_GE(each, 0.0f);
+      EXPECT_LE(each, 1.0f);
+    }
+    EXPECT_GT(mean(e), last);
+    last = mean(e);
+  }
+}
+
+// The same change of brightness is worse where it makes an edge.
+TEST(Flip, WeighsEdgesMoreThanFlatChanges) {
+  const std::vector<float> flat = flipOf(uniform(glm::vec3(0.05f)), uniform(glm::vec3(0.09f)));
+  const std::vector<float> edge = flipOf(square(0, 0.05f), square(0, 0.09f));
+  EXPECT_GT(*std::max_element(edge.begin(), edge.end()), 1.1f * *std::max_element(flat.begin(), flat.end()));
+}
+
+// Noise that the eye averages out at this distance counts less than the same amplitude in one piece.
+TEST(Flip, FiltersFineColourNoise) {
+  Picture noise = uniform({0.3f, 0.3f, 0.3f}), patch = noise;
+  for (std::uint32_t i = 0; i < noise.size(); ++i) {
+    const bool on = (i % kSide + i / kSide) % 2 == 0;
+    noise[i].b += on ? 0.2f : -0.2f;
+    patch[i].b += i < noise.size() / 2 ? 0.2f : -0.2f;
+  }
+  EXPECT_LT(mean(flipOf(uniform(glm::vec3(0.3f)), noise)), 0.25 * mean(flipOf(uniform(glm::vec3(0.3f)), patch)));
+}
+
+}  // namespace
+}  // namespace relume::test

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// What receivers read on the CPU: the resolve against the mathematics, surfels' bounces against the resolve.
+#include "runtime/cpu/bounce.h"
+#include "runtime/cpu/light_caches.h"
+#include "runtime/cpu/light_surfels.h"
+#include "runtime/cpu/resolve.h"
+#include "runtime/cpu/stencil.h"
+
+#include "formats/color.h"
+#include "formats/pack.h"
+#include "formats/sh.h"
+#include "tests/runtime/cpu_fixture.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+using test::kPi, test::onTwoThreads, test::randomNodes, test::surfelsKernels;
+
+// A light map of 2 x 1 texels over caches whose coefficients are those of constant radiance 1 and 3 from above +Z.
+struct TwoTexels {
+  Caches caches;
+  std::vector<float> coefficients;
+  cpu::CacheLight light;
+
+  TwoTexels(int luma, int chroma, std::vector<std::uint32_t> texels) {
+    caches.positionWorld = std::vector<glm::vec3>(2, glm::vec3(0.0f));
+    caches.normal = std::vector<glm::vec3>(2, glm::vec3(0, 0, 1));
+    caches.lightmap.width = 2;
+    caches.lightmap.height = 1;
+    caches.lightmap.cache = std::move(texels);
+    const glm::vec3 tint = rgbToYCoCg({1.0f, 0.5f, 0.25f});
+    for (const float radiance : {1.0f, 3.0f}) {
+      std::array<double, 64> c = hemisphere();
+      for (int channel = 0; channel < 3; ++channel) {
+        const int bands = channel == 0 ? luma : chroma;
+        for (int i = 0; i < bands * bands; ++i) coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
+      }
+    }
+    light = {luma, chroma, coefficients, false};
+  }
+
+  // Projection of the upper half of the sphere: only m = 0, 2 pi K_l Int_0^1 P_l.
+  static std::array<double, 64> hemisphere() {
+    std::array<double, 64> c{};
+    for (int l = 0; l < 8; ++l) {
+      double integral = 0.0;
+      for (int s = 0; s < 4000; ++s) integral += std::legendre(static_cast<unsigned>(l), (s + 0.5) / 4000.0) / 4000.0;
+      c[static_cast<std::size_t>(l * l + l)] = 2 * kPi * std::sqrt((2 * l + 1) / (4 * kPi)) * integral;
+    }
+    return c;
+  }
+};
+
+TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
+  for (int luma = 1; luma <= 8; ++luma) {
+    for (int chroma = 1; chroma <= luma; ++chroma) {
+      const TwoTexels map(luma, chroma, {0, 1});
+      // A quarter of the way between the texel centres: radiance 1.5.
+      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.375f, 0.3f}, {0, 0, 1});
+      const float want = static_cast<float>(1.5 * kPi);
+      EXPECT_NEAR(e.r, want, 2e-3f) << luma << " " << chroma;
+      EXPECT_NEAR(e.g, 0.5f * want, 2e-3f) << luma << " " << chroma;
+      EXPECT_NEAR(e.b, 0.25f * want, 2e-3f) << luma << " " << chroma;
+    }
+  }
+}
+
+TEST(ResolveLightmap, texelsWithoutACacheCountNothing) {
+  const TwoTexels map(4, 4, {kNoCache, 1});
+  const float want = static_cast<float>(3.0 * kPi);
+  EXPECT_NEAR(cpu::irradianceOnLightmap(map.caches, map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
+  EXPECT_EQ(cpu::irradianceOnLightmap(map.caches, map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+  const TwoTexels empty(4, 4, {kNoCache, kNoCache});
+  EXPECT_EQ(cpu::irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+}
+
+TEST(ResolveLightmap, isNeverNegativeAndTakesAnyCoordinate) {
+  const TwoTexels map(4, 4, {0, 1});
+  const float nan = std::nanf("");
+  for (const glm::vec2 uv : {glm::vec2(-5, 9), glm::vec2(1e30f, 0), glm::vec2(nan, nan)}) {
+    const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, uv, {0, 0, -1});
+    EXPECT_GE(e.r, 0.0f);
+    EXPECT_GE(e.g, 0.0f);
+    EXPECT_GE(e.b, 0.0f);
+  }
+}
+
+TEST(ResolveLightmap, tiltedNormalsBlendToTheClampedCosine) {
+  const TwoTexels map(4, 4, {0, 0});
+  const glm::vec3 tilted(std::sin(1.2f), 0.0f, std::cos(1.2f));
+  const float want = irradianceAtSurface(4, std::span<const float>(map.coefficients).first(16), tilted, {0, 0, 1});
+  const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+  EXPECT_NEAR(rgbToYCoCg(e).x, want, 1e-4f);
+}
+
+TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 4}, {8, 2}}) {
+    const TwoTexels map(luma, chroma, {0, 0});
+    for (float angle = 0.0f; angle < 1.04f; angle += 0.05f) {
+      const glm::vec3 tilted(std::sin(angle), 0.0f, std::cos(angle));
+      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+      EXPECT_NEAR(e.r, kPi, 0.01 * kPi) << luma << " bands, angle " << angle;
+      // A normal map on the cache's own plane turns away from light, as it should.
+      const glm::vec3 mapped = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
+      const double caught = luma > 1 ? 0.5 + 0.5 * std::cos(angle) : 1.0;
+      EXPECT_NEAR(mapped.r, kPi * caught, 0.05 * kPi) << luma << " bands, angle " << angle;
+    }
+  }
+}
+
+// A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
+TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
+  Caches caches;
+  caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};
+  caches.normal = std::vector<glm::vec3>(2, glm::vec3(0.0f));
+  caches.grid.resolution = {2, 1, 1};
+  caches.grid.spacing = glm::vec3(1.0f);
+  caches.grid.cache = std::vector<std::uint32_t>{0, 1};
+  std::vector<float> coefficients(2 * 48, 0.0f);
+  const auto full = static_cast<float>(2 * std::sqrt(kPi));
+  coefficients[0] = full;
+  coefficients[48] = 3.0f * full;
+  const cpu::CacheLight light{4, 4, coefficients, false};
+  const auto pi = static_cast<float>(kPi);
+  const glm::vec3 side(0, 1, 0);
+  // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
+  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
+  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
+  // Facing +X from the middle: weight 1 ahead, 0.05² behind.
+  const float behind = 0.05f * 0.05f;
+  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind), 1e-3f);
+  caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
+  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
+  caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
+  EXPECT_EQ(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
+}
+
+// What is decided once and read from tables gives what the general resolve gives, for all kinds of receivers.
+TEST(Bounce, agreesWithResolveAtEverySurfel) {
+  for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
+    Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260, .kind = kind});
+    // Some normals that are no longer the map's.
+    std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
+    for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
+    bake.surfels.normal = std::move(normal);
+    const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
+    const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, order);
+    const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
+    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
+      const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
+      std::vector<float> coefficients(count + 8);
+      cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
+      const cpu::CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
+      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind == LinkKind::irradiance, luma);
+      cpu::LightSurfelsJob job;
+      bounce.setLight(light, onTwoThreads, job);
+      packed.describe(job);
+      job.bounceScale = 0.5f;
+      for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+        std::size_t gridLit = 0;
+        for (std::uint32_t i = 0; i < order.size(); ++i) {
+          alignas(64) static std::array<float, 3 * cpu::kSurfelBlock> e;
+          const std::uint32_t slot = i % cpu::kSurfelBlock, s = order[i];
+          if (slot == 0) {
+            e.fill(0.25f);
+            bounce.add(*kernel, job, i / cpu::kSurfelBlock, std::min<std::uint32_t>(cpu::kSurfelBlock, static_cast<std::uint32_t>(order.size()) - i), e.data());
+          }
+          const Surfels& surfels = bake.surfels;
+          const bool grid = surfels.receiver[s] == kGridReceiver;
+          gridLit += grid ? 1 : 0;
+          const glm::vec3 want =
+              grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
+                   : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
+          const glm::vec3 found = 2.0f * (glm::vec3(e[slot], e[cpu::kSurfelBlock + slot], e[2 * cpu::kSurfelBlock + slot]) - 0.25f);
+          // Up to 14 degrees a surfel takes the light of its caches' own normals.
+          const float cosine = grid ? 0.0f : glm::dot(surfels.normal[s], cpu::stencilNormal(bake.caches, cpu::lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
+          const float tolerance = cosine > 0.97f && cosine < 0.9999f ? 0.1f : 0.02f;
+          ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f) << "surfel " << s << " bands " << luma << " " << chroma;
+        }
+        EXPECT_GT(gridLit, 0u);
+        EXPECT_LT(gridLit, 2000u);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+// Every pair of luma and chroma bands on both backends: coefficients, the layers they take, and the resolve with its
+// guessed third band and its window.
+#include "runtime/bands.h"
+#include "runtime/relighter.h"
+
+#include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <glm/geometric.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace relume {
+namespace {
+
+class GlBands : public test::GlTest {};
+
+Relighter make(const Bake& bake, Backend backend, int luma, int chroma, float deringing = 0.0f) {
+  RelightOptions options;
+  options.backend = backend;
+  options.lumaBands = luma;
+  options.chromaBands = chroma;
+  options.deringing = deringing;
+  Result<Relighter> made = Relighter::create(bake, options);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+// Lights of opposed colours from opposed sides: chroma has a direction of its own.
+std::array<Light, 3> opposedLights() {
+  std::array<Light, 3> lights;
+  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[1] = {.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}, .range = 8.0f};
+  lights[2] = {.kind = LightKind::spot, .intensity = {1, 90, 3}, .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  return lights;
+}
+
+// Points and normals: on the map's valid texels and their borders, in the room and outside of it.
+std::vector<float> receivers(int count) {
+  std::vector<float> in;
+  for (int i = 0; i < count; ++i) {
+    const auto fraction = [i](float step) { return std::fmod(static_cast<float>(i) * step, 1.0f); };
+    const glm::vec3 n = glm::normalize(glm::vec3(fraction(0.377f), fraction(0.619f), fraction(0.791f)) * 2.0f - 0.99f);
+    const glm::vec3 p = glm::vec3(fraction(0.131f), fraction(0.273f), fraction(0.417f)) * glm::vec3(14, 6, 8) - 1.0f;
+    in.insert(in.end(), {fraction(0.618034f), fraction(0.754878f), n.x, n.y, n.z, p.x, p.y, p.z});
+  }
+  return in;
+}
+
+// Irradiance at receivers, light map then grid, by the shader or by the CPU's resolve.
+struct Irradiances {
+  std::vector<float> map, grid;
+};
+
+Irradiances byShader(const Relighter& gl, const std::vector<float>& in) {
+  gl.bindResolveInputs();
+  const std::size_t count = in.size() / 8;
+  const std::vector<float> found = test::runCompute(
+      gl.resolveGlsl(),
+      "uint k = 8u * i; vec3 n = vec3(inData[k+2u], inData[k+3u], inData[k+4u]);\n"
+      "vec3 plane = normalize(n + vec3(0.4, -0.3, 0.2));\n"
+      "vec3 a = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, plane);\n"
+      "vec3 b = relumeIrradianceGrid(vec3(inData[k+5u], inData[k+6u], inData[k+7u]), n);\n"
+      "for (int j = 0; j < 3; ++j) { outData[6u*i+uint(j)] = a[j]; outData[6u*i+3u+uint(j)] = b[j]; }\n",
+      in, count, count * 6);
+  Irradiances e;
+  for (std::size_t i = 0; i < count * 6; ++i) (i % 6 < 3 ? e.map : e.grid).push_back(found[i]);
+  return e;
+}
+
+Irradiances byCpu(const Relighter& relighter, const std::vector<float>& in) {
+  Irradiances e;
+  for (std::size_t i = 0; i < in.size() / 8; ++i) {
+    const float* q = &in[8 * i];
+    const glm::vec3 n(q[2], q[3], q[4]), plane = glm::normalize(n + glm::vec3(0.4f, -0.3f, 0.2f));
+    const glm::vec3 a = relighter.irradianceOnLightmap({q[0], q[1]}, n, plane);
+    const glm::vec3 b = relighter.irradianceInGrid({q[5], q[6], q[7]}, n);
+    e.map.insert(e.map.end(), {a.x, a.y, a.z});
+    e.grid.insert(e.grid.end(), {b.x, b.y, b.z});
+  }
+  return e;
+}
+
+// Largest difference relative to the root mean square of the first.
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double square = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    square += static_cast<double>(a[i]) * a[i];
+    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])));
+  }
+  return largest / std::sqrt(std::max(square / static_cast<double>(a.size()), 1e-30));
+}
+
+// Coefficients relative to coefficient 0 of their cache.
+double coefficientDifference(const Relighter& a, const Relighter& b) {
+  const std::vector<float> first = a.cacheCoefficients(), second = b.cacheCoefficients();
+  EXPECT_EQ(first.size(), second.size());
+  const auto stride = static_cast<std::size_t>(a.coefficientsPerCache());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    largest = std::max(largest, static_cast<double>(std::abs(first[i] - second[i])) / std::max(first[i - i % stride], 1e-6f));
+  }
+  return largest;
+}
+
+void expectLayers(GLuint texture, int bands) {
+  GLint layers = 0;
+  glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
+  glGetTexLevelParameteriv(GL_TEXTURE_2D_ARRAY, 0, GL_TEXTURE_DEPTH, &layers);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  EXPECT_EQ(layers, (bands * bands + 3) / 4);
+}
+
+TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct8});
+  const std::array<Light, 3> lights = opposedLights();
+  LightSetup setup;
+  setup.lights = lights;
+  setup.skyRadiance = {0.2f, 0.3f, 0.4f};
+  const std::vector<float> in = receivers(300);
+  // A software driver takes a second or two to compile the shaders of many bands: the default run takes a part of the pairs.
+  const bool all = std::getenv("RELUME_LONG_TESTS") != nullptr;
+  for (int luma = 1; luma <= 8; ++luma) {
+    for (int chroma = 1; chroma <= luma; ++chroma) {
+      if (!all && luma > 3 && chroma != 1 + luma % 5) continue;
+      SCOPED_TRACE("Y" + std::to_string(luma) + "Co" + std::to_string(chroma) + "Cg" + std::to_string(chroma));
+      Relighter cpu = make(bake, Backend::cpu, luma, chroma), gl = make(bake, Backend::gl, luma, chroma);
+      ASSERT_EQ(gl.coefficientsPerCache(), luma * luma + 2 * chroma * chroma);
+      for (int frame = 0; frame < 2; ++frame) {
+        cpu.relight(setup);
+        gl.relight(setup);
+      }
+      EXPECT_LT(coefficientDifference(cpu, gl), 0.005);
+      const GlResolveInputs inputs = gl.glResolveInputs();
+      expectLayers(inputs.lightmapY, luma);
+      expectLayers(inputs.lightmapCo, chroma);
+      expectLayers(inputs.lightmapCg, chroma);
+      const Irradiances shader = byShader(gl, in), same = byCpu(gl, in);
+      // Texture filters weigh with 8 bits, and the map's normals have 8.
+      EXPECT_LT(difference(same.map, shader.map), 0.06);
+      EXPECT_LT(difference(same.grid, shader.grid), 1e-3);
+    }
+  }
+}
+
+TEST_F(GlBands, deringingAgreesAndChangesBentReceiversOnly) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 4000, .skyPatches = 12, .linksPerCache = 61, .kind = LinkKind::oct8});
+  const std::array<Light, 3> lights = opposedLights();
+  LightSetup setup;
+  setup.lights = lights;
+  const std::vector<float> in = receivers(2000);
+  for (const auto& [luma, chroma] : {std::pair{2, 1}, {2, 2}, {3, 2}, {5, 5}}) {
+    Relighter plain = make(bake, Backend::gl, luma, chroma), windowed = make(bake, Backend::gl, luma, chroma, 0.05f);
+    plain.relight(setup);
+    windowed.relight(setup);
+    const Irradiances shader = byShader(windowed, in), same = byCpu(windowed, in), before = byCpu(plain, in);
+    EXPECT_LT(difference(same.map, shader.map), 0.06);
+    EXPECT_LT(difference(same.grid, shader.grid), 1e-3);
+    EXPECT_GT(difference(before.grid, same.grid), 0.05);
+    // The map's own normals: the exact linear form stays.
+    const Lightmap& map = bake.caches.lightmap;
+    for (std::uint32_t t = 0; t < map.cache.size(); t += 5) {
+      if (map.cache[t] == kNoCache) continue;
+      const glm::vec2 uv((static_cast<float>(t % map.width) + 0.5f) / static_cast<float>(map.width),
+                         (static_cast<float>(t / map.width) + 0.5f) / static_cast<float>(map.height));
+      const glm::vec3 n = bake.caches.normal[map.cache[t]];
+      EXPECT_EQ(plain.irradianceOnLightmap(uv, n), windowed.irradianceOnLightmap(uv, n));
+    }
+  }
+}
+
+TEST(BandNames, goBothWaysForAllPairsAndNothingElse) {
+  int pairs = 0;
+  for (int luma = 0; luma < 10; ++luma) {
+    for (int chroma = 0; chroma < 10; ++chroma) {
+      const std::optional<Bands> found = bandsByName(bandsName({luma, chroma}));
+      const bool valid = chroma >= 1 && luma >= chroma && luma <= 8;
+      ASSERT_EQ(found.has_value(), valid) << bandsName({luma, chroma});
+      if (!valid) continue;
+      EXPECT_EQ(found->luma, luma);
+      EXPECT_EQ(found->chroma, chroma);
+      pairs += 1;
+    }
+  }
+  EXPECT_EQ(pairs, 36);
+  for (const char* name : {"", "Y3Co1Cg2", "y3Co1Cg1", "Y3Co1Cg", "Y3Co1Cg11", "Y3Cg1Co1", "Y3Co1Cx1"}) EXPECT_FALSE(bandsByName(name)) << name;
+}
+
+TEST_F(GlBands, deringingOutOfRangeIsRefused) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 40, .linksPerCache = 8});
+  for (const float lambda : {-0.1f, 1.1f, std::nanf("")}) {
+    RelightOptions options;
+    options.deringing = lambda;
+    const Result<Relighter> made = Relighter::create(bake, options);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, ErrorCode::usage);
+    EXPECT_NE(made.error().message.find("deringing"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// The grid with bricks and with depths: the shader reads what the CPU reads.
+#include "formats/grid_depth.h"
+#include "runtime/relighter.h"
+#include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <glm/geometric.hpp>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace relume {
+namespace {
+
+class GlGrid : public test::GlTest {};
+
+// A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches see
+// any distance.
+Bake bakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {
+  Bake bake = test::makeSyntheticBake({.surfels = 200, .grid = resolution, .lightmapCaches = 12, .linksPerCache = 16});
+  CacheGrid& grid = bake.caches.grid;
+  const auto caches = static_cast<std::uint32_t>(grid.cache.size());
+  std::mt19937 random(5);
+  if (bricks) {
+    const glm::uvec3 cells = grid.cells();
+    std::vector<std::uint32_t> brick(cells.x * cells.y * cells.z), fine;
+    std::uint32_t count = 0;
+    for (std::uint32_t& b : brick) b = random() % 3 == 0 ? kNoBrick : count++;
+    for (std::uint32_t i = 0; i < kBrickWords * count; ++i) {
+      const std::uint32_t pick = random() % 5;
+      fine.push_back(pick == 0 ? kNoCache : pick == 1 ? kHangingPoint : static_cast<std::uint32_t>(random() % caches));
+    }
+    grid.brick = brick;
+    grid.fine = fine;
+  }
+  if (depths) {
+    std::vector<std::uint32_t> depth(std::size_t{kDepthWords} * caches, 0);
+    for (std::uint32_t c = 0; c < caches; ++c) {
+      for (std::uint32_t n = 0; n < kDepthSide * kDepthSide; ++n) depth[kDepthWords * c + n / 4] |= (random() % 140u) << (8 * (n % 4));
+    }
+    grid.depth = depth;
+  }
+  return bake;
+}
+
+Relighter light(const Bake& bake, Backend backend) {
+  RelightOptions options;
+  options.backend = backend;
+  options.lumaBands = 3;
+  options.chromaBands = 2;
+  Result<Relighter> made = Relighter::create(bake, options);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  const std::array<Light, 2> lights{Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
+                                    Light{.kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
+  LightSetup setup;
+  setup.lights = lights;
+  EXPECT_TRUE(made->relight(setup));
+  return std::move(*made);
+}
+
+// Points inside the room and around it, some on the lattice's own planes.
+std::vector<float> receivers(const CacheGrid& grid) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> uniform(-0.3f, 1.3f);
+  std::normal_distribution<float> gauss;
+  std::vector<float> in;
+  for (int i = 0; i < 600; ++i) {
+    glm::vec3 p = grid.originWorld + glm::vec3(uniform(random), uniform(random), uniform(random)) * grid.spacing * glm::vec3(grid.resolution - 1u);
+    if (i % 5 == 0) p = grid.originWorld + grid.spacing * glm::vec3(i % 3, i % 2, i % 4);
+    const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
+    in.insert(in.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
+  }
+  return in;
+}
+
+void expectSame(const Bake& bake) {
+  const Relighter cpu = light(bake, Backend::cpu), gl = light(bake, Backend::gl);
+  const std::vector<float> in = receivers(bake.caches.grid);
+  const std::size_t count = in.size() / 6;
+  gl.bindResolveInputs();
+  const std::vector<float> found = test::runCompute(
+      gl.resolveGlsl(),
+      "uint k = 6u * i; vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), vec3(inData[k+3u], inData[k+4u], inData[k+5u]));\n"
+      "for (int j = 0; j < 3; ++j) outData[3u*i+uint(j)] = e[j];\n",
+      in, count, count * 3);
+  double mean = 0.0;
+  std::vector<glm::vec3> expected;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* q = &in[6 * i];
+    expected.push_back(cpu.irradianceInGrid({q[0], q[1], q[2]}, {q[3], q[4], q[5]}));
+    mean += static_cast<double>(glm::length(expected.back())) / static_cast<double>(count);
+  }
+  ASSERT_GT(mean, 0.0);
+  double largest = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const double d = std::abs(static_cast<double>(found[3 * i + static_cast<std::size_t>(k)]) - static_cast<double>(expected[i][k]));
+      largest = std::max(largest, d / mean);
+      square += d * d / (mean * mean) / static_cast<double>(3 * count);
+    }
+  }
+  // Caches are halves in OpenGL.
+  EXPECT_LT(std::sqrt(square), 1e-3);
+  EXPECT_LT(largest, 5e-3);
+}
+
+TEST_F(GlGrid, latticeAgreesWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, false, false)); }
+TEST_F(GlGrid, bricksAgreeWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, true, false)); }
+TEST_F(GlGrid, depthsAgreeWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, false, true)); }
+TEST_F(GlGrid, bricksAndDepthsAgreeWithTheCpu) { expectSame(bakeWithBricks({3, 4, 2}, true, true)); }
+TEST_F(GlGrid, gridsOfOnePointAlongAnAxisAgreeWithTheCpu) { expectSame(bakeWithBricks({3, 1, 2}, true, true)); }
+
+}  // namespace
+}  // namespace relume
