@@ -3,6 +3,8 @@
 
 # Contraction into fused multiply-adds differs between instruction sets; the same input must give the same bytes.
 add_compile_options(-ffp-contract=off)
+# Nobody reads errno or floating-point traps: roots, floors and selects become single instructions, with the same results.
+add_compile_options(-fno-math-errno -fno-trapping-math)
 if(RELUME_SANITIZE)
   add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})

@@ -2,6 +2,7 @@
 // See compact_links.h.
 #include "formats/compact_links.h"
 
+#include "formats/octahedron.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 
@@ -14,20 +15,6 @@
 
 namespace relume {
 namespace {
-
-// Octahedral coordinates of a unit direction in [-1,1]².
-glm::vec2 toOctahedron(const glm::vec3& d) {
-  const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
-  if (!(sum > 0.0f)) return glm::vec2(0.0f);
-  const glm::vec2 p = glm::vec2(d.x, d.y) / sum;
-  if (d.z >= 0.0f) return p;
-  return {(1.0f - std::abs(p.y)) * (p.x < 0.0f ? -1.0f : 1.0f), (1.0f - std::abs(p.x)) * (p.y < 0.0f ? -1.0f : 1.0f)};
-}
-
-glm::vec3 fromOctahedron(const glm::vec2& p) {
-  const float z = 1.0f - std::abs(p.x) - std::abs(p.y), fold = std::max(-z, 0.0f);
-  return glm::normalize(glm::vec3(p.x - (p.x < 0.0f ? -fold : fold), p.y - (p.y < 0.0f ? -fold : fold), z));
-}
 
 // Direction and cone in 2 kUvBits + kConeBits bits.
 template <int kUvBits, int kConeBits>

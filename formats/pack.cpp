@@ -2,6 +2,8 @@
 // Packed numbers; see pack.h.
 #include "formats/pack.h"
 
+#include "formats/octahedron.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -23,7 +25,6 @@ std::uint32_t unorm(float v, float scale) {
   return static_cast<std::uint32_t>(std::lrint(std::clamp(v, 0.0f, 1.0f) * scale));
 }
 
-float signNotZero(float v) { return v < 0.0f ? -1.0f : 1.0f; }
 
 }  // namespace
 
@@ -54,26 +55,14 @@ float unpackHalf(std::uint16_t half) {
 }
 
 std::uint32_t packOctahedral(const glm::vec3& d) {
-  const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
-  if (!(sum > 0.0f)) return kNoDirection;
-  float x = d.x / sum, y = d.y / sum;
-  if (d.z < 0.0f) {
-    const float t = (1.0f - std::abs(y)) * signNotZero(x);
-    y = (1.0f - std::abs(x)) * signNotZero(y);
-    x = t;
-  }
-  return snorm16(x) | (snorm16(y) << 16);
+  if (!(std::abs(d.x) + std::abs(d.y) + std::abs(d.z) > 0.0f)) return kNoDirection;  // NaN, too
+  const glm::vec2 p = toOctahedron(d);
+  return snorm16(p.x) | (snorm16(p.y) << 16);
 }
 
 glm::vec3 unpackOctahedral(std::uint32_t bits) {
   if (bits == kNoDirection) return glm::vec3(0.0f);
-  const float x = fromSnorm16(bits), y = fromSnorm16(bits >> 16);
-  glm::vec3 d(x, y, 1.0f - std::abs(x) - std::abs(y));
-  if (d.z < 0.0f) {
-    d.x = (1.0f - std::abs(y)) * signNotZero(x);
-    d.y = (1.0f - std::abs(x)) * signNotZero(y);
-  }
-  return glm::normalize(d);
+  return fromOctahedron(glm::vec2(fromSnorm16(bits), fromSnorm16(bits >> 16)));
 }
 
 std::uint32_t packRgb9e5(const glm::vec3& color) {

@@ -33,9 +33,31 @@ constexpr std::array<float, kMaxBands> kCosine = {
     static_cast<float>(kPi),       static_cast<float>(2 * kPi / 3), static_cast<float>(kPi / 4), 0.0f,
     static_cast<float>(-kPi / 24), 0.0f,                            static_cast<float>(kPi / 64), 0.0f};
 
+// Four bands, what the baker evaluates for every ray, written out: no divisions.
+void evaluateFourBands(const glm::vec3& d, std::span<float> y) {
+  const float x2 = d.x * d.x, y2 = d.y * d.y, z2 = d.z * d.z, five = 5.0f * z2 - 1.0f;
+  y[0] = 0.28209479177387814f;
+  y[1] = 0.48860251190291992f * d.y;
+  y[2] = 0.48860251190291992f * d.z;
+  y[3] = 0.48860251190291992f * d.x;
+  y[4] = 1.0925484305920791f * d.x * d.y;
+  y[5] = 1.0925484305920791f * d.y * d.z;
+  y[6] = 0.31539156525252000f * (3.0f * z2 - 1.0f);
+  y[7] = 1.0925484305920791f * d.x * d.z;
+  y[8] = 0.54627421529603953f * (x2 - y2);
+  y[9] = 0.59004358992664351f * d.y * (3.0f * x2 - y2);
+  y[10] = 2.8906114426405540f * d.x * d.y * d.z;
+  y[11] = 0.45704579946446574f * d.y * five;
+  y[12] = 0.37317633259011540f * d.z * (five - 2.0f);
+  y[13] = 0.45704579946446574f * d.x * five;
+  y[14] = 1.4453057213202770f * d.z * (x2 - y2);
+  y[15] = 0.59004358992664351f * d.x * (x2 - 3.0f * y2);
+}
+
 }  // namespace
 
 void evaluateSh(int bands, const glm::vec3& d, std::span<float> y) {
+  if (bands == 4) return evaluateFourBands(d, y);
   // Walk the orders m. (c, s) are Re and Im of (x + i y)^m; p walks the associated Legendre functions divided by
   // sin^m, so that nothing is singular at the poles.
   float c = 1.0f, s = 0.0f;

@@ -3,9 +3,8 @@
 #include "formats/shape_links.h"
 
 #include "formats/compact_links.h"
+#include "formats/octahedron.h"
 #include "formats/sh.h"
-
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -22,84 +21,89 @@ constexpr int kReach = 1;
 // Band 1 alone decides the irradiance of a light map.
 constexpr std::array<float, 4> kBandWeight = {0.0f, 3.0f, 1.0f, 0.5f};
 
+constexpr std::array<std::size_t, LinkShaper::kBands + 1> kFirstFour = {0, 0, 1, 3, 5};  // of a band, when padded
+
+}  // namespace
+
 // What every shape stands for, for f = 1.
-struct Shapes {
-  struct alignas(64) Row {
-    std::array<float, LinkShaper::kCoefficients> c{};
-  };
-  std::vector<Row> direction = std::vector<Row>(4096);       // coefficients of a single direction
-  std::array<std::array<float, kCones>, 4> ratio{};          // of each band and cone
-  std::array<float, kCones> square{};                        // of a cone's coefficients, weighed
+struct LinkShaper::Shapes {
+  static float sum(const Four& a) { return (a[0] + a[1]) + (a[2] + a[3]); }
+  static Four lesser(const Four& a, const Four& b) { return a < b ? a : b; }
+  static float least(const Four& a) { return std::min(std::min(a[0], a[1]), std::min(a[2], a[3])); }
+
+  std::vector<Padded> direction = std::vector<Padded>(4096);  // coefficients of a single direction
+  std::array<std::array<Four, kCones / 4>, kBands> ratio{};   // of each band and cone
+  std::array<Four, kCones / 4> square{};                      // of a cone's coefficients, weighed
 
   Shapes() {
     for (std::uint32_t code = 0; code < 4096; ++code) {
-      std::array<float, LinkShaper::kCoefficients>& y = direction[code].c;
-      evaluateSh(LinkShaper::kBands, unpackShape6(code).direction, y);
+      std::array<float, kCoefficients> y;
+      evaluateSh(kBands, unpackShape6(code).direction, y);
       const float y0 = y[0];
       for (float& each : y) each /= y0;
+      direction[code] = pad(y);
     }
     for (std::uint32_t cone = 0; cone < kCones; ++cone) {
-      std::array<float, LinkShaper::kBands> r;
-      coneBandRatios(LinkShaper::kBands, unpackShape6(cone << 12).cosAlpha, r);
+      std::array<float, kBands> r;
+      coneBandRatios(kBands, unpackShape6(cone << 12).cosAlpha, r);
       for (std::size_t l = 0; l < r.size(); ++l) {
-        ratio[l][cone] = r[l];
+        ratio[l][cone / 4][cone % 4] = r[l];
         // The squares of a band add up to 2 l + 1, whatever the direction.
-        square[cone] += kBandWeight[l] * r[l] * r[l] * static_cast<float>(2 * l + 1);
+        square[cone / 4][cone % 4] += kBandWeight[l] * r[l] * r[l] * static_cast<float>(2 * l + 1);
       }
     }
   }
 };
 
-const Shapes& shapes() {
+const LinkShaper::Shapes& LinkShaper::shapes() {
   static const Shapes kShapes;
   return kShapes;
 }
 
-// Steps of the octahedral grid of a direction's nearest code.
-std::array<int, 2> gridOf(std::uint32_t code) {
-  return {static_cast<std::int32_t>(code << 26) >> 26, static_cast<std::int32_t>(code << 20) >> 26};
+LinkShaper::Padded LinkShaper::pad(std::span<const float> c) {
+  Padded padded{};
+  for (std::size_t l = 1; l < kBands; ++l) {
+    for (std::size_t i = 0; i < 2 * l + 1; ++i) padded[kFirstFour[l] + i / 4][i % 4] = c[l * l + i];
+  }
+  return padded;
 }
-
-}  // namespace
 
 std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
   const Shapes& table = shapes();
-  std::array<float, kCoefficients> wanted;
-  for (std::size_t i = 0; i < kCoefficients; ++i) wanted[i] = c[i] + owed_[i];
+  Padded wanted = pad(c);
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] + owed_[i];
 
   // Of |wanted - f shape|², weighed by bands, the part that depends on the shape:
   // f² square(cone) - 2 f sum_l ratio_l(cone) (wanted . y)_l.
-  const glm::vec3 mean(c[3], c[1], c[2]);
-  const float length = glm::length(mean);
-  const auto [u0, v0] = gridOf(packShape6({length > 0.0f ? mean / length : glm::vec3(0, 0, 1), 1.0f}));
+  const glm::vec2 centre = toOctahedron(glm::vec3(c[3], c[1], c[2])) * static_cast<float>(kMost);
+  const int u0 = static_cast<int>(std::lrint(centre.x)), v0 = static_cast<int>(std::lrint(centre.y));
   std::uint32_t best = 0;
   float bestCost = INFINITY;
   for (int v = std::max(v0 - kReach, -kMost); v <= std::min(v0 + kReach, kMost); ++v) {
     for (int u = std::max(u0 - kReach, -kMost); u <= std::min(u0 + kReach, kMost); ++u) {
       const std::uint32_t code = (static_cast<std::uint32_t>(u) & 63u) | (static_cast<std::uint32_t>(v) & 63u) << 6;
-      const std::array<float, kCoefficients>& y = table.direction[code].c;
-      std::array<float, 4> along{};
-      for (std::size_t i = 1; i < 4; ++i) along[1] += wanted[i] * y[i];
-      for (std::size_t i = 4; i < 9; ++i) along[2] += wanted[i] * y[i];
-      for (std::size_t i = 9; i < 16; ++i) along[3] += wanted[i] * y[i];
-      for (std::size_t l = 1; l < 4; ++l) along[l] *= 2.0f * kBandWeight[l];
-      std::array<float, kCones> cost;
-      for (std::size_t cone = 0; cone < kCones; ++cone) {
-        cost[cone] = f * table.square[cone] - along[1] * table.ratio[1][cone] - along[2] * table.ratio[2][cone] -
-                     along[3] * table.ratio[3][cone];
+      const Padded& y = table.direction[code];
+      const float along1 = 2.0f * kBandWeight[1] * Shapes::sum(wanted[0] * y[0]),
+                  along2 = 2.0f * kBandWeight[2] * Shapes::sum(wanted[1] * y[1] + wanted[2] * y[2]),
+                  along3 = 2.0f * kBandWeight[3] * Shapes::sum(wanted[3] * y[3] + wanted[4] * y[4]);
+      std::array<Four, kCones / 4> cost;
+      for (std::size_t k = 0; k < cost.size(); ++k) {
+        cost[k] = f * table.square[k] - along1 * table.ratio[1][k] - along2 * table.ratio[2][k] - along3 * table.ratio[3][k];
       }
-      const auto least = std::min_element(cost.begin(), cost.end());
-      if (*least < bestCost) {
-        bestCost = *least;
-        best = code | static_cast<std::uint32_t>(least - cost.begin()) << 12;
-      }
+      const float leastCost = Shapes::least(Shapes::lesser(Shapes::lesser(cost[0], cost[1]), Shapes::lesser(cost[2], cost[3])));
+      if (!(leastCost < bestCost)) continue;
+      bestCost = leastCost;
+      std::uint32_t cone = 0;
+      while (cone + 1 < kCones && cost[cone / 4][cone % 4] != leastCost) ++cone;
+      best = code | cone << 12;
     }
   }
 
-  const std::array<float, kCoefficients>& y = table.direction[best & 0xFFFu].c;
-  for (std::size_t l = 1; l < 4; ++l) {
-    const float scale = f * table.ratio[l][best >> 12];
-    for (std::size_t i = l * l; i < (l + 1) * (l + 1); ++i) owed_[i] = kHandedOn * (wanted[i] - scale * y[i]);
+  const Padded& y = table.direction[best & 0xFFFu];
+  const std::uint32_t cone = best >> 12;
+  for (std::size_t l = 1; l < kBands; ++l) {
+    const float scale = f * table.ratio[l][cone / 4][cone % 4];
+    for (std::size_t i = kFirstFour[l]; i < kFirstFour[l + 1]; ++i) owed_[i] = kHandedOn * (wanted[i] - scale * y[i]);
   }
   return best;
 }

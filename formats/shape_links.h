@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -22,7 +23,14 @@ class LinkShaper {
   std::uint32_t choose(std::span<const float> c, float f);
 
  private:
-  std::array<float, kCoefficients> owed_{};
+  // Coefficients of bands 1, 2, 3, filled up with zeros to one, two and two fours.
+  typedef float Four __attribute__((vector_size(16)));
+  using Padded = std::array<Four, 5>;
+  static Padded pad(std::span<const float> c);
+  struct Shapes;
+  static const Shapes& shapes();
+
+  Padded owed_{};
 };
 
 }  // namespace relume

@@ -5,6 +5,7 @@
 // for once.
 #include "bake/caches/see_depths.h"
 
+#include "bake/morton.h"
 #include "bake/parallel.h"
 #include "formats/grid_depth.h"
 
@@ -62,6 +63,10 @@ class Fit {
       d.weight = nodes.weight;
       direction_.push_back(d);
     }
+    // Neighbours follow each other, so that packets of rays stay together.
+    std::sort(direction_.begin(), direction_.end(), [](const Direction& a, const Direction& b) {
+      return mortonOf(1024.0f * (a.unit + 1.0f)) < mortonOf(1024.0f * (b.unit + 1.0f));
+    });
     invert();
   }
 
@@ -135,7 +140,7 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
           rays[k].origin = positionWorld[i];
           rays[k].direction = fit.directions()[first + k].unit;
         }
-        tracer.trace(rays, hits);
+        tracer.trace(rays, hits, RayOrder::coherent);
         for (std::size_t k = 0; k < kPacket; ++k) {
           if (!hits[k]) continue;
           const Direction& d = fit.directions()[first + k];

@@ -2,6 +2,7 @@
 // See outlook.h. Surfels that are near each other look together, a direction at a time, so that rays stay in packets.
 #include "bake/hierarchy/outlook.h"
 
+#include "bake/morton.h"
 #include "bake/parallel.h"
 
 #include <glm/common.hpp>
@@ -20,7 +21,7 @@ namespace {
 constexpr std::uint32_t kDirections = 64;  // over the sphere; a surfel uses those above its plane
 constexpr float kLeastCosine = 0.05f;      // of a direction with the normal
 constexpr std::size_t kTogether = 64;      // surfels that look together
-constexpr std::uint32_t kCells = 1023;     // of space along an axis, for the order
+constexpr float kCells = 1023.0f;     // of space along an axis, for the order
 
 // Equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
 std::array<glm::vec3, kDirections> lookDirections() {
@@ -34,23 +35,14 @@ std::array<glm::vec3, kDirections> lookDirections() {
   return directions;
 }
 
-// Ten bits, two zeros between them.
-std::uint32_t spread(std::uint32_t x) {
-  x = (x | (x << 16)) & 0x030000FFu;
-  x = (x | (x << 8)) & 0x0300F00Fu;
-  x = (x | (x << 4)) & 0x030C30C3u;
-  return (x | (x << 2)) & 0x09249249u;
-}
-
-// Surfels along a curve through space (Morton 1966), those of one side of the axes together.
+// Surfels along a curve through space, those of one side of the axes together.
 std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& low, const glm::vec3& high) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(surfels.count());
-  const glm::vec3 scale = static_cast<float>(kCells) / glm::max(high - low, glm::vec3(1e-30f));
+  const glm::vec3 scale = kCells / glm::max(high - low, glm::vec3(1e-30f));
   for (std::uint32_t i = 0; i < keys.size(); ++i) {
     const glm::vec3 p = (surfels.positionWorld[i] - low) * scale, n = surfels.normal[i];
-    const auto cell = [](float x) { return spread(static_cast<std::uint32_t>(std::clamp(x, 0.0f, float{kCells}))); };
     const std::uint64_t octant = (n.x < 0.0f ? 1 : 0) + (n.y < 0.0f ? 2 : 0) + (n.z < 0.0f ? 4 : 0);
-    keys[i] = {octant << 32 | (cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2), i};
+    keys[i] = {octant << 60 | mortonOf(p), i};
   }
   std::sort(keys.begin(), keys.end());
   std::vector<std::uint32_t> order;

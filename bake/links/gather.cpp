@@ -2,6 +2,8 @@
 // See gather.h.
 #include "bake/links/gather.h"
 
+#include "formats/octahedron.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -19,25 +21,6 @@ void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
   __builtin_prefetch(address);
 #endif
-}
-
-glm::vec2 toSquare(const glm::vec3& d) {
-  const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
-  glm::vec2 p(d.x / sum, d.y / sum);
-  if (d.z < 0.0f) {
-    p = glm::vec2(std::copysign(1.0f - std::abs(p.y), p.x), std::copysign(1.0f - std::abs(p.x), p.y));
-  }
-  return p * 0.5f + 0.5f;
-}
-
-glm::vec3 fromSquare(const glm::vec2& square) {
-  const glm::vec2 p = square * 2.0f - 1.0f;
-  glm::vec3 d(p.x, p.y, 1.0f - std::abs(p.x) - std::abs(p.y));
-  if (d.z < 0.0f) {
-    d.x = std::copysign(1.0f - std::abs(p.y), p.x);
-    d.y = std::copysign(1.0f - std::abs(p.x), p.y);
-  }
-  return glm::normalize(d);
 }
 
 }  // namespace
@@ -58,7 +41,7 @@ SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
   patch_.resize(std::size_t{side_} * side_);
   for (std::uint32_t i = 0; i < patch_.size(); ++i) {
     const glm::vec2 cell(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
-    const glm::vec3 d = fromSquare(cell / static_cast<float>(side_));
+    const glm::vec3 d = fromOctahedron(cell * (2.0f / static_cast<float>(side_)) - 1.0f);
     float best = -2.0f;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const float cosine = glm::dot(d, directions[k]);
@@ -68,7 +51,7 @@ SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
 }
 
 std::uint32_t SkyLookup::nearest(const glm::vec3& direction) const {
-  const glm::vec2 p = toSquare(direction) * static_cast<float>(side_);
+  const glm::vec2 p = (toOctahedron(direction) * 0.5f + 0.5f) * static_cast<float>(side_);
   const std::uint32_t x = std::min(static_cast<std::uint32_t>(p.x), side_ - 1);
   const std::uint32_t y = std::min(static_cast<std::uint32_t>(p.y), side_ - 1);
   return patch_[std::size_t{y} * side_ + x];

@@ -14,22 +14,12 @@ namespace {
 
 constexpr float kY0 = 0.28209479177387814f;
 
-// Note for every leaf of the cut which link reads it.
-void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, ProjectScratch& scratch) {
-  scratch.linkOf.assign(tree.leaves().size(), kNoSlot);
+// Note for every leaf which link reads it.
+void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::vector<std::uint32_t>& linkOf) {
+  linkOf.resize(tree.leaves().size());
   for (std::uint32_t link = 0; link < cut.size(); ++link) {
-    scratch.stack.assign(1, cut[link]);
-    while (!scratch.stack.empty()) {
-      const std::uint32_t slot = scratch.stack.back();
-      scratch.stack.pop_back();
-      if (tree.isLeaf(slot)) {
-        scratch.linkOf[slot] = link;
-        continue;
-      }
-      for (const std::uint32_t child : tree[slot].child) {
-        if (child != kNoSlot) scratch.stack.push_back(child);
-      }
-    }
+    const TouchedNode& node = tree[cut[link]];
+    std::fill(linkOf.begin() + node.firstLeaf, linkOf.begin() + node.endLeaf, link);
   }
 }
 
@@ -54,14 +44,14 @@ void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, 
 
 void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
-  assignLeaves(tree, cut, scratch);
+  assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
   scratch.coefficients.assign(cut.size() * size, 0.0f);
   std::array<float, kMaxCoefficients> y;
-  for (const Arrival& arrival : arrivals) {
-    evaluateSh(static_cast<int>(bands), arrival.direction, y);
-    float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.find(arrival.leaf)]} * size;
-    for (std::uint32_t i = 0; i < size; ++i) c[i] += arrival.weight * y[i];
+  for (std::size_t a = 0; a < arrivals.size(); ++a) {
+    evaluateSh(static_cast<int>(bands), arrivals[a].direction, y);
+    float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.slotOfArrival()[a]]} * size;
+    for (std::uint32_t i = 0; i < size; ++i) c[i] += arrivals[a].weight * y[i];
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
   if (kind == LinkKind::sh) {

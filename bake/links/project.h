@@ -25,8 +25,7 @@ struct LinkRows {
 
 // Memory of one thread.
 struct ProjectScratch {
-  std::vector<std::uint32_t> linkOf;  // [Size touched nodes] link of a leaf's slot
-  std::vector<std::uint32_t> stack;
+  std::vector<std::uint32_t> linkOf;  // [Size touched leaves]
   std::vector<float> coefficients;  // [Size links * bands²]
 };
 

@@ -25,8 +25,10 @@ void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) 
 
 void TouchedTree::binArrivals(std::span<const Arrival> arrivals, float receivedScale) {
   std::size_t firstWord = touched_.size(), lastWord = 0;
+  slotOfArrival_.clear();
   for (const Arrival& arrival : arrivals) {
     const std::uint32_t rank = order_.rank(arrival.leaf);
+    slotOfArrival_.push_back(rank);
     const std::size_t word = rank / 64;
     touched_[word] |= std::uint64_t{1} << (rank % 64);
     firstWord = std::min(firstWord, word);
@@ -46,8 +48,11 @@ void TouchedTree::binArrivals(std::span<const Arrival> arrivals, float receivedS
   }
   leafCount_ = static_cast<std::uint32_t>(nodes_.size());
 
-  for (const Arrival& arrival : arrivals) {
-    TouchedNode& leaf = nodes_[slotOf_[order_.rank(arrival.leaf)]];
+  for (std::size_t i = 0; i < arrivals.size(); ++i) {
+    const Arrival& arrival = arrivals[i];
+    std::uint32_t& slot = slotOfArrival_[i];  // so far, the leaf's rank
+    slot = slotOf_[slot];
+    TouchedNode& leaf = nodes_[slot];
     leaf.weight += arrival.weight;
     leaf.received += arrival.weight * arrival.cosine * receivedScale;
     leaf.direction += arrival.weight * arrival.direction;

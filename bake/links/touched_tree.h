@@ -46,6 +46,8 @@ class TouchedTree {
   std::span<const std::uint32_t> roots() const { return roots_; }
   const TouchedNode& operator[](std::uint32_t slot) const { return nodes_[slot]; }
   bool isLeaf(std::uint32_t slot) const { return slot < leafCount_; }
+  // [Size arrivals] slot of the leaf that each arrival of build() ends in.
+  std::span<const std::uint32_t> slotOfArrival() const { return slotOfArrival_; }
   // Slot of a leaf's node, kNoSlot when no ray reached it.
   std::uint32_t find(std::uint32_t leaf) const;
 
@@ -61,6 +63,7 @@ class TouchedTree {
   const LeafOrder& order_;
   std::vector<TouchedNode> nodes_;
   std::vector<std::uint32_t> slotOf_;   // [Size leaves] by rank; valid where nodes_[slotOf_[r]] is that leaf
+  std::vector<std::uint32_t> slotOfArrival_;
   std::vector<std::uint64_t> touched_;  // a bit a rank; all zero between builds
   std::vector<std::uint32_t> roots_;
   std::vector<Open> open_;

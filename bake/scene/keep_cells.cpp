@@ -21,12 +21,13 @@ std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::ve
                                Context& context) {
   // Sum areas in fixed point, so that the order of additions does not matter.
   const double unit = totalArea * 0x1p-52;
+  const CellIndex index(cells);
   std::vector<std::atomic<std::uint64_t>> area(cells.size());
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
     const glm::vec3 normal = crossOf(corners);
     std::vector<std::size_t> found;
     const std::uint32_t parts = forEachPart(corners, triangle, grid.size, [&](const glm::vec3& p) {
-      for (const glm::vec3& n : {normal, -normal}) found.push_back(indexOf(cells, grid.key(i, p, n)));
+      for (const glm::vec3& n : {normal, -normal}) found.push_back(index.find(grid.key(i, p, n)));
     });
     const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
     for (const std::size_t at : found) {
@@ -57,6 +58,7 @@ std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::ve
 
 // Add the cells between kept ones: hits are random, and a thinly hit surface would be full of holes.
 void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& cells, Context& context) {
+  const CellIndex index(cells);
   std::vector<CellHits> filled;
   std::mutex mutex;
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
@@ -65,10 +67,10 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
     forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
       for (const glm::vec3& n : {normal, -normal}) {
         const std::uint64_t key = grid.key(i, p, n);
-        if (indexOf(cells, key) < cells.size()) continue;
+        if (index.contains(key)) continue;
         std::uint32_t around = 0, direct = 0;
         for (const std::uint64_t neighbour : grid.neighbours(i, p, n)) {
-          const std::size_t at = indexOf(cells, neighbour);
+          const std::size_t at = index.find(neighbour);
           if (at == cells.size()) continue;
           ++around;
           direct += cells[at].direct > 0 ? 1 : 0;
@@ -88,12 +90,6 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
 }
 
 }  // namespace
-
-std::size_t indexOf(const std::vector<CellHits>& cells, std::uint64_t key) {
-  const auto at = std::lower_bound(cells.begin(), cells.end(), key,
-                                   [](const CellHits& c, std::uint64_t k) { return c.key < k; });
-  return at != cells.end() && at->key == key ? static_cast<std::size_t>(at - cells.begin()) : cells.size();
-}
 
 std::vector<CellHits> keepCells(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,
                                 Context& context) {

@@ -15,7 +15,4 @@ namespace relume {
 std::vector<CellHits> keepCells(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,
                                 Context& context);
 
-// Index of a key in cells by ascending key; cells.size() when it is not there.
-std::size_t indexOf(const std::vector<CellHits>& cells, std::uint64_t key);
-
 }  // namespace relume

@@ -22,6 +22,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -168,13 +169,14 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, std::span<cons
 void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space,
                   Context& context) {
   const Scene& scene = tracer.scene();
+  CellIndex cellIndex(cells);
   space.partly.assign(space.seenArea.size(), 0);
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
     std::array<std::uint32_t, 2> seen{}, direct{};
     const std::uint32_t parts = forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
       for (std::size_t side = 0; side < 2; ++side) {
-        const std::size_t at = indexOf(cells, grid.key(i, p, side == 0 ? normal : -normal));
+        const std::size_t at = cellIndex.find(grid.key(i, p, side == 0 ? normal : -normal));
         if (at == cells.size()) continue;
         ++seen[side];
         if (cells[at].direct > 0) ++direct[side];
@@ -187,8 +189,7 @@ void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vect
       space.partly[index] = seen[side] > 0 && seen[side] < parts ? 1 : 0;
     }
   });
-  space.cells.reserve(cells.size());
-  for (const CellHits& c : cells) space.cells.push_back(c.key);
+  space.cells = std::move(cellIndex);
 }
 
 // Every side of every triangle.
@@ -233,7 +234,7 @@ bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
   const auto corners = scene->corners(instance, side / 2 - instance.firstTriangle);
   const glm::vec3 normal = side % 2 == 0 ? crossOf(corners) : -crossOf(corners);
   const CellGrid grid{cellOrigin, cellSize};
-  return std::binary_search(cells.begin(), cells.end(), grid.key(i, pointOf(corners, barycentric), normal));
+  return cells.contains(grid.key(i, pointOf(corners, barycentric), normal));
 }
 
 Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,

@@ -6,6 +6,7 @@
 #include "bake/context.h"
 #include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
+#include "bake/scene/seen_cells.h"
 #include "formats/result.h"
 
 #include <cstdint>
@@ -25,7 +26,7 @@ struct PlaySpace {
   // Where a side is seen in part: the cells of space in which it is. See seenAt().
   const Scene* scene = nullptr;          // must outlive this; null = no side is seen in part
   std::vector<std::uint8_t> partly;      // [Size 0 or 2 * triangles] 1 where seenAt() has to look at the cells
-  std::vector<std::uint64_t> cells;      // sorted keys of the seen cells: instance, direction of the normal, voxel
+  CellIndex cells;                       // the seen ones: instance, direction of the normal, voxel
   glm::vec3 cellOrigin{0.0f};            // [m]
   float cellSize = 0.0f;                 // [m]
 

@@ -7,7 +7,10 @@
 #include <glm/ext/vector_int3_sized.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace relume {
 
@@ -56,6 +59,30 @@ std::array<std::uint64_t, 6> CellGrid::neighbours(std::uint32_t instance, const 
     keys[static_cast<std::size_t>(face)] = keyOf(instance, direction, voxel);
   }
   return keys;
+}
+
+CellIndex::CellIndex(std::vector<std::uint64_t> sortedKeys) : key_(std::move(sortedKeys)) {
+  const int bits = std::clamp(static_cast<int>(std::bit_width(key_.size())), 1, 31);
+  shift_ = 64 - bits;
+  bucketBegin_.assign((std::size_t{1} << bits) + 1, 0);
+  for (const std::uint64_t key : key_) ++bucketBegin_[(key >> shift_) + 1];
+  std::partial_sum(bucketBegin_.begin(), bucketBegin_.end(), bucketBegin_.begin());
+}
+
+CellIndex::CellIndex(std::span<const CellHits> sortedCells) : CellIndex([&] {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(sortedCells.size());
+  for (const CellHits& c : sortedCells) keys.push_back(c.key);
+  return keys;
+}()) {}
+
+std::size_t CellIndex::find(std::uint64_t key) const {
+  if (key_.empty()) return 0;
+  const std::uint64_t bucket = key >> shift_;
+  for (std::uint32_t i = bucketBegin_[bucket]; i < bucketBegin_[bucket + 1]; ++i) {
+    if (key_[i] == key) return i;
+  }
+  return key_.size();
 }
 
 void CellCounter::Shard::add(const CellHits& hits) {

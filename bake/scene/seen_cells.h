@@ -33,6 +33,25 @@ struct CellHits {
   std::uint32_t bounced = 0;  // hits after a bounce
 };
 
+// Finds cells by their keys, in about one step: keys are hashes, so their leading bits say where they stand. Thread-safe.
+class CellIndex {
+ public:
+  CellIndex() = default;
+  explicit CellIndex(std::vector<std::uint64_t> sortedKeys);
+  explicit CellIndex(std::span<const CellHits> sortedCells);
+
+  std::size_t size() const { return key_.size(); }
+  bool operator==(const CellIndex& other) const { return key_ == other.key_; }
+  // Place of a key among the sorted ones; size() when it is not one of them.
+  std::size_t find(std::uint64_t key) const;
+  bool contains(std::uint64_t key) const { return find(key) < size(); }
+
+ private:
+  std::vector<std::uint64_t> key_;
+  std::vector<std::uint32_t> bucketBegin_;  // [Size 2^n + 1] of the keys with the same n leading bits
+  int shift_ = 0;                           // 64 - n
+};
+
 // A concurrent counter whose contents do not depend on the order of additions.
 class CellCounter {
  public:

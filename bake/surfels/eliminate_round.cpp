@@ -2,6 +2,7 @@
 // See eliminate_round.h.
 #include "bake/surfels/eliminate_round.h"
 
+#include "bake/morton.h"
 #include "bake/parallel.h"
 #include "bake/surfels/point_grid.h"
 
@@ -28,17 +29,6 @@ float crowding(float distanceSquared, float reach, float limit) {
   const float t = 1.0f - std::max(std::sqrt(distanceSquared) / reach, limit);
   const float t2 = t * t, t4 = t2 * t2;
   return t4 * t4;
-}
-
-// Spread the low 21 bits to every third bit.
-std::uint64_t spreadBits(std::uint64_t v) {
-  v &= 0x1FFFFF;
-  v = (v | v << 32) & 0x1F00000000FFFFull;
-  v = (v | v << 16) & 0x1F0000FF0000FFull;
-  v = (v | v << 8) & 0x100F00F00F00F00Full;
-  v = (v | v << 4) & 0x10C30C30C30C30C3ull;
-  v = (v | v << 2) & 0x1249249249249249ull;
-  return v;
 }
 
 // Excesses in buckets of 1/32 of their size.
@@ -98,12 +88,7 @@ void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uin
   }
   std::vector<Place> places(n);
   for (std::uint32_t i = 0; i < n; ++i) {
-    std::uint64_t morton = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float cell = std::min((node[i].positionWorld[k] - low[k]) / cellSize, 2097151.0f);
-      morton |= spreadBits(static_cast<std::uint64_t>(cell)) << k;
-    }
-    places[i] = {node[i].emitter, i, morton};
+    places[i] = {node[i].emitter, i, mortonOf((node[i].positionWorld - low) / cellSize)};
   }
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     if (a.emitter != b.emitter) return a.emitter < b.emitter;
