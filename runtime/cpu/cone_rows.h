@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Rows of links with a cone, of any number of bands, many links at a time (PIC 4.6, Eq. (5), (6)). A row is cut into chunks;
 // for each chunk
-//   A. lanes are links: w_i = f * band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and the
-//      nodes' radiosity b = (Y, Co, Cg) beside it;
+//   A. lanes are links: w_i = band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and f times
+//      the nodes' radiosity b = (4 Y, 2 Co, 4 Cg) beside it;
 //   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
 #pragma once
 
@@ -15,20 +15,6 @@ namespace {
 constexpr int kBufferFloats = 6144;
 // Coefficients summed at a time: three sums each must stay in registers.
 constexpr int kBlock = kLanes == 16 ? 8 : 4;
-
-// Band ratios times f, without the constants that coneScale holds (formats/sh.h, coneBandRatios()).
-template <int kBands>
-inline void bandFactors(Floats f, Floats c, Floats* g) {
-  const Floats c2 = c * c, u = f + f * c, uc = u * c;
-  g[0] = f;
-  if constexpr (kBands > 1) g[1] = u;
-  if constexpr (kBands > 2) g[2] = uc;
-  if constexpr (kBands > 3) g[3] = u * (5.0f * c2 - 1.0f);
-  if constexpr (kBands > 4) g[4] = uc * (7.0f * c2 - 3.0f);
-  if constexpr (kBands > 5) g[5] = u * ((21.0f * c2 - 14.0f) * c2 + 1.0f);
-  if constexpr (kBands > 6) g[6] = uc * ((33.0f * c2 - 30.0f) * c2 + 5.0f);
-  if constexpr (kBands > 7) g[7] = u * (((429.0f * c2 - 495.0f) * c2 + 135.0f) * c2 - 5.0f);
-}
 
 // Orders m = kM .. kBands-1 of one group of links: w[i * stride] = g_l q_l^m(z) (x + i y)^m. The monic q obey
 // q_{l+1} = z q_l - (l² - m²) / (4 l² - 1) q_{l-1}.
@@ -101,20 +87,19 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* 
   constexpr int kMost = kBlock < kCoefficients ? kBlock : kCoefficients;
   alignas(64) float w[kCoefficients * kChunk];
   alignas(64) float b[3 * kChunk];
+  alignas(64) std::uint32_t node[kChunk + kLanes];
   const int chroma = job.chromaBands * job.chromaBands;
   for (std::uint32_t at = begin; at < end; at += kChunk) {
     const int count = end - at < kChunk ? static_cast<int>(end - at) : kChunk;
+    Links::writeNodes(job, cache, at, count, node);
     for (int k = 0; k < count; k += kLanes) {
-      const Links links(job, cache, std::size_t{at} + static_cast<std::size_t>(k), count - k);
-      Floats f, c, x, y, z, g[kBands];
-      links.unpack(f, c, x, y, z);
-      bandFactors<kBands>(f, c, g);
-      writeOrders<kBands, 0>(g, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
-      Floats luma, co, cg;
-      loadNodes(job.node, links.nodes(), luma, co, cg);
-      store(b + k, luma);
-      store(b + kChunk + k, co);
-      store(b + 2 * kChunk + k, cg);
+      const Links links(job, std::size_t{at} + static_cast<std::size_t>(k), count - k);
+      Floats ratio[kBands], color[3], x, y, z;
+      links.unpackDirection(x, y, z);
+      links.template ratios<kBands>(ratio);
+      writeOrders<kBands, 0>(ratio, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
+      scaledColors(gather(job.node, node + k), links.transfer(), color);
+      for (int c = 0; c < 3; ++c) store(b + c * kChunk + k, color[c]);
     }
     sumCoefficients<3, kMost>(w, kChunk, b, kChunk, count, out, 0, chroma);
     sumCoefficients<1, kMost>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);

@@ -2,8 +2,8 @@
 // The kernel of light_caches.h for one vector width (vectors.h).
 #pragma once
 
-#include "runtime/cpu/cone_rows.h"
 #include "runtime/cpu/stored_rows.h"
+#include "runtime/cpu/summed_rows.h"
 
 namespace relume::cpu {
 namespace {
@@ -11,12 +11,18 @@ namespace {
 // LinkKind's numbers, without its header.
 constexpr std::uint32_t kSh = 0, kCone = 1, kOct6 = 3, kSh8 = 4, kIrradiance = 5;
 
+template <class Links>
+ConeRow coneRow(int luma, int chroma) {
+  const ConeRow summed = summedRow<Links>(luma, chroma);
+  return summed ? summed : kConeRow<Links>[luma - 1];
+}
+
 inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
-  const int bands = job.lumaBands - 1;
-  const ConeRow row = job.kind == kCone            ? kConeRow<PlainLinks>[bands]
-                      : job.kind == kOct6          ? kConeRow<Oct6Links>[bands]
-                      : job.kind == kRepackedLinks ? kConeRow<RepackedLinks>[bands]
-                                                   : kConeRow<Oct8Links>[bands];
+  const auto pick = job.kind == kCone            ? coneRow<PlainLinks>
+                    : job.kind == kOct6          ? coneRow<Oct6Links>
+                    : job.kind == kRepackedLinks ? coneRow<RepackedLinks>
+                                                 : coneRow<Oct8Links>;
+  const ConeRow row = pick(job.lumaBands, job.chromaBands);
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
   const std::size_t stride = static_cast<std::size_t>(luma + 2 * chroma);
   for (std::uint32_t cache = begin; cache < end; ++cache) {
@@ -37,9 +43,10 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
       continue;
     }
     row(job, cache, out);
-    for (int i = 0; i < luma; ++i) out[0][i] *= job.coneScale[i];
-    for (int i = 0; i < chroma; ++i) out[1][i] *= job.coneScale[i];
-    for (int i = 0; i < chroma; ++i) out[2][i] *= job.coneScale[i];
+    // Rows have summed 4 Y, 2 Co, 4 Cg.
+    for (int i = 0; i < luma; ++i) out[0][i] *= 0.25f * job.coneScale[i];
+    for (int i = 0; i < chroma; ++i) out[1][i] *= 0.5f * job.coneScale[i];
+    for (int i = 0; i < chroma; ++i) out[2][i] *= 0.25f * job.coneScale[i];
   }
 }
 

@@ -272,7 +272,6 @@ inline void separate(Ints a, Ints b, Ints& even, Ints& odd) {
 
 inline void pullNodes(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at, std::uint32_t count,
                       std::uint32_t* node) {
-  typedef std::uint16_t Halves __attribute__((vector_size(2 * RELUME_LANES)));
   for (std::uint32_t i = 0; i < count; i += kLanes) {
     Ints pair[2] = {};
     Halves share{};

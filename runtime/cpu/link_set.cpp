@@ -9,6 +9,9 @@
 namespace relume::cpu {
 namespace {
 
+// Links that the widest vector may read behind the last one.
+constexpr std::size_t kRoom = 15;
+
 // Whether nodes ascend in all rows, and rows are short enough to count their links in 16 bits.
 bool canPackAgain(const Links& links) {
   if (links.kind != LinkKind::oct6 || links.count() == 0) return false;
@@ -38,8 +41,8 @@ void LinkSet::packAgain() {
   std::uint32_t last = 0;
   for (std::uint32_t i = 0; i < links_.count(); ++i) last = std::max(last, links_.node(i));
   steps_ = last >> 16;
-  word_.reserve(links_.count());
-  transfer_.reserve(links_.count() + 64);
+  word_.reserve(links_.count() + kRoom);
+  transfer_.reserve(links_.count() + kRoom);
   for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
     const std::uint32_t begin = links_.rowBegin[c], end = links_.rowBegin[c + 1];
     float owed = 0.0f;
@@ -57,6 +60,8 @@ void LinkSet::packAgain() {
     }
     for (; step < steps_; ++step) nodeStep_.push_back(0xFFFFu);
   }
+  word_.resize(word_.size() + kRoom, 0);
+  transfer_.resize(transfer_.size() + kRoom, 0);
   links_.head = {};
   links_.shape = {};
 }

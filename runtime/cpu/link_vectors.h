@@ -38,104 +38,176 @@ __attribute__((always_inline)) inline void loadNodes(const std::uint32_t* node, 
   toYCoCg(r, g, b, y, co, cg);
 }
 
-// The links from `at` on of one group: their nodes, transfers f, and directions with cosines c of the cones. Lanes past the
-// `count` that are left name node 0 and carry nothing. One struct a way of storing them (formats/links.h).
+// The ratios of bands 0 .. kBands-1 to band 0 for cones of cosine c, without the constants that coneScale holds
+// (formats/sh.h, coneBandRatios()).
+template <int kBands>
+__attribute__((always_inline)) inline void bandRatios(Floats c, Floats* g) {
+  const Floats c2 = c * c, u = 1.0f + c, uc = u * c;
+  g[0] = splat(1.0f);
+  if constexpr (kBands > 1) g[1] = u;
+  if constexpr (kBands > 2) g[2] = uc;
+  if constexpr (kBands > 3) g[3] = u * (5.0f * c2 - 1.0f);
+  if constexpr (kBands > 4) g[4] = uc * (7.0f * c2 - 3.0f);
+  if constexpr (kBands > 5) g[5] = u * ((21.0f * c2 - 14.0f) * c2 + 1.0f);
+  if constexpr (kBands > 6) g[6] = uc * ((33.0f * c2 - 30.0f) * c2 + 5.0f);
+  if constexpr (kBands > 7) g[7] = u * (((429.0f * c2 - 495.0f) * c2 + 135.0f) * c2 - 5.0f);
+}
+
+// The `count` words from `from` on, at most kLanes, then zeros.
+template <class V, class Word>
+__attribute__((always_inline)) inline V loadFirst(const Word* from, int count) {
+  if (count >= kLanes) return load<V>(from);
+  V v{};
+  __builtin_memcpy(&v, from, sizeof(Word) * static_cast<std::size_t>(count));
+  return v;
+}
+
+// The links from `at` on of one group: transfers f, ratios of bands for their cones, directions. Lanes past the `count` that
+// are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `place` is the group's within it.
+// writeNodes() writes the nodes of any number of links, and zeros up to a whole vector. One struct a way of storing them
+// (formats/links.h).
 struct PlainLinks {
+  struct Row {
+    Row(const LightCachesJob&, std::uint32_t) {}
+  };
   const std::uint32_t* link;
   std::uint32_t tail[3 * kLanes];
+  Ints packed, direction;
 
-  PlainLinks(const LightCachesJob& job, std::uint32_t, std::size_t at, int count) : link(job.cone + 3 * at) {
-    if (count >= kLanes) return;
-    __builtin_memset(tail, 0, sizeof tail);
-    __builtin_memcpy(tail, link, sizeof(std::uint32_t) * 3 * static_cast<std::size_t>(count));
-    link = tail;
+  PlainLinks(const LightCachesJob& job, std::size_t at, int count) : link(job.cone + 3 * at) {
+    if (count < kLanes) {
+      __builtin_memset(tail, 0, sizeof tail);
+      __builtin_memcpy(tail, link, sizeof(std::uint32_t) * 3 * static_cast<std::size_t>(count));
+      link = tail;
+    }
+    loadLinks(link, packed, direction);
   }
-  Ints nodes() const {
+  static void writeNodes(const LightCachesJob& job, std::uint32_t, std::size_t at, int count, std::uint32_t* node) {
+    for (int i = 0; i < count; ++i) node[i] = job.cone[3 * (at + static_cast<std::size_t>(i))];
+    for (int i = count; i % kLanes != 0; ++i) node[i] = 0;
+  }
+  Ints nodes(const Row&, std::int32_t, int) const {
     Ints v;
     for (int i = 0; i < kLanes; ++i) v[i] = static_cast<std::int32_t>(link[3 * i]);
     return v;
   }
-  __attribute__((always_inline)) void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
-    Ints packed, bits;
-    loadLinks(link, packed, bits);
-    f = halfToFloat(packed);
-    c = halfToFloat(packed >> 16);
-    unpackDirections<16>(bits, x, y, z);
-  }
+  Floats transfer() const { return halfToFloat(packed); }
+  template <int kBands>
+  __attribute__((always_inline)) void ratios(Floats* g) const { bandRatios<kBands>(halfToFloat(packed >> 16), g); }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<16>(direction, x, y, z); }
 };
 
 struct Heads {
-  std::uint32_t head[kLanes];
+  struct Row {
+    Row(const LightCachesJob&, std::uint32_t) {}
+  };
+  Ints head;
 
-  __attribute__((always_inline)) Heads(const LightCachesJob& job, std::size_t at, int count) {
-    if (count >= kLanes) {
-      __builtin_memcpy(head, job.head + at, sizeof head);
-    } else {
-      __builtin_memset(head, 0, sizeof head);
-      __builtin_memcpy(head, job.head + at, sizeof(std::uint32_t) * static_cast<std::size_t>(count));
+  __attribute__((always_inline)) Heads(const LightCachesJob& job, std::size_t at, int count) : head(loadFirst<Ints>(job.head + at, count)) {}
+  static void writeNodes(const LightCachesJob& job, std::uint32_t, std::size_t at, int count, std::uint32_t* node) {
+    for (int i = 0; i < count; i += kLanes) {
+      const Ints each = loadFirst<Ints>(job.head + at + i, count - i) & 0xFFFFF;
+      __builtin_memcpy(node + i, &each, sizeof each);
     }
   }
-  Ints nodes() const { return load<Ints>(head) & 0xFFFFF; }
-  Floats transfer() const { return halfToFloat((load<Ints>(head) >> 18) & 0x3FFC); }
+  Ints nodes() const { return head & 0xFFFFF; }
+  Ints nodes(const Row&, std::int32_t, int) const { return nodes(); }
+  Floats transfer() const { return halfToFloat((head >> 18) & 0x3FFC); }
 };
 
 template <class Word, int kUvBits, int kConeBits>
 struct CompactLinks : Heads {
-  Word shape[kLanes];
+  Ints shape;
 
-  __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::uint32_t, std::size_t at, int count) : Heads(job, at, count) {
-    const Word* from = reinterpret_cast<const Word*>(job.shape) + at;
-    if (count >= kLanes) {
-      __builtin_memcpy(shape, from, sizeof shape);
-    } else {
-      __builtin_memset(shape, 0, sizeof shape);
-      __builtin_memcpy(shape, from, sizeof(Word) * static_cast<std::size_t>(count));
-    }
-  }
-  __attribute__((always_inline)) void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
+  __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
     typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
-    const Ints bits = __builtin_convertvector(load<Words>(shape), Ints);
-    f = transfer();
-    const Floats q = toFloats((bits >> (2 * kUvBits)) & ((1 << kConeBits) - 1));
-    constexpr float kMost = static_cast<float>((1 << kConeBits) - 1);
-    c = 1.0f - q * q * (2.0f / (kMost * kMost));
-    unpackDirections<kUvBits>(bits, x, y, z);
+    shape = __builtin_convertvector(loadFirst<Words>(reinterpret_cast<const Word*>(job.shape) + at, count), Ints);
   }
+  template <int kBands>
+  __attribute__((always_inline)) void ratios(Floats* g) const {
+    const Floats q = toFloats((shape >> (2 * kUvBits)) & ((1 << kConeBits) - 1));
+    constexpr float kMost = static_cast<float>((1 << kConeBits) - 1);
+    bandRatios<kBands>(1.0f - q * q * (2.0f / (kMost * kMost)), g);
+  }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<kUvBits>(shape, x, y, z); }
 };
 using Oct8Links = CompactLinks<std::uint32_t, 12, 8>;
 using Oct6Links = CompactLinks<std::uint16_t, 6, 4>;
 
+#if RELUME_LANES == 16
+// Ratios of bands 1 to 3 for the sixteen cones of oct6 links.
+struct RatioTable {
+  alignas(64) float band[3][16];
+
+  constexpr RatioTable() : band{} {
+    for (int q = 0; q < 16; ++q) {
+      const float c = 1.0f - static_cast<float>(2 * q * q) / 225.0f;
+      band[0][q] = 1.0f + c;
+      band[1][q] = (1.0f + c) * c;
+      band[2][q] = (1.0f + c) * (5.0f * c * c - 1.0f);
+    }
+  }
+};
+constexpr RatioTable kRatioTable;
+#endif
+
 // oct6 links that LinkSet has packed again.
 struct RepackedLinks {
-  Ints word{}, transfer, node;
+  Ints word;
+  Floats f;
 
-  __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count) {
-    typedef std::uint8_t Bytes __attribute__((vector_size(RELUME_LANES)));
-    Bytes bytes{};
-    if (count >= kLanes) {
-      word = load<Ints>(job.word + at);
-      bytes = load<Bytes>(job.transfer + at);
-    } else {
-      __builtin_memcpy(&word, job.word + at, sizeof(std::uint32_t) * static_cast<std::size_t>(count));
-      __builtin_memcpy(&bytes, job.transfer + at, static_cast<std::size_t>(count));
+  // LinkSet has room behind the last link.
+  __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
+      : word(load<Ints>(job.word + at)), f(halvesToFloats(bytesToHalves(load<Bytes>(job.transfer + at)) << 6)) {
+    if (count < kLanes) f = asFloats(asInts(f) & (laneNumbers() < count));
+  }
+  // Places from which on nodes are a step of 2^16 further, less each lane's own. [Limit: 16 steps for nodes of 20 bits]
+  struct Row {
+    Ints step[16];
+    std::uint32_t steps;
+
+    __attribute__((always_inline)) Row(const LightCachesJob& job, std::uint32_t cache) : steps(job.nodeSteps) {
+      for (std::uint32_t k = 0; k < steps; ++k) step[k] = job.nodeStep[std::size_t{steps} * cache + k] - laneNumbers();
     }
-    transfer = __builtin_convertvector(bytes, Ints);
-    // A step further for each place passed; lanes past the row's end name some node of the last step, and carry nothing.
-    Ints lane;
-    for (int i = 0; i < kLanes; ++i) lane[i] = i;
-    const Ints place = lane + static_cast<std::int32_t>(at - job.rowBegin[cache]);
-    node = word & 0xFFFF;
+  };
+  __attribute__((always_inline)) Ints nodes(const Row& row, std::int32_t place, int count) const {
+    Ints node = word & 0xFFFF;
+    const Ints here = splatInt(place);
+    for (std::uint32_t k = 0; k < row.steps; ++k) node = addWhereReached(node, here, row.step[k], 1 << 16);
+    return count < kLanes ? node & (laneNumbers() < count) : node;
+  }
+  static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count, std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
-    for (std::uint32_t k = 0; k < job.nodeSteps; ++k) node -= (place >= static_cast<std::int32_t>(step[k])) << 16;
-    if (count < kLanes) node &= lane < count;
+    const int place = static_cast<int>(at - job.rowBegin[cache]);
+    int i = 0;
+    for (std::uint32_t k = 0; k <= job.nodeSteps; ++k) {
+      const int next = k < job.nodeSteps ? step[k] - place : count, last = next < count ? next : count;
+      if (last <= i) continue;
+      // What is written past the step's last is written again by the next step.
+      for (int j = i; j < last; j += kLanes) {
+        const Ints each = (load<Ints>(job.word + at + j) & 0xFFFF) + static_cast<std::int32_t>(k << 16);
+        __builtin_memcpy(node + j, &each, sizeof each);
+      }
+      i = last;
+    }
+    const Ints zero{};
+    __builtin_memcpy(node + count, &zero, sizeof zero);
   }
-  Ints nodes() const { return node; }
-  __attribute__((always_inline)) void unpack(Floats& f, Floats& c, Floats& x, Floats& y, Floats& z) const {
-    f = halfToFloat(transfer << 6);
+  Floats transfer() const { return f; }
+  template <int kBands>
+  __attribute__((always_inline)) void ratios(Floats* g) const {
+#if RELUME_LANES == 16
+    if constexpr (kBands <= 4) {
+      const __m512i cone = _mm512_maskz_srli_epi32(kAll, (__m512i)word, 28);
+      g[0] = splat(1.0f);
+      for (int l = 1; l < kBands; ++l) g[l] = (Floats)_mm512_maskz_permutexvar_ps(kAll, cone, _mm512_load_ps(kRatioTable.band[l - 1]));
+      return;
+    }
+#endif
     const Floats q = toFloats((word >> 28) & 15);
-    c = 1.0f - q * q * (2.0f / 225.0f);
-    unpackDirections<6>(word >> 16, x, y, z);
+    bandRatios<kBands>(1.0f - q * q * (2.0f / 225.0f), g);
   }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<6, 16>(word, x, y, z); }
 };
 
 }  // namespace

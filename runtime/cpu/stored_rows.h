@@ -41,10 +41,10 @@ inline void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, s
 
 // The signed bytes of a link of kind sh8 from `at` on, widened; reads none at or beyond `end`.
 inline Floats loadBytes(const std::int8_t* at, const std::int8_t* end) {
-  typedef std::int8_t Bytes __attribute__((vector_size(RELUME_LANES)));
-  Bytes bytes{};
+  typedef std::int8_t SignedBytes __attribute__((vector_size(RELUME_LANES)));
+  SignedBytes bytes{};
   if (end - at >= kLanes) {
-    bytes = load<Bytes>(at);
+    bytes = load<SignedBytes>(at);
   } else {
     __builtin_memcpy(&bytes, at, static_cast<std::size_t>(end - at));
   }
@@ -84,20 +84,13 @@ inline void lightSh8Row(const LightCachesJob& job, std::uint32_t begin, std::uin
 
 // kLanes halves from `at` on, widened; reads no half at or beyond `end`.
 inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
-  typedef std::uint16_t Halves __attribute__((vector_size(2 * RELUME_LANES)));
   Halves halves{};
   if (end - at >= kLanes) {
     halves = load<Halves>(at);
   } else {
     __builtin_memcpy(&halves, at, sizeof(std::uint16_t) * static_cast<std::size_t>(end - at));
   }
-#if RELUME_LANES == 16
-  return (Floats)_mm512_maskz_cvtph_ps(kAll, (__m256i)halves);
-#elif RELUME_LANES == 8 && defined(__F16C__)
-  return (Floats)_mm256_cvtph_ps((__m128i)halves);
-#else
-  return halfToFloat(__builtin_convertvector(halves, Ints));
-#endif
+  return halvesToFloats(halves);
 }
 
 // Radiosity of the nodes of the links from `at` on into memory, as above.

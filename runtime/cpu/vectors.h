@@ -70,6 +70,27 @@ inline Floats halfToFloat(Ints bits) {
 #endif
 }
 
+// Halves widened.
+typedef std::uint16_t Halves __attribute__((vector_size(2 * RELUME_LANES)));
+inline Floats halvesToFloats(Halves halves) {
+#if RELUME_LANES == 16
+  return (Floats)_mm512_maskz_cvtph_ps(kAll, (__m256i)halves);
+#elif RELUME_LANES == 8 && defined(__F16C__)
+  return (Floats)_mm256_cvtph_ps((__m128i)halves);
+#else
+  return halfToFloat(__builtin_convertvector(halves, Ints));
+#endif
+}
+
+typedef std::uint8_t Bytes __attribute__((vector_size(RELUME_LANES)));
+inline Halves bytesToHalves(Bytes bytes) {
+#if RELUME_LANES == 16
+  return (Halves)_mm256_cvtepu8_epi16((__m128i)bytes);
+#else
+  return __builtin_convertvector(bytes, Halves);
+#endif
+}
+
 // 1 / sqrt(v) to about 23 bits: the processor's estimate and one step of Newton's.
 inline Floats inverseSqrt(Floats v) {
 #if RELUME_LANES == 16
@@ -87,15 +108,63 @@ inline Floats inverseSqrt(Floats v) {
 
 // Where a mask is on, a, else b.
 inline Floats choose(Ints mask, Floats a, Floats b) { return asFloats((mask & asInts(a)) | (~mask & asInts(b))); }
-inline Floats least(Floats a, Floats b) { return choose(a < b, a, b); }
-inline Floats most(Floats a, Floats b) { return choose(a > b, a, b); }
+
+inline Floats least(Floats a, Floats b) {
+#if RELUME_LANES == 16
+  return (Floats)_mm512_maskz_min_ps(kAll, (__m512)a, (__m512)b);
+#elif RELUME_LANES == 8 && defined(__AVX__)
+  return (Floats)_mm256_min_ps((__m256)a, (__m256)b);
+#elif RELUME_LANES == 4 && defined(__SSE2__)
+  return (Floats)_mm_min_ps((__m128)a, (__m128)b);
+#else
+  return choose(a < b, a, b);
+#endif
+}
+
+inline Floats most(Floats a, Floats b) {
+#if RELUME_LANES == 16
+  return (Floats)_mm512_maskz_max_ps(kAll, (__m512)a, (__m512)b);
+#elif RELUME_LANES == 8 && defined(__AVX__)
+  return (Floats)_mm256_max_ps((__m256)a, (__m256)b);
+#elif RELUME_LANES == 4 && defined(__SSE2__)
+  return (Floats)_mm_max_ps((__m128)a, (__m128)b);
+#else
+  return choose(a > b, a, b);
+#endif
+}
 
 inline Ints splatInt(std::int32_t v) { return v - Ints{}; }
+
+inline Ints laneNumbers() {
+  Ints v;
+  for (int i = 0; i < kLanes; ++i) v[i] = i;
+  return v;
+}
+
+// v, and v + step where `at` is at least `from`.
+inline Ints addWhereReached(Ints v, Ints at, Ints from, std::int32_t step) {
+#if RELUME_LANES == 16
+  return (Ints)_mm512_mask_add_epi32((__m512i)v, _mm512_cmpge_epi32_mask((__m512i)at, (__m512i)from), (__m512i)v, (__m512i)splatInt(step));
+#else
+  return v + ((at >= from) & step);
+#endif
+}
 
 // The words at these indices.
 inline Ints gather(const std::uint32_t* from, Ints index) {
 #if RELUME_LANES == 16
   return (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), kAll, (__m512i)index, from, 4);
+#else
+  Ints v;
+  for (int i = 0; i < kLanes; ++i) v[i] = static_cast<std::int32_t>(from[index[i]]);
+  return v;
+#endif
+}
+
+// The same, of indices in memory.
+inline Ints gather(const std::uint32_t* from, const std::uint32_t* index) {
+#if RELUME_LANES == 16
+  return gather(from, load<Ints>(index));
 #else
   Ints v;
   for (int i = 0; i < kLanes; ++i) v[i] = static_cast<std::int32_t>(from[index[i]]);
@@ -132,19 +201,27 @@ inline void toYCoCg(Floats r, Floats g, Floats b, Floats& y, Floats& co, Floats&
   cg = green - rest;
 }
 
-// Unit direction of a packed octahedral one, kBits each of u and v from the lowest on (formats/pack.h, compact_links.h).
-template <int kBits>
+// 4 Y, 2 Co and 4 Cg of packed colours (formats/color.h), times f: sums of their bits.
+__attribute__((always_inline)) inline void scaledColors(Ints bits, Floats f, Floats* color) {
+  const Floats scale = asFloats(((bits >> 3) & 0x1F800000) + (87 << 23)) * f;
+  const Ints red = bits & 511, green2 = (bits >> 8) & 1022, blue2 = (bits >> 17) & 510;
+  const Ints redBlue = red + blue2;
+  color[0] = toFloats(green2 + redBlue) * scale;
+  color[1] = toFloats(red - blue2) * scale;
+  color[2] = toFloats(green2 - redBlue) * scale;
+}
+
+// Unit direction of a packed octahedral one, kBits each of u and v from bit kFrom on (formats/pack.h, compact_links.h).
+template <int kBits, int kFrom = 0>
 __attribute__((always_inline)) inline void unpackDirections(Ints bits, Floats& x, Floats& y, Floats& z) {
   const Ints signBit = Ints{} + INT32_MIN;
-  constexpr float kScale = 1.0f / static_cast<float>((1 << (kBits - 1)) - 1);
+  constexpr float kOne = static_cast<float>((1 << (kBits - 1)) - 1);
   constexpr int kRest = 32 - kBits;
-  const Floats u = toFloats((bits << kRest) >> kRest) * kScale, v = toFloats((bits << (kRest - kBits)) >> kRest) * kScale;
-  const Floats absU = asFloats(asInts(u) & ~signBit), absV = asFloats(asInts(v) & ~signBit);
-  const Floats w = 1.0f - absU - absV;
+  const Floats u = toFloats((bits << (kRest - kFrom)) >> kRest), v = toFloats((bits << (kRest - kBits - kFrom)) >> kRest);
+  const Floats w = kOne - asFloats(asInts(u) & ~signBit) - asFloats(asInts(v) & ~signBit);
   // The lower half is folded outward: |u| and |v| shrink by as much as w lies below zero.
-  const Floats fold = asFloats(asInts(-w) & (w < 0.0f));
-  const Floats foldedU = u - asFloats(asInts(fold) | (asInts(u) & signBit));
-  const Floats foldedV = v - asFloats(asInts(fold) | (asInts(v) & signBit));
+  const Ints below = asInts(least(w, Floats{}));
+  const Floats foldedU = u + asFloats(below ^ (asInts(u) & signBit)), foldedV = v + asFloats(below ^ (asInts(v) & signBit));
   const Floats scale = inverseSqrt(foldedU * foldedU + foldedV * foldedV + w * w);
   x = foldedU * scale;
   y = foldedV * scale;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Milliseconds of each runtime pass, named stage/scene/n_S/n_L/l. Scenes: the synthetic room at PIC's high and moderate
+// Milliseconds of each runtime pass, named stage/scene/n_S/n_L/bands. Scenes: the synthetic room at PIC's high and moderate
 // settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
 #include "bake/tools/worker_threads.h"
 #include "formats/bake_file.h"
+#include "runtime/bands.h"
 #include "runtime/relighter.h"
 #include "tests/runtime/synthetic_bake.h"
 #if defined(RELUME_HAS_GL)
@@ -21,12 +22,13 @@ namespace {
 struct Scene {
   std::string name;
   std::shared_ptr<const Bake> bake;
-  int bands;
+  Bands bands;
 };
 
 // Relights under one sun-like and one spot light, each iteration a frame; reports the named pass, or all of them.
 void relightPass(benchmark::State& state, const Scene& scene, const std::string& pass, RelightOptions options) {
-  options.lumaBands = options.chromaBands = scene.bands;
+  options.lumaBands = scene.bands.luma;
+  options.chromaBands = scene.bands.chroma;
   Result<Relighter> relighter = Relighter::create(*scene.bake, options);
   if (!relighter) {
     state.SkipWithError(relighter.error().message.c_str());
@@ -53,7 +55,7 @@ void registerScene(const Scene& scene, bool gl) {
   const Bake& bake = *scene.bake;
   const std::uint32_t rows = bake.links.cacheCount();
   const std::string tail = "/" + scene.name + "/" + std::to_string(bake.surfels.count()) + "/" +
-                           std::to_string(rows ? bake.links.count() / rows : 0) + "/" + std::to_string(scene.bands);
+                           std::to_string(rows ? bake.links.count() / rows : 0) + "/" + bandsName(scene.bands);
   const auto add = [&](const std::string& pass, const std::string& how, const RelightOptions& options) {
     benchmark::RegisterBenchmark((pass + "_" + how + tail).c_str(),
                                  [=](benchmark::State& state) { relightPass(state, scene, pass, options); })
@@ -88,16 +90,16 @@ int main(int argc, char** argv) {
   benchmark::AddCustomContext("OpenGL", context ? context->renderer() : context.error().message);
 #endif
   const auto share = [](Bake bake) { return std::make_shared<const Bake>(std::move(bake)); };
-  registerScene({"room_high", share(test::makeSyntheticBake(test::highSetting())), 4}, gl);
-  registerScene({"room_moderate", share(test::makeSyntheticBake(test::moderateSetting())), 3}, gl);
+  registerScene({"room_high", share(test::makeSyntheticBake(test::highSetting())), {4, 4}}, gl);
+  registerScene({"room_moderate", share(test::makeSyntheticBake(test::moderateSetting())), {3, 3}}, gl);
   if (const char* path = std::getenv("RELUME_BENCH_BAKE")) {
     Result<Bake> bake = readBake(path);
     if (!bake) {
       std::cerr << bake.error().message << "\n";
       return exitCode(bake.error().code);
     }
-    const int bands = static_cast<int>(bake->provenance.lumaBands);
-    registerScene({"file", share(std::move(*bake)), bands}, gl);
+    const auto luma = static_cast<int>(bake->provenance.lumaBands), chroma = static_cast<int>(bake->provenance.chromaBands);
+    registerScene({"file", share(std::move(*bake)), {luma, chroma}}, gl);
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// Rows of links with a cone of up to four bands (PIC 4.6, Eq. (5), (6)), with all sums in registers: lanes are links. For
+// processors of 32 registers; cone_rows.h is for the others, and for more bands.
+#pragma once
+
+#include "runtime/cpu/cone_rows.h"
+
+#include <utility>
+
+namespace relume::cpu {
+namespace {
+
+// Bands and colours whose sums fit the registers.
+constexpr bool sumsFit(int luma, int chroma) { return kLanes == 16 && luma <= 4 && luma * luma + 2 * chroma * chroma <= 27; }
+
+// Sums over links of band ratio * y_i(direction) * (4 Y, 2 Co, 4 Cg), monic polynomials as in cone_rows.h.
+template <int kLuma, int kChroma>
+struct LinkSums {
+  Floats luma[kLuma * kLuma]{}, co[kChroma * kChroma]{}, cg[kChroma * kChroma]{};
+
+  // One coefficient of band kBand: factor * form, where `factor` has Y in it if chroma has no such band.
+  template <int kBand, int kIndex>
+  __attribute__((always_inline)) void addTo(Floats factor, Floats form, const Floats* color) {
+    if constexpr (kBand < kChroma) {
+      const Floats w = factor * form;
+      luma[kIndex] += w * color[0];
+      co[kIndex] += w * color[1];
+      cg[kIndex] += w * color[2];
+    } else {
+      luma[kIndex] += factor * form;
+    }
+  }
+  template <int kBand>
+  __attribute__((always_inline)) Floats factorOf(const Floats* ratio, const Floats* color) const {
+    return kBand < kChroma ? ratio[kBand] : ratio[kBand] * color[0];
+  }
+
+  __attribute__((always_inline)) void add(const Floats* ratio, Floats x, Floats y, Floats z, const Floats* color) {
+    luma[0] += color[0];
+    co[0] += color[1];
+    cg[0] += color[2];
+    if constexpr (kLuma > 1) {
+      const Floats g = factorOf<1>(ratio, color);
+      addTo<1, 1>(g, y, color);
+      addTo<1, 2>(g, z, color);
+      addTo<1, 3>(g, x, color);
+    }
+    if constexpr (kLuma > 2) {
+      // (x + i y)^m = re + i im.
+      const Floats z2 = z * z, re2 = x * x - y * y, im2 = (x + x) * y;
+      const Floats g = factorOf<2>(ratio, color), gz = g * z;
+      addTo<2, 4>(g, im2, color);
+      addTo<2, 5>(gz, y, color);
+      addTo<2, 6>(g, z2 - 1.0f / 3.0f, color);
+      addTo<2, 7>(gz, x, color);
+      addTo<2, 8>(g, re2, color);
+      if constexpr (kLuma > 3) {
+        const Floats h = factorOf<3>(ratio, color), hz = h * z, hq = h * (z2 - 0.2f);
+        addTo<3, 9>(h, re2 * y + im2 * x, color);
+        addTo<3, 10>(hz, im2, color);
+        addTo<3, 11>(hq, y, color);
+        addTo<3, 12>(hz, z2 - 0.6f, color);
+        addTo<3, 13>(hq, x, color);
+        addTo<3, 14>(hz, re2, color);
+        addTo<3, 15>(h, re2 * x - im2 * y, color);
+      }
+    }
+  }
+};
+
+// Constant indices, without which the sums would be kept in memory.
+template <int... kIndex>
+__attribute__((always_inline)) inline void writeSums(const Floats* sum, float* out, std::integer_sequence<int, kIndex...>) {
+  ((out[kIndex] = sumLanes(sum[kIndex])), ...);
+}
+
+template <class Links, int kLuma, int kChroma>
+void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* out) {
+  const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
+  const int count = static_cast<int>(end - begin);
+  const typename Links::Row row(job, cache);
+  LinkSums<kLuma, kChroma> sums;
+  for (int k = 0; k < count; k += kLanes) {
+    const Links links(job, std::size_t{begin} + static_cast<std::size_t>(k), count - k);
+    Floats ratio[kLuma], color[3], x, y, z;
+    links.unpackDirection(x, y, z);
+    links.template ratios<kLuma>(ratio);
+    scaledColors(gather(job.node, links.nodes(row, k, count - k)), links.transfer(), color);
+    sums.add(ratio, x, y, z, color);
+  }
+  writeSums(sums.luma, out[0], std::make_integer_sequence<int, kLuma * kLuma>());
+  writeSums(sums.co, out[1], std::make_integer_sequence<int, kChroma * kChroma>());
+  writeSums(sums.cg, out[2], std::make_integer_sequence<int, kChroma * kChroma>());
+}
+
+// sumConeRow(), or null where the sums do not fit.
+template <class Links, int kLuma = 4, int kChroma = 4>
+ConeRow summedRow(int luma, int chroma) {
+  if constexpr (kLuma == 0) {
+    return nullptr;
+  } else if constexpr (kChroma == 0) {
+    return summedRow<Links, kLuma - 1, kLuma - 1>(luma, chroma);
+  } else {
+    if constexpr (sumsFit(kLuma, kChroma)) {
+      if (luma == kLuma && chroma == kChroma) return sumConeRow<Links, kLuma, kChroma>;
+    }
+    return summedRow<Links, kLuma, kChroma - 1>(luma, chroma);
+  }
+}
+
+}  // namespace
+}  // namespace relume::cpu
