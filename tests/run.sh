@@ -22,7 +22,7 @@ done
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
 install_packages packages.txt
-install_packages tests/packages.txt || echo "tests/packages.txt: not all installed, the tests that need them skip" >&2
+install_packages packages.txt optional || echo "packages.txt: optional packages are missing, the tests that need them skip" >&2
 
 step "release"
 cmake --preset release

@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: MIT
 # Shell functions that samples/demo.sh and tests/run.sh share.
 
-# install_packages LIST: install the Debian packages of a list file that are missing; needs root or sudo only then.
+# install_packages LIST [optional]: install the Debian packages of a list file that are missing; needs root or sudo only
+# then. The list goes to the line that starts with "# Optional"; `optional` installs those after it instead,
+# each for itself.
 install_packages() {
-  local missing=() package
-  for package in $(grep -v '^#' "$1"); do
+  local wanted missing=() package
+  if [ "${2:-}" = optional ]; then
+    wanted=$(sed -e '1,/^# Optional/d' -e '/^#/d' "$1")
+  else
+    wanted=$(sed -e '/^# Optional/,$d' -e '/^#/d' "$1")
+  fi
+  for package in $wanted; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
   done
   [ ${#missing[@]} -eq 0 ] && return 0
@@ -14,6 +21,11 @@ install_packages() {
     command -v sudo >/dev/null || { echo "Not root and no sudo: install the packages above, then run this again." >&2; return 1; }
     sudo=(sudo)
   fi
-  "${sudo[@]}" apt-get update -qq
-  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+  "${sudo[@]}" apt-get update -qq || [ "${2:-}" = optional ]
+  local install=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends) failed=0
+  if [ "${2:-}" = optional ]; then
+    for package in "${missing[@]}"; do "${install[@]}" "$package" >/dev/null || failed=1; done  # one that fails stops no other
+    return "$failed"
+  fi
+  "${install[@]}" "${missing[@]}" >/dev/null
 }
