@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Whole levels: every point of a side that is seen reads filled texels of caches around it, and the count is what was asked for.
 #include "bake/caches/caches.h"
+#include "tests/caches/placed.h"
 #include "tests/caches/reads.h"
 
 #include <glm/geometric.hpp>
@@ -31,30 +32,25 @@ struct LevelReads {
 // Place caches on a level and read the light map at a point of every seen side of every triangle.
 void readLevel(const std::string& path, const CacheOptions& options, LevelReads& result) {
   Context context;
-  auto scene = importGltf(path, context);
-  ASSERT_TRUE(scene) << scene.error().message;
-  auto tracer = RayTracer::create(*scene, "avx2", context);
-  ASSERT_TRUE(tracer) << tracer.error().message;
-  PlaySpaceOptions space;
-  space.walks = 1u << 18;
-  auto playSpace = findPlaySpace(*tracer, space, 1, context);
-  ASSERT_TRUE(playSpace) << playSpace.error().message;
-  auto caches = placeCaches(*tracer, *playSpace, options, 1, context);
-  ASSERT_TRUE(caches) << caches.error().message;
+  auto imported = importGltf(path, context);
+  ASSERT_TRUE(imported) << imported.error().message;
+  test::Placed placed{std::move(*imported), {}, {}, {}};
+  ASSERT_NO_FATAL_FAILURE(test::place(placed, options, test::walks(1u << 18), context));
+  const Scene& scene = placed.scene;
 
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
-  for (std::uint32_t i = 0; i < scene->instances.size(); ++i) {
-    const Instance& instance = scene->instances[i];
-    for (std::uint32_t t = 0; t < scene->meshes[instance.mesh].triangle.size(); ++t) {
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    for (std::uint32_t t = 0; t < scene.meshes[instance.mesh].triangle.size(); ++t) {
       for (const bool back : {false, true}) {
-        const float area = playSpace->seenArea[2 * (instance.firstTriangle + t) + back];
+        const float area = placed.playSpace.seenArea[2 * (instance.firstTriangle + t) + back];
         if (!(area > 0.0f)) continue;
-        const auto c = scene->corners(instance, t);
+        const auto c = scene.corners(instance, t);
         // Corners, edges and a lattice between them: filters reach farthest there.
         for (int y = 0; y <= kLattice; ++y) {
           for (int x = 0; x + y <= kLattice; ++x) {
-            const auto read = test::readLightmap(*caches, i, t, glm::vec2(x, y) / static_cast<float>(kLattice), back);
+            const auto read = test::readLightmap(placed.caches, i, t, glm::vec2(x, y) / static_cast<float>(kLattice), back);
             result.unfilled += static_cast<double>(read.unfilled);
             ++result.scanned;
           }
@@ -64,7 +60,7 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
           glm::vec2 w(uniform(random), uniform(random));
           if (w.x + w.y > 1.0f) w = 1.0f - w;
           const glm::vec2 world = instance.flipped ? glm::vec2(w.y, w.x) : w;
-          const auto read = test::readLightmap(*caches, i, t, w, back);
+          const auto read = test::readLightmap(placed.caches, i, t, w, back);
           ++result.scanned;
           result.seen += area / points;
           if (read.gridLit) continue;
@@ -75,7 +71,7 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
       }
     }
   }
-  result.caches = std::move(*caches);
+  result.caches = std::move(placed.caches);
 }
 
 std::string level(const std::string& name) { return std::string(RELUME_SHARED_DIR) + "/scenes/" + name + "/" + name + ".glb"; }

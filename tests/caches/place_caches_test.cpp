@@ -2,13 +2,13 @@
 // Caches of small scenes with known answers: on surfaces, in free space, on the side that is seen.
 #include "bake/caches/caches.h"
 #include "tests/caches/meshes.h"
+#include "tests/caches/placed.h"
 #include "tests/caches/reads.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
-#include <optional>
 #include <random>
 
 namespace relume {
@@ -18,6 +18,7 @@ using test::addBox;
 using test::addInstance;
 using test::addQuad;
 using test::addTriangle;
+using test::Placed;
 using test::readLightmap;
 
 const glm::vec3 kRoomLow(-2, 0, -3), kRoomHigh(2, 3, 3);
@@ -28,35 +29,16 @@ Scene roomScene() {
   Mesh room;
   addBox(room, kRoomLow, kRoomHigh, true);
   addInstance(scene, std::move(room), "room");
-  Camera camera;
-  camera.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(0.1f, 1.4f, 2.2f));
-  scene.cameras.push_back(camera);
+  scene.cameras = {test::cameraAt({0.1f, 1.4f, 2.2f})};
   return scene;
 }
-
-// A scene with all that cache placement needs.
-struct Placed {
-  Scene scene;
-  std::optional<RayTracer> tracer;
-  PlaySpace playSpace;
-  Caches caches;
-};
 
 void place(Placed& p, const CacheOptions& options, int threads = 0, PlaySpaceOptions::Mode mode = PlaySpaceOptions::Mode::seen) {
   Context context;
   context.threads = threads;
-  auto tracer = RayTracer::create(p.scene, "avx2", context);
-  ASSERT_TRUE(tracer) << tracer.error().message;
-  p.tracer.emplace(std::move(*tracer));
-  PlaySpaceOptions space;
+  PlaySpaceOptions space = test::walks(1u << 16);
   space.mode = mode;
-  space.walks = 1u << 16;
-  auto found = findPlaySpace(*p.tracer, space, 1, context);
-  ASSERT_TRUE(found) << found.error().message;
-  p.playSpace = std::move(*found);
-  auto caches = placeCaches(*p.tracer, p.playSpace, options, 1, context);
-  ASSERT_TRUE(caches) << caches.error().message;
-  p.caches = std::move(*caches);
+  test::place(p, options, space, context);
 }
 
 CacheOptions fewCaches(std::uint32_t count) {

@@ -4,6 +4,7 @@
 #include "bake/caches/caches.h"
 #include "runtime/cpu/stencil.h"
 #include "tests/caches/meshes.h"
+#include "tests/caches/placed.h"
 
 #include <glm/ext/matrix_transform.hpp>
 #include <gtest/gtest.h>
@@ -17,12 +18,7 @@ namespace {
 
 using test::addBox;
 using test::addInstance;
-
-Camera cameraAt(const glm::vec3& p) {
-  Camera camera;
-  camera.toWorld = glm::translate(glm::mat4(1.0f), p);
-  return camera;
-}
+using test::cameraAt;
 
 // The grid alone.
 CacheOptions gridOptions() {
@@ -34,15 +30,9 @@ CacheOptions gridOptions() {
 
 void place(const Scene& scene, const CacheOptions& options, Caches& result) {
   Context context;
-  auto tracer = RayTracer::create(scene, "avx2", context);
-  ASSERT_TRUE(tracer) << tracer.error().message;
-  PlaySpaceOptions space;
-  space.walks = 1u << 15;
-  auto playSpace = findPlaySpace(*tracer, space, 1, context);
-  ASSERT_TRUE(playSpace) << playSpace.error().message;
-  auto caches = placeCaches(*tracer, *playSpace, options, 1, context);
-  ASSERT_TRUE(caches) << caches.error().message;
-  result = std::move(*caches);
+  test::Placed placed{scene, {}, {}, {}};
+  ASSERT_NO_FATAL_FAILURE(test::place(placed, options, test::walks(1u << 15), context));
+  result = std::move(placed.caches);
 }
 
 // Two closed rooms beside each other, 10 cm of wall between them with its middle at x = wall.

@@ -3,6 +3,7 @@
 // it lights.
 #include "bake/caches/caches.h"
 #include "tests/caches/meshes.h"
+#include "tests/caches/placed.h"
 #include "tests/caches/seams.h"
 
 #include <glm/ext/matrix_transform.hpp>
@@ -32,16 +33,11 @@ Scene roomWithBall() {
   for (glm::vec3& p : ball.position) p *= 1.0f + 0.04f * std::sin(7.0f * p.x) * std::sin(6.0f * p.y + 5.0f * p.z);
   test::addInstance(scene, std::move(room), "room");
   test::addInstance(scene, std::move(ball), "ball", glm::translate(glm::mat4(1.0f), glm::vec3(0, 1.4f, 0)));
-  Camera camera;
-  camera.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(0.1f, 1.4f, 2.2f));
-  scene.cameras.push_back(camera);
+  scene.cameras = {test::cameraAt({0.1f, 1.4f, 2.2f})};
   return scene;
 }
 
-struct Placed {
-  Scene scene;
-  PlaySpace playSpace;
-  Caches caches;
+struct Placed : test::Placed {
   double texel = 0.0;  // [m]
   double unstitched = 0.0, stitched = 0.0;  // [texel]
 };
@@ -49,19 +45,10 @@ struct Placed {
 void place(Placed& p, std::uint32_t count) {
   Context context;
   Context::Stage stage(context, "caches");
-  auto tracer = RayTracer::create(p.scene, "avx2", context);
-  ASSERT_TRUE(tracer) << tracer.error().message;
-  PlaySpaceOptions space;
-  space.walks = 1u << 16;
-  auto found = findPlaySpace(*tracer, space, 1, context);
-  ASSERT_TRUE(found) << found.error().message;
-  p.playSpace = std::move(*found);
   CacheOptions options;
   options.lightmapCaches = count;
   options.gridCaches = 27;
-  auto caches = placeCaches(*tracer, p.playSpace, options, 1, context);
-  ASSERT_TRUE(caches) << caches.error().message;
-  p.caches = std::move(*caches);
+  ASSERT_NO_FATAL_FAILURE(test::place(p, options, test::walks(1u << 16), context));
   p.texel = figureOf(context, "texel_m");
   p.unstitched = figureOf(context, "seam_jump_unstitched_texels");
   p.stitched = figureOf(context, "seam_jump_texels");
@@ -69,7 +56,7 @@ void place(Placed& p, std::uint32_t count) {
 
 TEST(Seams, BothSidesTakeTheirLightFromNearlyOnePlace) {
   for (const std::uint32_t count : {800u, 3000u}) {
-    Placed p{roomWithBall(), {}, {}};
+    Placed p{{roomWithBall(), {}, {}, {}}};
     place(p, count);
     const auto seams = test::findSeams(p.scene, p.caches.lightmap, 0.8f, 0.02f);
     const test::SeamJump jump = test::measureSeams(p.caches, seams);
@@ -83,7 +70,7 @@ TEST(Seams, BothSidesTakeTheirLightFromNearlyOnePlace) {
 
 // Not on a plane fitted through the texel: a chord of the ball is within it.
 TEST(Seams, CachesLieOnTheTrianglesThemselves) {
-  Placed p{roomWithBall(), {}, {}};
+  Placed p{{roomWithBall(), {}, {}, {}}};
   place(p, 1500);
   int onBall = 0;
   for (std::uint32_t c = 0; c < p.caches.count(); ++c) {
