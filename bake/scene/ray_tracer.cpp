@@ -3,6 +3,9 @@
 // instances add up to more triangles than kFlattenLimit share one structure per mesh instead. Embree's geometry (or
 // instance) id is the index into Geometry::instance. Vertices come from Scene::corners(), so that barycentrics are in
 // its winding by construction. Levels far from the origin are traced relative to their centre, where floats are dense.
+// Embree divides by approximate reciprocals (rcpps), whose last bits are the processor maker's own: it says which triangle
+// a ray hits, where on it is computed here. Where several are in one place (on edges, and where surfaces overlap, which is
+// found beforehand), a second query names them all and one is taken by rule.
 #include "bake/scene/ray_tracer.h"
 
 #include "bake/context.h"
@@ -19,9 +22,13 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <tuple>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -29,6 +36,8 @@ namespace {
 constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
 constexpr float kFarCentre = 16.0f;                // a level this many of its own sizes from the origin is recentred
 constexpr float kEpsilonUlps = 16.0f;              // a hit's position is off by a few roundings of its coordinates
+constexpr float kEdgeUlps = 8.0f;                  // and its barycentrics by as many of the sizes that enter them
+constexpr float kMostPerDepth = 100.0f;            // rays that graze more are taken to tie no farther
 
 // Flush denormals in this thread while rays are traced, and only then: exact predicates elsewhere need them.
 class FlushDenormals {
@@ -57,10 +66,73 @@ struct SceneDeleter {
 using DevicePtr = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 
+float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+using Corners = std::array<glm::vec3, 3>;
+
+// Rays that hit, their triangles, and where: one lane each, so that compilers use vectors. Lanes of vectors and single
+// ones round alike: plain IEEE operations in a fixed order, on any processor.
+template <unsigned Width>
+struct Places {
+  alignas(64) float corner[9][Width], origin[3][Width], direction[3][Width], tMin[Width], tMax[Width];  // in
+  alignas(64) float distance[Width];            // [m]
+  alignas(64) float u[Width], v[Width];         // barycentric
+  alignas(64) float facing[Width];              // [m^2] twice the area times the cosine; positive = the back was hit
+  alignas(64) float edge[Width];                // negative: on an edge within rounding, a neighbour may be hit as well
+
+  void put(unsigned i, const Corners& c, const glm::vec3& from, const glm::vec3& to, float nearest, float farthest) {
+    for (int k = 0; k < 9; ++k) corner[k][i] = c[static_cast<std::size_t>(k / 3)][k % 3];
+    for (int k = 0; k < 3; ++k) origin[k][i] = from[k], direction[k][i] = to[k];
+    tMin[i] = nearest;
+    tMax[i] = farthest;
+  }
+  glm::vec2 barycentric(unsigned i) const { return {u[i], v[i]}; }
+};
+
+float largestOf(float x, float y, float z) { return std::max(std::abs(x), std::max(std::abs(y), std::abs(z))); }
+
+// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (JGT 2(1), 1997), for triangles that are known
+// to be hit. A sliver seen edge on divides by zero: its first corner is taken.
+template <unsigned Width>
+void findPlaces(Places<Width>& p) {
+  constexpr float kSlack = kEdgeUlps * std::numeric_limits<float>::epsilon();
+  for (unsigned i = 0; i < Width; ++i) {
+    const float x0 = p.corner[0][i], y0 = p.corner[1][i], z0 = p.corner[2][i];
+    const float ax = p.corner[3][i] - x0, ay = p.corner[4][i] - y0, az = p.corner[5][i] - z0;
+    const float bx = p.corner[6][i] - x0, by = p.corner[7][i] - y0, bz = p.corner[8][i] - z0;
+    const float cx = x0 - p.origin[0][i], cy = y0 - p.origin[1][i], cz = z0 - p.origin[2][i];
+    const float dx = p.direction[0][i], dy = p.direction[1][i], dz = p.direction[2][i];
+    const float nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;  // a x b
+    const float rx = cy * dz - cz * dy, ry = cz * dx - cx * dz, rz = cx * dy - cy * dx;  // c x d
+    const float facing = nx * dx + ny * dy + nz * dz;
+    const float scale = 1.0f / facing;
+    const float t = (nx * cx + ny * cy + nz * cz) * scale;
+    const float u = (bx * rx + by * ry + bz * rz) * scale;
+    const float v = -(ax * rx + ay * ry + az * rz) * scale;
+    const bool finite = std::abs(t) + std::abs(u) + std::abs(v) <= std::numeric_limits<float>::max();
+    const float distance = finite ? t : cx * dx + cy * dy + cz * dz;
+    const float onA = std::min(1.0f, std::max(0.0f, finite ? u : 0.0f));
+    p.distance[i] = std::min(p.tMax[i], std::max(p.tMin[i], distance));
+    p.u[i] = onA;
+    p.v[i] = std::min(1.0f - onA, std::max(0.0f, finite ? v : 0.0f));
+    p.facing[i] = facing;
+    const float inside = std::min(u, std::min(v, 1.0f - u - v));
+    const float slack = kSlack * largestOf(cx, cy, cz) * (largestOf(ax, ay, az) + largestOf(bx, by, bz)) * std::abs(scale);
+    p.edge[i] = finite ? inside - slack : -1.0f;
+  }
+}
+
+Corners cornersAt(const float* vertices, std::uint32_t triangle) {
+  Corners c;
+  std::memcpy(&c, vertices + 9 * static_cast<std::size_t>(triangle), sizeof c);
+  return c;
+}
+
 // What the alpha test of a geometry needs to name a surface point.
 struct MaskedMesh {
   const Scene* scene = nullptr;
   std::uint32_t instance = kNone;  // any instance of the mesh: its texture coordinates do not depend on the place
+  const float* vertices = nullptr; // [Size 9 x triangles] Embree's, in the space its rays are handed over
 };
 
 // Let rays through the texels that the alpha test cuts out.
@@ -68,9 +140,14 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
   const auto& mesh = *static_cast<const MaskedMesh*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
-    const SurfacePoint p{mesh.instance, RTCHitN_primID(args->hit, args->N, i),
-                         {RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i)}};
-    if (!opaqueAt(*mesh.scene, p)) args->valid[i] = 0;
+    const unsigned n = args->N, triangle = RTCHitN_primID(args->hit, n, i);
+    Places<1> place;
+    place.put(0, cornersAt(mesh.vertices, triangle),
+              {RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i)},
+              {RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i)}, 0.0f,
+              std::numeric_limits<float>::infinity());
+    findPlaces(place);
+    if (!opaqueAt(*mesh.scene, {mesh.instance, triangle, place.barycentric(0)})) args->valid[i] = 0;
   }
 }
 
@@ -92,10 +169,12 @@ struct RayTracer::State {
   ScenePtr top;
   std::vector<std::unique_ptr<MaskedMesh>> masked;
   std::vector<std::uint32_t> instance;   // [Size geometries] instance of a geometry id of the top scene
-  std::vector<glm::mat3> cofactor;       // [Size geometries or 0] maps object normals to world, where meshes are shared
+  std::vector<const float*> vertices;    // [Size geometries] Embree's, as traced, 9 a triangle; null where shared
   glm::vec3 shift{0.0f};                 // [m] traced coordinates are world minus shift
   glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};  // [m]
   float epsilonFloor = 0.0f;             // [m]
+  float rounding = 0.0f;                 // [m] of traced coordinates
+  std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
   unsigned width = 1;                    // rays a packet
   std::string error, description;
 
@@ -104,16 +183,20 @@ struct RayTracer::State {
     if (state.error.empty()) state.error = text;
   }
 
-  Hit toHit(const RTCRay& ray, const RTCHit& hit) const;
-  template <class RayHit>
-  Hit toHit(const RayHit& packet, unsigned i) const;
+  Corners cornersOf(unsigned id, std::uint32_t triangle) const;
+  // Hits of rays on triangles of geometries (or instances) of the top scene. geomId: invalid = nothing hit.
+  template <unsigned Width>
+  void toHits(std::span<const Ray> rays, const unsigned* geomId, const unsigned* instanceId, const unsigned* triangle,
+              std::span<Hit> hits) const;
+  Hit settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
+  void findOverlaps(Context& context);
 };
 
 namespace {
 
 // The triangles of one instance, moved by -shift, as a committed Embree geometry. null on failure (device error set).
 RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene& scene, const Instance& instance,
-                         const glm::vec3& shift, MaskedMesh* masked) {
+                         const glm::vec3& shift, MaskedMesh* masked, const float*& placed) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -133,7 +216,9 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
       indices[3 * t + c] = static_cast<std::uint32_t>(3 * t + c);
     }
   }
+  placed = vertices;
   if (masked != nullptr) {
+    masked->vertices = vertices;
     rtcSetGeometryUserData(geometry, masked);
     rtcSetGeometryIntersectFilterFunction(geometry, alphaFilter);
     rtcSetGeometryOccludedFilterFunction(geometry, alphaFilter);
@@ -148,6 +233,7 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
 ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality) {
   ScenePtr scene(rtcNewScene(device));
   rtcSetSceneBuildQuality(scene.get(), quality);
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   return scene;
 }
 
@@ -185,8 +271,6 @@ Survey survey(const Scene& scene) {
   return s;
 }
 
-float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 template <class Packet>
 void putRay(Packet& packet, unsigned i, const Ray& ray, const glm::vec3& shift) {
   packet.org_x[i] = ray.origin.x - shift.x;
@@ -219,38 +303,129 @@ RTCRay toEmbree(const Ray& ray, const glm::vec3& shift) {
 
 }  // namespace
 
-Hit RayTracer::State::toHit(const RTCRay& ray, const RTCHit& h) const {
-  Hit hit;
-  if (h.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  const bool isShared = h.instID[0] != RTC_INVALID_GEOMETRY_ID;
-  const std::uint32_t id = isShared ? h.instID[0] : h.geomID;
-  glm::vec3 normal(h.Ng_x, h.Ng_y, h.Ng_z);
-  if (isShared) normal = cofactor[id] * normal;
-  hit.distance = ray.tfar;
-  hit.instance = instance[id];
-  hit.triangle = h.primID;
-  hit.barycentric = {h.u, h.v};
-  hit.back = glm::dot(normal, glm::vec3(ray.dir_x, ray.dir_y, ray.dir_z)) > 0.0f;
-  return hit;
+// A query whose filter notes every triangle that the ray meets, and stops at none.
+template <class Note>
+struct EveryHit : RTCIntersectContext {
+  explicit EveryHit(const Note& note) : note_(note) {
+    rtcInitIntersectContext(this);
+    filter = &onHits;
+  }
+  void trace(RTCScene scene, const RTCRay& ray) {
+    RTCRayHit rayHit{};
+    rayHit.ray = ray;
+    rayHit.hit.geomID = rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, this, &rayHit);
+  }
+
+ private:
+  static void onHits(const RTCFilterFunctionNArguments* args) {
+    for (unsigned i = 0; i < args->N; ++i) {
+      if (args->valid[i] != -1) continue;
+      const unsigned above = RTCHitN_instID(args->hit, args->N, i, 0);
+      static_cast<const EveryHit*>(args->context)->note_(
+          above != RTC_INVALID_GEOMETRY_ID ? above : RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
+      args->valid[i] = 0;
+    }
+  }
+  const Note& note_;
+};
+
+Corners RayTracer::State::cornersOf(unsigned id, std::uint32_t triangle) const {
+  if (vertices[id] != nullptr) return cornersAt(vertices[id], triangle);
+  Corners c = scene->corners(scene->instances[instance[id]], triangle);
+  for (glm::vec3& corner : c) corner -= shift;
+  return c;
 }
 
-template <class RayHit>
-Hit RayTracer::State::toHit(const RayHit& p, unsigned i) const {
-  RTCRay ray;
-  ray.dir_x = p.ray.dir_x[i];
-  ray.dir_y = p.ray.dir_y[i];
-  ray.dir_z = p.ray.dir_z[i];
-  ray.tfar = p.ray.tfar[i];
-  RTCHit hit;
-  hit.Ng_x = p.hit.Ng_x[i];
-  hit.Ng_y = p.hit.Ng_y[i];
-  hit.Ng_z = p.hit.Ng_z[i];
-  hit.u = p.hit.u[i];
-  hit.v = p.hit.v[i];
-  hit.primID = p.hit.primID[i];
-  hit.geomID = p.hit.geomID[i];
-  hit.instID[0] = p.hit.instID[0][i];
-  return toHit(ray, hit);
+// [Size rays <= Width] [Size ids = Width]
+template <unsigned Width>
+void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId, const unsigned* instanceId,
+                              const unsigned* triangle, std::span<Hit> hits) const {
+  unsigned ids[Width];
+  for (unsigned i = 0; i < rays.size(); ++i) {
+    ids[i] = instanceId[i] != RTC_INVALID_GEOMETRY_ID ? instanceId[i] : geomId[i];
+#if defined(__SSE2__)
+    if (geomId[i] == RTC_INVALID_GEOMETRY_ID || vertices[ids[i]] == nullptr) continue;
+    const auto* first = reinterpret_cast<const char*>(vertices[ids[i]] + 9 * static_cast<std::size_t>(triangle[i]));
+    _mm_prefetch(first, _MM_HINT_T0);
+    _mm_prefetch(first + sizeof(Corners) - 1, _MM_HINT_T0);
+#endif
+  }
+  Places<Width> places;
+  for (unsigned i = 0; i < Width; ++i) {
+    const unsigned k = std::min<unsigned>(i, static_cast<unsigned>(rays.size()) - 1);
+    const Corners c = geomId[k] != RTC_INVALID_GEOMETRY_ID ? cornersOf(ids[k], triangle[k]) : Corners{};
+    places.put(i, c, rays[k].origin - shift, rays[k].direction, rays[k].tMin, rays[k].tMax);
+  }
+  findPlaces(places);
+  for (unsigned i = 0; i < rays.size(); ++i) {
+    if (geomId[i] == RTC_INVALID_GEOMETRY_ID) {
+      hits[i] = {};
+    } else if (places.edge[i] < 0.0f || (!overlaps[ids[i]].empty() && overlaps[ids[i]][triangle[i]] != 0)) {
+      hits[i] = settle(rays[i], ids[i], triangle[i], places.distance[i]);
+    } else {
+      hits[i] = {places.distance[i], instance[ids[i]], triangle[i], places.barycentric(i), places.facing[i] > 0.0f};
+    }
+  }
+}
+
+// Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for each
+// side, shows each side its own.
+Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
+  const auto rank = [&](unsigned anyId, std::uint32_t any) {
+    const Corners c = cornersOf(anyId, any);
+    return std::tuple(glm::dot(glm::cross(c[1] - c[0], c[2] - c[0]), ray.direction) > 0.0f, anyId, any);
+  };
+  auto first = rank(id, triangle);
+  const auto note = [&](unsigned otherId, std::uint32_t other) { first = std::min(first, rank(otherId, other)); };
+  const Corners c = cornersOf(id, triangle);
+  const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+  const float perDepth = glm::length(normal) / std::max(std::abs(glm::dot(normal, ray.direction)), std::numeric_limits<float>::min());
+  const float around = (rounding + kEpsilonUlps * std::numeric_limits<float>::epsilon() * distance) *
+                       std::clamp(perDepth, 1.0f, kMostPerDepth);
+  RTCRay near = toEmbree(ray, shift);
+  near.tnear = std::max(near.tnear, distance - around);
+  near.tfar = std::min(near.tfar, distance + around);
+  EveryHit query(note);
+  query.trace(top.get(), near);
+  std::tie(std::ignore, id, triangle) = first;
+  Places<1> place;
+  place.put(0, cornersOf(id, triangle), ray.origin - shift, ray.direction, ray.tMin, ray.tMax);
+  findPlaces(place);
+  return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
+}
+
+// Mark the triangles that lie in another one, at four points of each.
+void RayTracer::State::findOverlaps(Context& context) {
+  constexpr glm::vec2 kPoints[] = {{0.34f, 0.33f}, {0.1f, 0.1f}, {0.8f, 0.1f}, {0.1f, 0.8f}};
+  constexpr std::size_t kGrain = 2048;  // [triangles]
+  for (unsigned id = 0; id < vertices.size(); ++id) {
+    if (vertices[id] != nullptr) overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());
+  }
+  for (unsigned id = 0; id < vertices.size(); ++id) {
+    parallelChunks(context, "", overlaps[id].size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      const FlushDenormals flush;
+      for (std::size_t t = begin; t < end; ++t) {
+        const auto note = [&](unsigned otherId, std::uint32_t other) {
+          if (otherId == id && other == t) return;
+          std::atomic_ref(overlaps[id][t]).store(1, std::memory_order_relaxed);
+          if (!overlaps[otherId].empty()) std::atomic_ref(overlaps[otherId][other]).store(1, std::memory_order_relaxed);
+        };
+        EveryHit query(note);
+        const Corners c = cornersAt(vertices[id], static_cast<std::uint32_t>(t));
+        const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+        const float length = glm::length(normal);
+        if (!(length > 0.0f)) continue;
+        for (const glm::vec2 at : kPoints) {
+          Ray ray;
+          ray.direction = normal / length;
+          ray.origin = c[0] + (c[1] - c[0]) * at.x + (c[2] - c[0]) * at.y - rounding * ray.direction;
+          ray.tMax = 2.0f * rounding;
+          query.trace(top.get(), toEmbree(ray, glm::vec3(0.0f)));
+        }
+      }
+    });
+  }
 }
 
 RayTracer::RayTracer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -291,6 +466,9 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   if (largest(centre) > kFarCentre * largest(size)) state->shift = centre;
   state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * largest(size);
 
+  const glm::vec3 reach = glm::max(glm::abs(level.min - state->shift), glm::abs(level.max - state->shift));
+  state->rounding = std::max(kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(reach), std::numeric_limits<float>::min());
+
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
@@ -301,7 +479,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
     if (context.cancelled()) return cancelledError();
     const auto id = static_cast<unsigned>(state->instance.size());
     state->instance.push_back(i);
-    if (share) state->cofactor.emplace_back(1.0f);
+    state->vertices.push_back(nullptr);
     const auto makeMasked = [&]() -> MaskedMesh* {
       if (!isMasked(scene, instance)) return nullptr;
       state->masked.push_back(std::make_unique<MaskedMesh>(MaskedMesh{&scene, i}));
@@ -314,7 +492,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       if (below == nullptr) {
         Instance inPlace = instance;
         inPlace.toWorld = glm::mat4(1.0f);
-        RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), makeMasked());
+        const float* inObject = nullptr;
+        RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), makeMasked(), inObject);
         if (mesh == nullptr) break;
         state->shared.push_back(makeScene(device, quality));
         below = state->shared.back().get();
@@ -324,14 +503,12 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       }
       glm::mat4 toTraced = instance.toWorld;
       toTraced[3] -= glm::vec4(state->shift, 0.0f);
-      const glm::mat3 m(instance.toWorld);
-      state->cofactor[id] = glm::determinant(m) * glm::transpose(glm::inverse(m));
       geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(geometry, below);
       rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
       rtcCommitGeometry(geometry);
     } else {
-      geometry = makeGeometry(device, quality, scene, instance, state->shift, makeMasked());
+      geometry = makeGeometry(device, quality, scene, instance, state->shift, makeMasked(), state->vertices[id]);
       if (geometry == nullptr) break;
     }
     rtcAttachGeometryByID(state->top.get(), geometry, id);
@@ -339,6 +516,9 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   }
   if (state->error.empty()) commit(state->top.get());
   if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
+  state->overlaps.resize(state->vertices.size());
+  state->findOverlaps(context);
+  if (context.cancelled()) return cancelledError();
   return RayTracer(std::move(state));
 }
 
@@ -350,14 +530,17 @@ Hit RayTracer::trace(const Ray& ray) const {
   rayHit.ray = toEmbree(ray, state_->shift);
   rayHit.hit.geomID = rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(state_->top.get(), &context, &rayHit);
-  return state_->toHit(rayHit.ray, rayHit.hit);
+  Hit hit;
+  const RTCHit& h = rayHit.hit;
+  state_->toHits<1>({&ray, 1}, &h.geomID, h.instID, &h.primID, {&hit, 1});
+  return hit;
 }
 
 namespace {
 
-template <class RayHit, auto Intersect, unsigned Width, class ToHit>
+template <class RayHit, auto Intersect, unsigned Width, class ToHits>
 void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, RayOrder order,
-                  const glm::vec3& shift, const ToHit& toHit) {
+                  const glm::vec3& shift, const ToHits& toHits) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (order == RayOrder::coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -371,7 +554,7 @@ void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits
       packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
     Intersect(valid, scene, &context, &packet);
-    for (unsigned i = 0; i < count; ++i) hits[first + i] = toHit(packet, i);
+    toHits(rays.subspan(first, count), packet.hit, hits.subspan(first, count));
   }
 }
 
@@ -398,11 +581,15 @@ void occludedPackets(RTCScene scene, std::span<const Ray> rays, std::span<std::u
 void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
   const FlushDenormals flush;
   const RTCScene scene = state_->top.get();
-  const auto toHit = [this](const auto& packet, unsigned i) { return state_->toHit(packet, i); };
+  const State& state = *state_;
   if (state_->width == 16) {
-    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, order, state_->shift, toHit);
+    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, order, state_->shift, [&](auto some, const auto& h, auto to) {
+      state.toHits<16>(some, h.geomID, h.instID[0], h.primID, to);
+    });
   } else if (state_->width == 8) {
-    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, order, state_->shift, toHit);
+    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, order, state_->shift, [&](auto some, const auto& h, auto to) {
+      state.toHits<8>(some, h.geomID, h.instID[0], h.primID, to);
+    });
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace(rays[i]);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The same level and options give the same bytes: at any number of threads, in a fresh process, wherever the system puts
-// its memory.
+// its memory, with whatever vectors the ray tracer uses.
+#include "formats/bake_file.h"
 #include "tests/cli/cli_fixture.h"
 
 #include <sys/personality.h>
@@ -27,6 +28,29 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
   EXPECT_NE(first.find("isa=avx2"), std::string::npos) << "the ray tracer's instruction set is fixed and recorded";
   for (const char* threads : {"1", "2", "7"}) EXPECT_TRUE(baked(threads, false) == first) << threads << " threads";
   for (const char* threads : {"1", "7"}) EXPECT_TRUE(baked(threads, true) == first) << threads << " threads, fixed addresses";
+}
+
+// Embree's approximate reciprocals differ between instruction sets as they do between makers of processors. All that
+// differs is what the bake says of itself.
+TEST_F(SameBytes, instructionSetsOfTheRayTracerDoNotMatter) {
+  const auto chunksOf = [&](const std::string& isa) {
+    const ProgramResult result = run({"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", out_, "--preset", "draft",
+                                      "--surfels", "2048", "--isa", isa, "--progress", "none"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    const auto chunks = listChunks(out_);
+    EXPECT_TRUE(chunks);
+    return chunks ? *chunks : std::vector<ChunkInfo>{};
+  };
+  const std::vector<ChunkInfo> first = chunksOf("avx2");
+  ASSERT_GT(first.size(), 10u);
+  for (const char* isa : {"sse4.2", ""}) {
+    const std::vector<ChunkInfo> other = chunksOf(isa);
+    ASSERT_EQ(other.size(), first.size());
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      if (first[i].name == "provenance") continue;
+      EXPECT_EQ(other[i].hash, first[i].hash) << isa << ": " << first[i].name;
+    }
+  }
 }
 
 }  // namespace
