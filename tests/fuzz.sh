@@ -33,7 +33,7 @@ if [ -d "$seeds/gltf" ] && [ -d "${RELUME_SHARED_DIR:-}/scenes/conformance" ]; t
 fi
 
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
-export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=16  # half the time goes into stacks of allocations otherwise
+export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time goes into stacks of allocations and cold memory otherwise
 failed=0
 for name in "${names[@]}"; do
   echo "== fuzz_$name, $seconds s"
