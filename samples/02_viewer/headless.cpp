@@ -42,6 +42,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
   if (!egl) return egl.error();
   auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands);
   if (!viewer) return viewer.error();
+  std::printf("bands %s\n", viewer->bands().c_str());
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);
   const GlTexture color = GlTexture::make(), depth = GlTexture::make();
   glBindTexture(GL_TEXTURE_2D, color.name());

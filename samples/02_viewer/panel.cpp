@@ -56,6 +56,7 @@ void timeTable(const Viewer& viewer) {
     total += ms;
   }
   ImGui::Text("%-14s %8.2f ms", "sum", total);
+  ImGui::Text("%-14s %11s", "bands", viewer.bands().c_str());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "bake/scene/scene.h"
 #include "formats/bake.h"
 #include "formats/result.h"
+#include "runtime/bands.h"
 #include "runtime/relighter.h"
 #include "samples/02_viewer/discs.h"
 #include "samples/02_viewer/fly_camera.h"
@@ -60,6 +61,8 @@ class Viewer {
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
   Relighter& relighter() { return relighter_; }
+  // The bands it lights with, as "Y4Co2Cg2".
+  std::string bands() const { return bandsName({relighter_.lumaBands(), relighter_.chromaBands()}); }
 
  private:
   Viewer(const Bake& bake, GlLevel level, ShadowMaps shadows, Relighter relighter)

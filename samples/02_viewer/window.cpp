@@ -12,6 +12,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <cstdio>
 #include <memory>
 
 namespace relume {
@@ -120,6 +121,7 @@ Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& opti
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
   auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands);
   if (!viewer) return viewer.error();
+  std::printf("bands %s\n", viewer->bands().c_str());
   return loop(window.get(), scene, bake, *viewer, *state);
 }
 

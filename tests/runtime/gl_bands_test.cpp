@@ -16,6 +16,8 @@
 namespace relume {
 namespace {
 
+using test::difference;
+
 class GlBands : public test::GlTest {};
 
 Relighter make(const Bake& bake, Backend backend, int luma, int chroma, float deringing = 0.0f) {
@@ -85,27 +87,8 @@ Irradiances byCpu(const Relighter& relighter, const std::vector<float>& in) {
   return e;
 }
 
-// Largest difference relative to the root mean square of the first.
-double difference(const std::vector<float>& a, const std::vector<float>& b) {
-  EXPECT_EQ(a.size(), b.size());
-  double square = 0.0, largest = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    square += static_cast<double>(a[i]) * a[i];
-    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])));
-  }
-  return largest / std::sqrt(std::max(square / static_cast<double>(a.size()), 1e-30));
-}
-
-// Coefficients relative to coefficient 0 of their cache.
 double coefficientDifference(const Relighter& a, const Relighter& b) {
-  const std::vector<float> first = a.cacheCoefficients(), second = b.cacheCoefficients();
-  EXPECT_EQ(first.size(), second.size());
-  const auto stride = static_cast<std::size_t>(a.coefficientsPerCache());
-  double largest = 0.0;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    largest = std::max(largest, static_cast<double>(std::abs(first[i] - second[i])) / std::max(first[i - i % stride], 1e-6f));
-  }
-  return largest;
+  return test::coefficientDifference(a.cacheCoefficients(), b.cacheCoefficients(), a.coefficientsPerCache());
 }
 
 void expectLayers(GLuint texture, int bands) {
@@ -124,7 +107,8 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
   setup.skyRadiance = {0.2f, 0.3f, 0.4f};
   const std::vector<float> in = receivers(300);
   // A software driver takes a second or two to compile the shaders of many bands: the default run takes a part of the pairs.
-  const bool all = std::getenv("RELUME_LONG_TESTS") != nullptr;
+  const char* longTests = std::getenv("RELUME_LONG_TESTS");
+  const bool all = longTests != nullptr && std::string(longTests) == "1";
   for (int luma = 1; luma <= 8; ++luma) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       if (!all && luma > 3 && chroma != 1 + luma % 5) continue;

@@ -26,6 +26,8 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
+using test::coefficientDifference, test::difference;
+
 class GlRelighter : public test::GlTest {};
 
 Relighter make(const Bake& bake, Backend backend, int luma = 0, int chroma = 0, const std::string& visibility = {}) {
@@ -47,28 +49,6 @@ std::vector<Light> someLights() {
   lights[2] = {.kind = LightKind::spot, .intensity = {90, 30, 10}, .positionWorld = {9, 3, 3},
                .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
   return lights;
-}
-
-// Largest difference of two lists of numbers, relative to the root mean square of the first.
-double difference(const std::vector<float>& a, const std::vector<float>& b) {
-  EXPECT_EQ(a.size(), b.size());
-  double square = 0.0, largest = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    square += static_cast<double>(a[i]) * a[i];
-    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])));
-  }
-  return largest / std::sqrt(std::max(square / static_cast<double>(a.size()), 1e-30));
-}
-
-// Largest difference of two lists of coefficients, relative to coefficient 0 of their cache.
-double coefficientDifference(const std::vector<float>& a, const std::vector<float>& b, int perCache) {
-  EXPECT_EQ(a.size(), b.size());
-  const auto stride = static_cast<std::size_t>(perCache);
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])) / std::max(a[i - i % stride], 1e-6f));
-  }
-  return largest;
 }
 
 std::vector<float> flatten(const std::vector<glm::vec3>& v) {

@@ -2,6 +2,9 @@
 // See gl_test_support.h.
 #include "tests/runtime/gl_test_support.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace relume::test {
 
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
@@ -44,6 +47,26 @@ std::vector<float> runCompute(const std::string& text, const std::string& body, 
   glDeleteProgram(program);
   glDeleteShader(shader);
   return out;
+}
+
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double square = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    square += static_cast<double>(a[i]) * a[i];
+    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])));
+  }
+  return largest / std::sqrt(std::max(square / static_cast<double>(a.size()), 1e-30));
+}
+
+double coefficientDifference(const std::vector<float>& a, const std::vector<float>& b, int perCache) {
+  EXPECT_EQ(a.size(), b.size());
+  const auto stride = static_cast<std::size_t>(perCache);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    largest = std::max(largest, static_cast<double>(std::abs(a[i] - b[i])) / std::max(a[i - i % stride], 1e-6f));
+  }
+  return largest;
 }
 
 }  // namespace relume::test

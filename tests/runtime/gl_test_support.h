@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A headless debug context for a test, skipped with the reason where there is none; and compute shaders run over floats.
+// A headless debug context for a test, skipped with the reason where there is none; compute shaders run over
+// floats; and how far two backends' results are apart.
 #pragma once
 
 #include "formats/result.h"
@@ -35,5 +36,11 @@ class GlTest : public testing::Test {
 // its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
                               std::size_t count, std::size_t outFloats);
+
+// Largest difference of two lists of numbers, relative to the root mean square of the first.
+double difference(const std::vector<float>& a, const std::vector<float>& b);
+
+// Largest difference of two lists of coefficients, relative to coefficient 0 of their cache.
+double coefficientDifference(const std::vector<float>& a, const std::vector<float>& b, int perCache);
 
 }  // namespace relume::test
