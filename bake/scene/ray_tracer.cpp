@@ -395,9 +395,9 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
   return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
 }
 
-// Mark the triangles that lie in another one, at four points of each.
+// Mark the triangles that lie in another one: near the corners or the middle of the last edge of one of the two.
 void RayTracer::State::findOverlaps(Context& context) {
-  constexpr glm::vec2 kPoints[] = {{0.34f, 0.33f}, {0.1f, 0.1f}, {0.8f, 0.1f}, {0.1f, 0.8f}};
+  constexpr glm::vec2 kPoints[] = {{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}};
   constexpr std::size_t kGrain = 2048;  // [triangles]
   for (unsigned id = 0; id < vertices.size(); ++id) {
     if (vertices[id] != nullptr) overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rays against the fixed instances of a scene, by Embree. The only file that includes it is ray_tracer.cpp.
-// Alpha-masked texels let rays through. Thread-safe after construction.
+// Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
+// instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
 #pragma once
 
 #include "bake/scene/scene.h"
@@ -32,12 +33,11 @@ struct Hit {
 };
 
 // How rays that are traced together lie. coherent: neighbours start at one point and go in nearly one direction; a
-// packet then walks the structure as one. It only says what is fast: hits differ where two surfaces are in one place.
+// packet then walks the structure as one. It only says what is fast.
 enum class RayOrder { mixed, coherent };
 
 // How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times as
-// long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. Hits differ where two surfaces are
-// in one place.
+// long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on.
 enum class RayStructure { quick, thorough };
 
 class RayTracer {
