@@ -109,7 +109,7 @@ std::vector<Field> fields(BakeOptions& o) {
        "l_CoCg recommended to the runtime, at most lumaBands"},
       {"seed", "--seed", &o.seed, 0, 1.8446744073709552e19, {}, "", "of all random numbers"},
       {"embreeIsa", "--isa", &o.embreeIsa, 0, 0, {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}, "",
-       "instruction set of the ray tracer; hits differ in the last bits between them; empty = the best here"},
+       "instruction set of the ray tracer; hits differ between them where triangles overlap, rarely; empty = the best here"},
   };
 }
 

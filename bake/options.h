@@ -77,7 +77,7 @@ struct BakeOptions {
   std::uint32_t lumaBands = 4;    // [1..8] recommended to the runtime
   std::uint32_t chromaBands = 2;  // [1..lumaBands] more cannot be seen (docs/BANDS.md)
   std::uint64_t seed = 1;         // any
-  std::string embreeIsa = "avx2"; // Embree's isa; hits differ in the last bits between instruction sets
+  std::string embreeIsa = "avx2"; // Embree's isa; hits differ where triangles overlap, rarely
 };
 
 enum class Preset { draft, medium, high, best };
