@@ -2,6 +2,8 @@
 // See relocate.h.
 #include "bake/caches/relocate.h"
 
+#include "bake/morton.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -13,12 +15,13 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRays = 64;
-// Rays cast first: the whole answer when none of them, or nearly all, see the inside of things.
+// Rays cast first: the whole answer when none of them, or nearly all, see the inside of things, and in the air some see
+// what matters.
 constexpr std::size_t kFirstRays = 16;
-constexpr float kClearlyInside = 0.75f;
+constexpr float kClearlyInside = 0.75f, kClearlySeen = 0.25f;
 
-// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. Ordered so that the first quarter
-// is even, too.
+// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. The first quarter is even, too; within
+// it and the rest neighbours follow each other, so that packets of rays stay together.
 std::vector<glm::vec3> spiral(bool hemisphere) {
   std::vector<glm::vec3> directions;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
@@ -30,6 +33,9 @@ std::vector<glm::vec3> spiral(bool hemisphere) {
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z)), phi = golden * static_cast<double>(i);
     directions.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
   }
+  const auto along = [](const glm::vec3& a, const glm::vec3& b) { return mortonOf(1024.0f * (a + 1.0f)) < mortonOf(1024.0f * (b + 1.0f)); };
+  std::sort(directions.begin(), directions.begin() + kFirstRays, along);
+  std::sort(directions.begin() + kFirstRays, directions.end(), along);
   return directions;
 }
 
@@ -71,9 +77,9 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     }
   };
   cast(0, kFirstRays);
-  const float bad = count.back + count.near;
   float raysCast = static_cast<float>(kFirstRays);
-  if (!onSurface || (bad > 0.0f && count.back < kClearlyInside * raysCast)) {
+  const bool clearlyOutside = count.back + count.near == 0.0f && (onSurface || count.seen > kClearlySeen * raysCast);
+  if (!clearlyOutside && count.back < kClearlyInside * raysCast) {
     cast(kFirstRays, kRays);
     raysCast = static_cast<float>(kRays);
   }

@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kDirections = 64;  // over the sphere; a surfel uses those above its plane
+constexpr std::uint32_t kDirections = 32;  // over the sphere; a surfel uses those above its plane
 constexpr float kLeastCosine = 0.05f;      // of a direction with the normal
 constexpr std::size_t kTogether = 64;      // surfels that look together
 constexpr float kCells = 1023.0f;     // of space along an axis, for the order

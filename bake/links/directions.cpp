@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -83,21 +84,38 @@ DirectionStrata::Sequence::Sequence(const DirectionStrata& strata, const glm::ve
   bitangent_ = b * turnCos - t * turnSin;
 }
 
-DirectionStrata::Sample DirectionStrata::Sequence::next() {
-  // Stratum of this ray: tile by tile, 16 strata a tile.
-  const std::uint32_t tile = index_ / 16, inTile = index_ % 16, tilesAlong = strata_.columns_ / 4;
-  const std::uint32_t column = tile % tilesAlong * 4 + inTile % 4, row = tile / tilesAlong * 4 + inTile / 4;
-  ++index_;
+void DirectionStrata::Sequence::next(std::span<Sample, kTile> tile) {
+  const std::uint32_t tilesAlong = strata_.columns_ / 4;
+  const auto column = static_cast<float>(tile_ % tilesAlong * 4), row = static_cast<float>(tile_ / tilesAlong * 4);
+  ++tile_;
 
-  // Jitter it with 16 bits an axis.
-  const std::uint32_t bits = random_.bits();
-  const float u = (static_cast<float>(column) + (static_cast<float>(bits & 0xFFFFu) + 0.5f) * 0x1p-16f) /
-                  static_cast<float>(strata_.columns_);
-  const float v = (static_cast<float>(row) + (static_cast<float>(bits >> 16) + 0.5f) * 0x1p-16f) /
-                  static_cast<float>(strata_.rows_);
-  const LocalSample local = hemisphere_ ? hemisphereSample(u, v, strata_.evenShare_) : sphereSample(u, v);
-  return {tangent_ * local.x + bitangent_ * local.y + axis_ * local.z,
-          local.weightTimesCount / static_cast<float>(strata_.count()), hemisphere_ ? local.z : 1.0f};
+  // Jitter each stratum with 16 bits an axis.
+  const auto columns = static_cast<float>(strata_.columns_), rows = static_cast<float>(strata_.rows_);
+  std::array<float, kTile> u, v;
+  for (std::size_t i = 0; i < kTile; ++i) {
+    const std::uint32_t bits = random_.bits();
+    u[i] = (column + static_cast<float>(i % 4) + (static_cast<float>(bits & 0xFFFFu) + 0.5f) * 0x1p-16f) / columns;
+    v[i] = (row + static_cast<float>(i / 4) + (static_cast<float>(bits >> 16) + 0.5f) * 0x1p-16f) / rows;
+  }
+
+  // All at once: loops without branches, which compilers turn into vectors.
+  std::array<float, kTile> x, y, z, weight;
+  const float a = strata_.evenShare_;
+  if (hemisphere_) {
+    for (std::size_t i = 0; i < kTile; ++i) {
+      const LocalSample local = hemisphereSample(u[i], v[i], a);
+      x[i] = local.x, y[i] = local.y, z[i] = local.z, weight[i] = local.weightTimesCount;
+    }
+  } else {
+    for (std::size_t i = 0; i < kTile; ++i) {
+      const LocalSample local = sphereSample(u[i], v[i]);
+      x[i] = local.x, y[i] = local.y, z[i] = local.z, weight[i] = local.weightTimesCount;
+    }
+  }
+  const auto count = static_cast<float>(strata_.count());
+  for (std::size_t i = 0; i < kTile; ++i) {
+    tile[i] = {tangent_ * x[i] + bitangent_ * y[i] + axis_ * z[i], weight[i] / count, hemisphere_ ? z[i] : 1.0f};
+  }
 }
 
 }  // namespace relume

@@ -10,7 +10,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace relume {
 
@@ -20,6 +22,8 @@ inline constexpr float kEvenShare = 0.5f;
 
 class DirectionStrata {
  public:
+  static constexpr std::size_t kTile = 16;  // rays
+
   // rays: [>= 16] wished; the count is rounded down to whole tiles. evenShare: [0..1]
   explicit DirectionStrata(std::uint32_t rays, float evenShare = kEvenShare);
 
@@ -40,14 +44,15 @@ class DirectionStrata {
   class Sequence {
    public:
     Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random);
-    Sample next();
+    // The next tile of 4 x 4 strata, row by row; count() / kTile of them are there.
+    void next(std::span<Sample, kTile> tile);
 
    private:
     const DirectionStrata& strata_;
     RandomStream random_;
     glm::vec3 tangent_, bitangent_, axis_;
     bool hemisphere_;
-    std::uint32_t index_ = 0;
+    std::uint32_t tile_ = 0;
   };
 
  private:

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
 constexpr float kSamePoint = 1e-3f;    // an aimed ray has met its point when it ends this near to it, relatively
-constexpr std::uint32_t kBlock = 256;  // rays traced together: rays and hits stay in the first-level cache
+constexpr std::uint32_t kBlock = 256;  // rays traced together, whole tiles: rays and hits stay in the first-level cache
 
 void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
@@ -112,10 +112,10 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
     scratch.samples.resize(size);
     scratch.rays.resize(size);
     scratch.hits.resize(size);
-    for (std::uint32_t i = 0; i < size; ++i) {
-      scratch.samples[i] = sequence.next();
-      scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
+    for (std::uint32_t i = 0; i < size; i += DirectionStrata::kTile) {
+      sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
     }
+    for (std::uint32_t i = 0; i < size; ++i) scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
     tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
     lookUp(scratch);
 
