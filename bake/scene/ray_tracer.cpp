@@ -10,6 +10,7 @@
 
 #include "bake/context.h"
 #include "bake/parallel.h"
+#include "bake/scene/hit_places.h"
 
 #include <embree3/rtcore.h>
 #if defined(__SSE2__)
@@ -36,7 +37,6 @@ namespace {
 constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
 constexpr float kFarCentre = 16.0f;                // a level this many of its own sizes from the origin is recentred
 constexpr float kEpsilonUlps = 16.0f;              // a hit's position is off by a few roundings of its coordinates
-constexpr float kEdgeUlps = 8.0f;                  // and its barycentrics by as many of the sizes that enter them
 constexpr float kMostPerDepth = 100.0f;            // rays that graze more are taken to tie no farther
 
 // Flush denormals in this thread while rays are traced, and only then: exact predicates elsewhere need them.
@@ -68,60 +68,6 @@ using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 
 float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
-using Corners = std::array<glm::vec3, 3>;
-
-// Rays that hit, their triangles, and where: one lane each, so that compilers use vectors. Lanes of vectors and single
-// ones round alike: plain IEEE operations in a fixed order, on any processor.
-template <unsigned Width>
-struct Places {
-  alignas(64) float corner[9][Width], origin[3][Width], direction[3][Width], tMin[Width], tMax[Width];  // in
-  alignas(64) float distance[Width];            // [m]
-  alignas(64) float u[Width], v[Width];         // barycentric
-  alignas(64) float facing[Width];              // [m^2] twice the area times the cosine; positive = the back was hit
-  alignas(64) float edge[Width];                // negative: on an edge within rounding, a neighbour may be hit as well
-
-  void put(unsigned i, const Corners& c, const glm::vec3& from, const glm::vec3& to, float nearest, float farthest) {
-    for (int k = 0; k < 9; ++k) corner[k][i] = c[static_cast<std::size_t>(k / 3)][k % 3];
-    for (int k = 0; k < 3; ++k) origin[k][i] = from[k], direction[k][i] = to[k];
-    tMin[i] = nearest;
-    tMax[i] = farthest;
-  }
-  glm::vec2 barycentric(unsigned i) const { return {u[i], v[i]}; }
-};
-
-float largestOf(float x, float y, float z) { return std::max(std::abs(x), std::max(std::abs(y), std::abs(z))); }
-
-// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (JGT 2(1), 1997), for triangles that are known
-// to be hit. A sliver seen edge on divides by zero: its first corner is taken.
-template <unsigned Width>
-void findPlaces(Places<Width>& p) {
-  constexpr float kSlack = kEdgeUlps * std::numeric_limits<float>::epsilon();
-  for (unsigned i = 0; i < Width; ++i) {
-    const float x0 = p.corner[0][i], y0 = p.corner[1][i], z0 = p.corner[2][i];
-    const float ax = p.corner[3][i] - x0, ay = p.corner[4][i] - y0, az = p.corner[5][i] - z0;
-    const float bx = p.corner[6][i] - x0, by = p.corner[7][i] - y0, bz = p.corner[8][i] - z0;
-    const float cx = x0 - p.origin[0][i], cy = y0 - p.origin[1][i], cz = z0 - p.origin[2][i];
-    const float dx = p.direction[0][i], dy = p.direction[1][i], dz = p.direction[2][i];
-    const float nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;  // a x b
-    const float rx = cy * dz - cz * dy, ry = cz * dx - cx * dz, rz = cx * dy - cy * dx;  // c x d
-    const float facing = nx * dx + ny * dy + nz * dz;
-    const float scale = 1.0f / facing;
-    const float t = (nx * cx + ny * cy + nz * cz) * scale;
-    const float u = (bx * rx + by * ry + bz * rz) * scale;
-    const float v = -(ax * rx + ay * ry + az * rz) * scale;
-    const bool finite = std::abs(t) + std::abs(u) + std::abs(v) <= std::numeric_limits<float>::max();
-    const float distance = finite ? t : cx * dx + cy * dy + cz * dz;
-    const float onA = std::min(1.0f, std::max(0.0f, finite ? u : 0.0f));
-    p.distance[i] = std::min(p.tMax[i], std::max(p.tMin[i], distance));
-    p.u[i] = onA;
-    p.v[i] = std::min(1.0f - onA, std::max(0.0f, finite ? v : 0.0f));
-    p.facing[i] = facing;
-    const float inside = std::min(u, std::min(v, 1.0f - u - v));
-    const float slack = kSlack * largestOf(cx, cy, cz) * (largestOf(ax, ay, az) + largestOf(bx, by, bz)) * std::abs(scale);
-    p.edge[i] = finite ? inside - slack : -1.0f;
-  }
-}
-
 Corners cornersAt(const float* vertices, std::uint32_t triangle) {
   Corners c;
   std::memcpy(&c, vertices + 9 * static_cast<std::size_t>(triangle), sizeof c);
@@ -141,12 +87,12 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
     const unsigned n = args->N, triangle = RTCHitN_primID(args->hit, n, i);
-    Places<1> place;
+    HitPlaces<1> place;
     place.put(0, cornersAt(mesh.vertices, triangle),
               {RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i)},
               {RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i)}, 0.0f,
               std::numeric_limits<float>::infinity());
-    findPlaces(place);
+    findHitPlaces(place);
     if (!opaqueAt(*mesh.scene, {mesh.instance, triangle, place.barycentric(0)})) args->valid[i] = 0;
   }
 }
@@ -351,13 +297,13 @@ void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId,
     _mm_prefetch(first + sizeof(Corners) - 1, _MM_HINT_T0);
 #endif
   }
-  Places<Width> places;
+  HitPlaces<Width> places;
   for (unsigned i = 0; i < Width; ++i) {
     const unsigned k = std::min<unsigned>(i, static_cast<unsigned>(rays.size()) - 1);
     const Corners c = geomId[k] != RTC_INVALID_GEOMETRY_ID ? cornersOf(ids[k], triangle[k]) : Corners{};
     places.put(i, c, rays[k].origin - shift, rays[k].direction, rays[k].tMin, rays[k].tMax);
   }
-  findPlaces(places);
+  findHitPlaces(places);
   for (unsigned i = 0; i < rays.size(); ++i) {
     if (geomId[i] == RTC_INVALID_GEOMETRY_ID) {
       hits[i] = {};
@@ -389,9 +335,9 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
   EveryHit query(note);
   query.trace(top.get(), near);
   std::tie(std::ignore, id, triangle) = first;
-  Places<1> place;
+  HitPlaces<1> place;
   place.put(0, cornersOf(id, triangle), ray.origin - shift, ray.direction, ray.tMin, ray.tMax);
-  findPlaces(place);
+  findHitPlaces(place);
   return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
 }
 
