@@ -11,11 +11,6 @@ namespace relume {
 TouchedTree::TouchedTree(const LeafOrder& order)
     : order_(order), slotOf_(order.count(), 0), touched_((order.count() + 63) / 64, 0) {}
 
-std::uint32_t TouchedTree::find(std::uint32_t leaf) const {
-  const std::uint32_t slot = slotOf_[order_.rank(leaf)];
-  return slot < leafCount_ && nodes_[slot].node == leaf ? slot : kNoSlot;
-}
-
 void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) {
   nodes_.clear();
   roots_.clear();

@@ -48,8 +48,6 @@ class TouchedTree {
   bool isLeaf(std::uint32_t slot) const { return slot < leafCount_; }
   // [Size arrivals] slot of the leaf that each arrival of build() ends in.
   std::span<const std::uint32_t> slotOfArrival() const { return slotOfArrival_; }
-  // Slot of a leaf's node, kNoSlot when no ray reached it.
-  std::uint32_t find(std::uint32_t leaf) const;
 
  private:
   void binArrivals(std::span<const Arrival> arrivals, float receivedScale);
@@ -62,7 +60,7 @@ class TouchedTree {
 
   const LeafOrder& order_;
   std::vector<TouchedNode> nodes_;
-  std::vector<std::uint32_t> slotOf_;   // [Size leaves] by rank; valid where nodes_[slotOf_[r]] is that leaf
+  std::vector<std::uint32_t> slotOf_;   // [Size leaves] by rank; valid for the touched ones
   std::vector<std::uint32_t> slotOfArrival_;
   std::vector<std::uint64_t> touched_;  // a bit a rank; all zero between builds
   std::vector<std::uint32_t> roots_;

@@ -101,17 +101,17 @@ TEST(TouchedTree, sumsEqualADenseSum) {
       EXPECT_NEAR(t.received, received[t.node], 1e-4 * weight[t.node]);
       EXPECT_NEAR(t.direction.x, x[t.node], 1e-4 * weight[t.node]);
       EXPECT_EQ(tree.isLeaf(slot), h.isLeaf(t.node));
-      if (tree.isLeaf(slot)) {
-        EXPECT_EQ(tree.find(t.node), slot);
-        continue;
-      }
+      if (tree.isLeaf(slot)) continue;
       for (const std::uint32_t k : {0u, 1u}) {
         ASSERT_LT(t.child[k], slot);
         EXPECT_TRUE(holds(parent, h.child[t.node] + k, tree[t.child[k]].node));
       }
     }
-    for (std::uint32_t sender = 0; sender < h.senderCount(); ++sender) {
-      EXPECT_EQ(tree.find(h.leafNode[sender]) != kNoSlot, weight[h.leafNode[sender]] > 0);
+    // With the number of nodes, that is: the touched leaves are there, and each once.
+    ASSERT_EQ(tree.slotOfArrival().size(), arrivals.size());
+    for (std::size_t i = 0; i < arrivals.size(); ++i) {
+      ASSERT_LT(tree.slotOfArrival()[i], tree.leaves().size());
+      EXPECT_EQ(tree[tree.slotOfArrival()[i]].node, arrivals[i].leaf);
     }
     ASSERT_EQ(tree.roots().size(), 1u);
     EXPECT_EQ(tree.roots()[0], tree.nodes().size() - 1);
