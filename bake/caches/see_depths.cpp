@@ -19,7 +19,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kRays = 1024;
+constexpr std::size_t kRays = 2048;
 constexpr std::size_t kPacket = 64;
 constexpr int kNodes = kDepthSide * kDepthSide;
 // t of what touches the cache: beyond this a byte tells nothing apart.
