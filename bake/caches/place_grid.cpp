@@ -21,8 +21,10 @@ namespace {
 constexpr float kMinSeenShare = 0.05f;
 // How far a point may move along each axis, in spacings of its level.
 constexpr float kMaxMove = 0.4f;
-// The count is corrected for points without a valid place when more than this share is missing.
+// The count is corrected for points without a valid place when more than this share is missing. One point in a few, but
+// so many, tell how many are.
 constexpr double kCloseEnough = 0.05;
+constexpr std::size_t kEnoughPoints = 1024;
 
 // Offsets to try, nearest first: the point itself, then a 5 x 5 x 5 lattice within the reach of a move.
 std::vector<glm::vec3> moves() {
@@ -43,14 +45,15 @@ struct Places {
   std::vector<Verdict> verdict;
 };
 
-// Find a valid place for every point.
-Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, float maxBackFaceShare, Context& context) {
+// Find a valid place for every so many-th point; drop the others.
+Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, std::size_t every, float maxBackFaceShare, Context& context) {
   Places places;
   places.position.resize(points.size());
   places.verdict.assign(points.size(), Verdict::dropped);
   const std::vector<glm::vec3> offsets = moves();
-  parallelChunks(context, "grid", points.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+  const std::size_t asked = (points.size() + every - 1) / every;
+  parallelChunks(context, "grid", asked, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * every; i < end * every && i < points.size(); i += every) {
       const glm::vec3 reach = (points[i].refined ? 0.5f : 1.0f) * layout.spacing;
       const float contact = 0.02f * std::min({reach.x, reach.y, reach.z});
       const glm::vec3 point = layout.originWorld + glm::vec3(points[i].fine) * 0.5f * layout.spacing;
@@ -70,6 +73,15 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
   return places;
 }
 
+// About how many of the points have a valid place. [0..1]
+double validShare(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, float maxBackFaceShare, Context& context) {
+  if (points.empty()) return 0.0;
+  const std::size_t every = std::max<std::size_t>(1, points.size() / kEnoughPoints);
+  const Places places = findPlaces(prober, layout, points, every, maxBackFaceShare, context);
+  const auto valid = points.size() - static_cast<std::size_t>(std::count(places.verdict.begin(), places.verdict.end(), Verdict::dropped));
+  return static_cast<double>(valid) / static_cast<double>((points.size() + every - 1) / every);
+}
+
 }  // namespace
 
 PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
@@ -82,24 +94,21 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
   double count = wanted, leastOff = INFINITY;
   GridLayout layout;
   std::vector<GridPoint> points;
-  Places places;
   for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
     GridLayout trial = layoutGrid(tracer, playSpace, options, count);
     std::vector<GridPoint> trialPoints = pointsOf(trial);
-    Places trialPlaces = findPlaces(prober, trial, trialPoints, options.maxBackFaceShare, context);
-    const auto dropped = std::count(trialPlaces.verdict.begin(), trialPlaces.verdict.end(), Verdict::dropped);
-    const double valid = static_cast<double>(trialPoints.size()) - static_cast<double>(dropped);
-    const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
+    const double valid = byCount ? validShare(prober, trial, trialPoints, options.maxBackFaceShare, context) * static_cast<double>(trialPoints.size()) : 0.0;
+    const double off = valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
     if (off < leastOff) {
       leastOff = off;
       layout = std::move(trial);
       points = std::move(trialPoints);
-      places = std::move(trialPlaces);
     }
     if (off < kCloseEnough) break;
     count *= std::clamp(wanted / valid, 0.25, 4.0);
   }
   if (points.empty()) return result;
+  const Places places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
 
   // 2. Indices of the valid ones
   std::vector<std::uint32_t> cache(points.size(), kNoCache);

@@ -3,6 +3,7 @@
 #include "bake/caches/place_lightmap.h"
 
 #include "bake/caches/atlas_texels.h"
+#include "bake/morton.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -129,17 +130,9 @@ class Placer {
     }
     const glm::vec3 extent = glm::max(high - low, glm::vec3(1e-20f));
     const float scale = 1048575.0f / std::max({extent.x, extent.y, extent.z});
-    const auto spread = [](std::uint64_t v) {
-      v = (v | (v << 32)) & 0x1F00000000FFFFull;
-      v = (v | (v << 16)) & 0x1F0000FF0000FFull;
-      v = (v | (v << 8)) & 0x100F00F00F00F00Full;
-      v = (v | (v << 4)) & 0x10C30C30C30C30C3ull;
-      return (v | (v << 2)) & 0x1249249249249249ull;
-    };
     std::vector<std::pair<std::uint64_t, std::uint32_t>> order(count);
     for (std::uint32_t c = 0; c < count; ++c) {
-      const glm::vec3 p = (shared.caches[c].positionWorld - low) * scale;
-      order[c] = {spread(static_cast<std::uint64_t>(p.x)) | (spread(static_cast<std::uint64_t>(p.y)) << 1) | (spread(static_cast<std::uint64_t>(p.z)) << 2), c};
+      order[c] = {mortonOf((shared.caches[c].positionWorld - low) * scale), c};
     }
     std::sort(order.begin(), order.end());
     std::vector<SurfaceCache> sorted(count);

@@ -15,10 +15,11 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRays = 64;
-// Rays cast first: the whole answer when none of them, or nearly all, see the inside of things, and in the air some see
-// what matters.
+// Rays cast first: the whole answer when none of them, or many, see the inside of things, and in the air some see what
+// matters. In Sponza's grid, of the places where half of 16 rays see backs, for one in ten thousand fewer than a quarter
+// of 64 do. Surfaces, which bear more, are asked more closely.
 constexpr std::size_t kFirstRays = 16;
-constexpr float kClearlyInside = 0.75f, kClearlySeen = 0.25f;
+constexpr float kClearlyInside = 0.5f, kClearlyInsideSurface = 0.75f, kClearlySeen = 0.25f;
 
 // Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. The first quarter is even, too; within
 // it and the rest neighbours follow each other, so that packets of rays stay together.
@@ -79,7 +80,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
   cast(0, kFirstRays);
   float raysCast = static_cast<float>(kFirstRays);
   const bool clearlyOutside = count.back + count.near == 0.0f && (onSurface || count.seen > kClearlySeen * raysCast);
-  if (!clearlyOutside && count.back < kClearlyInside * raysCast) {
+  if (!clearlyOutside && count.back < (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast) {
     cast(kFirstRays, kRays);
     raysCast = static_cast<float>(kRays);
   }

@@ -47,6 +47,8 @@ struct Unit {
   float weight = 0.0f;         // [full texels]
   float error = kGridError;    // of the best cache so far
   bool closed = false;         // opened a cache, or cannot
+  float texel = 0.0f;          // [m]
+  SurfaceSpot spot;            // of the cell
 };
 
 class Sharer {
@@ -116,7 +118,7 @@ class Sharer {
     unit_.clear();
     for (const std::uint32_t cell : open) {
       if (share_[cell] >= kSmallShare) {
-        unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0});
+        unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0, texelOf(cell), spot_[cell]});
         continue;
       }
       small.push_back({PointHash::key(groups.voxelOf(spot_[cell].positionWorld)), sideOf(spot_[cell].normal), cell});
@@ -126,7 +128,7 @@ class Sharer {
       return a.look != b.look ? a.look < b.look : a.cell < b.cell;
     });
     for (std::size_t begin = 0; begin < small.size();) {
-      Unit unit{kNone, 0.0f, kGridError, true};
+      Unit unit{kNone, 0.0f, kGridError, true, 0.0f, {}};
       std::size_t end = begin;
       for (; end < small.size() && small[end].voxel == small[begin].voxel && small[end].look == small[begin].look; ++end) {
         const std::uint32_t cell = small[end].cell;
@@ -136,12 +138,14 @@ class Sharer {
         if (better) unit.cell = cell;
       }
       unit.closed = invalid_[unit.cell] != 0;
+      unit.texel = texelOf(unit.cell);
+      unit.spot = spot_[unit.cell];
       unit_.push_back(unit);
       begin = end;
     }
     std::stable_sort(unit_.begin(), unit_.end(), [](const Unit& a, const Unit& b) { return a.weight > b.weight; });
     units_ = PointHash(voxel_);
-    for (std::uint32_t u = 0; u < unit_.size(); ++u) units_.add(u, spot_[unit_[u].cell].positionWorld);
+    for (std::uint32_t u = 0; u < unit_.size(); ++u) units_.add(u, unit_[u].spot.positionWorld);
   }
 
   // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; infinite = not at all.
@@ -154,6 +158,12 @@ class Sharer {
     return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
+  // Whether distance alone costs more than an error; errors times texels [m]. Says no when rounding decides.
+  static bool isFarther(const glm::vec3& way, float error) {
+    constexpr float kSlack = 1.0001f;
+    return kErrorPerTexel * kErrorPerTexel * glm::dot(way, way) > kSlack * error * error;
+  }
+
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
   // what is open now does not see them.
   void openCaches() {
@@ -161,12 +171,13 @@ class Sharer {
     const float cost = kCacheCost * options_.minChartTexels;
     for (Unit& unit : unit_) {
       if (unit.closed || unit.weight <= 0.0f) continue;
-      const SurfaceSpot& spot = spot_[unit.cell];
+      const SurfaceSpot& spot = unit.spot;
       served.clear();
       float saved = 0.0f;
-      units_.near(spot.positionWorld, reach_ * texelOf(unit.cell), [&](std::uint32_t u) {
+      units_.near(spot.positionWorld, reach_ * unit.texel, [&](std::uint32_t u) {
         const Unit& other = unit_[u];
-        const float error = errorOf(spot_[other.cell], texelOf(other.cell), spot.positionWorld, spot.normal);
+        if (isFarther(spot.positionWorld - other.spot.positionWorld, other.error * other.texel)) return;
+        const float error = errorOf(other.spot, other.texel, spot.positionWorld, spot.normal);
         if (error >= other.error) return;
         saved += other.weight * (other.error - error);
         served.emplace_back(u, error);
