@@ -76,7 +76,7 @@ class Filler {
     }
     surround();
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p, false);
-    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_});
+    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_}, context);
     parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
     });

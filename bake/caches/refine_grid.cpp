@@ -75,8 +75,12 @@ void split(const Polygon& whole, int axis, float at, Polygon& below, Polygon& ab
   }
 }
 
-// Call visit(cell) for the cells of a lattice that a polygon in lattice coordinates passes, one axis after the other. The
-// outermost cells reach to infinity: receivers out there read them.
+// The cell along an axis. The outermost cells reach to infinity: receivers out there read them.
+std::uint32_t cellAlong(float v, std::uint32_t cells) {
+  return static_cast<std::uint32_t>(std::clamp(v, 0.0f, static_cast<float>(cells - 1)));
+}
+
+// Call visit(cell) for the cells of a lattice that a polygon in lattice coordinates passes, one axis after the other.
 template <class Visit>
 void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 cell, const Visit& visit) {
   if (polygon.count == 0) return;
@@ -86,9 +90,8 @@ void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 
     low = std::min(low, polygon.corner[i][axis]);
     high = std::max(high, polygon.corner[i][axis]);
   }
-  const auto clampCell = [&](float v) { return static_cast<std::uint32_t>(std::clamp(v, 0.0f, static_cast<float>(cells[axis] - 1))); };
-  const std::uint32_t last = clampCell(high);
-  for (std::uint32_t i = clampCell(low); i <= last; ++i) {
+  const std::uint32_t last = cellAlong(high, cells[axis]);
+  for (std::uint32_t i = cellAlong(low, cells[axis]); i <= last; ++i) {
     cell[axis] = i;
     if (i == last) return forEachCell(polygon, cells, axis + 1, cell, visit);
     Polygon below, above;
@@ -102,10 +105,31 @@ void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 
 void markBricks(const Triangles& triangles, GridLayout& layout) {
   const glm::uvec3 cells = layout.cells();
   layout.brick.assign(std::size_t{cells.x} * cells.y * cells.z, kNoBrick);
+  const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& { return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x]; };
   for (const auto& corners : triangles) {
     Polygon polygon;
-    for (const glm::vec3& p : corners) polygon.add((p - layout.originWorld) / layout.spacing);
-    forEachCell(polygon, cells, 0, glm::uvec3(0), [&](const glm::uvec3& c) { layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x] = 0; });
+    Box box;
+    for (const glm::vec3& p : corners) {
+      polygon.add((p - layout.originWorld) / layout.spacing);
+      box.add(polygon.corner[polygon.count - 1]);
+    }
+    // Most triangles are small: all cells of the box are one, or marked already.
+    glm::uvec3 low, high;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = cellAlong(box.low[k], cells[k]);
+      high[k] = cellAlong(box.high[k], cells[k]);
+    }
+    if (low == high) {
+      brickAt(low) = 0;
+      continue;
+    }
+    bool marked = true;
+    for (std::uint32_t z = low.z; z <= high.z && marked; ++z) {
+      for (std::uint32_t y = low.y; y <= high.y && marked; ++y) {
+        for (std::uint32_t x = low.x; x <= high.x && marked; ++x) marked = brickAt({x, y, z}) == 0;
+      }
+    }
+    if (!marked) forEachCell(polygon, cells, 0, glm::uvec3(0), [&](const glm::uvec3& c) { brickAt(c) = 0; });
   }
   layout.brickCount = 0;
   for (std::uint32_t& brick : layout.brick) {

@@ -2,8 +2,9 @@
 // See share_cells.h.
 #include "bake/caches/share_cells.h"
 
-#include "bake/caches/point_hash.h"
+#include "bake/morton.h"
 #include "bake/parallel.h"
+#include "bake/surfels/point_grid.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -55,7 +56,7 @@ class Sharer {
  public:
   Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober, const CacheOptions& options)
       : scene_(scene), set_(set), cells_(cells), prober_(prober), options_(options), reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
-        voxel_(std::max(cells.texelSize, 1e-12f)), units_(voxel_), caches_(voxel_) {}
+        voxel_(std::max(cells.texelSize, 1e-12f)) {}
 
   SharedCaches run(Context& context) {
     result_.cacheOfCell.assign(cells_.cells.size(), kNoCache);
@@ -64,7 +65,7 @@ class Sharer {
     std::iota(open.begin(), open.end(), 0u);
     // Later rounds serve cells from which no cache near by is in sight, or whose cache proved invalid.
     for (int round = 0; round < kRounds && !open.empty() && !context.cancelled(); ++round) {
-      makeUnits(open);
+      makeUnits(open, context);
       const std::size_t before = result_.caches.size();
       openCaches();
       if (result_.caches.size() == before && round > 0) break;
@@ -98,7 +99,11 @@ class Sharer {
         share_[i] = std::min(1.0f, cells_.cells[i].area / (texelOf(cell) * texelOf(cell)));
       }
     });
+    low_ = glm::vec3(INFINITY);
+    for (const SurfaceSpot& spot : spot_) low_ = glm::min(low_, spot.positionWorld);
   }
+
+  std::uint64_t groupOf(const glm::vec3& p) const { return mortonOf((p - low_) / (kGroupTexels * voxel_)); }
 
   // The face of a cube that a normal goes through.
   static std::uint32_t sideOf(const glm::vec3& n) {
@@ -108,12 +113,11 @@ class Sharer {
   }
 
   // Group the small cells; order by weight.
-  void makeUnits(const std::vector<std::uint32_t>& open) {
+  void makeUnits(const std::vector<std::uint32_t>& open, Context& context) {
     struct Small {
       std::uint64_t voxel;
       std::uint32_t look, cell;
     };
-    const PointHash groups(kGroupTexels * voxel_);
     std::vector<Small> small;
     unit_.clear();
     for (const std::uint32_t cell : open) {
@@ -121,7 +125,7 @@ class Sharer {
         unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0, texelOf(cell), spot_[cell]});
         continue;
       }
-      small.push_back({PointHash::key(groups.voxelOf(spot_[cell].positionWorld)), sideOf(spot_[cell].normal), cell});
+      small.push_back({groupOf(spot_[cell].positionWorld), sideOf(spot_[cell].normal), cell});
     }
     std::sort(small.begin(), small.end(), [](const Small& a, const Small& b) {
       if (a.voxel != b.voxel) return a.voxel < b.voxel;
@@ -144,8 +148,9 @@ class Sharer {
       begin = end;
     }
     std::stable_sort(unit_.begin(), unit_.end(), [](const Unit& a, const Unit& b) { return a.weight > b.weight; });
-    units_ = PointHash(voxel_);
-    for (std::uint32_t u = 0; u < unit_.size(); ++u) units_.add(u, unit_[u].spot.positionWorld);
+    std::vector<glm::vec3> position(unit_.size());
+    for (std::size_t u = 0; u < unit_.size(); ++u) position[u] = unit_[u].spot.positionWorld;
+    units_ = PointGrid(position, voxel_, context);
   }
 
   // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; infinite = not at all.
@@ -158,10 +163,16 @@ class Sharer {
     return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
-  // Whether distance alone costs more than an error; errors times texels [m]. Says no when rounding decides.
-  static bool isFarther(const glm::vec3& way, float error) {
-    constexpr float kSlack = 1.0001f;
-    return kErrorPerTexel * kErrorPerTexel * glm::dot(way, way) > kSlack * error * error;
+  // Visit the points of a grid no farther than a radius.
+  template <class Place, class Visit>
+  static void forEachNear(const PointGrid& grid, const glm::vec3& p, float radius, const Place& place, const Visit& visit) {
+    grid.forEachRunWithin(p, radius, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const std::uint32_t index = grid.order()[i];
+        const glm::vec3 way = place(index) - p;
+        if (glm::dot(way, way) <= radius * radius) visit(index);
+      }
+    });
   }
 
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
@@ -174,9 +185,8 @@ class Sharer {
       const SurfaceSpot& spot = unit.spot;
       served.clear();
       float saved = 0.0f;
-      units_.near(spot.positionWorld, reach_ * unit.texel, [&](std::uint32_t u) {
+      forEachNear(units_, spot.positionWorld, reach_ * unit.texel, [&](std::uint32_t u) { return unit_[u].spot.positionWorld; }, [&](std::uint32_t u) {
         const Unit& other = unit_[u];
-        if (isFarther(spot.positionWorld - other.spot.positionWorld, other.error * other.texel)) return;
         const float error = errorOf(other.spot, other.texel, spot.positionWorld, spot.normal);
         if (error >= other.error) return;
         saved += other.weight * (other.error - error);
@@ -227,7 +237,6 @@ class Sharer {
       result_.statistics.moved += verdict[i] == 2;
       result_.caches[cache] = {spot_[cell].positionWorld, spot_[cell].normal};
       result_.cacheOfCell[cell] = cache;
-      caches_.add(cache, spot_[cell].positionWorld);
     }
   }
 
@@ -240,16 +249,23 @@ class Sharer {
 
   // Cells without a cache of their own read the one of least error among those in sight.
   void chooseCaches(const std::vector<std::uint32_t>& open, float reach, float maxError, Context& context) {
+    std::vector<std::uint32_t> valid;
+    std::vector<glm::vec3> position;
+    for (std::uint32_t c = 0; c < owner_.size(); ++c) {
+      if (owner_[c] == kNone) continue;
+      valid.push_back(c);
+      position.push_back(result_.caches[c].positionWorld);
+    }
+    const PointGrid grid(position, voxel_, context);
     parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<float, std::uint32_t>> candidates;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t cell = open[i];
         if (result_.cacheOfCell[cell] != kNoCache) continue;
         candidates.clear();
-        caches_.near(spot_[cell].positionWorld, reach * texelOf(cell), [&](std::uint32_t cache) {
-          const SurfaceCache& other = result_.caches[cache];
-          const float error = errorOf(spot_[cell], texelOf(cell), other.positionWorld, other.normal);
-          if (error < maxError) candidates.emplace_back(error, cache);
+        forEachNear(grid, spot_[cell].positionWorld, reach * texelOf(cell), [&](std::uint32_t k) { return position[k]; }, [&](std::uint32_t k) {
+          const float error = errorOf(spot_[cell], texelOf(cell), position[k], result_.caches[valid[k]].normal);
+          if (error < maxError) candidates.emplace_back(error, valid[k]);
         });
         const std::size_t tests = std::min(kSightTests, candidates.size());
         std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests), candidates.end());
@@ -294,7 +310,8 @@ class Sharer {
   std::vector<std::uint8_t> invalid_;  // every place of the cell is behind or inside something
   std::vector<Unit> unit_;
   std::vector<std::uint32_t> owner_;   // cell of a cache; kNone = invalid
-  PointHash units_, caches_;
+  PointGrid units_;
+  glm::vec3 low_{0.0f};                // [m] of all cells
   SharedCaches result_;
 };
 

@@ -8,6 +8,7 @@
 // seam points around them read. Most of them are dilated: no surface of their own chart misses what they held.
 #include "bake/caches/stitch_seams.h"
 
+#include "bake/parallel.h"
 #include "formats/pack.h"
 
 #include <glm/common.hpp>
@@ -24,7 +25,7 @@ namespace {
 
 // Below this cosine an edge is a crease, where light may jump.
 constexpr float kMinCosine = 0.8f;
-constexpr float kStray = 0.25f;
+constexpr double kStray = 0.25;
 // Seam points a texel, at most so many an edge.
 constexpr float kPointsPerTexel = 2.0f;
 constexpr int kMostPoints = 64;
@@ -93,13 +94,25 @@ std::vector<SeamEdge> seamEdges(const Mesh& mesh, const MeshCharts& charts) {
   return edges;
 }
 
+// A sum of scale |w x + v|².
+struct Quadratic {
+  double square = 0.0, constant = 0.0;
+  glm::dvec3 linear{0.0};
+  void add(double scale, double w, const glm::dvec3& v) {
+    square += scale * w * w;
+    linear += 2.0 * scale * w * v;
+    constant += scale * glm::dot(v, v);
+  }
+  double operator()(const glm::dvec3& x) const { return square * glm::dot(x, x) + glm::dot(linear, x) + constant; }
+};
+
 class Stitcher {
  public:
   Stitcher(const Scene& scene, const SharedCaches& shared, float texelSize, const SeamTexels& texels)
       : scene_(scene), shared_(shared), texelSize_(texelSize), texels_(texels) {}
 
-  SeamJump run(const PatchSet& set) {
-    collect(set);
+  SeamJump run(const PatchSet& set, Context& context) {
+    collect(set, context);
     SeamJump jump;
     jump.before = rootMeanSquare();
     for (const SeamPoint& p : points_) jump.length += static_cast<double>(p.length);
@@ -156,14 +169,18 @@ class Stitcher {
     }
   }
 
-  void collect(const PatchSet& set) {
+  void collect(const PatchSet& set, Context& context) {
+    std::vector<std::uint8_t> fixed(scene_.meshes.size(), 0);
+    for (const Instance& instance : scene_.instances) fixed[instance.mesh] |= instance.mode == BakeMode::fixed;
     std::vector<std::vector<SeamEdge>> edges(scene_.meshes.size());
-    std::vector<std::uint8_t> known(scene_.meshes.size(), 0);
+    parallelChunks(context, "", edges.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t m = begin; m < end; ++m) {
+        if (fixed[m]) edges[m] = seamEdges(scene_.meshes[m], set.meshes[m]);
+      }
+    });
     for (std::uint32_t i = 0; i < scene_.instances.size(); ++i) {
       const Instance& instance = scene_.instances[i];
       if (instance.mode != BakeMode::fixed) continue;
-      if (!known[instance.mesh]) edges[instance.mesh] = seamEdges(scene_.meshes[instance.mesh], set.meshes[instance.mesh]);
-      known[instance.mesh] = 1;
       for (const SeamEdge& edge : edges[instance.mesh]) {
         addEdge(instance, texels_.parts[i], texels_.front, edge);
         addEdge(instance, texels_.parts[i], texels_.back, edge);
@@ -213,13 +230,23 @@ class Stitcher {
     return length > 0.0 ? std::sqrt(sum / length) / static_cast<double>(texelSize_) : 0.0;
   }
 
-  float costAround(std::size_t slot) const {
-    const glm::vec3 away = positionAt(touched_[slot]) - origin_[slot];
-    float cost = texels_.share[touched_[slot]] * texelSize_ * glm::dot(away, away);
+  // What a touched texel's cache costs by its place: quadratic, as the points that read it are weighted means of places.
+  Quadratic costAround(std::size_t slot) const {
+    const std::uint32_t texel = touched_[slot];
+    const glm::dvec3 origin(origin_[slot]);
+    Quadratic cost;
+    cost.add(static_cast<double>(texels_.share[texel] * texelSize_), 1.0, -origin);
     for (std::uint32_t r = firstRead_[slot]; r < firstRead_[slot + 1]; ++r) {
       const SeamPoint& p = points_[read_[r]];
-      const auto [a, b] = sidesOf(p);
-      cost += p.length * (glm::dot(a - b, a - b) + kStray * (glm::dot(a - p.position, a - p.position) + glm::dot(b - p.position, b - p.position)));
+      std::array<glm::dvec3, 2> others{glm::dvec3(0.0), glm::dvec3(0.0)};  // the means of the sides but for this texel
+      std::array<double, 2> own{0.0, 0.0};
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double weight = std::abs(static_cast<double>(p.weight[k]));
+        if (p.texel[k] == texel) own[k / 4] += weight;
+        else others[k / 4] += weight * glm::dvec3(positionAt(p.texel[k]));
+      }
+      cost.add(static_cast<double>(p.length), own[0] - own[1], others[0] - others[1]);
+      for (std::size_t s = 0; s < 2; ++s) cost.add(kStray * static_cast<double>(p.length), own[s], others[s] - glm::dvec3(p.position));
     }
     return cost;
   }
@@ -237,12 +264,12 @@ class Stitcher {
     candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
     const std::uint32_t before = held;
     const glm::vec3 normal = shared_.caches[before].normal;
+    const Quadratic costAt = costAround(slot);
     std::uint32_t best = before;
-    float least = costAround(slot) * 0.999f;
+    double least = 0.999 * costAt(shared_.caches[before].positionWorld);
     for (const std::uint32_t candidate : candidates) {
       if (candidate == before || glm::dot(shared_.caches[candidate].normal, normal) < kMinCosine) continue;
-      held = candidate;
-      if (const float cost = costAround(slot); cost < least) {
+      if (const double cost = costAt(shared_.caches[candidate].positionWorld); cost < least) {
         least = cost;
         best = candidate;
       }
@@ -266,8 +293,8 @@ class Stitcher {
 
 }  // namespace
 
-SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize, const SeamTexels& texels) {
-  return Stitcher(scene, shared, texelSize, texels).run(set);
+SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize, const SeamTexels& texels, Context& context) {
+  return Stitcher(scene, shared, texelSize, texels).run(set, context);
 }
 
 }  // namespace relume

@@ -17,6 +17,6 @@ struct SeamTexels {
 };
 
 // Seams between surfaces that look the same way only. A cache that one texel alone reads stays with it.
-SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize, const SeamTexels& texels);
+SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize, const SeamTexels& texels, Context& context);
 
 }  // namespace relume
