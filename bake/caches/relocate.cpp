@@ -45,7 +45,7 @@ std::vector<glm::vec3> spiral(bool hemisphere) {
 Prober::Prober(const RayTracer& tracer, const PlaySpace& playSpace)
     : tracer_(tracer), playSpace_(playSpace), hemisphere_(spiral(true)), sphere_(spiral(false)) {}
 
-Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact) const {
+Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact, std::uint32_t own) const {
   const bool onSurface = normal != glm::vec3(0.0f);
   glm::vec3 u(1, 0, 0), v(0, 1, 0), w(0, 0, 1);
   if (onSurface) {
@@ -72,19 +72,22 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
         continue;
       }
       const Instance& instance = scene.instances[hit.instance];
-      if (hit.back && !scene.material(instance).doubleSided) count.back += 1.0f;
-      else if (hit.distance < contact) count.near += 1.0f;
-      if (!onSurface && playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) count.seen += 1.0f;
+      if (hit.back && !scene.material(instance).doubleSided) {
+        count.back += 1.0f;
+        if (hit.instance == own) count.ownBack += 1.0f;
+      } else if (hit.distance < contact) count.near += 1.0f;
+      if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) count.seen += 1.0f;
     }
   };
   cast(0, kFirstRays);
   float raysCast = static_cast<float>(kFirstRays);
   const bool clearlyOutside = count.back + count.near == 0.0f && (onSurface || count.seen > kClearlySeen * raysCast);
-  if (!clearlyOutside && count.back < (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast) {
+  const bool clearlyInside = count.back >= (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast && !(onSurface && count.seen > 0.0f);
+  if (!clearlyOutside && !clearlyInside) {
     cast(kFirstRays, kRays);
     raysCast = static_cast<float>(kRays);
   }
-  return {count.back / raysCast, count.near / raysCast, count.seen / raysCast, count.miss / raysCast};
+  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast, count.miss / raysCast};
 }
 
 bool Prober::connected(const glm::vec3& from, const glm::vec3& to) const {

@@ -13,8 +13,9 @@ namespace relume {
 // Shares of all rays.
 struct Surroundings {
   float back = 0.0f;   // hit the back of a one-sided surface: geometry is seen from inside
+  float ownBack = 0.0f;  // of these, one of the instance that was named
   float near = 0.0f;   // hit something within `contact`
-  float seen = 0.0f;   // hit a side that the play space sees; counted for the sphere only
+  float seen = 0.0f;   // hit a side that the play space sees
   float miss = 0.0f;   // hit nothing
 };
 
@@ -24,7 +25,7 @@ struct Surroundings {
 class Prober {
  public:
   Prober(const RayTracer& tracer, const PlaySpace& playSpace);
-  Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact) const;
+  Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact, std::uint32_t instance = kNone) const;
   // Whether nothing stands between two places.
   bool connected(const glm::vec3& from, const glm::vec3& to) const;
   // Distance off a surface at which a cache starts: visible to rounding, small beside a texel. [m]

@@ -4,7 +4,7 @@
 
 #include "bake/morton.h"
 #include "bake/parallel.h"
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -37,8 +37,11 @@ constexpr float kMaxReach = 1.6f;
 constexpr float kLastReach = 3.0f;
 // Beyond this share of near hits a cache lies in a gap that nothing looks into.
 constexpr float kMaxNearShare = 0.9f;
-// Surfaces bear so many times the share of back faces that the grid bears.
+// Surfaces bear so many times the share of back faces that the grid bears. They bear any share of other objects' backs
+// where they see so much of what the play space sees: the gap over a one-sided lamp is dark, and not inside the lamp.
+// Between backs of its own object, as between the layers of a curtain, a cache would take what light the object gets.
 constexpr float kTolerance = 2.0f;
+constexpr float kMinSeenShare = 0.05f;
 constexpr int kRounds = 4;
 constexpr std::size_t kSightTests = 6;
 
@@ -202,17 +205,19 @@ class Sharer {
   }
 
   // The first place of a cell from which few rays see the inside of things, or else the one that sees least of it, as
-  // long as most of what it sees is fronts: one-sided levels show their backs. 0 none, 1 its middle, 2 another.
+  // long as most of what it sees is fronts, for one-sided levels show their backs, or it looks out at what matters.
+  // 0 none, 1 its middle, 2 another.
   int findPlace(std::uint32_t cell) {
-    const float contact = 0.02f * texelOf(cell);
-    float least = std::min(1.0f, kTolerance * options_.maxBackFaceShare);
+    const float contact = 0.02f * texelOf(cell), tolerance = kTolerance * options_.maxBackFaceShare;
+    float least = INFINITY;
     int verdict = 0;
     for (std::uint32_t k = 0; k < cells_.cells[cell].pointCount; ++k) {
       const SurfaceSpot candidate = placeOf(cell, k);
       if (candidate.normal == glm::vec3(0.0f)) continue;
-      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact);
-      if (around.back > least || around.back + around.near > kMaxNearShare) continue;
-      if (verdict != 0 && around.back == least) continue;
+      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, set_.patches[cells_.cells[cell].patch].instance);
+      const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
+      const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenShare;
+      if ((!outside && !gap) || around.back >= least) continue;
       spot_[cell] = candidate;
       verdict = k == 0 ? 1 : 2;
       if (around.back <= options_.maxBackFaceShare) break;

@@ -4,7 +4,7 @@
 
 #include "bake/morton.h"
 #include "bake/parallel.h"
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 
 #include <algorithm>
 #include <array>

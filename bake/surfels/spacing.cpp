@@ -4,7 +4,7 @@
 
 #include "bake/parallel.h"
 #include "bake/surfels/neighbours.h"
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 
 #include "bake/parallel.h"
 #include "bake/surfels/map_cost.h"
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 
 #include <glm/geometric.hpp>
 

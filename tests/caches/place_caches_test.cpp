@@ -155,6 +155,32 @@ TEST(PlaceCaches, NoCacheLiesInsideASolid) {
   }
 }
 
+// The gap over a one-sided lamp is in sight and dark: what lies in it reads caches in it, not the bright ceiling beside it.
+TEST(PlaceCaches, GapBehindAOneSidedLampHasCachesOfItsOwn) {
+  Placed p{roomScene(), {}, {}, {}};
+  constexpr float kHalf = 0.8f, kGap = 0.1f;
+  Mesh lamp;
+  addQuad(lamp, {-kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, kHalf}, {-kHalf, 3.0f - kGap, kHalf});
+  addInstance(p.scene, std::move(lamp), "lamp");
+  ASSERT_LT(geometricNormal(p.scene, {1, 0, {0.3f, 0.3f}}).y, -0.99f);
+  place(p, fewCaches(6000));
+  int inGap = 0;
+  for (std::uint32_t t = 0; t < 12; ++t) {
+    const auto c = p.scene.corners(p.scene.instances[0], t);
+    for (float a = 0.005f; a < 1.0f; a += 0.01f) {
+      for (float b = 0.005f; a + b < 1.0f; b += 0.01f) {
+        const glm::vec3 x = c[0] + (c[1] - c[0]) * a + (c[2] - c[0]) * b;
+        if (x.y < 2.999f || std::abs(x.x) > 0.5f || std::abs(x.z - (kHalf - 0.15f)) > 0.02f) continue;
+        const auto read = readLightmap(p.caches, 0, t, {a, b}, false);
+        ASSERT_FALSE(read.gridLit);
+        EXPECT_LT(p.caches.positionWorld[read.nearest].z, kHalf);
+        ++inGap;
+      }
+    }
+  }
+  EXPECT_GT(inGap, 20);
+}
+
 TEST(PlaceCaches, BothSidesOfACurtainHaveTheirOwnCaches) {
   Placed p{roomScene(), {}, {}, {}};
   Mesh curtain;

@@ -2,7 +2,7 @@
 // What placement is made of: points by area, the grid of points, elimination.
 #include "bake/random.h"
 #include "bake/surfels/eliminate.h"
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 #include "bake/surfels/surface_sampler.h"
 #include "tests/surfels/make_level.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See point_grid.h.
-#include "bake/surfels/point_grid.h"
+#include "bake/point_grid.h"
 
 #include "bake/parallel.h"
 
