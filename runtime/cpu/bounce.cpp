@@ -10,6 +10,7 @@
 #include "runtime/cpu/stencil.h"
 #include "runtime/cpu/surfel_set.h"
 #include "runtime/pack_color.h"
+#include "runtime/receivers.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -23,18 +24,6 @@ namespace {
 
 constexpr std::uint32_t kGrain = 8192;
 constexpr float kPi = std::numbers::pi_v<float>;
-// Mean cosine, over the caches that a surfel reads, above which their irradiance is taken for its own.
-constexpr float kFlat = 0.97f;
-constexpr std::uint32_t kMostShare = 1023;
-
-// Whether the caches around a point of the light map face as the surfel does.
-bool isFlat(const Caches& caches, const Stencil& stencil, const glm::vec3& normal) {
-  float sum = 0.0f;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    sum += stencil.weight[k] * glm::dot(caches.normal[stencil.cache[k]], normal);
-  }
-  return sum >= kFlat * stencil.total();
-}
 
 // surfaceLobe() by TiltedSurfel::angle.
 const float* lobesByAngle() {
@@ -52,17 +41,17 @@ const float* lobesByAngle() {
 
 }  // namespace
 
-Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap,
+Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
                int lumaBands)
-    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(lumaBands > 1 && !irradianceOnMap) {
+    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(normalsCount(kind, lumaBands)) {
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     if (i % kSurfelBlock == 0) begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
                                                  static_cast<std::uint32_t>(griddedCache_.size())});
     const auto slot = static_cast<std::uint8_t>(i % kSurfelBlock);
-    if (surfels.receiver[order[i]] == kGridReceiver) {
-      addGridded(surfels, order[i], slot);
-    } else if (normalsCount_) {
-      addTilted(surfels, order[i], slot);
+    switch (receiverKind(caches, surfels, order[i], normalsCount_)) {
+      case ReceiverKind::flat: break;
+      case ReceiverKind::tilted: addTilted(surfels, order[i], slot); break;
+      case ReceiverKind::gridded: gridded_.push_back({slot, static_cast<std::uint8_t>(appendGridShares(caches, surfels, order[i], griddedCache_))}); break;
     }
   }
   begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
@@ -76,26 +65,8 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
 
 void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
   const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
-  if (isFlat(caches_, stencil, surfels.normal[s])) return;
   const float cosine = glm::clamp(glm::dot(stencilNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
   tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
-}
-
-void Bounce::addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
-  const Stencil stencil = gridStencil(caches_, surfels.positionWorld[s], surfels.normal[s]);
-  const float total = stencil.total();
-  std::uint8_t caches = 0;
-  // Hand what rounding leaves from one to the next, so that the shares add up to 1.
-  float owed = 0.5f;
-  for (std::size_t k = 0; total > 0.0f && k < static_cast<std::size_t>(stencil.count); ++k) {
-    owed += stencil.weight[k] * static_cast<float>(kMostShare) / total;
-    const auto share = static_cast<std::uint32_t>(owed);
-    owed -= static_cast<float>(share);
-    if (share == 0) continue;
-    griddedCache_.push_back(stencil.cache[k] | share << kCacheBits);
-    ++caches;
-  }
-  gridded_.push_back({slot, caches});
 }
 
 // Irradiance at a cache on a surface for its own normal; of grid caches nothing.

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that never
-// move. How each is read is decided once:
-//   flat     the caches around have the surfel's own normal, nearly: the light map's irradiance, evaluated once a texel for
-//            the normal of its cache;
-//   tilted   other points of the light map: four caches under the lobe for the surfel's normal (formats/sh.h, SurfaceLobe);
-//   gridded  the grid: its caches and their weights are looked up once.
+// move, each as its ReceiverKind says.
 // The diffuse lobe of up to four bands needs the first nine coefficients only (band 3 of the clamped cosine is zero). With
 // more bands tilted and gridded surfels go through resolve.h.
 #pragma once
@@ -23,7 +19,7 @@ namespace relume::cpu {
 class Bounce {
  public:
   // The caches must outlive this. `order`: surfels in the order in which they are lit.
-  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap, int lumaBands);
+  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind, int lumaBands);
 
   // Take over last frame's light, which must stay until the surfels are lit; sets what `job` needs of it.
   void setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job);
@@ -42,7 +38,6 @@ class Bounce {
   };
 
   void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
-  void addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
   glm::vec3 atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
                       std::span<const std::uint32_t> caches) const;
   glm::vec3 colorOf(std::uint32_t cache) const;
@@ -52,7 +47,7 @@ class Bounce {
   std::vector<BlockBegin> begin_;            // [Size blocks + 1]
   std::vector<TiltedSurfel> tilted_;
   std::vector<Gridded> gridded_;
-  std::vector<std::uint32_t> griddedCache_;  // cache in the low 22 bits, its share over 1023 in the high ones
+  std::vector<std::uint32_t> griddedCache_;  // appendGridShares()
   std::vector<std::uint32_t> cacheColor_;    // [Size n_C] irradiance for a cache's own normal (runtime/pack_color.h)
   std::vector<std::uint32_t> texel_;         // [Size texels] the same of each texel's cache
   CacheLight light_;

@@ -27,18 +27,35 @@ std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int
                                                               const CacheGroup& group);
 
 // Uniform locations are looked up once.
+class BouncePass {
+ public:
+  static Result<BouncePass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
+  // (2), first half: what tilted and gridded surfels receive. False when there are none: nothing was dispatched.
+  bool run(const GpuBake& gpu, GLuint surfelCount) const;
+
+ private:
+  struct Kernel {
+    Program program;
+    GLint first = -1, end = -1;
+  };
+  static Result<Kernel> makeKernel(std::vector<std::pair<std::string, std::string>> defines, bool grid);
+  static bool runKernel(const Kernel& kernel, GLuint first, GLuint end);
+
+  Kernel tilted_, gridded_;
+};
+
 class SurfelPass {
  public:
-  static Result<SurfelPass> create(int lumaBands, int chromaBands, bool irradianceOnMap, std::string_view visibilityGlsl);
-  // (2) bounce: whether last frame's light may be read.
+  static Result<SurfelPass> create(std::string_view visibilityGlsl);
+  // (2), second half. bounce: whether last frame's light may be read.
   void run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
 
  private:
   Program program_;
   Buffer lights_, host_;
-  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1,
-        bounceScale_ = -1;
+  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatCount_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1,
+        mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
 
 class PullPass {

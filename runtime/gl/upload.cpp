@@ -5,11 +5,13 @@
 #include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "runtime/gl/pack_grid.h"
-#include "runtime/pack_color.h"
 #include "runtime/gl/pull_schedule.h"
+#include "runtime/pack_color.h"
+#include "runtime/receivers.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -17,26 +19,63 @@ namespace relume::gl {
 namespace {
 
 constexpr std::size_t kSmallest = 16;
+static_assert(kRelumeCacheBits == kCacheBits);
 
 template <class T>
 Buffer makeArray(std::span<const T> data) {
   return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
-// The words of the surfels, then, if any emits, a word of emission each. Albedo has the CPU backend's dithers.
-std::vector<std::uint32_t> packSurfels(const Surfels& surfels, const Hierarchy& hierarchy, const SurfelBox& box, bool emits) {
-  const std::size_t count = surfels.count();
-  std::vector<std::uint32_t> packed(count * (emits ? 5 : 4));
+// Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
+void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
+  const Surfels& surfels = bake.surfels;
+  const Hierarchy& hierarchy = bake.hierarchy;
+  const std::uint32_t count = surfels.count();
+  struct Placed {
+    std::uint32_t surfel, node, place;
+  };
+  std::array<std::vector<Placed>, 3> byKind;
   std::uint32_t place = 0;
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
     const std::uint32_t s = hierarchy.sender(node);
-    const SurfelWords words =
-        packSurfel(box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s], ditherOf(place++));
-    std::copy(words.begin(), words.end(), packed.begin() + 4 * std::ptrdiff_t{s});
-    if (emits) packed[4 * count + s] = packColor(surfels.emission[s], ditherOf(s));
+    const ReceiverKind kind = receiverKind(bake.caches, surfels, s, normalsCount(bake.links.kind, lumaBands));
+    byKind[static_cast<std::size_t>(kind)].push_back({s, node, place++});
   }
-  return packed;
+  gpu.flatCount = static_cast<GLuint>(byKind[0].size());
+  gpu.tiltedEnd = gpu.flatCount + static_cast<GLuint>(byKind[1].size());
+
+  gpu.box = boxOf(surfels.positionWorld);
+  gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  std::vector<SurfelWords> words;
+  std::vector<std::uint32_t> emission, leafNode;
+  words.reserve(count);
+  leafNode.reserve(hierarchy.senderCount());
+  gpu.surfelOrder.reserve(count);
+  for (const std::vector<Placed>& kind : byKind) {
+    for (const Placed& each : kind) {
+      const std::uint32_t s = each.surfel;
+      words.push_back(packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s],
+                                 ditherOf(each.place)));
+      if (gpu.emits) emission.push_back(packColor(surfels.emission[s], ditherOf(s)));
+      leafNode.push_back(each.node);
+      gpu.surfelOrder.push_back(s);
+    }
+  }
+  // Of gridded ones, where each one's shares begin, then the shares.
+  std::vector<std::uint32_t> begin, shares;
+  const std::size_t gridded = byKind[2].size();
+  for (const Placed& each : byKind[2]) {
+    begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
+    appendGridShares(bake.caches, surfels, each.surfel, shares);
+  }
+  begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
+  begin.insert(begin.end(), shares.begin(), shares.end());
+  gpu.gridded = makeArray<std::uint32_t>(begin);
+  leafNode.insert(leafNode.end(), hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
+  gpu.surfels = makeArray<SurfelWords>(words);
+  gpu.emission = makeArray<std::uint32_t>(emission);
+  gpu.leafNode = makeArray<std::uint32_t>(leafNode);
 }
 
 // Bytes of a link in GpuBake::linkShape.
@@ -179,18 +218,14 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   if (!batches) return batches.error();
   gpu.batches = std::move(*batches);
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
-  const std::size_t largest = std::max({cachesBytes, std::size_t{bake.surfels.count()} * 20,
+  const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),
                                         hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
   if (largest > static_cast<std::size_t>(limit)) {
     return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) + " bytes is needed, this OpenGL binds at most " +
                                              std::to_string(limit)};
   }
 
-  gpu.box = boxOf(bake.surfels.positionWorld);
-  gpu.emits = std::any_of(bake.surfels.emission.begin(), bake.surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
-  const std::vector<std::uint32_t> surfels = packSurfels(bake.surfels, hierarchy, gpu.box, gpu.emits);
-  gpu.surfels = makeArray<std::uint32_t>(surfels);
-  gpu.leafNode = makeArray<std::uint32_t>(hierarchy.leafNode);
+  makeSurfels(bake, lumaBands, gpu);
   gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
@@ -211,6 +246,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   }
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
+  gpu.texels = makeBuffer(nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   const PackedGrid grid = packGrid(bake.caches);
   gpu.gridCache = makeArray<std::uint32_t>(grid.words);
   gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
@@ -231,11 +267,12 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
-  return {{"surfels", bytes(surfels)},
+  return {{"surfels", bytes(surfels) + bytes(emission)},
           {"hierarchy", bytes(pullNode) + bytes(pullRounds) + bytes(pullGroups) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},
+          {"bounce", bytes(texels) + bytes(gridded)},
           {"index", bytes(mapCache) + bytes(gridCache) + bytes(resolve)},
           {"lightmap", textureBytes}};
 }

@@ -29,13 +29,20 @@ struct PullGroup {
 };
 
 struct GpuBake {
-  Buffer surfels, leafNode, nodes;                         // nodes: runtime/pack_color.h, written every frame
+  // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf; leafNode: theirs, then
+  // the sky's.
+  Buffer surfels, emission, leafNode;
+  Buffer gridded;                                          // RELUME_SLOT_GRIDDED
+  Buffer nodes;                                            // runtime/pack_color.h, written every frame
   Buffer pullNode, pullRounds, pullGroups;                 // PullSchedule
   Buffer rows, links, linkShape;                           // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
   Buffer caches;                                           // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
+  Buffer texels;                                           // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
+  std::vector<std::uint32_t> surfelOrder;  // the bake's number of each surfel; in main memory, for what the host hands over
+  GLuint flatCount = 0, tiltedEnd = 0;     // surfels up to the last flat and up to the last tilted one
   SurfelBox box;                       // of the surfels' positions
   bool emits = false;                  // whether any surfel has emission
   PullGroup pullGroup;

@@ -158,7 +158,7 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
       std::vector<float> coefficients(count + 8);
       cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
       const cpu::CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
-      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind == LinkKind::irradiance, luma);
+      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma);
       cpu::LightSurfelsJob job;
       bounce.setLight(light, onTwoThreads, job);
       packed.describe(job);

@@ -6,6 +6,7 @@
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/pack_color.h"
+#include "runtime/receivers.h"
 #include "shaders/shared/layout.h"
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/gl_test_support.h"
@@ -18,6 +19,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -107,6 +109,45 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   cpu.relight(setup);
   gl.relight(setup);
   EXPECT_LT(difference(leaves(cpu), leaves(gl)), 0.01);
+}
+
+TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 5}}) {
+    Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
+    // The room's surfels face as their caches do: bend every third.
+    std::vector<glm::vec3> normals(bake.surfels.normal.begin(), bake.surfels.normal.end());
+    for (std::size_t s = 0; s < normals.size(); s += 3) {
+      normals[s] = glm::normalize(normals[s] + (0.3f + static_cast<float>(s % 5)) * glm::vec3(0.3f, 0.5f, -0.2f));
+    }
+    bake.surfels.normal = normals;
+    const std::vector<Light> lights = someLights();
+    LightSetup setup;
+    setup.lights = lights;
+    Relighter cpu = make(bake, Backend::cpu, luma, chroma), gl = make(bake, Backend::gl, luma, chroma);
+    for (int frame = 0; frame < 2; ++frame) {
+      cpu.relight(setup);
+      gl.relight(setup);
+    }
+    const std::vector<glm::vec3> expected = cpu.nodeRadiosity(), found = gl.nodeRadiosity();
+    std::array<int, 3> ofKind{};
+    std::array<glm::dvec3, 3> sum{}, error{};
+    for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+      const auto kind = static_cast<std::size_t>(receiverKind(bake.caches, bake.surfels, s, normalsCount(bake.links.kind, luma)));
+      const std::uint32_t leaf = bake.hierarchy.leafNode[s];
+      ++ofKind[kind];
+      sum[kind] += expected[leaf];
+      error[kind] += found[leaf] - expected[leaf];
+    }
+    // Dithers and the light map's filter leave no error in the mean.
+    EXPECT_GT(ofKind[0], 0);
+    EXPECT_EQ(ofKind[1] > 0, luma > 1);
+    EXPECT_GT(ofKind[2], 0);
+    for (std::size_t kind = 0; kind < 3; ++kind) {
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_LE(std::abs(error[kind][k]), 1e-3 * sum[kind][k]) << "kind " << kind << " bands " << luma;
+      }
+    }
+  }
 }
 
 // Radiosity of all nodes after a frame, against the CPU's pull of the same leaves.
