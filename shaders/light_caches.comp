@@ -2,7 +2,8 @@
 // Step 4: L_SH = sum over links of B_s F_SH (PIC Eq. (3)). RELUME_LANES threads share a cache: each sums every
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
 // RELUME_LINK_KIND: what links hold (formats/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
-// here (PIC 4.6, Eq. (5), (6)).
+// here (PIC 4.6, Eq. (5), (6)). Repacked links (runtime/cpu/link_set.h) are read four at a time; for them, "link" below is
+// four of them, which RELUME_NODE_STEPS places in the row tell the nodes' high halves.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "lib/color.glsl"
@@ -15,6 +16,7 @@
 #define RELUME_LINKS_OCT6 3
 #define RELUME_LINKS_SH8 4
 #define RELUME_LINKS_IRRADIANCE 5
+#define RELUME_LINKS_REPACKED 6
 
 #define RELUME_CHROMA_COUNT (RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS)
 #define RELUME_LUMA_WORDS RELUME_SH_WORDS
@@ -23,8 +25,15 @@
 
 layout(local_size_x = RELUME_THREADS) in;
 
-layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowBegin[]; };
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+#define RELUME_ROW_WORDS (1 + (RELUME_NODE_STEPS + 1) / 2)
+layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uvec4 linkWords[]; };
+#else
+#define RELUME_ROW_WORDS 1
 layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWord[]; };
+#endif
+// Of each row its first link, then places where nodes step, two a word.
+layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowWord[]; };
 #if RELUME_LINK_KIND != RELUME_LINKS_CONE
 layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
 #endif
@@ -46,6 +55,18 @@ const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : ve
 #if RELUME_LANES > 1
 shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
 #endif
+
+// The sums of this thread.
+vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
+
+void add(uint sender, inout vec4 c[RELUME_LUMA_WORDS]) {
+  vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] += b.y * c[w];
+    cg[w] += b.z * c[w];
+  }
+}
 
 // project(): node and coefficients c_s,i of a link.
 #if RELUME_LINK_KIND == RELUME_LINKS_SH
@@ -104,6 +125,24 @@ void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
 #endif
 }
 
+#elif RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+// Four links, the first of which is number `at` of its row.
+void addFour(uint four, uint at, uint step_[RELUME_NODE_STEPS + 1]) {
+  uvec4 word = linkWords[(relumeWordOffset >> 2) + four];
+  uint transfers = shapeWord[(relumeHalfOffset >> 1) + four];
+  // f of eight bits is the middle of a half.
+  uvec2 halves = uvec2((transfers & 0xFFu) << 6 | (transfers & 0xFF00u) << 14, (transfers & 0xFF0000u) >> 10 | (transfers >> 24) << 22);
+  vec4 f = vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+  uvec4 sender = word & 0xFFFFu, place = at + uvec4(0u, 1u, 2u, 3u);
+  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(place, uvec4(step_[k]))) << 16;
+  for (int i = 0; i < 4; ++i) {
+    uint bits = word[i] >> 16;
+    vec4 c[RELUME_LUMA_WORDS];
+    projectCone(f[i], relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6), c);
+    add(sender[i], c);
+  }
+}
+
 #elif RELUME_LINK_KIND > RELUME_LINKS_CONE
 void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
   uint head = linkWord[relumeWordOffset + link];
@@ -136,22 +175,23 @@ void main() {
   uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
   uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
   bool inside = cache < relumeEndCache;
-  vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = vec4(0.0);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) co[w] = cg[w] = vec4(0.0);
-  uint end = inside ? rowBegin[cache + 1u] - relumeFirstLink : 0u;
-  uint begin = inside ? rowBegin[cache] - relumeFirstLink + lane : 0u;
-  for (uint link = begin; link < end; link += uint(RELUME_LANES)) {
+  uint record = cache * uint(RELUME_ROW_WORDS);
+  uint end = inside ? rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink : 0u;
+  uint begin = inside ? rowWord[record] - relumeFirstLink : 0u;
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+  uint step_[RELUME_NODE_STEPS + 1];
+  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) step_[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
+  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin), step_);
+#else
+  for (uint link = begin + lane; link < end; link += uint(RELUME_LANES)) {
     uint sender;
     vec4 c[RELUME_LUMA_WORDS];
     project(link, sender, c);
-    vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
-    for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
-    for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
-      co[w] += b.y * c[w];
-      cg[w] += b.z * c[w];
-    }
+    add(sender, c);
   }
+#endif
   co[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
   cg[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
 

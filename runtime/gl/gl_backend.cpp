@@ -54,7 +54,7 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<PullPass> pull = PullPass::create(backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
-  Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind);
+  Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
   Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);

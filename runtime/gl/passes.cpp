@@ -70,13 +70,15 @@ std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, i
 }
 
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group) {
+                                                              const CacheGroup& group, int nodeSteps) {
   auto defines = bandDefines(lumaBands, chromaBands);
   defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
   // GLSL 4.30 wants a literal for the group's size.
   defines.emplace_back("RELUME_THREADS", std::to_string(group.lanes * group.caches));
-  defines.emplace_back("RELUME_LINK_KIND", std::to_string(static_cast<std::uint32_t>(kind)));
+  // Links packed again are a kind of the shader's own.
+  defines.emplace_back("RELUME_LINK_KIND", nodeSteps < 0 ? std::to_string(static_cast<std::uint32_t>(kind)) : "6");
+  defines.emplace_back("RELUME_NODE_STEPS", std::to_string(std::max(nodeSteps, 0)));
   return defines;
 }
 
@@ -212,11 +214,11 @@ void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
   glDispatchCompute(1, 1, 1);
 }
 
-Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind) {
+Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps) {
   CachePass pass;
   pass.group_ = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
   Result<Program> program =
-      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_));
+      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_, nodeSteps));
   if (!program) return program.error();
   pass.program_ = std::move(*program);
   const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };

@@ -17,14 +17,14 @@ struct CacheGroup {
 // What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
 
-// Definitions that fix bands (and, for light_caches.comp, link kind and group) when a shader is compiled.
+// Definitions that fix bands (and, for light_caches.comp, link kind, group and GpuBake::nodeSteps) when a shader is compiled.
 // irradianceOnMap: see cpu::CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap = false);
 // The same for the host's receivers: with what two bands lack guessed, and de-ringing.
 std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
                                                                 float deringing = 0.0f);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group);
+                                                              const CacheGroup& group, int nodeSteps = -1);
 
 // Uniform locations are looked up once.
 class BouncePass {
@@ -71,7 +71,7 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind);
+  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps);
   // (4)
   void run(const GpuBake& gpu, const Links& links) const;
 

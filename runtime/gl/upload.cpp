@@ -4,6 +4,7 @@
 
 #include "formats/compact_links.h"
 #include "formats/pack.h"
+#include "runtime/cpu/link_set.h"
 #include "runtime/gl/pack_grid.h"
 #include "runtime/gl/pull_schedule.h"
 #include "runtime/pack_color.h"
@@ -14,6 +15,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
+#include <span>
 
 namespace relume::gl {
 namespace {
@@ -89,23 +92,24 @@ std::size_t shapeBytes(const Links& links) {
   }
 }
 
-// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`.
-Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit, std::size_t alignment) {
-  const std::size_t linkBytes = links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
-  const std::size_t shape = shapeBytes(links);
+// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape: of a
+// link in GpuBake::links and linkShape.
+Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::size_t linkBytes, std::size_t shape,
+                                           std::size_t limit, std::size_t alignment) {
+  const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
   const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::vector<LinkBatch> batches;
-  for (std::uint32_t cache = 0; cache < links.cacheCount();) {
+  for (std::uint32_t cache = 0; cache < caches;) {
     LinkBatch batch;
     batch.firstCache = cache;
-    batch.firstLink = links.rowBegin[cache];
-    while (cache < links.cacheCount() && links.rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
+    batch.firstLink = rowBegin[cache];
+    while (cache < caches && rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
     if (cache == batch.firstCache) {
       return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
                                                std::to_string(limit) + " bytes this OpenGL binds at once"};
     }
     batch.endCache = cache;
-    const std::size_t first = batch.firstLink, count = links.rowBegin[cache] - first;
+    const std::size_t first = batch.firstLink, count = rowBegin[cache] - first;
     const auto alignDown = [alignment](std::size_t byte) { return byte / alignment * alignment; };
     const std::size_t linkStart = alignDown(first * linkBytes), shapeStart = alignDown(first * shape);
     batch.linkStart = static_cast<GLintptr>(linkStart);
@@ -120,6 +124,74 @@ Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit
     if (count > 0) batches.push_back(batch);
   }
   return batches;
+}
+
+// The arrays of links packed again, in GpuBake's layout.
+struct FourfoldLinks {
+  std::vector<std::uint32_t> rowBegin;  // [Size caches + 1] in units of four links
+  std::vector<std::uint32_t> rows;      // RELUME_SLOT_ROWS
+  std::vector<std::uint32_t> words;     // [Size 4 units]
+  std::vector<std::uint32_t> transfers; // [Size units]
+  int nodeSteps = 0;
+};
+
+// Nothing when the links cannot be packed again.
+std::optional<FourfoldLinks> makeFourfold(const Links& links) {
+  if (links.kind != LinkKind::oct6) return std::nullopt;
+  const cpu::LinkSet set(links);
+  cpu::LightCachesJob job;
+  set.describe(job);
+  if (job.kind != cpu::kRepackedLinks) return std::nullopt;
+  FourfoldLinks out;
+  out.nodeSteps = static_cast<int>(job.nodeSteps);
+  out.rowBegin.push_back(0);
+  for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
+    const std::uint32_t begin = links.rowBegin[cache], end = links.rowBegin[cache + 1];
+    out.rows.push_back(out.rowBegin.back());
+    for (std::uint32_t k = 0; k < job.nodeSteps; k += 2) {
+      const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache + k;
+      out.rows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < job.nodeSteps ? step[1] : step[0]} << 16);
+    }
+    out.words.insert(out.words.end(), job.word + begin, job.word + end);
+    out.words.resize((out.words.size() + 3) / 4 * 4, 0);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if ((i - begin) % 4 == 0) out.transfers.push_back(0);
+      out.transfers.back() |= std::uint32_t{job.transfer[i]} << (8 * ((i - begin) % 4));
+    }
+    out.rowBegin.push_back(static_cast<std::uint32_t>(out.transfers.size()));
+  }
+  out.rows.push_back(out.rowBegin.back());
+  return out;
+}
+
+// Upload the links, and cut them into batches.
+Status makeLinks(const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu) {
+  const std::optional<FourfoldLinks> fourfold = makeFourfold(links);
+  const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
+  Result<std::vector<LinkBatch>> batches =
+      makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(), linkBytes,
+                  fourfold ? 4 : shapeBytes(links), limit, alignment);
+  if (!batches) return batches.error();
+  gpu.batches = std::move(*batches);
+  if (fourfold) {
+    gpu.nodeSteps = fourfold->nodeSteps;
+    gpu.rows = makeArray<std::uint32_t>(fourfold->rows);
+    gpu.links = makeArray<std::uint32_t>(fourfold->words);
+    gpu.linkShape = makeArray<std::uint32_t>(fourfold->transfers);
+    return done();
+  }
+  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
+  if (links.kind == LinkKind::cone) {
+    gpu.links = makeArray<ConeLink>(links.cone);
+    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
+  } else if (links.kind == LinkKind::sh) {
+    gpu.links = makeArray<std::uint32_t>(links.shNode);
+    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
+  } else {
+    gpu.links = makeArray<std::uint32_t>(links.head);
+    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
+  }
+  return done();
 }
 
 Texture makeTexture(GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
@@ -213,10 +285,10 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   const Links& links = bake.links;
 
   GpuBake gpu;
-  Result<std::vector<LinkBatch>> batches =
-      makeBatches(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 4)));
-  if (!batches) return batches.error();
-  gpu.batches = std::move(*batches);
+  // A unit of repacked links has 16 bytes.
+  if (Status ok = makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu); !ok) {
+    return ok.error();
+  }
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
   const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),
                                         hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
@@ -233,17 +305,6 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   gpu.pullRounds = makeArray<std::uint32_t>(schedule.roundBegin);
   gpu.pullGroups = makeArray<std::uint32_t>(schedule.groupBegin);
   gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
-  if (links.kind == LinkKind::cone) {
-    gpu.links = makeArray<ConeLink>(links.cone);
-    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
-  } else if (links.kind == LinkKind::sh) {
-    gpu.links = makeArray<std::uint32_t>(links.shNode);
-    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
-  } else {
-    gpu.links = makeArray<std::uint32_t>(links.head);
-    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
-  }
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
   gpu.texels = makeBuffer(nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);

@@ -16,9 +16,9 @@
 #define RELUME_SLOT_PULL 0        // pull: RelumePullNode[]
 #define RELUME_SLOT_ROUNDS 1      // pull: first of them of each round
 #define RELUME_SLOT_GROUPS 2      // pull: first round of each work group
-#define RELUME_SLOT_ROWS 0        // caches: first link of each cache
-#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, or heads of compact ones
-#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; or shapes of compact links
+#define RELUME_SLOT_ROWS 0        // caches: first link of each cache; repacked links: and where its nodes step
+#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
+#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
 #define RELUME_SLOT_MAP_CACHE 0   // copy: cache of each texel
 #define RELUME_SLOT_COPY_TEXELS 1 // copy (out): what surfels read from RELUME_SLOT_TEXELS
 

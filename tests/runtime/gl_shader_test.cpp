@@ -199,7 +199,10 @@ TEST(Shaders, passTheReferenceCompiler) {
     }
     for (const LinkKind kind : kLinkKinds) {
       for (const char* renderer : {"llvmpipe", "hardware"}) {
-        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, gl::chooseCacheGroup(renderer, luma, chroma)));
+        const gl::CacheGroup group = gl::chooseCacheGroup(renderer, luma, chroma);
+        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group));
+        if (kind != LinkKind::oct6) continue;
+        for (const int steps : {0, 5}) add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps));
       }
     }
   }
