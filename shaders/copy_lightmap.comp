@@ -18,13 +18,13 @@ layout(binding = RELUME_IMAGE_Y, rgba16f) writeonly uniform image2DArray mapY;
 layout(binding = RELUME_IMAGE_CO, rgba16f) writeonly uniform image2DArray mapCo;
 layout(binding = RELUME_IMAGE_CG, rgba16f) writeonly uniform image2DArray mapCg;
 
-// Irradiance caches have coefficient 0 alone.
+// Irradiance caches have coefficient 0 alone; no receiver reads the last band of an even number past two, of which the
+// clamped cosine has nothing.
 #if RELUME_MAP_IRRADIANCE
-#define RELUME_MAP_LUMA_LAYERS 1
-#define RELUME_MAP_CHROMA_LAYERS 1
+#define RELUME_MAP_LAYERS(bands) 1
 #else
-#define RELUME_MAP_LUMA_LAYERS RELUME_LUMA_LAYERS
-#define RELUME_MAP_CHROMA_LAYERS RELUME_CHROMA_LAYERS
+#define RELUME_READ_BANDS(bands) ((bands) > 2 && (bands) % 2 == 0 ? (bands) - 1 : (bands))
+#define RELUME_MAP_LAYERS(bands) ((RELUME_READ_BANDS(bands) * RELUME_READ_BANDS(bands) + 3) / 4)
 #endif
 
 uniform uvec2 relumeMapSize;
@@ -62,14 +62,14 @@ void main() {
   uint word = cache * uint(RELUME_LUMA_LAYERS + 2 * RELUME_CHROMA_LAYERS);
   vec4 y = coefficients(lit, word);
   imageStore(mapY, ivec3(texel, 0), y);
-  for (int layer = 1; layer < RELUME_MAP_LUMA_LAYERS; ++layer) {
+  for (int layer = 1; layer < RELUME_MAP_LAYERS(RELUME_LUMA_BANDS); ++layer) {
     imageStore(mapY, ivec3(texel, layer), coefficients(lit, word + uint(layer)));
   }
   word += uint(RELUME_LUMA_LAYERS);
   vec4 co = coefficients(lit, word), cg = coefficients(lit, word + uint(RELUME_CHROMA_LAYERS));
   imageStore(mapCo, ivec3(texel, 0), co);
   imageStore(mapCg, ivec3(texel, 0), cg);
-  for (int layer = 1; layer < RELUME_MAP_CHROMA_LAYERS; ++layer) {
+  for (int layer = 1; layer < RELUME_MAP_LAYERS(RELUME_CHROMA_BANDS); ++layer) {
     imageStore(mapCo, ivec3(texel, layer), coefficients(lit, word + uint(layer)));
     imageStore(mapCg, ivec3(texel, layer), coefficients(lit, word + uint(RELUME_CHROMA_LAYERS + layer)));
   }

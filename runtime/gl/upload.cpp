@@ -240,7 +240,11 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const auto layers = [irradianceOnMap](int bands) { return irradianceOnMap ? 1 : (bands * bands + 3) / 4; };
+  // See copy_lightmap.comp.
+  const auto layers = [irradianceOnMap](int bands) {
+    const int read = bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
+    return irradianceOnMap ? 1 : (read * read + 3) / 4;
+  };
   gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(lumaBands));
   gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
   gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
@@ -289,6 +293,10 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   if (Status ok = makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu); !ok) {
     return ok.error();
   }
+  if (hierarchy.nodeCount() > kMostPulledNodes) {
+    return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) + " nodes, the OpenGL backend takes at most " +
+                                             std::to_string(kMostPulledNodes)};
+  }
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
   const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),
                                         hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
@@ -301,7 +309,10 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
-  gpu.pullNode = makeArray<RelumePullNode>(schedule.node);
+  std::vector<std::array<std::uint32_t, 2>> pulled;
+  pulled.reserve(schedule.node.size());
+  for (const PullSchedule::Node& node : schedule.node) pulled.push_back(packPullNode(node));
+  gpu.pullNode = makeArray<std::array<std::uint32_t, 2>>(pulled);
   gpu.pullRounds = makeArray<std::uint32_t>(schedule.roundBegin);
   gpu.pullGroups = makeArray<std::uint32_t>(schedule.groupBegin);
   gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);

@@ -13,7 +13,7 @@
 #define RELUME_SLOT_NODES 4       // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
 #define RELUME_SLOT_TEXELS 5      // surfels: packed irradiance of each texel's cache for its own normal
 #define RELUME_SLOT_EMISSION 6    // surfels: packed emission of each, if any emits
-#define RELUME_SLOT_PULL 0        // pull: RelumePullNode[]
+#define RELUME_SLOT_PULL 0        // pull: two words an inner node (runtime/gl/pull_schedule.h)
 #define RELUME_SLOT_ROUNDS 1      // pull: first of them of each round
 #define RELUME_SLOT_GROUPS 2      // pull: first round of each work group
 #define RELUME_SLOT_ROWS 0        // caches: first link of each cache; repacked links: and where its nodes step
@@ -75,14 +75,12 @@ const uint kRelumeBrickWords = 27u;
 const uint kRelumeHanging = 0xFFFFFFFEu;
 const int kRelumeDepthSide = 17;
 
-const uint kRelumeCacheBits = 22u;        // runtime/receivers.h: bits of a cache beside its share
+// Pull: bits of a node in its first word; its number among the inner nodes has one less in the second. The rest of both is
+// the weight of the first child, over kRelumePullWeightOne.
+const uint kRelumePullNodeBits = 25u;
+const uint kRelumePullWeightOne = 32767u;
 
-// std430
-struct RelumePullNode {
-  uint node;
-  uint firstChild;
-  float firstWeight;  // [0..1] share of the first child in the node's radiosity
-};
+const uint kRelumeCacheBits = 22u;        // runtime/receivers.h: bits of a cache beside its share
 
 // std430
 struct RelumeLight {
@@ -106,7 +104,6 @@ struct RelumeResolve {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(RelumePullNode) == 12 && offsetof(RelumePullNode, firstWeight) == 8);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32);
 static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
               offsetof(RelumeResolve, gridResolution) == 32);
