@@ -35,7 +35,7 @@ vec4 coefficients(bool lit, uint word) {
   return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
 }
 
-// Bounce::colorOf() of runtime/cpu/bounce.cpp, from coefficients 0 to 3 of each channel. n: unit, or zero.
+// colorCaches() of runtime/cpu/light_surfels_kernel.h, from coefficients 0 to 3 of each channel. n: unit, or zero.
 vec3 irradiance(vec4 y, vec4 co, vec4 cg, vec3 n) {
 #if RELUME_MAP_IRRADIANCE
   vec3 e = 1.77245385 * vec3(y.x, co.x, cg.x);

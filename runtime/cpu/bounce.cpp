@@ -2,10 +2,8 @@
 // See bounce.h.
 #include "runtime/cpu/bounce.h"
 
-#include "formats/color.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
-#include "runtime/cpu/chunks.h"
 #include "runtime/cpu/lobe.h"
 #include "runtime/cpu/stencil.h"
 #include "runtime/cpu/surfel_set.h"
@@ -22,7 +20,6 @@
 namespace relume::cpu {
 namespace {
 
-constexpr std::uint32_t kGrain = 8192;
 constexpr float kPi = std::numbers::pi_v<float>;
 
 // surfaceLobe() by TiltedSurfel::angle.
@@ -69,38 +66,26 @@ void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slo
   tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
 }
 
-// Irradiance at a cache on a surface for its own normal; of grid caches nothing.
-glm::vec3 Bounce::colorOf(std::uint32_t cache) const {
-  const std::size_t luma = light_.lumaCount(), chroma = light_.chromaCount();
-  const float* y = light_.coefficients.data() + light_.stride() * cache;
-  const float* channel[3] = {y, y + luma, y + luma + chroma};
-  const glm::vec3 n = caches_.normal[cache], constant(channel[0][0], channel[1][0], channel[2][0]);
-  if (!normalsCount_) {
-    // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
-    const float scale = light_.irradianceOnMap || n != glm::vec3(0.0f) ? 2.0f : 1.0f;
-    return glm::max(yCoCgToRgb(scale * kPi * 0.282094792f * constant), glm::vec3(0.0f));
-  }
-  constexpr float kLinear = 4.0f / 3.0f * kPi * 0.488602512f;
-  const auto linear = [&n](const float* c) { return kLinear * (n.y * c[1] + n.z * c[2] + n.x * c[3]); };
-  glm::vec3 e(linear(channel[0]), 0.0f, 0.0f);
-  if (chroma > 1) {
-    e.y = linear(channel[1]);
-    e.z = linear(channel[2]);
-  } else if (constant.x > 0.0f) {
-    e = e.x * glm::vec3(1.0f, constant.y / constant.x, constant.z / constant.x);
-  }
-  return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
+void Bounce::colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end) {
+  if (texel_.empty()) return;
+  ColorCachesJob job;
+  job.coefficients = light.coefficients.data();
+  job.lumaCount = static_cast<std::uint32_t>(light.lumaCount());
+  job.chromaCount = static_cast<std::uint32_t>(light.chromaCount());
+  job.normal = &caches_.normal[0].x;
+  job.normalsCount = normalsCount_;
+  // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
+  job.constant[1] = 2.0f * kPi * 0.282094792f;
+  job.constant[0] = light.irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
+  job.color = cacheColor_.data();
+  kernel.colorCaches(job, begin, end);
 }
 
-void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job) {
+void Bounce::setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job) {
   light_ = light;
-  forChunks(parallelFor, static_cast<std::uint32_t>(cacheColor_.size()), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t cache = begin; cache < end; ++cache) cacheColor_[cache] = packColor(colorOf(cache), ditherOf(cache));
-  });
+  // One thread is through before another would be awake.
   const std::uint32_t* texels = caches_.lightmap.cache.data();
-  forChunks(parallelFor, static_cast<std::uint32_t>(texel_.size()), 8 * kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t t = begin; t < end; ++t) texel_[t] = texels[t] == kNoCache ? kNoColor : cacheColor_[texels[t]];
-  });
+  kernel.colorTexels(texels, cacheColor_.data(), static_cast<std::uint32_t>(texel_.size()), texel_.data());
   job.texel = texel_.data();
   job.mapWidth = static_cast<std::int32_t>(caches_.lightmap.width);
   job.mapHeight = static_cast<std::int32_t>(caches_.lightmap.height);

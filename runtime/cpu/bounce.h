@@ -21,8 +21,11 @@ class Bounce {
   // The caches must outlive this. `order`: surfels in the order in which they are lit.
   Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind, int lumaBands);
 
-  // Take over last frame's light, which must stay until the surfels are lit; sets what `job` needs of it.
-  void setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job);
+  // Evaluate the irradiance of the caches [begin, end), which have just been lit, for their own normals.
+  void colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end);
+  // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets what
+  // `job` needs of it.
+  void setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job);
   // e += bounceScale * last frame's irradiance at the surfels of a block.
   void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count, float* e) const;
   std::size_t bytes() const;
@@ -40,7 +43,6 @@ class Bounce {
   void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
   glm::vec3 atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
                       std::span<const std::uint32_t> caches) const;
-  glm::vec3 colorOf(std::uint32_t cache) const;
 
   const Caches& caches_;
   bool shaped_, normalsCount_;

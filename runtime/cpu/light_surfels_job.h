@@ -35,6 +35,16 @@ struct LightSurfelsJob {
   std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
 };
 
+// The caches' irradiance for their own normals.
+struct ColorCachesJob {
+  const float* coefficients = nullptr;
+  std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
+  const float* normal = nullptr;    // of each cache, x, y, z; zeros in the grid
+  bool normalsCount = false;        // the linear form for a cache's normal; without, coefficient 0 alone counts:
+  float constant[2] = {};           // times this, for caches without and with a normal
+  std::uint32_t* color = nullptr;   // out, packed
+};
+
 // A surfel that reads the light map for a normal that is not the map's.
 struct TiltedSurfel {
   std::uint8_t slot;    // within its block
@@ -53,6 +63,10 @@ struct ShapedReceiver {
 struct LightSurfelsKernel {
   // e = irradiance by all lights without shadows.
   void (*direct)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
+  // Colours of the caches [begin, end); of those without a normal, black if normals count.
+  void (*colorCaches)(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end);
+  // texel[t] = color[cache[t]], kNoColor where that is all ones.
+  void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel);
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's under

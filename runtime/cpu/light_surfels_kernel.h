@@ -70,6 +70,58 @@ inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::
   }
 }
 
+// ditherOf() of runtime/pack_color.h.
+inline Floats dithers(Ints index) {
+  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
+  const Words hash = load<Words>(&index) * 2654435769u;
+  return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
+}
+
+// Y, Co, Cg a cache at a time, then lanes are caches.
+inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  constexpr float kLinear = 4.0f / 3.0f * 3.14159265f * 0.488602512f;
+  const std::size_t luma = job.lumaCount, chroma = job.chromaCount, stride = luma + 2 * chroma;
+  alignas(64) float e[3][kLanes] = {};
+  for (std::uint32_t first = begin; first < end; first += kLanes) {
+    const std::uint32_t count = end - first < kLanes ? end - first : kLanes;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float* y = job.coefficients + stride * (first + i);
+      const float *co = y + luma, *cg = co + chroma, *n = job.normal + 3 * std::size_t{first + i};
+      if (job.normalsCount) {
+        e[0][i] = kLinear * (n[1] * y[1] + n[2] * y[2] + n[0] * y[3]);
+        if (chroma > 1) {
+          e[1][i] = kLinear * (n[1] * co[1] + n[2] * co[2] + n[0] * co[3]);
+          e[2][i] = kLinear * (n[1] * cg[1] + n[2] * cg[2] + n[0] * cg[3]);
+        } else {
+          // Chroma follows luma.
+          const float ratio = y[0] > 0.0f ? e[0][i] / y[0] : 0.0f;
+          e[1][i] = ratio * co[0];
+          e[2][i] = ratio * cg[0];
+        }
+      } else {
+        const float factor = job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
+        e[0][i] = factor * y[0];
+        e[1][i] = factor * co[0];
+        e[2][i] = factor * cg[0];
+      }
+    }
+    const Floats eY = load<Floats>(e[0]), eCo = load<Floats>(e[1]), eCg = load<Floats>(e[2]), t = eY - eCg, zero{};
+    const Ints bits = packColors(most(t + eCo, zero), most(eY + eCg, zero), most(t - eCo, zero),
+                                 dithers(static_cast<std::int32_t>(first) + laneNumbers()));
+    __builtin_memcpy(job.color + first, &bits, sizeof(std::uint32_t) * count);
+  }
+}
+
+inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel) {
+  std::uint32_t t = 0;
+  for (; t + kLanes <= count; t += kLanes) {
+    const Ints found = load<Ints>(cache + t), isThere = found != -1;
+    const Ints bits = gather(color, found & isThere) | ~isThere;
+    __builtin_memcpy(texel + t, &bits, sizeof bits);
+  }
+  for (; t < count; ++t) texel[t] = cache[t] == 0xFFFFFFFFu ? cache[t] : color[cache[t]];
+}
+
 // Adds the colours of these texels, and their weights, where there are any.
 inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b, Floats& total) {
   const Ints bits = gather(job.texel, texel);
@@ -220,13 +272,6 @@ inline void shapedBounce(const LightSurfelsJob& job, const ShapedReceiver& recei
   LobeSum sum;
   for (std::uint32_t k = 0; k < receiver.count; ++k) sum.add(job, receiver.cache[k], receiver.weight[k]);
   sum.finish(job, receiver.lobe[0], load<Eight>(receiver.lobe + 1), storedChroma(job), rgb);
-}
-
-// ditherOf() of runtime/pack_color.h.
-inline Floats dithers(Ints index) {
-  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
-  const Words hash = load<Words>(&index) * 2654435769u;
-  return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
 }
 
 // Up to kLanes packed colours to these nodes.
