@@ -108,17 +108,20 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
   const BlockBegin begin = begin_[block], end = begin_[block + 1];
   const std::uint32_t first = block * kSurfelBlock;
   // Flat for all, then once more for those that are not.
-  std::array<glm::vec3, kSurfelBlock> before;
+  std::array<float, 3 * kSurfelBlock> before;
   const std::span<const TiltedSurfel> tilted(tilted_.data() + begin.tilted, end.tilted - begin.tilted);
-  for (std::size_t i = 0; i < tilted.size(); ++i) before[i] = at(tilted[i].slot);
+  for (std::size_t i = 0; i < tilted.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) before[c * kSurfelBlock + i] = e[c * kSurfelBlock + tilted[i].slot];
+  }
   if (!texel_.empty()) kernel.addFlatBounce(job, first, count, e);
   if (shaped_) {
-    kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), &before[0].x, e);
+    kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), before.data(), e);
   } else {
     for (std::size_t i = 0; i < tilted.size(); ++i) {
       const std::uint32_t s = first + tilted[i].slot;
       const glm::vec2 uv = unpackUnorm16x2(job.word[3][s]);
-      put(tilted[i].slot, before[i] + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
+      const glm::vec3 direct(before[i], before[kSurfelBlock + i], before[2 * kSurfelBlock + i]);
+      put(tilted[i].slot, direct + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
     }
   }
   std::uint32_t next = begin.cache;

@@ -70,7 +70,8 @@ struct LightSurfelsKernel {
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's under
-  // their lobes. before: three numbers a surfel.
+  // their lobes. before: kSurfelBlock numbers each of red, green, blue,
+  // by place in `tilted`.
   void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
                           const float* before, float* e);
   // Irradiance at one receiver; red, green and blue, not negative.

@@ -180,14 +180,6 @@ inline float sumEight(Eight v) {
   return (half[0] + half[2]) + (half[1] + half[3]);
 }
 
-// Y, Co, Cg under a lobe to red, green and blue, not negative.
-inline void toRgb(const float* yCoCg, float* rgb) {
-  const float t = yCoCg[0] - yCoCg[2], red = t + yCoCg[1], green = yCoCg[0] + yCoCg[2], blue = t - yCoCg[1];
-  rgb[0] = red > 0.0f ? red : 0.0f;
-  rgb[1] = green > 0.0f ? green : 0.0f;
-  rgb[2] = blue > 0.0f ? blue : 0.0f;
-}
-
 // Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more.
 struct LobeSum {
   float first[3] = {};
@@ -202,19 +194,19 @@ struct LobeSum {
       rest[c] += weight * load<Eight>(channel[c] + 1);
     }
   }
-  // chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
-  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, float constant, Eight lobe, Eight chroma, float* rgb) const {
-    float e[3] = {constant * first[0] + sumEight(lobe * rest[0])};
+  // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
+  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y, float& co, float& cg) const {
+    const Eight others = load<Eight>(lobe + 1);
+    y = lobe[0] * first[0] + sumEight(others * rest[0]);
     if (job.chromaCount == 1 && job.lumaCount > 1) {
       // Chroma follows luma.
-      const float ratio = first[0] > 0.0f ? e[0] / first[0] : 0.0f;
-      e[1] = ratio * first[1];
-      e[2] = ratio * first[2];
+      const float ratio = first[0] > 0.0f ? y / first[0] : 0.0f;
+      co = ratio * first[1];
+      cg = ratio * first[2];
     } else {
-      e[1] = constant * first[1] + sumEight(lobe * chroma * rest[1]);
-      e[2] = constant * first[2] + sumEight(lobe * chroma * rest[2]);
+      co = lobe[0] * first[1] + sumEight(others * chroma * rest[1]);
+      cg = lobe[0] * first[2] + sumEight(others * chroma * rest[2]);
     }
-    toRgb(e, rgb);
   }
 };
 
@@ -224,9 +216,32 @@ inline Eight storedChroma(const LightSurfelsJob& job) {
   return stored;
 }
 
+#if RELUME_LANES == 16
+// The same with two bands of chroma: Y in one vector, Co and Cg in the halves of another.
+struct TwoBandLobeSum {
+  __m512 luma = _mm512_setzero_ps();
+  Eight chroma = {};
+
+  __attribute__((always_inline)) void add(const LightSurfelsJob& job, std::uint32_t cache, float weight) {
+    const float* y = job.coefficients + (job.lumaCount + 8) * std::size_t{cache};
+    luma += weight * _mm512_maskz_loadu_ps(0x1FF, y);
+    chroma += weight * load<Eight>(y + job.lumaCount);
+  }
+  __attribute__((always_inline)) void finish(const LightSurfelsJob&, const float* lobe, Eight, float& y, float& co, float& cg) const {
+    y = sumLanes((Floats)(luma * _mm512_maskz_loadu_ps(0x1FF, lobe)));
+    const Float4 four = load<Float4>(lobe);
+    const Float4 a = four * __builtin_shufflevector(chroma, chroma, 0, 1, 2, 3), b = four * __builtin_shufflevector(chroma, chroma, 4, 5, 6, 7);
+    const Float4 pairs = __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7);
+    co = pairs[0] + pairs[1];
+    cg = pairs[2] + pairs[3];
+  }
+};
+#endif
+
 // Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
-inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
-                            const float* before, float* e) {
+template <class Sum>
+inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                      const float* before, float* e) {
   const auto* lobes = reinterpret_cast<const std::uint32_t*>(job.lobe);
   const Eight chroma = storedChroma(job);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
@@ -240,7 +255,7 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
     unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
     TexelQuads quads(job, gather(job.word[3], surfel));
     alignas(64) std::uint32_t cache[4][kLanes];
-    alignas(64) float weight[4][kLanes], lobe[kLanes][16];
+    alignas(64) float weight[4][kLanes], lobe[kLanes][16], sum[3][kLanes] = {};
     Floats total{};
     for (int k = 0; k < 4; ++k) {
       const Ints found = gather(job.mapCache, quads.texel[k]), isThere = found != -1;
@@ -254,24 +269,40 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
     Floats vectors[9];
     writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share, asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
     for (int k = 0; k < 9; ++k) {
-      for (int i = 0; i < kLanes; ++i) lobe[i][(k + 7) % 16] = vectors[k][i];  // the first before a cache line's half
+      for (int i = 0; i < kLanes; ++i) lobe[i][k] = vectors[k][i];
     }
     for (std::uint32_t i = 0; i < here; ++i) {
-      LobeSum sum;
+      Sum each;
 #pragma GCC unroll 4
-      for (int k = 0; k < 4; ++k) sum.add(job, cache[k][i], weight[k][i]);
-      float rgb[3];
-      sum.finish(job, lobe[i][7], load<Eight>(lobe[i] + 8), chroma, rgb);
-      float* at = e + tilted[begin + i].slot;
-      for (int c = 0; c < 3; ++c) at[c * static_cast<int>(kSurfelBlock)] = before[3 * (begin + i) + static_cast<std::uint32_t>(c)] + job.bounceScale * rgb[c];
+      for (int k = 0; k < 4; ++k) each.add(job, cache[k][i], weight[k][i]);
+      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+    }
+    const Floats y = load<Floats>(sum[0]), co = load<Floats>(sum[1]), cg = load<Floats>(sum[2]), t = y - cg, zero{};
+    const Floats rgb[3] = {most(t + co, zero), most(y + cg, zero), most(t - co, zero)};
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      store(sum[c], job.bounceScale * rgb[c]);
+      for (std::uint32_t i = 0; i < here; ++i) e[c * kSurfelBlock + tilted[begin + i].slot] = before[c * kSurfelBlock + begin + i] + sum[c][i];
     }
   }
+}
+
+inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                            const float* before, float* e) {
+#if RELUME_LANES == 16
+  if (job.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
+#endif
+  addTilted<LobeSum>(job, first, tilted, count, before, e);
 }
 
 inline void shapedBounce(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb) {
   LobeSum sum;
   for (std::uint32_t k = 0; k < receiver.count; ++k) sum.add(job, receiver.cache[k], receiver.weight[k]);
-  sum.finish(job, receiver.lobe[0], load<Eight>(receiver.lobe + 1), storedChroma(job), rgb);
+  float y, co, cg;
+  sum.finish(job, receiver.lobe, storedChroma(job), y, co, cg);
+  const float t = y - cg, red = t + co, green = y + cg, blue = t - co;
+  rgb[0] = red > 0.0f ? red : 0.0f;
+  rgb[1] = green > 0.0f ? green : 0.0f;
+  rgb[2] = blue > 0.0f ? blue : 0.0f;
 }
 
 // Up to kLanes packed colours to these nodes.
