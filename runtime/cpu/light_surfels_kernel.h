@@ -6,6 +6,8 @@
 #include "runtime/cpu/lobe.h"
 #include "runtime/cpu/vectors.h"
 
+#include <utility>
+
 namespace relume::cpu {
 namespace {
 
@@ -238,6 +240,37 @@ struct TwoBandLobeSum {
 };
 #endif
 
+#if RELUME_LANES == 16
+// One step of a transposition: swaps bit kBit of rows' and lanes' numbers.
+template <int kBit, int... kLane>
+__attribute__((always_inline)) inline void swapBit(Floats* row, std::integer_sequence<int, kLane...>) {
+  for (int i = 0; i < 16; ++i) {
+    if (i & kBit) continue;
+    const Floats low = row[i], high = row[i | kBit];
+    row[i] = __builtin_shufflevector(low, high, (kLane & kBit ? 16 + (kLane ^ kBit) : kLane)...);
+    row[i | kBit] = __builtin_shufflevector(low, high, (kLane & kBit ? 16 + kLane : kLane ^ kBit)...);
+  }
+}
+#endif
+
+// rows[lane][k] = vectors[k][lane] for nine vectors; the rest of a row may be anything finite.
+__attribute__((always_inline)) inline void writeTransposed(const Floats* vectors, float (*rows)[16]) {
+#if RELUME_LANES == 16
+  constexpr std::make_integer_sequence<int, 16> kAllLanes;
+  Floats row[16] = {};
+  for (int k = 0; k < 9; ++k) row[k] = vectors[k];
+  swapBit<8>(row, kAllLanes);
+  swapBit<4>(row, kAllLanes);
+  swapBit<2>(row, kAllLanes);
+  swapBit<1>(row, kAllLanes);
+  for (int i = 0; i < 16; ++i) store(rows[i], row[i]);
+#else
+  for (int k = 0; k < 9; ++k) {
+    for (int i = 0; i < kLanes; ++i) rows[i][k] = vectors[k][i];
+  }
+#endif
+}
+
 // Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
 template <class Sum>
 inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
@@ -268,9 +301,7 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     const Floats share = 1.0f / most(total, splat(1e-20f));
     Floats vectors[9];
     writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share, asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
-    for (int k = 0; k < 9; ++k) {
-      for (int i = 0; i < kLanes; ++i) lobe[i][k] = vectors[k][i];
-    }
+    writeTransposed(vectors, lobe);
     for (std::uint32_t i = 0; i < here; ++i) {
       Sum each;
 #pragma GCC unroll 4
