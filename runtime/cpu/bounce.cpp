@@ -4,7 +4,6 @@
 
 #include "formats/pack.h"
 #include "formats/sh.h"
-#include "runtime/cpu/lobe.h"
 #include "runtime/cpu/stencil.h"
 #include "runtime/cpu/surfel_set.h"
 #include "runtime/pack_color.h"
@@ -21,6 +20,8 @@ namespace relume::cpu {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
+
+static_assert(kShareShift == kCacheBits && kShareOne == kMostShare);
 
 // surfaceLobe() by TiltedSurfel::angle.
 const float* lobesByAngle() {
@@ -99,7 +100,6 @@ void Bounce::setLight(const LightSurfelsKernel& kernel, const CacheLight& light,
 
 void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
                  float* e) const {
-  const auto at = [e](std::uint8_t slot) { return glm::vec3(e[slot], e[kSurfelBlock + slot], e[2 * kSurfelBlock + slot]); };
   const auto put = [e](std::uint8_t slot, const glm::vec3& v) {
     e[slot] = v.r;
     e[kSurfelBlock + slot] = v.g;
@@ -124,30 +124,16 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
       put(tilted[i].slot, direct + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
     }
   }
-  std::uint32_t next = begin.cache;
-  for (std::uint32_t i = begin.gridded; i < end.gridded; ++i) {
-    const Gridded& g = gridded_[i];
-    const std::span<const std::uint32_t> caches(griddedCache_.data() + next, g.caches);
-    next += g.caches;
-    if (caches.empty()) continue;
-    put(g.slot, at(g.slot) + job.bounceScale * atGridded(kernel, job, first + g.slot, caches));
+  const std::span<const GriddedSurfel> gridded(gridded_.data() + begin.gridded, end.gridded - begin.gridded);
+  if (shaped_) {
+    kernel.addGriddedBounce(job, first, gridded.data(), static_cast<std::uint32_t>(gridded.size()), griddedCache_.data() + begin.cache, e);
+    return;
   }
-}
-
-glm::vec3 Bounce::atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
-                            std::span<const std::uint32_t> caches) const {
-  const glm::vec3 n = unpackSurfelNormal(job.word[2][s]);
-  if (!shaped_) return irradianceInGrid(caches_, light_, surfelPosition(job, s), n);
-  ShapedReceiver receiver;
-  receiver.count = static_cast<std::uint32_t>(caches.size());
-  for (std::size_t k = 0; k < caches.size(); ++k) {
-    receiver.cache[k] = caches[k] & ((1u << kCacheBits) - 1);
-    receiver.weight[k] = static_cast<float>(caches[k] >> kCacheBits) / static_cast<float>(kMostShare);
+  for (const GriddedSurfel& each : gridded) {
+    const std::uint32_t s = first + each.slot;
+    const glm::vec3 direct(e[each.slot], e[kSurfelBlock + each.slot], e[2 * kSurfelBlock + each.slot]);
+    put(each.slot, direct + job.bounceScale * irradianceInGrid(caches_, light_, surfelPosition(job, s), unpackSurfelNormal(job.word[2][s])));
   }
-  writeLobe(light_.lumaBands > 1, light_.lumaBands > 2, n, 0.0f, 1.0f, receiver.lobe);
-  glm::vec3 e;
-  kernel.shapedBounce(job, receiver, &e.x);
-  return e;
 }
 
 std::size_t Bounce::bytes() const {

@@ -31,24 +31,17 @@ class Bounce {
   std::size_t bytes() const;
 
  private:
-  // Of one surfel within a block.
-  struct Gridded {
-    std::uint8_t slot;
-    std::uint8_t caches;  // that many of griddedCache_
-  };
   struct BlockBegin {
     std::uint32_t tilted = 0, gridded = 0, cache = 0;
   };
 
   void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
-  glm::vec3 atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
-                      std::span<const std::uint32_t> caches) const;
 
   const Caches& caches_;
   bool shaped_, normalsCount_;
   std::vector<BlockBegin> begin_;            // [Size blocks + 1]
   std::vector<TiltedSurfel> tilted_;
-  std::vector<Gridded> gridded_;
+  std::vector<GriddedSurfel> gridded_;
   std::vector<std::uint32_t> griddedCache_;  // appendGridShares()
   std::vector<std::uint32_t> cacheColor_;    // [Size n_C] irradiance for a cache's own normal (runtime/pack_color.h)
   std::vector<std::uint32_t> texel_;         // [Size texels] the same of each texel's cache

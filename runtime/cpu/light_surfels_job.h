@@ -51,13 +51,12 @@ struct TiltedSurfel {
   std::uint8_t angle;   // between its normal and the light map's: 255 = pi
 };
 
-// A receiver whose light depends on its normal: caches with weights that add up to 1, and its lobe of nine coefficients.
-struct ShapedReceiver {
-  std::uint32_t cache[16];
-  float weight[16];
-  std::uint32_t count;
-  float lobe[9];
+// A surfel that reads the grid.
+struct GriddedSurfel {
+  std::uint8_t slot;    // within its block
+  std::uint8_t caches;  // that many shares (runtime/receivers.h)
 };
+constexpr std::uint32_t kShareShift = 22, kShareOne = 1023;
 
 // Irradiance and radiosity of a block: kSurfelBlock numbers each of red, green, blue.
 struct LightSurfelsKernel {
@@ -74,8 +73,9 @@ struct LightSurfelsKernel {
   // by place in `tilted`.
   void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
                           const float* before, float* e);
-  // Irradiance at one receiver; red, green and blue, not negative.
-  void (*shapedBounce)(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb);
+  // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the other.
+  void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                           const std::uint32_t* share, float* e);
   // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
   void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e, const float* emitted,
                 const std::uint32_t* at, std::uint32_t* node);

@@ -271,6 +271,14 @@ __attribute__((always_inline)) inline void writeTransposed(const Floats* vectors
 #endif
 }
 
+// Y, Co, Cg to red, green and blue, not negative, times bounceScale.
+__attribute__((always_inline)) inline void toBouncedRgb(const LightSurfelsJob& job, float (*sum)[kLanes]) {
+  const Floats y = load<Floats>(sum[0]), co = load<Floats>(sum[1]), cg = load<Floats>(sum[2]), t = y - cg, zero{};
+  store(sum[0], job.bounceScale * most(t + co, zero));
+  store(sum[1], job.bounceScale * most(y + cg, zero));
+  store(sum[2], job.bounceScale * most(t - co, zero));
+}
+
 // Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
 template <class Sum>
 inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
@@ -308,10 +316,8 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
       for (int k = 0; k < 4; ++k) each.add(job, cache[k][i], weight[k][i]);
       each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
     }
-    const Floats y = load<Floats>(sum[0]), co = load<Floats>(sum[1]), cg = load<Floats>(sum[2]), t = y - cg, zero{};
-    const Floats rgb[3] = {most(t + co, zero), most(y + cg, zero), most(t - co, zero)};
+    toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
-      store(sum[c], job.bounceScale * rgb[c]);
       for (std::uint32_t i = 0; i < here; ++i) e[c * kSurfelBlock + tilted[begin + i].slot] = before[c * kSurfelBlock + begin + i] + sum[c][i];
     }
   }
@@ -325,15 +331,41 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
   addTilted<LobeSum>(job, first, tilted, count, before, e);
 }
 
-inline void shapedBounce(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb) {
-  LobeSum sum;
-  for (std::uint32_t k = 0; k < receiver.count; ++k) sum.add(job, receiver.cache[k], receiver.weight[k]);
-  float y, co, cg;
-  sum.finish(job, receiver.lobe, storedChroma(job), y, co, cg);
-  const float t = y - cg, red = t + co, green = y + cg, blue = t - co;
-  rgb[0] = red > 0.0f ? red : 0.0f;
-  rgb[1] = green > 0.0f ? green : 0.0f;
-  rgb[2] = blue > 0.0f ? blue : 0.0f;
+// The same for surfels of the grid, whose caches are known.
+template <class Sum>
+inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                       const std::uint32_t* share, float* e) {
+  const Eight chroma = storedChroma(job);
+  for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
+    const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
+    Ints surfel{};
+    for (std::uint32_t i = 0; i < here; ++i) surfel[i] = static_cast<std::int32_t>(first + gridded[begin + i].slot);
+    Floats3 n;
+    unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
+    Floats vectors[9];
+    writeLobe(job.lumaCount > 1, job.thirdBand, n, Floats{}, splat(1.0f / static_cast<float>(kShareOne)), vectors);
+    alignas(64) float lobe[kLanes][16], sum[3][kLanes] = {};
+    writeTransposed(vectors, lobe);
+    for (std::uint32_t i = 0; i < here; ++i) {
+      Sum each;
+      for (std::uint32_t k = gridded[begin + i].caches; k > 0; --k, ++share) {
+        each.add(job, *share & ((1u << kShareShift) - 1), static_cast<float>(*share >> kShareShift));
+      }
+      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+    }
+    toBouncedRgb(job, sum);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      for (std::uint32_t i = 0; i < here; ++i) e[c * kSurfelBlock + gridded[begin + i].slot] += sum[c][i];
+    }
+  }
+}
+
+inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                             const std::uint32_t* share, float* e) {
+#if RELUME_LANES == 16
+  if (job.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
+#endif
+  addGridded<LobeSum>(job, first, gridded, count, share, e);
 }
 
 // Up to kLanes packed colours to these nodes.
