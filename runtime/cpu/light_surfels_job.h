@@ -9,6 +9,7 @@ namespace relume::cpu {
 
 // Surfels are lit a block at a time, all of it in the first-level cache.
 constexpr std::uint32_t kSurfelBlock = 256;
+constexpr std::uint32_t kAtRoom = 16;
 
 // A light with what every surfel would compute again.
 struct PreparedLight {
@@ -76,6 +77,8 @@ struct LightSurfelsKernel {
   // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the other.
   void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
                            const std::uint32_t* share, float* e);
+  // at = the numbers of the `wanted` bits that are set from `first` on, and anything in kAtRoom places behind them.
+  void (*listBits)(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at);
   // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
   void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e, const float* emitted,
                 const std::uint32_t* at, std::uint32_t* node);

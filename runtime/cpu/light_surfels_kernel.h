@@ -368,6 +368,27 @@ inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, co
   addGridded<LobeSum>(job, first, gridded, count, share, e);
 }
 
+inline void listBits(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) {
+  std::uint32_t number = first / 64 * 64;
+  std::uint64_t word = bits[first / 64] & (~std::uint64_t{0} << (first % 64));
+  for (const std::uint32_t* const end = at + wanted;; number += 64, word = bits[number / 64]) {
+#if RELUME_LANES == 16
+    for (std::uint32_t part = 0; part < 64; part += 16) {
+      const auto here = static_cast<std::uint32_t>(word >> part) & 0xFFFFu;
+      const Ints numbers = static_cast<std::int32_t>(number + part) + laneNumbers();
+      _mm512_storeu_si512(at, _mm512_maskz_compress_epi32(static_cast<__mmask16>(here), (__m512i)numbers));
+      at += __builtin_popcount(here);
+      if (at >= end) return;
+    }
+#else
+    for (; word != 0; word &= word - 1) {
+      *at++ = number + static_cast<std::uint32_t>(__builtin_ctzll(word));
+      if (at == end) return;
+    }
+#endif
+  }
+}
+
 // Up to kLanes packed colours to these nodes.
 inline void scatter(Ints colors, const std::uint32_t* at, std::uint32_t count, std::uint32_t* node) {
   if (count >= kLanes) {
