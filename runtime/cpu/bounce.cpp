@@ -49,7 +49,11 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
     switch (receiverKind(caches, surfels, order[i], normalsCount_)) {
       case ReceiverKind::flat: break;
       case ReceiverKind::tilted: addTilted(surfels, order[i], slot); break;
-      case ReceiverKind::gridded: gridded_.push_back({slot, static_cast<std::uint8_t>(appendGridShares(caches, surfels, order[i], griddedCache_))}); break;
+      case ReceiverKind::gridded: {
+        const std::uint32_t shares = appendGridShares(caches, surfels, order[i], griddedCache_);
+        gridded_.push_back({slot, static_cast<std::uint8_t>(shares)});
+        break;
+      }
     }
   }
   begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
@@ -132,7 +136,8 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
   for (const GriddedSurfel& each : gridded) {
     const std::uint32_t s = first + each.slot;
     const glm::vec3 direct(e[each.slot], e[kSurfelBlock + each.slot], e[2 * kSurfelBlock + each.slot]);
-    put(each.slot, direct + job.bounceScale * irradianceInGrid(caches_, light_, surfelPosition(job, s), unpackSurfelNormal(job.word[2][s])));
+    const glm::vec3 n = unpackSurfelNormal(job.word[2][s]);
+    put(each.slot, direct + job.bounceScale * irradianceInGrid(caches_, light_, surfelPosition(job, s), n));
   }
 }
 

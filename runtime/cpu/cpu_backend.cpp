@@ -42,7 +42,9 @@ void CpuBackend::relight(const LightSetup& setup) {
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
   lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_,
-              [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) { bounce_.colorCaches(surfelsKernel_, light, begin, end); });
+              [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
+                bounce_.colorCaches(surfelsKernel_, light, begin, end);
+              });
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};

@@ -197,7 +197,8 @@ struct LobeSum {
     }
   }
   // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
-  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y, float& co, float& cg) const {
+  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y, float& co,
+                                             float& cg) const {
     const Eight others = load<Eight>(lobe + 1);
     y = lobe[0] * first[0] + sumEight(others * rest[0]);
     if (job.chromaCount == 1 && job.lumaCount > 1) {
@@ -229,10 +230,12 @@ struct TwoBandLobeSum {
     luma += weight * _mm512_maskz_loadu_ps(0x1FF, y);
     chroma += weight * load<Eight>(y + job.lumaCount);
   }
-  __attribute__((always_inline)) void finish(const LightSurfelsJob&, const float* lobe, Eight, float& y, float& co, float& cg) const {
+  __attribute__((always_inline)) void finish(const LightSurfelsJob&, const float* lobe, Eight, float& y, float& co,
+                                             float& cg) const {
     y = sumLanes((Floats)(luma * _mm512_maskz_loadu_ps(0x1FF, lobe)));
     const Float4 four = load<Float4>(lobe);
-    const Float4 a = four * __builtin_shufflevector(chroma, chroma, 0, 1, 2, 3), b = four * __builtin_shufflevector(chroma, chroma, 4, 5, 6, 7);
+    const Float4 a = four * __builtin_shufflevector(chroma, chroma, 0, 1, 2, 3);
+    const Float4 b = four * __builtin_shufflevector(chroma, chroma, 4, 5, 6, 7);
     const Float4 pairs = __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7);
     co = pairs[0] + pairs[1];
     cg = pairs[2] + pairs[3];
@@ -318,7 +321,9 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     }
     toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
-      for (std::uint32_t i = 0; i < here; ++i) e[c * kSurfelBlock + tilted[begin + i].slot] = before[c * kSurfelBlock + begin + i] + sum[c][i];
+      float* to = e + c * kSurfelBlock;
+      const float* from = before + c * kSurfelBlock + begin;
+      for (std::uint32_t i = 0; i < here; ++i) to[tilted[begin + i].slot] = from[i] + sum[c][i];
     }
   }
 }

@@ -33,7 +33,8 @@ constexpr std::uint32_t kMostPulledNodes = 1u << kRelumePullNodeBits;
 // As pull.comp reads it: node k of the inner ones has its children at 1 + 2 k and 2 + 2 k (runtime/cpu/pull.h).
 inline std::array<std::uint32_t, 2> packPullNode(const PullSchedule::Node& node) {
   const auto weight = static_cast<std::uint32_t>(std::lrint(node.firstWeight * float{kRelumePullWeightOne}));
-  return {node.node | weight << kRelumePullNodeBits, (node.firstChild >> 1) | weight >> (32 - kRelumePullNodeBits) << (kRelumePullNodeBits - 1)};
+  return {node.node | weight << kRelumePullNodeBits,
+          (node.firstChild >> 1) | weight >> (32 - kRelumePullNodeBits) << (kRelumePullNodeBits - 1)};
 }
 
 // [nodesPerGroup >= 1] inner nodes that a group gets at most; the last one may get more. At least one group.

@@ -294,8 +294,8 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
     return ok.error();
   }
   if (hierarchy.nodeCount() > kMostPulledNodes) {
-    return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) + " nodes, the OpenGL backend takes at most " +
-                                             std::to_string(kMostPulledNodes)};
+    return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
+                                             " nodes, the OpenGL backend takes at most " + std::to_string(kMostPulledNodes)};
   }
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
   const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),

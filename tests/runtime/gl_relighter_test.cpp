@@ -210,7 +210,8 @@ TEST_F(GlRelighter, cachePassAgreesForAllKindsAndManyBands) {
 // Repacked links have 16 bits for a node: rows that reach over several times as many, in uneven steps.
 TEST_F(GlRelighter, cachePassAgreesWithManyNodes) {
   for (const std::uint32_t surfels : {40000u, 150000u}) {
-    Bake bake = test::makeSyntheticBake({.surfels = surfels, .grid = {3, 3, 3}, .lightmapCaches = 60, .linksPerCache = 61, .kind = LinkKind::oct6});
+    Bake bake = test::makeSyntheticBake(
+        {.surfels = surfels, .grid = {3, 3, 3}, .lightmapCaches = 60, .linksPerCache = 61, .kind = LinkKind::oct6});
     std::vector<std::uint32_t> heads = bake.links.head.toVector();
     for (std::uint32_t c = 0; c < bake.links.cacheCount(); ++c) {
       const std::uint32_t begin = bake.links.rowBegin[c], end = bake.links.rowBegin[c + 1];
