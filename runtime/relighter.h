@@ -66,7 +66,9 @@ struct PassTime {
 
 // What the host's shader binds to resolve (shaders/resolve.glsl names the slots). 0 where there is none.
 struct GlResolveInputs {
-  std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;  // GL_TEXTURE_2D_ARRAY, RGBA16F, ceil(l²/4) layers
+  // GL_TEXTURE_2D_ARRAY, RGBA16F, four coefficients a layer: of l bands, but for the last of 4, 6 or 8, which no irradiance
+  // has anything of (formats/sh.h, clampedCosineFactors())
+  std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;
   std::uint32_t lightmapNormal = 0;  // GL_TEXTURE_2D RGBA8_SNORM: normal of the texel's cache, w = 1 where there is one
   std::uint32_t caches = 0;          // SSBO of unique caches: packed halves, Y then Co then Cg coefficients
   std::uint32_t gridIndex = 0;       // SSBO: cache of each grid point

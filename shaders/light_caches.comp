@@ -2,7 +2,8 @@
 // Step 4: L_SH = sum over links of B_s F_SH (PIC Eq. (3)). RELUME_LANES threads share a cache: each sums every
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
 // RELUME_LINK_KIND: what links hold (formats/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
-// here (PIC 4.6, Eq. (5), (6)).
+// here (PIC 4.6, Eq. (5), (6)). Repacked links (runtime/cpu/link_set.h) are read four at a time; for them, "link" below is
+// four of them, which RELUME_NODE_STEPS places in the row tell the nodes' high halves.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "lib/color.glsl"
@@ -15,6 +16,7 @@
 #define RELUME_LINKS_OCT6 3
 #define RELUME_LINKS_SH8 4
 #define RELUME_LINKS_IRRADIANCE 5
+#define RELUME_LINKS_REPACKED 6
 
 #define RELUME_CHROMA_COUNT (RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS)
 #define RELUME_LUMA_WORDS RELUME_SH_WORDS
@@ -23,8 +25,15 @@
 
 layout(local_size_x = RELUME_THREADS) in;
 
-layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowBegin[]; };
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+#define RELUME_ROW_WORDS (1 + (RELUME_NODE_STEPS + 1) / 2)
+layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uvec4 linkWords[]; };
+#else
+#define RELUME_ROW_WORDS 1
 layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWord[]; };
+#endif
+// Of each row its first link, then places where nodes step, two a word.
+layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowWord[]; };
 #if RELUME_LINK_KIND != RELUME_LINKS_CONE
 layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
 #endif
@@ -47,15 +56,80 @@ const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : ve
 shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
 #endif
 
-// project(): node and coefficients c_s,i of a link.
+// The sums of this thread.
+vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
+
+void add(uint sender, inout vec4 c[RELUME_LUMA_WORDS]) {
+  vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] += b.y * c[w];
+    cg[w] += b.z * c[w];
+  }
+}
+
+// Cones of up to four bands sum monic polynomials; what they lack of y_l^m and of the ratio of their band, the same for all links,
+// is multiplied at the end (runtime/cpu/summed_rows.h).
+#define RELUME_MONIC (RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LINK_KIND != RELUME_LINKS_SH8 && RELUME_LUMA_BANDS <= 4)
+#if RELUME_MONIC
+const vec4 kMonicScale[4] = vec4[4](vec4(1.0, vec3(0.866025404)), vec4(0.968245837, 1.93649167, 1.67705098, 1.93649167),
+                                    vec4(0.968245837, 0.261456256, 0.640434422, 1.01261573),
+                                    vec4(0.826797285, 1.01261573, 0.640434422, 0.261456256));
+
+void addCone(uint sender, float f, float cosAlpha, vec3 d) {
+  vec3 b = f * relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
+  float u = 1.0 + cosAlpha;
+#if RELUME_LUMA_BANDS == 1
+  y[0].x += b.x;
+  co[0].x += b.y;
+  cg[0].x += b.z;
+#else
+  vec4 p[RELUME_LUMA_WORDS];
+  p[0] = vec4(1.0, u * d.yzx);
+  y[0] += b.x * p[0];
+#if RELUME_LUMA_BANDS > 2
+  // Bands that chroma lacks have Y in their factor.
+  float y2 = RELUME_CHROMA_BANDS > 2 ? b.x : 1.0, y3 = RELUME_CHROMA_BANDS > 3 ? b.x : 1.0;
+  float z2 = d.z * d.z, re = d.x * d.x - d.y * d.y, im = 2.0 * d.x * d.y;
+  float g = u * cosAlpha * (RELUME_CHROMA_BANDS > 2 ? 1.0 : b.x), gz = g * d.z;
+  p[1] = vec4(g * im, gz * d.y, g * (z2 - 1.0 / 3.0), gz * d.x);
+  p[2] = vec4(g * re, vec3(0.0));
+#if RELUME_LUMA_BANDS > 3
+  float h = u * (5.0 * cosAlpha * cosAlpha - 1.0) * (RELUME_CHROMA_BANDS > 3 ? 1.0 : b.x), hz = h * d.z, hq = h * (z2 - 0.2);
+  p[2].yzw = vec3(h * (re * d.y + im * d.x), hz * im, hq * d.y);
+  p[3] = vec4(hz * (z2 - 0.6), hq * d.x, hz * re, h * (re * d.x - im * d.y));
+  y[3] += y3 * p[3];
+#endif
+  y[1] += y2 * p[1];
+  y[2] += vec4(y2, vec3(y3)) * p[2];
+#endif
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] += b.y * p[w];
+    cg[w] += b.z * p[w];
+  }
+#endif
+}
+
+#elif RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LINK_KIND != RELUME_LINKS_SH8
+// f / y_0^0 scales band 0 to f.
+void addCone(uint sender, float f, float cosAlpha, vec3 d) {
+  float scale[RELUME_LUMA_BANDS];
+  relumeConeBandRatios(cosAlpha, f * 3.54490770, scale);
+  vec4 c[RELUME_LUMA_WORDS];
+  relumeEvaluateSh(d, scale, c);
+  add(sender, c);
+}
+#endif
+
+// addLink(): node and coefficients c_s,i of a link.
 #if RELUME_LINK_KIND == RELUME_LINKS_SH
 float shCoefficient(uint at) {
   vec2 pair = unpackHalf2x16(shapeWord[at >> 1]);
   return (at & 1u) == 0u ? pair.x : pair.y;
 }
 
-void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
-  sender = linkWord[relumeWordOffset + link];
+void addLink(uint link) {
+  vec4 c[RELUME_LUMA_WORDS];
   uint at = relumeHalfOffset + link * relumeShapeStride;
   const uint count = uint(RELUME_LUMA_BANDS * RELUME_LUMA_BANDS);
   for (uint w = 0u; w < uint(RELUME_LUMA_WORDS); ++w) {
@@ -65,23 +139,14 @@ void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
       c[w].yzw = vec3(shCoefficient(at + 4u * w + 1u), shCoefficient(at + 4u * w + 2u), shCoefficient(at + 4u * w + 3u));
     }
   }
+  add(linkWord[relumeWordOffset + link], c);
 }
 
-#else
-// f / y_0^0 scales band 0 to f.
-void projectCone(float f, float cosAlpha, vec3 direction, out vec4 c[RELUME_LUMA_WORDS]) {
-  float scale[RELUME_LUMA_BANDS];
-  relumeConeBandRatios(cosAlpha, f * 3.54490770, scale);
-  relumeEvaluateSh(direction, scale, c);
-}
-#endif
-
-#if RELUME_LINK_KIND == RELUME_LINKS_CONE
-void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
+#elif RELUME_LINK_KIND == RELUME_LINKS_CONE
+void addLink(uint link) {
   uint at = relumeWordOffset + 3u * link;
-  sender = linkWord[at];
   vec2 transfer = unpackHalf2x16(linkWord[at + 1u]);
-  projectCone(transfer.x, transfer.y, relumeUnpackOctahedral(linkWord[at + 2u]), c);
+  addCone(linkWord[at], transfer.x, transfer.y, relumeUnpackOctahedral(linkWord[at + 2u]));
 }
 
 #elif RELUME_LINK_KIND == RELUME_LINKS_SH8
@@ -92,37 +157,55 @@ const vec4 kLargestRatio[16] = vec4[16](
     vec4(3.60555128), vec4(3.60555128), vec4(3.60555128), vec4(3.60555128, vec3(3.87298335)), vec4(3.87298335),
     vec4(3.87298335), vec4(3.87298335));
 
-void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
+void addLink(uint link) {
   uint head = linkWord[relumeWordOffset + link];
-  sender = head & 0xFFFFFu;
   float f = relumeUnpackTransfer(head);
+  vec4 c[RELUME_LUMA_WORDS];
   uint at = (relumeHalfOffset >> 1) + link * relumeShapeStride;
   for (uint w = 0u; w < uint(RELUME_LUMA_WORDS); ++w) c[w] = f * kLargestRatio[w] * unpackSnorm4x8(shapeWord[at + w]);
   // More bands may be stored than are wanted.
 #if RELUME_LUMA_BANDS % 2 == 1
   c[RELUME_LUMA_WORDS - 1].yzw = vec3(0.0);
 #endif
+  add(head & 0xFFFFFu, c);
+}
+
+#elif RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+// Four links, the first of which is number `at` of its row.
+void addFour(uint four, uint at, uint step_[RELUME_NODE_STEPS + 1]) {
+  uvec4 word = linkWords[(relumeWordOffset >> 2) + four];
+  uint transfers = shapeWord[(relumeHalfOffset >> 1) + four];
+  // The eight bits of f are bits 6 to 13 of a half.
+  uvec2 halves = uvec2((transfers & 0xFFu) << 6 | (transfers & 0xFF00u) << 14, (transfers & 0xFF0000u) >> 10 | (transfers >> 24) << 22);
+  vec4 f = vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+  uvec4 sender = word & 0xFFFFu, place = at + uvec4(0u, 1u, 2u, 3u);
+  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(place, uvec4(step_[k]))) << 16;
+  for (int i = 0; i < 4; ++i) {
+    uint bits = word[i] >> 16;
+    addCone(sender[i], f[i], relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6));
+  }
 }
 
 #elif RELUME_LINK_KIND > RELUME_LINKS_CONE
-void project(uint link, out uint sender, out vec4 c[RELUME_LUMA_WORDS]) {
-  uint head = linkWord[relumeWordOffset + link];
-  sender = head & 0xFFFFFu;
+void addLink(uint link) {
+  uint head = linkWord[relumeWordOffset + link], sender = head & 0xFFFFFu;
   float f = relumeUnpackTransfer(head);
 #if RELUME_LINK_KIND == RELUME_LINKS_IRRADIANCE
   if (relumeFirstLink + link >= relumeGridLinks) {
+    vec4 c[RELUME_LUMA_WORDS];
     for (int w = 0; w < RELUME_LUMA_WORDS; ++w) c[w] = vec4(0.0);
     c[0].x = f;
+    add(sender, c);
     return;
   }
 #endif
 #if RELUME_LINK_KIND == RELUME_LINKS_OCT6
   uint at = relumeHalfOffset + link;
   uint bits = (shapeWord[at >> 1] >> (16u * (at & 1u))) & 0xFFFFu;
-  projectCone(f, relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6), c);
+  addCone(sender, f, relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6));
 #else
   uint bits = shapeWord[(relumeHalfOffset >> 1) + link];
-  projectCone(f, relumeUnpackCone(bits, 24, 8), relumeUnpackDirection(bits, 12), c);
+  addCone(sender, f, relumeUnpackCone(bits, 24, 8), relumeUnpackDirection(bits, 12));
 #endif
 }
 #endif
@@ -136,22 +219,25 @@ void main() {
   uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
   uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
   bool inside = cache < relumeEndCache;
-  vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = vec4(0.0);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) co[w] = cg[w] = vec4(0.0);
-  uint end = inside ? rowBegin[cache + 1u] - relumeFirstLink : 0u;
-  uint begin = inside ? rowBegin[cache] - relumeFirstLink + lane : 0u;
-  for (uint link = begin; link < end; link += uint(RELUME_LANES)) {
-    uint sender;
-    vec4 c[RELUME_LUMA_WORDS];
-    project(link, sender, c);
-    vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
-    for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
-    for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
-      co[w] += b.y * c[w];
-      cg[w] += b.z * c[w];
-    }
+  uint record = cache * uint(RELUME_ROW_WORDS);
+  uint end = inside ? rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink : 0u;
+  uint begin = inside ? rowWord[record] - relumeFirstLink : 0u;
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+  uint step_[RELUME_NODE_STEPS + 1];
+  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) step_[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
+  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin), step_);
+#else
+  for (uint link = begin + lane; link < end; link += uint(RELUME_LANES)) addLink(link);
+#endif
+#if RELUME_MONIC
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] *= kMonicScale[w];
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] *= kMonicScale[w];
+    cg[w] *= kMonicScale[w];
   }
+#endif
   co[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
   cg[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
 

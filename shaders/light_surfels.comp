@@ -1,26 +1,33 @@
 // SPDX-License-Identifier: MIT
 // Step 2: one thread a sender. Direct light, last frame's caches and emission make the radiosity of the leaves; see
-// runtime/cpu/light_surfels.h, which a test compares. host_visibility.glsl is the host's RelightOptions::visibilityGlsl.
-#include "resolve.glsl"
+// runtime/cpu/light_surfels.h and bounce.h, which a test compares. host_visibility.glsl is the host's
+// RelightOptions::visibilityGlsl.
+//
+// First come the surfels that read irradiance made once a texel, then those that bounce_surfels.comp has seen to. Buffers
+// are read in words of four: software drivers loop over a vector's lanes at every read.
+#include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "host_visibility.glsl"
 
 layout(local_size_x = RELUME_SURFEL_GROUP) in;
 
-layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { uint surfelWord[]; };
+layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { uvec4 surfel[]; };
 layout(std430, binding = RELUME_SLOT_LEAF_NODE) readonly buffer LeafNode { uint leafNode[]; };
 layout(std430, binding = RELUME_SLOT_LIGHTS) readonly buffer Lights { RelumeLight light[]; };
-layout(std430, binding = RELUME_SLOT_HOST) readonly buffer Host { float host[]; };
-layout(std430, binding = RELUME_SLOT_NODES) writeonly buffer Nodes { uint node[]; };
+layout(std430, binding = RELUME_SLOT_HOST) readonly buffer Host { vec4 host[]; };
+layout(std430, binding = RELUME_SLOT_NODES) buffer Nodes { uint node[]; };
+layout(std430, binding = RELUME_SLOT_TEXELS) readonly buffer Texels { uint texelColor[]; };
+layout(std430, binding = RELUME_SLOT_EMISSION) readonly buffer Emission { uint emissionColor[]; };
 
-// Four words a surfel, then one of emission each, if any emits.
 uniform bool relumeEmits;
 uniform vec3 relumeBoxOrigin;  // [m] of positions
 uniform vec3 relumeBoxStep;
+uniform uint relumeFlatCount;    // surfels that read texelColor
 uniform uint relumeSurfelCount;
 uniform uint relumeSenderCount;
 uniform uint relumeLightCount;
-// First float of the host's irradiance, emission and sky patches in `host`; kRelumeNone = not handed over.
+uniform uvec2 relumeMapSize;
+// First colour of the host's irradiance, emission and sky patches in `host`; kRelumeNone = not handed over.
 uniform uvec3 relumeHostOffset;
 uniform vec3 relumeEmissionScale;
 uniform vec3 relumeSkyRadiance;  // [W/m²/sr]
@@ -28,30 +35,18 @@ uniform float relumeBounceScale;  // 0 also in the first frame
 
 const float kPi = 3.14159265;
 
-vec3 hostColor(uint offset, uint index) {
-  uint at = offset + 3u * index;
-  return vec3(host[at], host[at + 1u], host[at + 2u]);
-}
-
 // Irradiance by one light, shadows left out.
 vec3 directIrradiance(RelumeLight l, vec3 position, vec3 normal) {
-  if (l.kind == kRelumeDirectional) return l.intensity * max(-dot(l.direction, normal), 0.0);
-  vec3 toward = l.positionWorld - position;
-  float d2 = dot(toward, toward);
-  float cosineTimesD = dot(toward, normal);
-  if (!(cosineTimesD > 0.0)) return vec3(0.0);
-  float d = sqrt(d2);
-  float share = d2 * l.inverseRange2;
-  float factor = cosineTimesD / (d * max(d2, 1e-8)) * max(1.0 - share * share, 0.0);
-  if (l.kind == kRelumeSpot) {
-    float t = clamp((-dot(l.direction, toward / d) - l.cosOuter) * l.coneScale, 0.0, 1.0);
-    factor *= t * t;
-  }
-  return l.intensity * factor;
+  if (l.position.w < 0.0) return l.intensity.rgb * max(-dot(l.direction.xyz, normal), 0.0);
+  vec3 toward = l.position.xyz - position;
+  float d2 = dot(toward, toward), cosineTimesD = max(dot(toward, normal), 0.0);
+  float inverseD = inversesqrt(max(d2, 1e-12)), share = d2 * l.position.w;
+  float edge = clamp(l.intensity.w - dot(l.direction.xyz, toward) * inverseD * l.direction.w, 0.0, 1.0);
+  return l.intensity.rgb * (cosineTimesD * inverseD / max(d2, 1e-8) * max(1.0 - share * share, 0.0) * edge * edge);
 }
 
 vec3 direct(uint s, vec3 position, vec3 normal) {
-  if (relumeHostOffset.x != kRelumeNone) return hostColor(relumeHostOffset.x, s);
+  if (relumeHostOffset.x != kRelumeNone) return host[relumeHostOffset.x + s].rgb;
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
     vec3 e = directIrradiance(light[i], position, normal);
@@ -60,33 +55,46 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
   return sum;
 }
 
-vec3 radiosityOfSurfel(uint s) {
-  uint xy = surfelWord[4u * s], zRG = surfelWord[4u * s + 1u], normalB = surfelWord[4u * s + 2u], receiver = surfelWord[4u * s + 3u];
-  vec3 position = relumeBoxOrigin + relumeBoxStep * vec3(xy & 0xFFFFu, xy >> 16, zRG & 0xFFFFu);
-  vec3 normal = relumeUnpackDirection(normalB, 12);
-  vec3 albedo = vec3((zRG >> 16) & 255u, zRG >> 24, normalB >> 24) / 255.0;
+// Irradiance of the texels around a point of the light map, those without a cache left out: lightmapStencil() of
+// runtime/cpu/stencil.h.
+vec3 flatBounce(vec2 uv) {
+  vec2 most = vec2(relumeMapSize) - 1.0, p = clamp(uv * vec2(relumeMapSize) - 0.5, vec2(0.0), most);
+  uvec2 low = uvec2(p), high = min(low + 1u, relumeMapSize - 1u) - low;
+  vec2 f = p - vec2(low), g = 1.0 - f;
+  uint at = low.y * relumeMapSize.x + low.x, up = high.y * relumeMapSize.x;
+  uvec4 color = uvec4(texelColor[at], texelColor[at + high.x], texelColor[at + up], texelColor[at + up + high.x]);
+  vec4 w = mix(vec4(g.x * g.y, f.x * g.y, g.x * f.y, f.x * f.y), vec4(0.0), equal(color, uvec4(kRelumeNone)));
+  float total = dot(w, vec4(1.0));
+  vec3 sum = w.x * relumeUnpackColor(color.x) + w.y * relumeUnpackColor(color.y) + w.z * relumeUnpackColor(color.z) +
+             w.w * relumeUnpackColor(color.w);
+  return total > 0.0 ? sum / total : vec3(0.0);
+}
+
+vec3 radiosityOfSurfel(uint s, uint leaf) {
+  uvec4 word = surfel[s];
+  vec3 position = relumeBoxOrigin + relumeBoxStep * vec3(word.x & 0xFFFFu, word.x >> 16, word.y & 0xFFFFu);
+  vec3 normal = relumeUnpackDirection(word.z, 12);
+  vec3 albedo = vec3((word.y >> 16) & 255u, word.y >> 24, word.z >> 24) / 255.0;
   vec3 e = direct(s, position, normal);
   if (relumeBounceScale > 0.0) {
-    vec3 bounced = receiver == kRelumeNone ? relumeIrradianceGrid(position, normal)
-                                           : relumeIrradianceLightmap(relumeUnpackUnorm16x2(receiver), normal);
-    e += relumeBounceScale * bounced;
+    e += relumeBounceScale * (s < relumeFlatCount ? flatBounce(relumeUnpackUnorm16x2(word.w)) : relumeUnpackColor(node[leaf]));
   }
   vec3 emission = vec3(0.0);
-  if (relumeEmits) emission = relumeUnpackColor(surfelWord[4u * relumeSurfelCount + s]) * relumeEmissionScale;
-  if (relumeHostOffset.y != kRelumeNone) emission = hostColor(relumeHostOffset.y, s);
+  if (relumeEmits) emission = relumeUnpackColor(emissionColor[s]) * relumeEmissionScale;
+  if (relumeHostOffset.y != kRelumeNone) emission = host[relumeHostOffset.y + s].rgb;
   return albedo * e + kPi * emission;
 }
 
 void main() {
   uint s = gl_GlobalInvocationID.x;
   if (s >= relumeSenderCount) return;
+  uint leaf = leafNode[s];
   vec3 radiosity;
   if (s < relumeSurfelCount) {
-    radiosity = radiosityOfSurfel(s);
+    radiosity = radiosityOfSurfel(s, leaf);
   } else {
     bool patches = relumeHostOffset.z != kRelumeNone;
-    radiosity = kPi * (patches ? hostColor(relumeHostOffset.z, s - relumeSurfelCount) : relumeSkyRadiance);
+    radiosity = kPi * (patches ? host[relumeHostOffset.z + s - relumeSurfelCount].rgb : relumeSkyRadiance);
   }
-  uint leaf = leafNode[s];
   node[leaf] = relumePackColor(radiosity, relumeDither(leaf));
 }

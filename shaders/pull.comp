@@ -6,7 +6,7 @@
 
 layout(local_size_x = RELUME_PULL_THREADS) in;
 
-layout(std430, binding = RELUME_SLOT_PULL) readonly buffer Pull { RelumePullNode pull[]; };
+layout(std430, binding = RELUME_SLOT_PULL) readonly buffer Pull { uvec2 pull[]; };
 layout(std430, binding = RELUME_SLOT_ROUNDS) readonly buffer Rounds { uint roundBegin[]; };
 layout(std430, binding = RELUME_SLOT_GROUPS) readonly buffer Groups { uint groupBegin[]; };
 layout(std430, binding = RELUME_SLOT_NODES) coherent buffer Nodes { uint node[]; };
@@ -19,9 +19,11 @@ void main() {
   for (uint round = groupBegin[group]; round < end; ++round) {
     uint last = roundBegin[round + 1u];
     for (uint i = roundBegin[round] + gl_LocalInvocationID.x; i < last; i += uint(RELUME_PULL_THREADS)) {
-      uint child = pull[i].firstChild;
+      uvec2 word = pull[i];
+      uint parent = word.x & ((1u << kRelumePullNodeBits) - 1u), child = 1u + 2u * (word.y & ((1u << (kRelumePullNodeBits - 1u)) - 1u));
+      uint weight = word.x >> kRelumePullNodeBits | word.y >> (kRelumePullNodeBits - 1u) << (32u - kRelumePullNodeBits);
       vec3 first = relumeUnpackColor(node[child]), second = relumeUnpackColor(node[child + 1u]);
-      node[pull[i].node] = relumePackColor(second + pull[i].firstWeight * (first - second), relumeDither(pull[i].node));
+      node[parent] = relumePackColor(second + float(weight) / float(kRelumePullWeightOne) * (first - second), relumeDither(parent));
     }
     if (round + 1u < end) {
       memoryBarrierBuffer();

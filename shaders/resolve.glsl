@@ -178,17 +178,8 @@ struct RelumeGridSum {
   float total;
 };
 
-// Add a cache of the grid with the weight of its corner: gridStencil() of runtime/cpu/stencil.h. The lobe is inout because
-// Mesa 22.3 loses part of an array of one vector that is passed by value.
-void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
-  if (cache == kRelumeNone || !(w > 0.0)) return;
-  uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);
-  vec3 toward = uintBitsToFloat(uvec3(relumeGrid[record], relumeGrid[record + 1u], relumeGrid[record + 2u])) - positionWorld;
-  float d = length(toward);
-  // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
-  float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
-  w *= wrap * wrap;
-  if (relumeResolve.gridDepthWords > 0u) w *= relumeDepthWeight(record + 3u, -toward, relumeResolve.gridFinestSpacing);
+// Add a cache with weight w. The lobe is inout because Mesa 22.3 loses part of an array of one vector that is passed by value.
+void relumeAddWeighted(uint cache, float w, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
   sum.total += w;
   uint word = cache * uint(RELUME_CACHE_WORDS);
   for (int layer = 0; layer < RELUME_LUMA_LAYERS; ++layer) {
@@ -207,6 +198,19 @@ void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 
     sum.e.yz += vec2(dot(lobe[layer], co), dot(lobe[layer], cg));
     if (layer == 0) sum.first[1] += co, sum.first[2] += cg;
   }
+}
+
+// Add a cache of the grid with the weight of its corner: gridStencil() of runtime/cpu/stencil.h.
+void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
+  if (cache == kRelumeNone || !(w > 0.0)) return;
+  uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);
+  vec3 toward = uintBitsToFloat(uvec3(relumeGrid[record], relumeGrid[record + 1u], relumeGrid[record + 2u])) - positionWorld;
+  float d = length(toward);
+  // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
+  float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
+  w *= wrap * wrap;
+  if (relumeResolve.gridDepthWords > 0u) w *= relumeDepthWeight(record + 3u, -toward, relumeResolve.gridFinestSpacing);
+  relumeAddWeighted(cache, w, lobe, sum);
 }
 
 vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {

@@ -2,14 +2,12 @@
 // See bounce.h.
 #include "runtime/cpu/bounce.h"
 
-#include "formats/color.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
-#include "runtime/cpu/chunks.h"
-#include "runtime/cpu/lobe.h"
 #include "runtime/cpu/stencil.h"
 #include "runtime/cpu/surfel_set.h"
 #include "runtime/pack_color.h"
+#include "runtime/receivers.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -21,20 +19,9 @@
 namespace relume::cpu {
 namespace {
 
-constexpr std::uint32_t kGrain = 8192;
 constexpr float kPi = std::numbers::pi_v<float>;
-// Mean cosine, over the caches that a surfel reads, above which their irradiance is taken for its own.
-constexpr float kFlat = 0.97f;
-constexpr std::uint32_t kMostShare = 1023;
 
-// Whether the caches around a point of the light map face as the surfel does.
-bool isFlat(const Caches& caches, const Stencil& stencil, const glm::vec3& normal) {
-  float sum = 0.0f;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    sum += stencil.weight[k] * glm::dot(caches.normal[stencil.cache[k]], normal);
-  }
-  return sum >= kFlat * stencil.total();
-}
+static_assert(kShareShift == kCacheBits && kShareOne == kMostShare);
 
 // surfaceLobe() by TiltedSurfel::angle.
 const float* lobesByAngle() {
@@ -52,17 +39,21 @@ const float* lobesByAngle() {
 
 }  // namespace
 
-Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap,
+Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
                int lumaBands)
-    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(lumaBands > 1 && !irradianceOnMap) {
+    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(normalsCount(kind, lumaBands)) {
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     if (i % kSurfelBlock == 0) begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
                                                  static_cast<std::uint32_t>(griddedCache_.size())});
     const auto slot = static_cast<std::uint8_t>(i % kSurfelBlock);
-    if (surfels.receiver[order[i]] == kGridReceiver) {
-      addGridded(surfels, order[i], slot);
-    } else if (normalsCount_) {
-      addTilted(surfels, order[i], slot);
+    switch (receiverKind(caches, surfels, order[i], normalsCount_)) {
+      case ReceiverKind::flat: break;
+      case ReceiverKind::tilted: addTilted(surfels, order[i], slot); break;
+      case ReceiverKind::gridded: {
+        const std::uint32_t shares = appendGridShares(caches, surfels, order[i], griddedCache_);
+        gridded_.push_back({slot, static_cast<std::uint8_t>(shares)});
+        break;
+      }
     }
   }
   begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
@@ -76,60 +67,30 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
 
 void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
   const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
-  if (isFlat(caches_, stencil, surfels.normal[s])) return;
   const float cosine = glm::clamp(glm::dot(stencilNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
   tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
 }
 
-void Bounce::addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
-  const Stencil stencil = gridStencil(caches_, surfels.positionWorld[s], surfels.normal[s]);
-  const float total = stencil.total();
-  std::uint8_t caches = 0;
-  // Hand what rounding leaves from one to the next, so that the shares add up to 1.
-  float owed = 0.5f;
-  for (std::size_t k = 0; total > 0.0f && k < static_cast<std::size_t>(stencil.count); ++k) {
-    owed += stencil.weight[k] * static_cast<float>(kMostShare) / total;
-    const auto share = static_cast<std::uint32_t>(owed);
-    owed -= static_cast<float>(share);
-    if (share == 0) continue;
-    griddedCache_.push_back(stencil.cache[k] | share << kCacheBits);
-    ++caches;
-  }
-  gridded_.push_back({slot, caches});
+void Bounce::colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end) {
+  if (texel_.empty()) return;
+  ColorCachesJob job;
+  job.coefficients = light.coefficients.data();
+  job.lumaCount = static_cast<std::uint32_t>(light.lumaCount());
+  job.chromaCount = static_cast<std::uint32_t>(light.chromaCount());
+  job.normal = &caches_.normal[0].x;
+  job.normalsCount = normalsCount_;
+  // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
+  job.constant[1] = 2.0f * kPi * 0.282094792f;
+  job.constant[0] = light.irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
+  job.color = cacheColor_.data();
+  kernel.colorCaches(job, begin, end);
 }
 
-// Irradiance at a cache on a surface for its own normal; of grid caches nothing.
-glm::vec3 Bounce::colorOf(std::uint32_t cache) const {
-  const std::size_t luma = light_.lumaCount(), chroma = light_.chromaCount();
-  const float* y = light_.coefficients.data() + light_.stride() * cache;
-  const float* channel[3] = {y, y + luma, y + luma + chroma};
-  const glm::vec3 n = caches_.normal[cache], constant(channel[0][0], channel[1][0], channel[2][0]);
-  if (!normalsCount_) {
-    // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
-    const float scale = light_.irradianceOnMap || n != glm::vec3(0.0f) ? 2.0f : 1.0f;
-    return glm::max(yCoCgToRgb(scale * kPi * 0.282094792f * constant), glm::vec3(0.0f));
-  }
-  constexpr float kLinear = 4.0f / 3.0f * kPi * 0.488602512f;
-  const auto linear = [&n](const float* c) { return kLinear * (n.y * c[1] + n.z * c[2] + n.x * c[3]); };
-  glm::vec3 e(linear(channel[0]), 0.0f, 0.0f);
-  if (chroma > 1) {
-    e.y = linear(channel[1]);
-    e.z = linear(channel[2]);
-  } else if (constant.x > 0.0f) {
-    e = e.x * glm::vec3(1.0f, constant.y / constant.x, constant.z / constant.x);
-  }
-  return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
-}
-
-void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job) {
+void Bounce::setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job) {
   light_ = light;
-  forChunks(parallelFor, static_cast<std::uint32_t>(cacheColor_.size()), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t cache = begin; cache < end; ++cache) cacheColor_[cache] = packColor(colorOf(cache), ditherOf(cache));
-  });
+  // One thread is through before another would be awake.
   const std::uint32_t* texels = caches_.lightmap.cache.data();
-  forChunks(parallelFor, static_cast<std::uint32_t>(texel_.size()), 8 * kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t t = begin; t < end; ++t) texel_[t] = texels[t] == kNoCache ? kNoColor : cacheColor_[texels[t]];
-  });
+  kernel.colorTexels(texels, cacheColor_.data(), static_cast<std::uint32_t>(texel_.size()), texel_.data());
   job.texel = texel_.data();
   job.mapWidth = static_cast<std::int32_t>(caches_.lightmap.width);
   job.mapHeight = static_cast<std::int32_t>(caches_.lightmap.height);
@@ -143,7 +104,6 @@ void Bounce::setLight(const CacheLight& light, const ParallelFor& parallelFor, L
 
 void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
                  float* e) const {
-  const auto at = [e](std::uint8_t slot) { return glm::vec3(e[slot], e[kSurfelBlock + slot], e[2 * kSurfelBlock + slot]); };
   const auto put = [e](std::uint8_t slot, const glm::vec3& v) {
     e[slot] = v.r;
     e[kSurfelBlock + slot] = v.g;
@@ -152,43 +112,33 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
   const BlockBegin begin = begin_[block], end = begin_[block + 1];
   const std::uint32_t first = block * kSurfelBlock;
   // Flat for all, then once more for those that are not.
-  std::array<glm::vec3, kSurfelBlock> before;
+  std::array<float, 3 * kSurfelBlock> before;
   const std::span<const TiltedSurfel> tilted(tilted_.data() + begin.tilted, end.tilted - begin.tilted);
-  for (std::size_t i = 0; i < tilted.size(); ++i) before[i] = at(tilted[i].slot);
+  for (std::size_t i = 0; i < tilted.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) before[c * kSurfelBlock + i] = e[c * kSurfelBlock + tilted[i].slot];
+  }
   if (!texel_.empty()) kernel.addFlatBounce(job, first, count, e);
   if (shaped_) {
-    kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), &before[0].x, e);
+    kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), before.data(), e);
   } else {
     for (std::size_t i = 0; i < tilted.size(); ++i) {
       const std::uint32_t s = first + tilted[i].slot;
       const glm::vec2 uv = unpackUnorm16x2(job.word[3][s]);
-      put(tilted[i].slot, before[i] + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
+      const glm::vec3 direct(before[i], before[kSurfelBlock + i], before[2 * kSurfelBlock + i]);
+      put(tilted[i].slot, direct + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
     }
   }
-  std::uint32_t next = begin.cache;
-  for (std::uint32_t i = begin.gridded; i < end.gridded; ++i) {
-    const Gridded& g = gridded_[i];
-    const std::span<const std::uint32_t> caches(griddedCache_.data() + next, g.caches);
-    next += g.caches;
-    if (caches.empty()) continue;
-    put(g.slot, at(g.slot) + job.bounceScale * atGridded(kernel, job, first + g.slot, caches));
+  const std::span<const GriddedSurfel> gridded(gridded_.data() + begin.gridded, end.gridded - begin.gridded);
+  if (shaped_) {
+    kernel.addGriddedBounce(job, first, gridded.data(), static_cast<std::uint32_t>(gridded.size()), griddedCache_.data() + begin.cache, e);
+    return;
   }
-}
-
-glm::vec3 Bounce::atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
-                            std::span<const std::uint32_t> caches) const {
-  const glm::vec3 n = unpackSurfelNormal(job.word[2][s]);
-  if (!shaped_) return irradianceInGrid(caches_, light_, surfelPosition(job, s), n);
-  ShapedReceiver receiver;
-  receiver.count = static_cast<std::uint32_t>(caches.size());
-  for (std::size_t k = 0; k < caches.size(); ++k) {
-    receiver.cache[k] = caches[k] & ((1u << kCacheBits) - 1);
-    receiver.weight[k] = static_cast<float>(caches[k] >> kCacheBits) / static_cast<float>(kMostShare);
+  for (const GriddedSurfel& each : gridded) {
+    const std::uint32_t s = first + each.slot;
+    const glm::vec3 direct(e[each.slot], e[kSurfelBlock + each.slot], e[2 * kSurfelBlock + each.slot]);
+    const glm::vec3 n = unpackSurfelNormal(job.word[2][s]);
+    put(each.slot, direct + job.bounceScale * irradianceInGrid(caches_, light_, surfelPosition(job, s), n));
   }
-  writeLobe(light_.lumaBands > 1, light_.lumaBands > 2, n, 0.0f, 1.0f, receiver.lobe);
-  glm::vec3 e;
-  kernel.shapedBounce(job, receiver, &e.x);
-  return e;
 }
 
 std::size_t Bounce::bytes() const {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that never
-// move. How each is read is decided once:
-//   flat     the caches around have the surfel's own normal, nearly: the light map's irradiance, evaluated once a texel for
-//            the normal of its cache;
-//   tilted   other points of the light map: four caches under the lobe for the surfel's normal (formats/sh.h, SurfaceLobe);
-//   gridded  the grid: its caches and their weights are looked up once.
+// move, each as its ReceiverKind says.
 // The diffuse lobe of up to four bands needs the first nine coefficients only (band 3 of the clamped cosine is zero). With
 // more bands tilted and gridded surfels go through resolve.h.
 #pragma once
@@ -23,36 +19,30 @@ namespace relume::cpu {
 class Bounce {
  public:
   // The caches must outlive this. `order`: surfels in the order in which they are lit.
-  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, bool irradianceOnMap, int lumaBands);
+  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind, int lumaBands);
 
-  // Take over last frame's light, which must stay until the surfels are lit; sets what `job` needs of it.
-  void setLight(const CacheLight& light, const ParallelFor& parallelFor, LightSurfelsJob& job);
+  // Evaluate the irradiance of the caches [begin, end), which have just been lit, for their own normals.
+  void colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end);
+  // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets what
+  // `job` needs of it.
+  void setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job);
   // e += bounceScale * last frame's irradiance at the surfels of a block.
   void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count, float* e) const;
   std::size_t bytes() const;
 
  private:
-  // Of one surfel within a block.
-  struct Gridded {
-    std::uint8_t slot;
-    std::uint8_t caches;  // that many of griddedCache_
-  };
   struct BlockBegin {
     std::uint32_t tilted = 0, gridded = 0, cache = 0;
   };
 
   void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
-  void addGridded(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
-  glm::vec3 atGridded(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t s,
-                      std::span<const std::uint32_t> caches) const;
-  glm::vec3 colorOf(std::uint32_t cache) const;
 
   const Caches& caches_;
   bool shaped_, normalsCount_;
   std::vector<BlockBegin> begin_;            // [Size blocks + 1]
   std::vector<TiltedSurfel> tilted_;
-  std::vector<Gridded> gridded_;
-  std::vector<std::uint32_t> griddedCache_;  // cache in the low 22 bits, its share over 1023 in the high ones
+  std::vector<GriddedSurfel> gridded_;
+  std::vector<std::uint32_t> griddedCache_;  // appendGridShares()
   std::vector<std::uint32_t> cacheColor_;    // [Size n_C] irradiance for a cache's own normal (runtime/pack_color.h)
   std::vector<std::uint32_t> texel_;         // [Size texels] the same of each texel's cache
   CacheLight light_;

@@ -22,7 +22,7 @@ CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd si
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
-      bounce_(bake.caches, bake.surfels, order, bake.links.kind == LinkKind::irradiance, lumaBands),
+      bounce_(bake.caches, bake.surfels, order, bake.links.kind, lumaBands),
       surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays),
       tree_(bake.hierarchy),
       node_(bake.hierarchy.nodeCount(), 0),
@@ -36,12 +36,15 @@ void CpuBackend::relight(const LightSetup& setup) {
   };
   const auto start = Clock::now();
   LightSurfelsJob job;
-  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(cacheLight(), parallelFor_, job);
+  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, cacheLight(), job);
   lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, node_, parallelFor_);
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_);
+  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_,
+              [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
+                bounce_.colorCaches(surfelsKernel_, light, begin, end);
+              });
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};

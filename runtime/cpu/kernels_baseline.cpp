@@ -8,6 +8,7 @@ namespace relume::cpu {
 
 void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) { lightCachesOf(job, begin, end); }
 
-const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, addFlatBounce, addTiltedBounce, shapedBounce, storeSurfels, pullNodes};
+const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches, colorTexels, addFlatBounce, addTiltedBounce,
+                                                  addGriddedBounce, listBits, storeSurfels, pullNodes};
 
 }  // namespace relume::cpu

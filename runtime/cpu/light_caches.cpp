@@ -59,7 +59,8 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 }
 
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
-                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor) {
+                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards) {
   static const std::array<float, kMaxCoefficients> kConeScale = makeConeScale(), kSh8Scale = makeSh8Scale();
   LightCachesJob job;
   job.node = node.data();
@@ -71,10 +72,13 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
   job.coefficients = coefficients.data();
   if (links.count() == 0) {
     std::fill(coefficients.begin(), coefficients.end(), 0.0f);
+    if (afterwards) afterwards(0, links.cacheCount());
     return;
   }
-  forChunks(parallelFor, links.cacheCount(), kGrain,
-            [&](std::uint32_t begin, std::uint32_t end) { kernel(job, begin, end); });
+  forChunks(parallelFor, links.cacheCount(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+    kernel(job, begin, end);
+    if (afterwards) afterwards(begin, end);
+  });
 }
 
 }  // namespace relume::cpu

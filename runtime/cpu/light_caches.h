@@ -7,6 +7,7 @@
 #include "runtime/cpu/link_set.h"
 #include "runtime/relighter.h"
 
+#include <functional>
 #include <span>
 
 namespace relume::cpu {
@@ -18,7 +19,9 @@ using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begi
 LightCachesKernel lightCachesKernel(Simd simd);
 
 // Lights all caches. `node`: radiosity (runtime/pack_color.h). [Size coefficients >= n_C * stride]
+// afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
-                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor);
+                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {});
 
 }  // namespace relume::cpu

@@ -117,7 +117,7 @@ void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, co
   const std::uint32_t blocks = (surfels.count() + kSurfelBlock - 1) / kSurfelBlock;
   forChunks(parallelFor, blocks, kGrain, [&](std::uint32_t begin, std::uint32_t end) {
     BlockColors e, emitted;
-    alignas(64) std::uint32_t at[kSurfelBlock] = {};
+    alignas(64) std::uint32_t at[kSurfelBlock + kAtRoom] = {};
     for (std::uint32_t block = begin; block < end; ++block) {
       const std::uint32_t first = block * kSurfelBlock, count = std::min(kSurfelBlock, surfels.count() - first);
       if (byHost) {
@@ -127,7 +127,7 @@ void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, co
       }
       if (bounces) bounce->add(kernel, job, block, count, e.value);
       const bool emits = emit(surfels, setup, first, count, emitted);
-      surfels.leaves(block, count, at);
+      surfels.leaves(kernel, block, count, at);
       kernel.store(job, first, count, e.value, emits ? emitted.value : nullptr, at, node.data());
     }
   });

@@ -9,6 +9,7 @@ namespace relume::cpu {
 
 // Surfels are lit a block at a time, all of it in the first-level cache.
 constexpr std::uint32_t kSurfelBlock = 256;
+constexpr std::uint32_t kAtRoom = 16;
 
 // A light with what every surfel would compute again.
 struct PreparedLight {
@@ -35,32 +36,49 @@ struct LightSurfelsJob {
   std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
 };
 
+// The caches' irradiance for their own normals.
+struct ColorCachesJob {
+  const float* coefficients = nullptr;
+  std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
+  const float* normal = nullptr;    // of each cache, x, y, z; zeros in the grid
+  bool normalsCount = false;        // the linear form for a cache's normal; without, coefficient 0 alone counts:
+  float constant[2] = {};           // times this, for caches without and with a normal
+  std::uint32_t* color = nullptr;   // out, packed
+};
+
 // A surfel that reads the light map for a normal that is not the map's.
 struct TiltedSurfel {
   std::uint8_t slot;    // within its block
   std::uint8_t angle;   // between its normal and the light map's: 255 = pi
 };
 
-// A receiver whose light depends on its normal: caches with weights that add up to 1, and its lobe of nine coefficients.
-struct ShapedReceiver {
-  std::uint32_t cache[16];
-  float weight[16];
-  std::uint32_t count;
-  float lobe[9];
+// A surfel that reads the grid.
+struct GriddedSurfel {
+  std::uint8_t slot;    // within its block
+  std::uint8_t caches;  // that many shares (runtime/receivers.h)
 };
+constexpr std::uint32_t kShareShift = 22, kShareOne = 1023;
 
 // Irradiance and radiosity of a block: kSurfelBlock numbers each of red, green, blue.
 struct LightSurfelsKernel {
   // e = irradiance by all lights without shadows.
   void (*direct)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
+  // Colours of the caches [begin, end); of those without a normal, black if normals count.
+  void (*colorCaches)(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end);
+  // texel[t] = color[cache[t]], kNoColor where that is all ones.
+  void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel);
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's under
-  // their lobes. before: three numbers a surfel.
+  // their lobes. before: kSurfelBlock numbers each of red, green, blue,
+  // by place in `tilted`.
   void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
                           const float* before, float* e);
-  // Irradiance at one receiver; red, green and blue, not negative.
-  void (*shapedBounce)(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb);
+  // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the other.
+  void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                           const std::uint32_t* share, float* e);
+  // at = the numbers of the `wanted` bits that are set from `first` on, and anything in kAtRoom places behind them.
+  void (*listBits)(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at);
   // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
   void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e, const float* emitted,
                 const std::uint32_t* at, std::uint32_t* node);

@@ -6,6 +6,8 @@
 #include "runtime/cpu/lobe.h"
 #include "runtime/cpu/vectors.h"
 
+#include <utility>
+
 namespace relume::cpu {
 namespace {
 
@@ -70,6 +72,58 @@ inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::
   }
 }
 
+// ditherOf() of runtime/pack_color.h.
+inline Floats dithers(Ints index) {
+  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
+  const Words hash = load<Words>(&index) * 2654435769u;
+  return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
+}
+
+// Y, Co, Cg a cache at a time, then lanes are caches.
+inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  constexpr float kLinear = 4.0f / 3.0f * 3.14159265f * 0.488602512f;
+  const std::size_t luma = job.lumaCount, chroma = job.chromaCount, stride = luma + 2 * chroma;
+  alignas(64) float e[3][kLanes] = {};
+  for (std::uint32_t first = begin; first < end; first += kLanes) {
+    const std::uint32_t count = end - first < kLanes ? end - first : kLanes;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float* y = job.coefficients + stride * (first + i);
+      const float *co = y + luma, *cg = co + chroma, *n = job.normal + 3 * std::size_t{first + i};
+      if (job.normalsCount) {
+        e[0][i] = kLinear * (n[1] * y[1] + n[2] * y[2] + n[0] * y[3]);
+        if (chroma > 1) {
+          e[1][i] = kLinear * (n[1] * co[1] + n[2] * co[2] + n[0] * co[3]);
+          e[2][i] = kLinear * (n[1] * cg[1] + n[2] * cg[2] + n[0] * cg[3]);
+        } else {
+          // Chroma follows luma.
+          const float ratio = y[0] > 0.0f ? e[0][i] / y[0] : 0.0f;
+          e[1][i] = ratio * co[0];
+          e[2][i] = ratio * cg[0];
+        }
+      } else {
+        const float factor = job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
+        e[0][i] = factor * y[0];
+        e[1][i] = factor * co[0];
+        e[2][i] = factor * cg[0];
+      }
+    }
+    const Floats eY = load<Floats>(e[0]), eCo = load<Floats>(e[1]), eCg = load<Floats>(e[2]), t = eY - eCg, zero{};
+    const Ints bits = packColors(most(t + eCo, zero), most(eY + eCg, zero), most(t - eCo, zero),
+                                 dithers(static_cast<std::int32_t>(first) + laneNumbers()));
+    __builtin_memcpy(job.color + first, &bits, sizeof(std::uint32_t) * count);
+  }
+}
+
+inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel) {
+  std::uint32_t t = 0;
+  for (; t + kLanes <= count; t += kLanes) {
+    const Ints found = load<Ints>(cache + t), isThere = found != -1;
+    const Ints bits = gather(color, found & isThere) | ~isThere;
+    __builtin_memcpy(texel + t, &bits, sizeof bits);
+  }
+  for (; t < count; ++t) texel[t] = cache[t] == 0xFFFFFFFFu ? cache[t] : color[cache[t]];
+}
+
 // Adds the colours of these texels, and their weights, where there are any.
 inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b, Floats& total) {
   const Ints bits = gather(job.texel, texel);
@@ -128,14 +182,6 @@ inline float sumEight(Eight v) {
   return (half[0] + half[2]) + (half[1] + half[3]);
 }
 
-// Y, Co, Cg under a lobe to red, green and blue, not negative.
-inline void toRgb(const float* yCoCg, float* rgb) {
-  const float t = yCoCg[0] - yCoCg[2], red = t + yCoCg[1], green = yCoCg[0] + yCoCg[2], blue = t - yCoCg[1];
-  rgb[0] = red > 0.0f ? red : 0.0f;
-  rgb[1] = green > 0.0f ? green : 0.0f;
-  rgb[2] = blue > 0.0f ? blue : 0.0f;
-}
-
 // Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more.
 struct LobeSum {
   float first[3] = {};
@@ -150,19 +196,20 @@ struct LobeSum {
       rest[c] += weight * load<Eight>(channel[c] + 1);
     }
   }
-  // chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
-  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, float constant, Eight lobe, Eight chroma, float* rgb) const {
-    float e[3] = {constant * first[0] + sumEight(lobe * rest[0])};
+  // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
+  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y, float& co,
+                                             float& cg) const {
+    const Eight others = load<Eight>(lobe + 1);
+    y = lobe[0] * first[0] + sumEight(others * rest[0]);
     if (job.chromaCount == 1 && job.lumaCount > 1) {
       // Chroma follows luma.
-      const float ratio = first[0] > 0.0f ? e[0] / first[0] : 0.0f;
-      e[1] = ratio * first[1];
-      e[2] = ratio * first[2];
+      const float ratio = first[0] > 0.0f ? y / first[0] : 0.0f;
+      co = ratio * first[1];
+      cg = ratio * first[2];
     } else {
-      e[1] = constant * first[1] + sumEight(lobe * chroma * rest[1]);
-      e[2] = constant * first[2] + sumEight(lobe * chroma * rest[2]);
+      co = lobe[0] * first[1] + sumEight(others * chroma * rest[1]);
+      cg = lobe[0] * first[2] + sumEight(others * chroma * rest[2]);
     }
-    toRgb(e, rgb);
   }
 };
 
@@ -172,9 +219,73 @@ inline Eight storedChroma(const LightSurfelsJob& job) {
   return stored;
 }
 
+#if RELUME_LANES == 16
+// The same with two bands of chroma: Y in one vector, Co and Cg in the halves of another.
+struct TwoBandLobeSum {
+  __m512 luma = _mm512_setzero_ps();
+  Eight chroma = {};
+
+  __attribute__((always_inline)) void add(const LightSurfelsJob& job, std::uint32_t cache, float weight) {
+    const float* y = job.coefficients + (job.lumaCount + 8) * std::size_t{cache};
+    luma += weight * _mm512_maskz_loadu_ps(0x1FF, y);
+    chroma += weight * load<Eight>(y + job.lumaCount);
+  }
+  __attribute__((always_inline)) void finish(const LightSurfelsJob&, const float* lobe, Eight, float& y, float& co,
+                                             float& cg) const {
+    y = sumLanes((Floats)(luma * _mm512_maskz_loadu_ps(0x1FF, lobe)));
+    const Float4 four = load<Float4>(lobe);
+    const Float4 a = four * __builtin_shufflevector(chroma, chroma, 0, 1, 2, 3);
+    const Float4 b = four * __builtin_shufflevector(chroma, chroma, 4, 5, 6, 7);
+    const Float4 pairs = __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7);
+    co = pairs[0] + pairs[1];
+    cg = pairs[2] + pairs[3];
+  }
+};
+#endif
+
+#if RELUME_LANES == 16
+// One step of a transposition: swaps bit kBit of rows' and lanes' numbers.
+template <int kBit, int... kLane>
+__attribute__((always_inline)) inline void swapBit(Floats* row, std::integer_sequence<int, kLane...>) {
+  for (int i = 0; i < 16; ++i) {
+    if (i & kBit) continue;
+    const Floats low = row[i], high = row[i | kBit];
+    row[i] = __builtin_shufflevector(low, high, (kLane & kBit ? 16 + (kLane ^ kBit) : kLane)...);
+    row[i | kBit] = __builtin_shufflevector(low, high, (kLane & kBit ? 16 + kLane : kLane ^ kBit)...);
+  }
+}
+#endif
+
+// rows[lane][k] = vectors[k][lane] for nine vectors; the rest of a row may be anything finite.
+__attribute__((always_inline)) inline void writeTransposed(const Floats* vectors, float (*rows)[16]) {
+#if RELUME_LANES == 16
+  constexpr std::make_integer_sequence<int, 16> kAllLanes;
+  Floats row[16] = {};
+  for (int k = 0; k < 9; ++k) row[k] = vectors[k];
+  swapBit<8>(row, kAllLanes);
+  swapBit<4>(row, kAllLanes);
+  swapBit<2>(row, kAllLanes);
+  swapBit<1>(row, kAllLanes);
+  for (int i = 0; i < 16; ++i) store(rows[i], row[i]);
+#else
+  for (int k = 0; k < 9; ++k) {
+    for (int i = 0; i < kLanes; ++i) rows[i][k] = vectors[k][i];
+  }
+#endif
+}
+
+// Y, Co, Cg to red, green and blue, not negative, times bounceScale.
+__attribute__((always_inline)) inline void toBouncedRgb(const LightSurfelsJob& job, float (*sum)[kLanes]) {
+  const Floats y = load<Floats>(sum[0]), co = load<Floats>(sum[1]), cg = load<Floats>(sum[2]), t = y - cg, zero{};
+  store(sum[0], job.bounceScale * most(t + co, zero));
+  store(sum[1], job.bounceScale * most(y + cg, zero));
+  store(sum[2], job.bounceScale * most(t - co, zero));
+}
+
 // Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
-inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
-                            const float* before, float* e) {
+template <class Sum>
+inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                      const float* before, float* e) {
   const auto* lobes = reinterpret_cast<const std::uint32_t*>(job.lobe);
   const Eight chroma = storedChroma(job);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
@@ -188,7 +299,7 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
     unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
     TexelQuads quads(job, gather(job.word[3], surfel));
     alignas(64) std::uint32_t cache[4][kLanes];
-    alignas(64) float weight[4][kLanes], lobe[kLanes][16];
+    alignas(64) float weight[4][kLanes], lobe[kLanes][16], sum[3][kLanes] = {};
     Floats total{};
     for (int k = 0; k < 4; ++k) {
       const Ints found = gather(job.mapCache, quads.texel[k]), isThere = found != -1;
@@ -201,32 +312,86 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
     const Floats share = 1.0f / most(total, splat(1e-20f));
     Floats vectors[9];
     writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share, asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
-    for (int k = 0; k < 9; ++k) {
-      for (int i = 0; i < kLanes; ++i) lobe[i][(k + 7) % 16] = vectors[k][i];  // the first before a cache line's half
-    }
+    writeTransposed(vectors, lobe);
     for (std::uint32_t i = 0; i < here; ++i) {
-      LobeSum sum;
+      Sum each;
 #pragma GCC unroll 4
-      for (int k = 0; k < 4; ++k) sum.add(job, cache[k][i], weight[k][i]);
-      float rgb[3];
-      sum.finish(job, lobe[i][7], load<Eight>(lobe[i] + 8), chroma, rgb);
-      float* at = e + tilted[begin + i].slot;
-      for (int c = 0; c < 3; ++c) at[c * static_cast<int>(kSurfelBlock)] = before[3 * (begin + i) + static_cast<std::uint32_t>(c)] + job.bounceScale * rgb[c];
+      for (int k = 0; k < 4; ++k) each.add(job, cache[k][i], weight[k][i]);
+      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+    }
+    toBouncedRgb(job, sum);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      float* to = e + c * kSurfelBlock;
+      const float* from = before + c * kSurfelBlock + begin;
+      for (std::uint32_t i = 0; i < here; ++i) to[tilted[begin + i].slot] = from[i] + sum[c][i];
     }
   }
 }
 
-inline void shapedBounce(const LightSurfelsJob& job, const ShapedReceiver& receiver, float* rgb) {
-  LobeSum sum;
-  for (std::uint32_t k = 0; k < receiver.count; ++k) sum.add(job, receiver.cache[k], receiver.weight[k]);
-  sum.finish(job, receiver.lobe[0], load<Eight>(receiver.lobe + 1), storedChroma(job), rgb);
+inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
+                            const float* before, float* e) {
+#if RELUME_LANES == 16
+  if (job.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
+#endif
+  addTilted<LobeSum>(job, first, tilted, count, before, e);
 }
 
-// ditherOf() of runtime/pack_color.h.
-inline Floats dithers(Ints index) {
-  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
-  const Words hash = load<Words>(&index) * 2654435769u;
-  return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
+// The same for surfels of the grid, whose caches are known.
+template <class Sum>
+inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                       const std::uint32_t* share, float* e) {
+  const Eight chroma = storedChroma(job);
+  for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
+    const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
+    Ints surfel{};
+    for (std::uint32_t i = 0; i < here; ++i) surfel[i] = static_cast<std::int32_t>(first + gridded[begin + i].slot);
+    Floats3 n;
+    unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
+    Floats vectors[9];
+    writeLobe(job.lumaCount > 1, job.thirdBand, n, Floats{}, splat(1.0f / static_cast<float>(kShareOne)), vectors);
+    alignas(64) float lobe[kLanes][16], sum[3][kLanes] = {};
+    writeTransposed(vectors, lobe);
+    for (std::uint32_t i = 0; i < here; ++i) {
+      Sum each;
+      for (std::uint32_t k = gridded[begin + i].caches; k > 0; --k, ++share) {
+        each.add(job, *share & ((1u << kShareShift) - 1), static_cast<float>(*share >> kShareShift));
+      }
+      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+    }
+    toBouncedRgb(job, sum);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      for (std::uint32_t i = 0; i < here; ++i) e[c * kSurfelBlock + gridded[begin + i].slot] += sum[c][i];
+    }
+  }
+}
+
+inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
+                             const std::uint32_t* share, float* e) {
+#if RELUME_LANES == 16
+  if (job.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
+#endif
+  addGridded<LobeSum>(job, first, gridded, count, share, e);
+}
+
+inline void listBits(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) {
+  std::uint32_t number = first / 64 * 64;
+  std::uint64_t word = bits[first / 64] & (~std::uint64_t{0} << (first % 64));
+  for (const std::uint32_t* const end = at + wanted;; number += 64, word = bits[number / 64]) {
+#if RELUME_LANES == 16
+    for (std::uint32_t part = 0; part < 64; part += 16) {
+      const auto here = static_cast<std::uint32_t>(word >> part) & 0xFFFFu;
+      const Ints numbers = static_cast<std::int32_t>(number + part) + laneNumbers();
+      _mm512_storeu_si512(at, _mm512_maskz_compress_epi32(static_cast<__mmask16>(here), (__m512i)numbers));
+      at += __builtin_popcount(here);
+      if (at >= end) return;
+    }
+#else
+    for (; word != 0; word &= word - 1) {
+      *at++ = number + static_cast<std::uint32_t>(__builtin_ctzll(word));
+      if (at == end) return;
+    }
+#endif
+  }
 }
 
 // Up to kLanes packed colours to these nodes.

@@ -2,6 +2,8 @@
 // Some nodes of the hierarchy, ascending, a bit each; which they are is read off a block at a time.
 #pragma once
 
+#include "runtime/cpu/light_surfels_job.h"
+
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -23,8 +25,8 @@ class NodeSet {
 
   std::uint32_t size() const { return size_; }
   std::uint32_t blocks() const { return static_cast<std::uint32_t>(begin_.size()); }
-  // Write the members from number `first` on, `wanted` of them. [first + wanted <= size]
-  void read(std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) const {
+  // Write the members from number `first` on, `wanted` of them. [first + wanted <= size; Size at >= wanted + kAtRoom]
+  void read(const LightSurfelsKernel& kernel, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) const {
     if (wanted == 0) return;
     std::uint32_t skip = first % block_, word = begin_[first / block_] / 64;
     std::uint64_t bits = bits_[word] & (~std::uint64_t{0} << (begin_[first / block_] % 64));
@@ -33,13 +35,7 @@ class NodeSet {
       bits = bits_[++word];
     }
     for (; skip > 0; --skip) bits &= bits - 1;
-    for (;;) {
-      for (; bits != 0; bits &= bits - 1) {
-        *at++ = 64 * word + static_cast<std::uint32_t>(std::countr_zero(bits));
-        if (--wanted == 0) return;
-      }
-      bits = bits_[++word];
-    }
+    kernel.listBits(bits_.data(), 64 * word + static_cast<std::uint32_t>(std::countr_zero(bits)), wanted, at);
   }
   std::size_t bytes() const { return sizeof(std::uint64_t) * bits_.size() + sizeof(std::uint32_t) * begin_.size(); }
 

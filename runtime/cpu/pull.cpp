@@ -30,10 +30,10 @@ void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> n
   for (std::size_t level = innerBegin_.size() - 1; level-- > 0;) {
     const std::uint32_t begin = innerBegin_[level], end = innerBegin_[level + 1];
     forChunks(parallelFor, end - begin, kGrain, [&](std::uint32_t first, std::uint32_t last) {
-      alignas(64) std::uint32_t at[kSurfelBlock];
+      alignas(64) std::uint32_t at[kSurfelBlock + kAtRoom];
       for (std::uint32_t i = begin + first; i < begin + last; i += kSurfelBlock) {
         const std::uint32_t count = std::min(kSurfelBlock, begin + last - i);
-        inner_.read(i, count, at);
+        inner_.read(kernel, i, count, at);
         kernel.pull(node.data() + 1 + 2 * std::size_t{i}, weight_.data() + i, at, count, node.data());
       }
     });

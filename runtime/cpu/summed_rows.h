@@ -68,11 +68,40 @@ struct LinkSums {
   }
 };
 
-// Constant indices, without which the sums would be kept in memory.
-template <int... kIndex>
-__attribute__((always_inline)) inline void writeSums(const Floats* sum, float* out, std::integer_sequence<int, kIndex...>) {
-  ((out[kIndex] = sumLanes(sum[kIndex])), ...);
+#if RELUME_LANES == 16
+// Lanes without bit kBit: of a, plus those with it; the others: the same of b.
+template <int kBit, int... kLane>
+__attribute__((always_inline)) inline Floats addPairs(Floats a, Floats b, std::integer_sequence<int, kLane...>) {
+  return __builtin_shufflevector(a, b, (kLane & kBit ? 16 + kLane : kLane)...) +
+         __builtin_shufflevector(a, b, (kLane & kBit ? 16 + (kLane ^ kBit) : kLane ^ kBit)...);
 }
+
+// Lane i: sum over the lanes of v[i], i < kCount, in the order of sumLanes(). All indices are constants, without which the sums
+// would be kept in memory.
+template <int kCount, int kIndex = 0, int kBit = 1>
+__attribute__((always_inline)) inline Floats sumsOf(const Floats* v) {
+  if constexpr (kBit == 16) {
+    return v[kIndex];
+  } else {
+    const Floats a = sumsOf<kCount, kIndex, 2 * kBit>(v);
+    // What would be the sums of vectors past the last may be anything.
+    if constexpr ((kIndex | kBit) >= kCount) {
+      return addPairs<kBit>(a, a, std::make_integer_sequence<int, 16>());
+    } else {
+      return addPairs<kBit>(a, sumsOf<kCount, kIndex | kBit, 2 * kBit>(v), std::make_integer_sequence<int, 16>());
+    }
+  }
+}
+
+template <int kCount>
+__attribute__((always_inline)) inline void writeSums(const Floats* sum, float* out) {
+  const Floats sums = sumsOf<kCount>(sum);
+  __builtin_memcpy(out, &sums, sizeof(float) * kCount);
+}
+#else
+template <int kCount>
+void writeSums(const Floats*, float*);  // the sums do not fit
+#endif
 
 template <class Links, int kLuma, int kChroma>
 void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* out) {
@@ -88,9 +117,9 @@ void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* ou
     scaledColors(gather(job.node, links.nodes(row, k, count - k)), links.transfer(), color);
     sums.add(ratio, x, y, z, color);
   }
-  writeSums(sums.luma, out[0], std::make_integer_sequence<int, kLuma * kLuma>());
-  writeSums(sums.co, out[1], std::make_integer_sequence<int, kChroma * kChroma>());
-  writeSums(sums.cg, out[2], std::make_integer_sequence<int, kChroma * kChroma>());
+  writeSums<kLuma * kLuma>(sums.luma, out[0]);
+  writeSums<kChroma * kChroma>(sums.co, out[1]);
+  writeSums<kChroma * kChroma>(sums.cg, out[2]);
 }
 
 // sumConeRow(), or null where the sums do not fit.

@@ -31,8 +31,10 @@ class SurfelSet {
   std::uint32_t count() const { return leaf_.size(); }
   // Places and words of `job`.
   void describe(LightSurfelsJob& job) const;
-  // Nodes of the surfels of a block.
-  void leaves(std::uint32_t block, std::uint32_t count, std::uint32_t* at) const { leaf_.read(block * kSurfelBlock, count, at); }
+  // Nodes of the surfels of a block. [Size at >= count + kAtRoom]
+  void leaves(const LightSurfelsKernel& kernel, std::uint32_t block, std::uint32_t count, std::uint32_t* at) const {
+    leaf_.read(kernel, block * kSurfelBlock, count, at);
+  }
   // Emitters among the surfels [begin, end), ascending.
   std::span<const Emitter> emitters(std::uint32_t begin, std::uint32_t end) const;
   // Surfel of the bake by place in leaf order. Only with keepOrder.

@@ -45,13 +45,16 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
-  Result<SurfelPass> surfels = SurfelPass::create(lumaBands, chromaBands, irradianceOnMap, visibilityGlsl);
+  Result<BouncePass> bounce = BouncePass::create(lumaBands, chromaBands, irradianceOnMap);
+  if (!bounce) return bounce.error();
+  backend->bounce_ = std::move(*bounce);
+  Result<SurfelPass> surfels = SurfelPass::create(visibilityGlsl);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
   Result<PullPass> pull = PullPass::create(backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
-  Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind);
+  Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
   Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);
@@ -62,14 +65,16 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   backend->resolveGlsl_ = std::move(*resolve);
   // Before the first frame the light map is black, not undefined.
   backend->copy_.run(backend->gpu_);
-  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
   return backend;
 }
 
 void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved;
   timer_.mark(0);
-  surfels_.run(gpu_, bake_, setup, lit_);
+  const bool bounces = lit_ && setup.bounceScale > 0.0f;
+  if (bounces && bounce_.run(gpu_, bake_.surfels.count())) storageBarrier();
+  surfels_.run(gpu_, bake_, setup, bounces);
   storageBarrier();
   timer_.mark(1);
   pull_.run(gpu_, storageBarrier);

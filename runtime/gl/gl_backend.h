@@ -38,6 +38,7 @@ class GlBackend {
   const Bake& bake_;
   int luma_, chroma_;
   GpuBake gpu_;
+  BouncePass bounce_;
   SurfelPass surfels_;
   PullPass pull_;
   CachePass caches_;

@@ -23,14 +23,13 @@ std::vector<RelumeLight> packLights(std::span<const Light> lights) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& from = lights[i];
     RelumeLight& to = packed[i];
-    to = {};
-    to.positionWorld = from.positionWorld;
-    to.inverseRange2 = from.range > 0.0f ? 1.0f / (from.range * from.range) : 0.0f;
-    to.direction = from.direction;
-    to.kind = static_cast<uint>(from.kind);
-    to.intensity = from.intensity;
-    to.cosOuter = std::cos(from.outerConeRad);
-    to.coneScale = 1.0f / std::max(std::cos(from.innerConeRad) - to.cosOuter, 0.001f);
+    const bool directional = from.kind == LightKind::directional, spot = from.kind == LightKind::spot;
+    const float cosOuter = std::cos(from.outerConeRad);
+    const float coneScale = spot ? 1.0f / std::max(std::cos(from.innerConeRad) - cosOuter, 0.001f) : 0.0f;
+    const float inverseRange2 = from.range > 0.0f ? 1.0f / (from.range * from.range) : 0.0f;
+    to.position = glm::vec4(from.positionWorld, directional ? -1.0f : inverseRange2);
+    to.direction = glm::vec4(from.direction, coneScale);
+    to.intensity = glm::vec4(from.intensity, spot ? -cosOuter * coneScale : 1.0f);
   }
   return packed;
 }
@@ -71,20 +70,63 @@ std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, i
 }
 
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group) {
+                                                              const CacheGroup& group, int nodeSteps) {
   auto defines = bandDefines(lumaBands, chromaBands);
   defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
   // GLSL 4.30 wants a literal for the group's size.
   defines.emplace_back("RELUME_THREADS", std::to_string(group.lanes * group.caches));
-  defines.emplace_back("RELUME_LINK_KIND", std::to_string(static_cast<std::uint32_t>(kind)));
+  // Links packed again are a kind of the shader's own.
+  defines.emplace_back("RELUME_LINK_KIND", nodeSteps < 0 ? std::to_string(static_cast<std::uint32_t>(kind)) : "6");
+  defines.emplace_back("RELUME_NODE_STEPS", std::to_string(std::max(nodeSteps, 0)));
   return defines;
 }
 
-Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, bool irradianceOnMap,
-                                      std::string_view visibilityGlsl) {
-  Result<Program> program = makeComputeProgram("light_surfels.comp", bandDefines(lumaBands, chromaBands, irradianceOnMap),
-                                               visibilityGlsl);
+Result<BouncePass::Kernel> BouncePass::makeKernel(std::vector<std::pair<std::string, std::string>> defines, bool grid) {
+  defines.emplace_back("RELUME_BOUNCE_GRID", grid ? "1" : "0");
+  Result<Program> program = makeComputeProgram("bounce_surfels.comp", defines);
+  if (!program) return program.error();
+  const auto location = [&program](const char* name) { return glGetUniformLocation(program->get(), name); };
+  Kernel kernel;
+  kernel.first = location("relumeFirstSurfel");
+  kernel.end = location("relumeEndSurfel");
+  kernel.program = std::move(*program);
+  return kernel;
+}
+
+Result<BouncePass> BouncePass::create(int lumaBands, int chromaBands, bool irradianceOnMap) {
+  const auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
+  Result<Kernel> tilted = makeKernel(defines, false), gridded = makeKernel(defines, true);
+  if (!tilted) return tilted.error();
+  if (!gridded) return gridded.error();
+  BouncePass pass;
+  pass.tilted_ = std::move(*tilted);
+  pass.gridded_ = std::move(*gridded);
+  return pass;
+}
+
+bool BouncePass::runKernel(const Kernel& kernel, GLuint first, GLuint end) {
+  if (first == end) return false;
+  const GLuint program = kernel.program.get();
+  glUseProgram(program);
+  glProgramUniform1ui(program, kernel.first, first);
+  glProgramUniform1ui(program, kernel.end, end);
+  glDispatchCompute(groupsFor(end - first, RELUME_SURFEL_GROUP), 1, 1);
+  return true;
+}
+
+bool BouncePass::run(const GpuBake& gpu, GLuint surfelCount) const {
+  bindStorage(RELUME_SLOT_SURFELS, gpu.surfels);
+  bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
+  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
+  bindStorage(RELUME_SLOT_GRIDDED, gpu.gridded);
+  bindResolve(gpu);
+  const bool tilted = runKernel(tilted_, gpu.flatCount, gpu.tiltedEnd);
+  return runKernel(gridded_, gpu.tiltedEnd, surfelCount) || tilted;
+}
+
+Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
+  Result<Program> program = makeComputeProgram("light_surfels.comp", {}, visibilityGlsl);
   if (!program) return program.error();
   SurfelPass pass;
   pass.program_ = std::move(*program);
@@ -94,9 +136,11 @@ Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, bool irrad
   pass.emits_ = location("relumeEmits");
   pass.boxOrigin_ = location("relumeBoxOrigin");
   pass.boxStep_ = location("relumeBoxStep");
+  pass.flatCount_ = location("relumeFlatCount");
   pass.surfelCount_ = location("relumeSurfelCount");
   pass.senderCount_ = location("relumeSenderCount");
   pass.lightCount_ = location("relumeLightCount");
+  pass.mapSize_ = location("relumeMapSize");
   pass.hostOffset_ = location("relumeHostOffset");
   pass.emissionScale_ = location("relumeEmissionScale");
   pass.skyRadiance_ = location("relumeSkyRadiance");
@@ -107,16 +151,16 @@ Result<SurfelPass> SurfelPass::create(int lumaBands, int chromaBands, bool irrad
 void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
   const std::vector<RelumeLight> lights = packLights(setup.lights);
   refill(lights_, lights.data(), lights.size() * sizeof(RelumeLight));
-  // What the host hands over a surfel or a patch, one after the other.
-  std::vector<glm::vec3> host;
-  const auto append = [&host](std::span<const glm::vec3> colors) {
-    const GLuint offset = colors.empty() ? kRelumeNone : static_cast<GLuint>(3 * host.size());
-    host.insert(host.end(), colors.begin(), colors.end());
+  // What the host hands over, one after the other: a colour a surfel in their order here, a colour a patch.
+  std::vector<glm::vec4> host;
+  const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {
+    const GLuint offset = colors.empty() ? kRelumeNone : static_cast<GLuint>(host.size());
+    for (std::size_t i = 0; i < colors.size(); ++i) host.emplace_back(colors[order.empty() ? i : order[i]], 0.0f);
     return offset;
   };
-  const GLuint irradiance = append(setup.surfelIrradiance), emission = append(setup.surfelEmission),
-               sky = append(setup.skyPatches);
-  refill(host_, host.data(), host.size() * sizeof(glm::vec3));
+  const GLuint irradiance = append(setup.surfelIrradiance, gpu.surfelOrder),
+               emission = append(setup.surfelEmission, gpu.surfelOrder), sky = append(setup.skyPatches, {});
+  refill(host_, host.data(), host.size() * sizeof(glm::vec4));
 
   const GLuint program = program_.get();
   const std::uint32_t senders = bake.hierarchy.senderCount();
@@ -124,6 +168,8 @@ void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& set
   glProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
   glProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
   glProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
+  glProgramUniform1ui(program, flatCount_, gpu.flatCount);
+  glProgramUniform2ui(program, mapSize_, std::max(gpu.mapWidth, 1u), std::max(gpu.mapHeight, 1u));
   glProgramUniform1ui(program, surfelCount_, bake.surfels.count());
   glProgramUniform1ui(program, senderCount_, senders);
   glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(lights.size()));
@@ -136,7 +182,8 @@ void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& set
   bindStorage(RELUME_SLOT_LIGHTS, lights_);
   bindStorage(RELUME_SLOT_HOST, host_);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  bindResolve(gpu);
+  bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
+  bindStorage(RELUME_SLOT_EMISSION, gpu.emission);
   glDispatchCompute(groupsFor(senders, RELUME_SURFEL_GROUP), 1, 1);
 }
 
@@ -167,11 +214,11 @@ void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
   glDispatchCompute(1, 1, 1);
 }
 
-Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind) {
+Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps) {
   CachePass pass;
   pass.group_ = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
   Result<Program> program =
-      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_));
+      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_, nodeSteps));
   if (!program) return program.error();
   pass.program_ = std::move(*program);
   const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
@@ -225,7 +272,11 @@ void CopyPass::run(const GpuBake& gpu) const {
   glUseProgram(program_.get());
   glProgramUniform2ui(program_.get(), mapSize_, gpu.mapWidth, gpu.mapHeight);
   bindStorage(RELUME_SLOT_MAP_CACHE, gpu.mapCache);
+  bindStorage(RELUME_SLOT_COPY_TEXELS, gpu.texels);
   bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_NORMAL);
+  glBindTexture(GL_TEXTURE_2D, gpu.mapNormal.get());
+  glBindSampler(RELUME_RESOLVE_UNIT_NORMAL, 0);
   const auto bindImage = [](GLuint unit, const Texture& texture) {
     glBindImageTexture(unit, texture.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
   };

@@ -17,28 +17,45 @@ struct CacheGroup {
 // What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
 
-// Definitions that fix bands (and, for light_caches.comp, link kind and group) when a shader is compiled.
+// Definitions that fix bands (and, for light_caches.comp, link kind, group and GpuBake::nodeSteps) when a shader is compiled.
 // irradianceOnMap: see cpu::CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap = false);
 // The same for the host's receivers: with what two bands lack guessed, and de-ringing.
 std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
                                                                 float deringing = 0.0f);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group);
+                                                              const CacheGroup& group, int nodeSteps = -1);
 
 // Uniform locations are looked up once.
+class BouncePass {
+ public:
+  static Result<BouncePass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
+  // (2), first half: what tilted and gridded surfels receive. False when there are none: nothing was dispatched.
+  bool run(const GpuBake& gpu, GLuint surfelCount) const;
+
+ private:
+  struct Kernel {
+    Program program;
+    GLint first = -1, end = -1;
+  };
+  static Result<Kernel> makeKernel(std::vector<std::pair<std::string, std::string>> defines, bool grid);
+  static bool runKernel(const Kernel& kernel, GLuint first, GLuint end);
+
+  Kernel tilted_, gridded_;
+};
+
 class SurfelPass {
  public:
-  static Result<SurfelPass> create(int lumaBands, int chromaBands, bool irradianceOnMap, std::string_view visibilityGlsl);
-  // (2) bounce: whether last frame's light may be read.
+  static Result<SurfelPass> create(std::string_view visibilityGlsl);
+  // (2), second half. bounce: whether last frame's light may be read.
   void run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
 
  private:
   Program program_;
   Buffer lights_, host_;
-  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1,
-        bounceScale_ = -1;
+  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatCount_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1,
+        mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
 
 class PullPass {
@@ -54,7 +71,7 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind);
+  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps);
   // (4)
   void run(const GpuBake& gpu, const Links& links) const;
 

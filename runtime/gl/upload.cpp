@@ -4,39 +4,81 @@
 
 #include "formats/compact_links.h"
 #include "formats/pack.h"
+#include "runtime/cpu/link_set.h"
 #include "runtime/gl/pack_grid.h"
-#include "runtime/pack_color.h"
 #include "runtime/gl/pull_schedule.h"
+#include "runtime/pack_color.h"
+#include "runtime/receivers.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
+#include <span>
 
 namespace relume::gl {
 namespace {
 
 constexpr std::size_t kSmallest = 16;
+static_assert(kRelumeCacheBits == kCacheBits);
 
 template <class T>
 Buffer makeArray(std::span<const T> data) {
   return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
-// The words of the surfels, then, if any emits, a word of emission each. Albedo has the CPU backend's dithers.
-std::vector<std::uint32_t> packSurfels(const Surfels& surfels, const Hierarchy& hierarchy, const SurfelBox& box, bool emits) {
-  const std::size_t count = surfels.count();
-  std::vector<std::uint32_t> packed(count * (emits ? 5 : 4));
+// Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
+void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
+  const Surfels& surfels = bake.surfels;
+  const Hierarchy& hierarchy = bake.hierarchy;
+  const std::uint32_t count = surfels.count();
+  struct Placed {
+    std::uint32_t surfel, node, place;
+  };
+  std::array<std::vector<Placed>, 3> byKind;
   std::uint32_t place = 0;
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
     const std::uint32_t s = hierarchy.sender(node);
-    const SurfelWords words =
-        packSurfel(box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s], ditherOf(place++));
-    std::copy(words.begin(), words.end(), packed.begin() + 4 * std::ptrdiff_t{s});
-    if (emits) packed[4 * count + s] = packColor(surfels.emission[s], ditherOf(s));
+    const ReceiverKind kind = receiverKind(bake.caches, surfels, s, normalsCount(bake.links.kind, lumaBands));
+    byKind[static_cast<std::size_t>(kind)].push_back({s, node, place++});
   }
-  return packed;
+  gpu.flatCount = static_cast<GLuint>(byKind[0].size());
+  gpu.tiltedEnd = gpu.flatCount + static_cast<GLuint>(byKind[1].size());
+
+  gpu.box = boxOf(surfels.positionWorld);
+  gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  std::vector<SurfelWords> words;
+  std::vector<std::uint32_t> emission, leafNode;
+  words.reserve(count);
+  leafNode.reserve(hierarchy.senderCount());
+  gpu.surfelOrder.reserve(count);
+  for (const std::vector<Placed>& kind : byKind) {
+    for (const Placed& each : kind) {
+      const std::uint32_t s = each.surfel;
+      words.push_back(packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s],
+                                 ditherOf(each.place)));
+      if (gpu.emits) emission.push_back(packColor(surfels.emission[s], ditherOf(s)));
+      leafNode.push_back(each.node);
+      gpu.surfelOrder.push_back(s);
+    }
+  }
+  // Of gridded ones, where each one's shares begin, then the shares.
+  std::vector<std::uint32_t> begin, shares;
+  const std::size_t gridded = byKind[2].size();
+  for (const Placed& each : byKind[2]) {
+    begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
+    appendGridShares(bake.caches, surfels, each.surfel, shares);
+  }
+  begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
+  begin.insert(begin.end(), shares.begin(), shares.end());
+  gpu.gridded = makeArray<std::uint32_t>(begin);
+  leafNode.insert(leafNode.end(), hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
+  gpu.surfels = makeArray<SurfelWords>(words);
+  gpu.emission = makeArray<std::uint32_t>(emission);
+  gpu.leafNode = makeArray<std::uint32_t>(leafNode);
 }
 
 // Bytes of a link in GpuBake::linkShape.
@@ -50,23 +92,24 @@ std::size_t shapeBytes(const Links& links) {
   }
 }
 
-// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`.
-Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit, std::size_t alignment) {
-  const std::size_t linkBytes = links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
-  const std::size_t shape = shapeBytes(links);
+// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape: of a
+// link in GpuBake::links and linkShape.
+Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::size_t linkBytes, std::size_t shape,
+                                           std::size_t limit, std::size_t alignment) {
+  const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
   const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::vector<LinkBatch> batches;
-  for (std::uint32_t cache = 0; cache < links.cacheCount();) {
+  for (std::uint32_t cache = 0; cache < caches;) {
     LinkBatch batch;
     batch.firstCache = cache;
-    batch.firstLink = links.rowBegin[cache];
-    while (cache < links.cacheCount() && links.rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
+    batch.firstLink = rowBegin[cache];
+    while (cache < caches && rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
     if (cache == batch.firstCache) {
       return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
                                                std::to_string(limit) + " bytes this OpenGL binds at once"};
     }
     batch.endCache = cache;
-    const std::size_t first = batch.firstLink, count = links.rowBegin[cache] - first;
+    const std::size_t first = batch.firstLink, count = rowBegin[cache] - first;
     const auto alignDown = [alignment](std::size_t byte) { return byte / alignment * alignment; };
     const std::size_t linkStart = alignDown(first * linkBytes), shapeStart = alignDown(first * shape);
     batch.linkStart = static_cast<GLintptr>(linkStart);
@@ -81,6 +124,74 @@ Result<std::vector<LinkBatch>> makeBatches(const Links& links, std::size_t limit
     if (count > 0) batches.push_back(batch);
   }
   return batches;
+}
+
+// The arrays of links packed again, in GpuBake's layout.
+struct FourfoldLinks {
+  std::vector<std::uint32_t> rowBegin;  // [Size caches + 1] in units of four links
+  std::vector<std::uint32_t> rows;      // RELUME_SLOT_ROWS
+  std::vector<std::uint32_t> words;     // [Size 4 units]
+  std::vector<std::uint32_t> transfers; // [Size units]
+  int nodeSteps = 0;
+};
+
+// Nothing when the links cannot be packed again.
+std::optional<FourfoldLinks> makeFourfold(const Links& links) {
+  if (links.kind != LinkKind::oct6) return std::nullopt;
+  const cpu::LinkSet set(links);
+  cpu::LightCachesJob job;
+  set.describe(job);
+  if (job.kind != cpu::kRepackedLinks) return std::nullopt;
+  FourfoldLinks out;
+  out.nodeSteps = static_cast<int>(job.nodeSteps);
+  out.rowBegin.push_back(0);
+  for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
+    const std::uint32_t begin = links.rowBegin[cache], end = links.rowBegin[cache + 1];
+    out.rows.push_back(out.rowBegin.back());
+    for (std::uint32_t k = 0; k < job.nodeSteps; k += 2) {
+      const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache + k;
+      out.rows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < job.nodeSteps ? step[1] : step[0]} << 16);
+    }
+    out.words.insert(out.words.end(), job.word + begin, job.word + end);
+    out.words.resize((out.words.size() + 3) / 4 * 4, 0);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if ((i - begin) % 4 == 0) out.transfers.push_back(0);
+      out.transfers.back() |= std::uint32_t{job.transfer[i]} << (8 * ((i - begin) % 4));
+    }
+    out.rowBegin.push_back(static_cast<std::uint32_t>(out.transfers.size()));
+  }
+  out.rows.push_back(out.rowBegin.back());
+  return out;
+}
+
+// Upload the links, and cut them into batches.
+Status makeLinks(const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu) {
+  const std::optional<FourfoldLinks> fourfold = makeFourfold(links);
+  const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
+  Result<std::vector<LinkBatch>> batches =
+      makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(), linkBytes,
+                  fourfold ? 4 : shapeBytes(links), limit, alignment);
+  if (!batches) return batches.error();
+  gpu.batches = std::move(*batches);
+  if (fourfold) {
+    gpu.nodeSteps = fourfold->nodeSteps;
+    gpu.rows = makeArray<std::uint32_t>(fourfold->rows);
+    gpu.links = makeArray<std::uint32_t>(fourfold->words);
+    gpu.linkShape = makeArray<std::uint32_t>(fourfold->transfers);
+    return done();
+  }
+  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
+  if (links.kind == LinkKind::cone) {
+    gpu.links = makeArray<ConeLink>(links.cone);
+    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
+  } else if (links.kind == LinkKind::sh) {
+    gpu.links = makeArray<std::uint32_t>(links.shNode);
+    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
+  } else {
+    gpu.links = makeArray<std::uint32_t>(links.head);
+    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
+  }
+  return done();
 }
 
 Texture makeTexture(GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
@@ -129,7 +240,11 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const auto layers = [irradianceOnMap](int bands) { return irradianceOnMap ? 1 : (bands * bands + 3) / 4; };
+  // See copy_lightmap.comp.
+  const auto layers = [irradianceOnMap](int bands) {
+    const int read = bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
+    return irradianceOnMap ? 1 : (read * read + 3) / 4;
+  };
   gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(lumaBands));
   gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
   gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
@@ -174,43 +289,36 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   const Links& links = bake.links;
 
   GpuBake gpu;
-  Result<std::vector<LinkBatch>> batches =
-      makeBatches(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 4)));
-  if (!batches) return batches.error();
-  gpu.batches = std::move(*batches);
+  // A unit of repacked links has 16 bytes.
+  if (Status ok = makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu); !ok) {
+    return ok.error();
+  }
+  if (hierarchy.nodeCount() > kMostPulledNodes) {
+    return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
+                                             " nodes, the OpenGL backend takes at most " + std::to_string(kMostPulledNodes)};
+  }
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
-  const std::size_t largest = std::max({cachesBytes, std::size_t{bake.surfels.count()} * 20,
+  const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),
                                         hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
   if (largest > static_cast<std::size_t>(limit)) {
     return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) + " bytes is needed, this OpenGL binds at most " +
                                              std::to_string(limit)};
   }
 
-  gpu.box = boxOf(bake.surfels.positionWorld);
-  gpu.emits = std::any_of(bake.surfels.emission.begin(), bake.surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
-  const std::vector<std::uint32_t> surfels = packSurfels(bake.surfels, hierarchy, gpu.box, gpu.emits);
-  gpu.surfels = makeArray<std::uint32_t>(surfels);
-  gpu.leafNode = makeArray<std::uint32_t>(hierarchy.leafNode);
+  makeSurfels(bake, lumaBands, gpu);
   gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
-  gpu.pullNode = makeArray<RelumePullNode>(schedule.node);
+  std::vector<std::array<std::uint32_t, 2>> pulled;
+  pulled.reserve(schedule.node.size());
+  for (const PullSchedule::Node& node : schedule.node) pulled.push_back(packPullNode(node));
+  gpu.pullNode = makeArray<std::array<std::uint32_t, 2>>(pulled);
   gpu.pullRounds = makeArray<std::uint32_t>(schedule.roundBegin);
   gpu.pullGroups = makeArray<std::uint32_t>(schedule.groupBegin);
   gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
-  if (links.kind == LinkKind::cone) {
-    gpu.links = makeArray<ConeLink>(links.cone);
-    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
-  } else if (links.kind == LinkKind::sh) {
-    gpu.links = makeArray<std::uint32_t>(links.shNode);
-    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
-  } else {
-    gpu.links = makeArray<std::uint32_t>(links.head);
-    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
-  }
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
+  gpu.texels = makeBuffer(nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   const PackedGrid grid = packGrid(bake.caches);
   gpu.gridCache = makeArray<std::uint32_t>(grid.words);
   gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
@@ -231,11 +339,12 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
-  return {{"surfels", bytes(surfels)},
+  return {{"surfels", bytes(surfels) + bytes(emission)},
           {"hierarchy", bytes(pullNode) + bytes(pullRounds) + bytes(pullGroups) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},
+          {"bounce", bytes(texels) + bytes(gridded)},
           {"index", bytes(mapCache) + bytes(gridCache) + bytes(resolve)},
           {"lightmap", textureBytes}};
 }

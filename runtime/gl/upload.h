@@ -13,7 +13,8 @@
 
 namespace relume::gl {
 
-// Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer.
+// Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer. Repacked
+// links (runtime/cpu/link_set.h) are four to a unit, rows padded with links that carry nothing: a "link" is then such a unit.
 struct LinkBatch {
   GLuint firstCache = 0, endCache = 0;
   GLuint firstLink = 0;
@@ -29,13 +30,21 @@ struct PullGroup {
 };
 
 struct GpuBake {
-  Buffer surfels, leafNode, nodes;                         // nodes: runtime/pack_color.h, written every frame
+  // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf; leafNode: theirs, then
+  // the sky's.
+  Buffer surfels, emission, leafNode;
+  Buffer gridded;                                          // RELUME_SLOT_GRIDDED
+  Buffer nodes;                                            // runtime/pack_color.h, written every frame
   Buffer pullNode, pullRounds, pullGroups;                 // PullSchedule
   Buffer rows, links, linkShape;                           // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
   Buffer caches;                                           // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
+  Buffer texels;                                           // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
+  int nodeSteps = -1;                  // repacked links: places a row where nodes step; -1 = links as they are baked
+  std::vector<std::uint32_t> surfelOrder;  // the bake's number of each surfel; in main memory, for what the host hands over
+  GLuint flatCount = 0, tiltedEnd = 0;     // surfels up to the last flat and up to the last tilted one
   SurfelBox box;                       // of the surfels' positions
   bool emits = false;                  // whether any surfel has emission
   PullGroup pullGroup;

@@ -5,25 +5,29 @@
 #define RELUME_LAYOUT_H
 
 // Storage buffers of the passes.
-#define RELUME_SLOT_SURFELS 0     // surfels: words (runtime/pack_surfel.h)
-#define RELUME_SLOT_LEAF_NODE 1   // surfels: node of each sender
+#define RELUME_SLOT_SURFELS 0     // bounce, surfels: words (runtime/pack_surfel.h)
+#define RELUME_SLOT_LEAF_NODE 1   // bounce, surfels: node of each sender
+#define RELUME_SLOT_GRIDDED 2     // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
 #define RELUME_SLOT_LIGHTS 2      // surfels: RelumeLight[]
-#define RELUME_SLOT_HOST 3        // surfels: what the host hands over a frame, three floats each
-#define RELUME_SLOT_NODES 4       // surfels (out), pull (in, out), caches (in): packed radiosity
-#define RELUME_SLOT_PULL 0        // pull: RelumePullNode[]
+#define RELUME_SLOT_HOST 3        // surfels: what the host hands over a frame, four floats each
+#define RELUME_SLOT_NODES 4       // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
+#define RELUME_SLOT_TEXELS 5      // surfels: packed irradiance of each texel's cache for its own normal
+#define RELUME_SLOT_EMISSION 6    // surfels: packed emission of each, if any emits
+#define RELUME_SLOT_PULL 0        // pull: two words an inner node (runtime/gl/pull_schedule.h)
 #define RELUME_SLOT_ROUNDS 1      // pull: first of them of each round
 #define RELUME_SLOT_GROUPS 2      // pull: first round of each work group
-#define RELUME_SLOT_ROWS 0        // caches: first link of each cache
-#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, or heads of compact ones
-#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; or shapes of compact links
+#define RELUME_SLOT_ROWS 0        // caches: first link of each cache; repacked links: and where its nodes step
+#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
+#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
 #define RELUME_SLOT_MAP_CACHE 0   // copy: cache of each texel
+#define RELUME_SLOT_COPY_TEXELS 1 // copy (out): what surfels read from RELUME_SLOT_TEXELS
 
 // Images of the copy pass.
 #define RELUME_IMAGE_Y 0
 #define RELUME_IMAGE_CO 1
 #define RELUME_IMAGE_CG 2
 
-// Resolve: in the host's shaders and in the surfel pass. A host may define these before resolveGlsl().
+// Resolve: in the host's shaders and in the bounce. A host may define these before resolveGlsl().
 #ifndef RELUME_RESOLVE_UNIT_Y
 #define RELUME_RESOLVE_UNIT_Y 12       // texture unit of the light map's Y coefficients
 #endif
@@ -52,6 +56,7 @@
 
 #ifdef __cplusplus
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -60,6 +65,7 @@ namespace relume::gl {
 using uint = std::uint32_t;
 using glm::uvec3;
 using glm::vec3;
+using glm::vec4;
 #endif
 
 const uint kRelumeNone = 0xFFFFFFFFu;     // no cache; a surfel that reads the grid
@@ -69,29 +75,18 @@ const uint kRelumeBrickWords = 27u;
 const uint kRelumeHanging = 0xFFFFFFFEu;
 const int kRelumeDepthSide = 17;
 
-const uint kRelumeDirectional = 0u;
-const uint kRelumePoint = 1u;
-const uint kRelumeSpot = 2u;
+// Pull: bits of a node in its first word; its number among the inner nodes has one less in the second. The rest of both is
+// the weight of the first child, over kRelumePullWeightOne.
+const uint kRelumePullNodeBits = 25u;
+const uint kRelumePullWeightOne = 32767u;
 
-// std430
-struct RelumePullNode {
-  uint node;
-  uint firstChild;
-  float firstWeight;  // [0..1] share of the first child in the node's radiosity
-};
+const uint kRelumeCacheBits = 22u;        // runtime/receivers.h: bits of a cache beside its share
 
 // std430
 struct RelumeLight {
-  vec3 positionWorld;  // [m]
-  float inverseRange2; // [1/m²] 0 = no range
-  vec3 direction;      // unit, the way the light travels
-  uint kind;
-  vec3 intensity;      // point, spot [W/sr]; directional [W/m²]
-  float cosOuter;      // spot: cosine of the outer angle
-  float coneScale;     // spot: 1 / (cosine of the inner - cosine of the outer angle)
-  uint unused0;
-  uint unused1;
-  uint unused2;
+  vec4 position;   // [m] w: [1/m²] 1 / range², 0 = no range, -1 = directional
+  vec4 direction;  // unit, the way the light travels; w: factor on the cosine around it, so that a spot's edge
+  vec4 intensity;  // point, spot [W/sr]; directional [W/m²]; w: plus this rises from 0 to 1 (point: 0 and 1)
 };
 
 // std140
@@ -109,9 +104,7 @@ struct RelumeResolve {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(RelumePullNode) == 12 && offsetof(RelumePullNode, firstWeight) == 8);
-static_assert(sizeof(RelumeLight) == 64 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32 &&
-              offsetof(RelumeLight, coneScale) == 48);
+static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32);
 static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
               offsetof(RelumeResolve, gridResolution) == 32);
 }  // namespace relume::gl

@@ -89,9 +89,11 @@ TEST(NodeSet, readsAnyPartOfWhatItHolds) {
     for (int i = 0; i < 200; ++i) {
       const auto first = static_cast<std::uint32_t>(random() % (members.size() + 1));
       const auto count = static_cast<std::uint32_t>(random() % (members.size() - first + 1));
-      std::vector<std::uint32_t> found(count);
-      set.read(first, count, found.data());
-      ASSERT_TRUE(std::equal(found.begin(), found.end(), members.begin() + first)) << first << " " << count;
+      for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+        std::vector<std::uint32_t> found(count + cpu::kAtRoom);
+        set.read(*kernel, first, count, found.data());
+        ASSERT_TRUE(std::equal(found.begin(), found.begin() + count, members.begin() + first)) << first << " " << count;
+      }
     }
   }
 }

@@ -21,7 +21,7 @@
 namespace relume {
 namespace {
 
-using test::kPi, test::onTwoThreads, test::randomNodes, test::surfelsKernels;
+using test::kPi, test::randomNodes, test::surfelsKernels;
 
 // A light map of 2 x 1 texels over caches whose coefficients are those of constant radiance 1 and 3 from above +Z.
 struct TwoTexels {
@@ -158,12 +158,13 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
       std::vector<float> coefficients(count + 8);
       cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
       const cpu::CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
-      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind == LinkKind::irradiance, luma);
+      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma);
       cpu::LightSurfelsJob job;
-      bounce.setLight(light, onTwoThreads, job);
       packed.describe(job);
       job.bounceScale = 0.5f;
       for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
+        bounce.colorCaches(*kernel, light, 0, static_cast<std::uint32_t>(bake.caches.count()));
+        bounce.setLight(*kernel, light, job);
         std::size_t gridLit = 0;
         for (std::uint32_t i = 0; i < order.size(); ++i) {
           alignas(64) static std::array<float, 3 * cpu::kSurfelBlock> e;

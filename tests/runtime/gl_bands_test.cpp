@@ -96,7 +96,9 @@ void expectLayers(GLuint texture, int bands) {
   glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
   glGetTexLevelParameteriv(GL_TEXTURE_2D_ARRAY, 0, GL_TEXTURE_DEPTH, &layers);
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
-  EXPECT_EQ(layers, (bands * bands + 3) / 4);
+  // Bands 3, 5 and 7 of the clamped cosine are zero.
+  const int read = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
+  EXPECT_EQ(layers, (read * read + 3) / 4);
 }
 
 TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {

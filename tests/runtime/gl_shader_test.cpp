@@ -184,17 +184,25 @@ TEST(Shaders, passTheReferenceCompiler) {
     const std::pair<std::string, std::string> define{"RELUME_PULL_THREADS", threads};
     add("pull.comp", "comp", {&define, 1});
   }
+  add("light_surfels.comp", "comp", {});
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
     for (const bool irradianceOnMap : {false, true}) {
       const auto bands = gl::bandDefines(luma, chroma, irradianceOnMap);
-      add("light_surfels.comp", "comp", bands);
+      for (const char* grid : {"0", "1"}) {
+        auto bounce = bands;
+        bounce.emplace_back("RELUME_BOUNCE_GRID", grid);
+        add("bounce_surfels.comp", "comp", bounce);
+      }
       add("copy_lightmap.comp", "comp", bands);
       add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap, 0.02f),
           "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); }\n");
     }
     for (const LinkKind kind : kLinkKinds) {
       for (const char* renderer : {"llvmpipe", "hardware"}) {
-        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, gl::chooseCacheGroup(renderer, luma, chroma)));
+        const gl::CacheGroup group = gl::chooseCacheGroup(renderer, luma, chroma);
+        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group));
+        if (kind != LinkKind::oct6) continue;
+        for (const int steps : {0, 5}) add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps));
       }
     }
   }

@@ -25,9 +25,13 @@ TEST(PullSchedule, hasEveryInnerNodeOnceWithItsChildAndWeight) {
     const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup);
     ASSERT_EQ(schedule.node.size(), each.leaves - 1u);
     std::vector<std::uint32_t> seen;
-    for (const RelumePullNode& node : schedule.node) {
+    for (const PullSchedule::Node& node : schedule.node) {
       EXPECT_EQ(node.firstChild, tree.child[node.node]);
       EXPECT_EQ(node.firstWeight, tree.firstWeight[node.node]);
+      const auto [first, second] = packPullNode(node);
+      EXPECT_EQ(first & 0x1FFFFFFu, node.node);
+      EXPECT_EQ(1 + 2 * (second & 0xFFFFFFu), node.firstChild);
+      EXPECT_NEAR(static_cast<float>(first >> 25 | second >> 24 << 7), 32767.0f * node.firstWeight, 0.51f);
       seen.push_back(node.node);
     }
     std::sort(seen.begin(), seen.end());
@@ -45,7 +49,7 @@ TEST(PullSchedule, childrenComeInAnEarlierRoundOfTheGroupAndInEarlierGroupsOfThe
     for (std::uint32_t g = 0; g <= last; ++g) {
       for (std::uint32_t r = schedule.groupBegin[g]; r < schedule.groupBegin[g + 1]; ++r) {
         for (std::uint32_t i = schedule.roundBegin[r]; i < schedule.roundBegin[r + 1]; ++i) {
-          const RelumePullNode& node = schedule.node[i];
+          const PullSchedule::Node& node = schedule.node[i];
           for (const std::uint32_t child : {node.firstChild, node.firstChild + 1}) {
             if (tree.isLeaf(child)) continue;
             ASSERT_NE(group[child], kNever);
