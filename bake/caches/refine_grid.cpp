@@ -106,11 +106,12 @@ void markBricks(const Triangles& triangles, GridLayout& layout) {
   const glm::uvec3 cells = layout.cells();
   layout.brick.assign(std::size_t{cells.x} * cells.y * cells.z, kNoBrick);
   const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& { return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x]; };
+  const glm::vec3 perSpacing = 1.0f / layout.spacing;
   for (const auto& corners : triangles) {
     Polygon polygon;
     Box box;
     for (const glm::vec3& p : corners) {
-      polygon.add((p - layout.originWorld) / layout.spacing);
+      polygon.add((p - layout.originWorld) * perSpacing);
       box.add(polygon.corner[polygon.count - 1]);
     }
     // Most triangles are small: all cells of the box are one, or marked already.
