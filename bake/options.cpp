@@ -323,7 +323,7 @@ BakeOptions presetOptions(Preset preset) {
   BakeOptions options;  // the defaults are `high`: PIC Table 2, setting 1
   switch (preset) {
     case Preset::draft:
-      options.playSpace.walks = 1u << 17;
+      options.playSpace.walks = 1u << 16;
       options.surfels.count = 8192;
       options.caches.gridCaches = 256;
       options.caches.lightmapCaches = 768;
