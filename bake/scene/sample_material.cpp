@@ -86,25 +86,37 @@ Taps wrapTaps(float u, std::uint32_t size, Wrap wrap) {
   return {static_cast<std::uint32_t>(std::min(first, last)), static_cast<std::uint32_t>(second), x - floorX};
 }
 
-glm::vec4 texel(const Image::Level& level, std::uint32_t x, std::uint32_t y) {
-  const std::uint8_t* rgba = &level.rgba[4 * (static_cast<std::size_t>(y) * level.width + x)];
-  const SrgbTable& linear = srgbTable();
-  return {linear[rgba[0]], linear[rgba[1]], linear[rgba[2]], static_cast<float>(rgba[3]) * (1.0f / 255.0f)};
-}
+// What is read of a texel: colour (linear) and alpha, or alpha alone, which rays ask for millions of times.
+struct ColorAndAlpha {
+  using Value = glm::vec4;
+  static glm::vec4 decode(const std::uint8_t* rgba) {
+    const SrgbTable& linear = srgbTable();
+    return {linear[rgba[0]], linear[rgba[1]], linear[rgba[2]], static_cast<float>(rgba[3]) * (1.0f / 255.0f)};
+  }
+};
+struct Alpha {
+  using Value = float;
+  static float decode(const std::uint8_t* rgba) { return static_cast<float>(rgba[3]) * (1.0f / 255.0f); }
+};
 
-glm::vec4 sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv, bool nearest) {
+template <class Texel>
+typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv, bool nearest) {
+  const auto texel = [&](std::uint32_t x, std::uint32_t y) {
+    return Texel::decode(&level.rgba[4 * (static_cast<std::size_t>(y) * level.width + x)]);
+  };
   const Taps x = wrapTaps(uv.x, level.width, texture.wrapU);
   const Taps y = wrapTaps(uv.y, level.height, texture.wrapV);
-  if (nearest) return texel(level, x.weight < 0.5f ? x.first : x.second, y.weight < 0.5f ? y.first : y.second);
-  const glm::vec4 top = glm::mix(texel(level, x.first, y.first), texel(level, x.second, y.first), x.weight);
-  const glm::vec4 bottom = glm::mix(texel(level, x.first, y.second), texel(level, x.second, y.second), x.weight);
+  if (nearest) return texel(x.weight < 0.5f ? x.first : x.second, y.weight < 0.5f ? y.first : y.second);
+  const auto top = glm::mix(texel(x.first, y.first), texel(x.second, y.first), x.weight);
+  const auto bottom = glm::mix(texel(x.first, y.second), texel(x.second, y.second), x.weight);
   return glm::mix(top, bottom, y.weight);
 }
 
-// Colour (linear) and alpha of a texture slot; ones where there is no texture or no coordinates.
-glm::vec4 sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at, const TextureRef& texture,
-                        float footprintWorld) {
-  if (texture.image == kNone || at.mesh.uv[texture.texcoord].empty()) return glm::vec4(1.0f);
+// A texture slot at a point; ones where there is no texture or no coordinates.
+template <class Texel = ColorAndAlpha>
+typename Texel::Value sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at, const TextureRef& texture,
+                                    float footprintWorld) {
+  if (texture.image == kNone || at.mesh.uv[texture.texcoord].empty()) return typename Texel::Value(1.0f);
   const glm::vec2 uv = interpolate(at.mesh.uv[texture.texcoord], at);
   const auto& t = texture.transform;
   const glm::vec2 st(t[0] * uv.x + t[1] * uv.y + t[2], t[3] * uv.x + t[4] * uv.y + t[5]);
@@ -115,9 +127,9 @@ glm::vec4 sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup&
   const float clamped = std::min(lod, coarsest);
   const auto lower = static_cast<std::size_t>(clamped);
   const float fraction = clamped - static_cast<float>(lower);
-  const glm::vec4 fine = sampleLevel(levels[lower], texture, st, texture.nearest && lod == 0.0f);
+  const auto fine = sampleLevel<Texel>(levels[lower], texture, st, texture.nearest && lod == 0.0f);
   if (fraction == 0.0f) return fine;
-  return glm::mix(fine, sampleLevel(levels[lower + 1], texture, st, false), fraction);
+  return glm::mix(fine, sampleLevel<Texel>(levels[lower + 1], texture, st, false), fraction);
 }
 
 }  // namespace
@@ -141,7 +153,7 @@ bool opaqueAt(const Scene& scene, const SurfacePoint& p) {
   const Lookup at = lookUp(scene, p);
   const Material& material = scene.material(at.instance);
   if (material.alphaMode == AlphaMode::opaque) return true;
-  float alpha = material.alpha * sampleTexture(scene, p, at, material.albedoTexture, 0.0f).a;
+  float alpha = material.alpha * sampleTexture<Alpha>(scene, p, at, material.albedoTexture, 0.0f);
   if (!at.mesh.colorAlpha.empty()) alpha *= interpolate(at.mesh.colorAlpha, at);
   return alpha >= material.alphaCutoff;
 }
