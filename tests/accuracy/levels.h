@@ -100,10 +100,6 @@ struct AccuracyNote {
 };
 
 inline const std::vector<AccuracyNote> kAccuracyNotes{
-    {"cornell",
-     "Two thirds of the squared error of `cam_front__spot` at `best` lie in 1 % of the pixels: the side of the lamp, a centimetre "
-     "high under the ceiling, whose texels read a cache of brighter surroundings (t1, without them, is 0). Interpolation stands "
-     "in the way there, not senders, cut, projection or bounces."},
     {"sponza",
      "`cam_balcony__sun` is a dark gallery that reads clusters whose leaves are lit in part. Clusters that keep apart what does "
      "not see the same brought its energy from 1.178 to what it is; preset `best`, which has four times the links, has t1 8 % "
