@@ -46,7 +46,8 @@ struct Places {
 };
 
 // Find a valid place for every so many-th point; drop the others.
-Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, std::size_t every, float maxBackFaceShare, Context& context) {
+Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, std::size_t every,
+                  float maxBackFaceShare, Context& context) {
   Places places;
   places.position.resize(points.size());
   places.verdict.assign(points.size(), Verdict::dropped);
@@ -73,15 +74,6 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
   return places;
 }
 
-// About how many of the points have a valid place. [0..1]
-double validShare(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, float maxBackFaceShare, Context& context) {
-  if (points.empty()) return 0.0;
-  const std::size_t every = std::max<std::size_t>(1, points.size() / kEnoughPoints);
-  const Places places = findPlaces(prober, layout, points, every, maxBackFaceShare, context);
-  const auto valid = points.size() - static_cast<std::size_t>(std::count(places.verdict.begin(), places.verdict.end(), Verdict::dropped));
-  return static_cast<double>(valid) / static_cast<double>((points.size() + every - 1) / every);
-}
-
 }  // namespace
 
 PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
@@ -94,21 +86,28 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
   double count = wanted, leastOff = INFINITY;
   GridLayout layout;
   std::vector<GridPoint> points;
+  Places places;
+  std::size_t every = 1;  // so many-th point has been asked
   for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
     GridLayout trial = layoutGrid(tracer, playSpace, options, count);
     std::vector<GridPoint> trialPoints = pointsOf(trial);
-    const double valid = byCount ? validShare(prober, trial, trialPoints, options.maxBackFaceShare, context) * static_cast<double>(trialPoints.size()) : 0.0;
-    const double off = valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
+    const std::size_t trialEvery = byCount ? std::max<std::size_t>(1, trialPoints.size() / kEnoughPoints) : 1;
+    Places trialPlaces = findPlaces(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);
+    const auto dropped = std::count(trialPlaces.verdict.begin(), trialPlaces.verdict.end(), Verdict::dropped);
+    const double valid = static_cast<double>(trialPoints.size() - static_cast<std::size_t>(dropped)) * static_cast<double>(trialEvery);
+    const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
     if (off < leastOff) {
       leastOff = off;
       layout = std::move(trial);
       points = std::move(trialPoints);
+      places = std::move(trialPlaces);
+      every = trialEvery;
     }
     if (off < kCloseEnough) break;
     count *= std::clamp(wanted / valid, 0.25, 4.0);
   }
   if (points.empty()) return result;
-  const Places places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
+  if (every > 1) places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
 
   // 2. Indices of the valid ones
   std::vector<std::uint32_t> cache(points.size(), kNoCache);

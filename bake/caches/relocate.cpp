@@ -67,10 +67,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     tracer_.trace(std::span(rays).subspan(begin, end - begin), std::span(hits).subspan(begin, end - begin));
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& hit = hits[i];
-      if (!hit) {
-        count.miss += 1.0f;
-        continue;
-      }
+      if (!hit) continue;
       const Instance& instance = scene.instances[hit.instance];
       if (hit.back && !scene.material(instance).doubleSided) {
         count.back += 1.0f;
@@ -87,7 +84,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     cast(kFirstRays, kRays);
     raysCast = static_cast<float>(kRays);
   }
-  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast, count.miss / raysCast};
+  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast};
 }
 
 bool Prober::connected(const glm::vec3& from, const glm::vec3& to) const {

@@ -16,7 +16,6 @@ struct Surroundings {
   float ownBack = 0.0f;  // of these, one of the instance that was named
   float near = 0.0f;   // hit something within `contact`
   float seen = 0.0f;   // hit a side that the play space sees
-  float miss = 0.0f;   // hit nothing
 };
 
 // Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0. A

@@ -188,7 +188,8 @@ class Sharer {
       const SurfaceSpot& spot = unit.spot;
       served.clear();
       float saved = 0.0f;
-      forEachNear(units_, spot.positionWorld, reach_ * unit.texel, [&](std::uint32_t u) { return unit_[u].spot.positionWorld; }, [&](std::uint32_t u) {
+      const auto unitPlace = [&](std::uint32_t u) { return unit_[u].spot.positionWorld; };
+      forEachNear(units_, spot.positionWorld, reach_ * unit.texel, unitPlace, [&](std::uint32_t u) {
         const Unit& other = unit_[u];
         const float error = errorOf(other.spot, other.texel, spot.positionWorld, spot.normal);
         if (error >= other.error) return;
@@ -209,12 +210,13 @@ class Sharer {
   // 0 none, 1 its middle, 2 another.
   int findPlace(std::uint32_t cell) {
     const float contact = 0.02f * texelOf(cell), tolerance = kTolerance * options_.maxBackFaceShare;
+    const std::uint32_t own = set_.patches[cells_.cells[cell].patch].instance;
     float least = INFINITY;
     int verdict = 0;
     for (std::uint32_t k = 0; k < cells_.cells[cell].pointCount; ++k) {
       const SurfaceSpot candidate = placeOf(cell, k);
       if (candidate.normal == glm::vec3(0.0f)) continue;
-      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, set_.patches[cells_.cells[cell].patch].instance);
+      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, own);
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
       const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenShare;
       if ((!outside && !gap) || around.back >= least) continue;
@@ -268,7 +270,8 @@ class Sharer {
         const std::uint32_t cell = open[i];
         if (result_.cacheOfCell[cell] != kNoCache) continue;
         candidates.clear();
-        forEachNear(grid, spot_[cell].positionWorld, reach * texelOf(cell), [&](std::uint32_t k) { return position[k]; }, [&](std::uint32_t k) {
+        const auto place = [&](std::uint32_t k) { return position[k]; };
+        forEachNear(grid, spot_[cell].positionWorld, reach * texelOf(cell), place, [&](std::uint32_t k) {
           const float error = errorOf(spot_[cell], texelOf(cell), position[k], result_.caches[valid[k]].normal);
           if (error < maxError) candidates.emplace_back(error, valid[k]);
         });
