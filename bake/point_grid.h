@@ -16,11 +16,21 @@ namespace relume {
 
 class PointGrid {
  public:
+  struct Cell {
+    std::int64_t x, y, z;
+    bool operator==(const Cell&) const = default;
+  };
+  // All cells from low to high.
+  struct Box {
+    Cell low, high;
+  };
+
   PointGrid() = default;
   // cellSize [m] > 0; it is raised where the points' bounds would need more than 2^20 cells along an axis.
   PointGrid(std::span<const glm::vec3> points, float cellSize, Context& context);
 
   float cellSize() const { return cellSize_; }
+  Cell cellOf(const glm::vec3& p) const;
   std::size_t cellCount() const { return key_.size(); }
   // Points of cell c are order()[cellBegin(c)] .. order()[cellBegin(c + 1) - 1], ascending.
   std::uint32_t cellBegin(std::size_t c) const { return begin_[c]; }
@@ -36,12 +46,14 @@ class PointGrid {
     }
   }
 
-  // The same, of all cells that a cube of this half width [m] around p meets.
+  // The cells that a cube of this half width [m] around p meets.
+  Box boxAround(const glm::vec3& p, float halfWidth) const { return {cellOf(p - glm::vec3(halfWidth)), cellOf(p + glm::vec3(halfWidth))}; }
+
+  // The same, of the cells of a box.
   template <class Visit>
-  void forEachRunWithin(const glm::vec3& p, float halfWidth, const Visit& visit) const {
-    const Cell low = cellOf(p - glm::vec3(halfWidth)), high = cellOf(p + glm::vec3(halfWidth));
-    for (std::int64_t z = low.z; z <= high.z; ++z) {
-      for (std::int64_t y = low.y; y <= high.y; ++y) visitRow(low.x, high.x, y, z, visit);
+  void forEachRunIn(const Box& box, const Visit& visit) const {
+    for (std::int64_t z = box.low.z; z <= box.high.z; ++z) {
+      for (std::int64_t y = box.low.y; y <= box.high.y; ++y) visitRow(box.low.x, box.high.x, y, z, visit);
     }
   }
 
@@ -62,10 +74,6 @@ class PointGrid {
   }
 
  private:
-  struct Cell {
-    std::int64_t x, y, z;
-  };
-  Cell cellOf(const glm::vec3& p) const;
   std::uint64_t keyOf(const Cell& c) const { return static_cast<std::uint64_t>((c.z * size_.y + c.y) * size_.x + c.x); }
 
   template <class Visit>

@@ -169,7 +169,7 @@ class Sharer {
   // Visit the points of a grid no farther than a radius.
   template <class Place, class Visit>
   static void forEachNear(const PointGrid& grid, const glm::vec3& p, float radius, const Place& place, const Visit& visit) {
-    grid.forEachRunWithin(p, radius, [&](std::uint32_t begin, std::uint32_t end) {
+    grid.forEachRunIn(grid.boxAround(p, radius), [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t i = begin; i < end; ++i) {
         const std::uint32_t index = grid.order()[i];
         const glm::vec3 way = place(index) - p;

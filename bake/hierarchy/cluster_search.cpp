@@ -3,16 +3,10 @@
 // exceeds the distance it bounds, and the search is exact to the last bit and the same on every instruction set.
 #include "bake/hierarchy/cluster_search.h"
 
+#include "bake/wide_clones.h"
+
 #include <algorithm>
 #include <array>
-
-// The same loops for wider registers; contraction is off, so all of them give the same bits.
-#if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__clang__)
-#define RELUME_WIDE_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define RELUME_WIDE_CLONES
-#endif
 
 namespace relume {
 namespace {

@@ -31,6 +31,44 @@ float crowding(float distanceSquared, float reach, float limit) {
   return t4 * t4;
 }
 
+// Points of a neighbourhood, coordinate by coordinate, so that distances to all of them are vectors.
+class Around {
+ public:
+  void clear() { point_.clear(); }
+  void add(std::span<const SurfaceNode> node, std::uint32_t begin, std::uint32_t end) {
+    const std::size_t first = point_.size(), count = first + (end - begin);
+    point_.resize(count);
+    for (std::vector<float>* each : {&x_, &y_, &z_, &distance_}) each->resize(std::max(each->size(), count));
+    nearer_.resize(std::max(nearer_.size(), count));
+    for (std::size_t k = first; k < count; ++k) {
+      point_[k] = begin + static_cast<std::uint32_t>(k - first);
+      const glm::vec3& at = node[point_[k]].positionWorld;
+      x_[k] = at.x;
+      y_[k] = at.y;
+      z_[k] = at.z;
+    }
+  }
+  // Call visit(point, squared distance) for those nearer to p, in the order they were added.
+  template <class Visit>
+  void forEachNearer(const glm::vec3& p, float limitSquared, const Visit& visit) {
+    const std::size_t count = point_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      const float dx = x_[k] - p.x, dy = y_[k] - p.y, dz = z_[k] - p.z;
+      distance_[k] = dx * dx + dy * dy + dz * dz;
+    }
+    std::size_t nearer = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      nearer_[nearer] = static_cast<std::uint32_t>(k);
+      nearer += distance_[k] < limitSquared ? 1 : 0;
+    }
+    for (std::size_t n = 0; n < nearer; ++n) visit(point_[nearer_[n]], distance_[nearer_[n]]);
+  }
+
+ private:
+  std::vector<std::uint32_t> point_, nearer_;
+  std::vector<float> x_, y_, z_, distance_;
+};
+
 // Excesses in buckets of 1/32 of their size.
 constexpr int kBucketShift = 18;
 constexpr std::size_t kExcessBuckets = std::size_t{1} << (31 - kBucketShift);
@@ -126,24 +164,20 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
   std::vector<std::uint32_t> found(node.size());  // neighbours of each point in the grid's order
   parallelChunks(context, "", grid.cellCount(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kCellsPerChunk];
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;
+    Around around;
     for (std::size_t cell = begin; cell < end; ++cell) {
-      runs.clear();
-      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1,
-                      [&](std::uint32_t b, std::uint32_t e) { runs.emplace_back(b, e); });
+      around.clear();
+      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1, [&](std::uint32_t b, std::uint32_t e) { around.add(node, b, e); });
       for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
         const SurfaceNode& a = node[i];
         Point& point = points_[rank_[i]];
         const std::size_t before = part.neighbour.size();
-        for (const auto& [runBegin, runEnd] : runs) {
-          for (std::uint32_t j = runBegin; j < runEnd; ++j) {
-            const glm::vec3 apart = node[j].positionWorld - a.positionWorld;
-            const float d2 = glm::dot(apart, apart);
-            if (d2 >= point.reach * point.reach || j == i || !areNeighbours(a, node[j], apart, d2)) continue;
-            part.neighbour.push_back(rank_[j]);
-            point.weight += crowding(d2, point.reach, limit_);
-          }
-        }
+        around.forEachNearer(a.positionWorld, point.reach * point.reach, [&](std::uint32_t j, float d2) {
+          const SurfaceNode& b = node[j];
+          if (j == i || !areNeighbours(a, b, b.positionWorld - a.positionWorld, d2)) return;
+          part.neighbour.push_back(rank_[j]);
+          point.weight += crowding(d2, point.reach, limit_);
+        });
         found[i] = static_cast<std::uint32_t>(part.neighbour.size() - before);
       }
     }

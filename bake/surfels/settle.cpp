@@ -14,7 +14,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kRaysPerSurfel = 16;
+constexpr std::size_t kRaysPerSurfel = 8;
 constexpr std::uint32_t kFewestHits = 3;
 constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move to a face that looks elsewhere
 constexpr std::size_t kChunk = 4096;

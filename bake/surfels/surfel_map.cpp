@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // See surfel_map.h. Plain nearest neighbours cross gaps between thin layers and cost 4 % of the energy (measured); the
-// cost that is minimised instead is in map_cost.h. Surfels are found ring by ring of a grid of cells one spacing wide:
-// the cost is at least the squared distance, so the search ends when the next ring is farther than the best cost.
+// cost that is minimised instead is in map_cost.h. It is at least the squared distance, so that the best cost so far says how
+// far away to look.
 #include "bake/surfels/surfel_map.h"
 
 #include "bake/parallel.h"
-#include "bake/surfels/map_cost.h"
 #include "bake/point_grid.h"
+#include "bake/surfels/map_cost.h"
+#include "bake/wide_clones.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace relume {
@@ -25,7 +27,7 @@ constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
-constexpr std::size_t kSidesPerChunk = 512;
+constexpr std::size_t kSidesPerChunk = 1024;
 constexpr float kRounding = 1.0f + 1e-5f;  // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
 
@@ -71,63 +73,125 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   return shape;
 }
 
-// Surfels sorted by the cells of a grid: one spacing wide for seen sides; as wide as the whole reach for the many sides
-// that are not seen, most of which have no surfel near.
+// Surfels sorted by the cells of a grid, one spacing wide.
 struct SortedSurfels {
   PointGrid grid;
-  std::vector<glm::vec3> position;    // in the grid's order
-  std::vector<SurfaceSample> sample;  // the same
+  std::vector<MapPlace> surfel;  // in the grid's order
   std::span<const std::uint32_t> id;
   float spacing = 0.0f;
-
-  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among
-  // equals the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
-  std::uint32_t best(const SurfaceSample& point, float reach, std::uint32_t guess) const {
-    float bestCost = kNoMapping, farthest = reach * reach;
-    std::uint32_t found = kNone;
-    const auto visit = [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t i = begin; i < end; ++i) {
-        // The cost is no less than the squared distance.
-        const glm::vec3 apart = position[i] - point.positionWorld;
-        if (glm::dot(apart, apart) > farthest) continue;
-        const float cost = mapCost(point, sample[i], spacing);
-        if (cost > bestCost || cost == kNoMapping || (cost == bestCost && id[i] > id[found])) continue;
-        bestCost = cost;
-        found = i;
-        farthest = std::min(farthest, cost);
-      }
-    };
-    if (guess != kNone) visit(guess, guess + 1);
-    if (farthest < grid.cellSize() * grid.cellSize()) {
-      grid.forEachRunWithin(point.positionWorld, std::sqrt(farthest) * kRounding, visit);
-      return found;
-    }
-    const int rings = static_cast<int>(std::ceil(reach / grid.cellSize()));
-    grid.forEachRun(point.positionWorld, 1, visit);
-    for (int ring = 2; ring <= rings; ++ring) {
-      // Everything within ring - 1 whole cells has been looked at.
-      const float covered = static_cast<float>(ring - 1) * grid.cellSize();
-      if (bestCost < covered * covered) break;
-      grid.forEachRunOfShell(point.positionWorld, ring, visit);
-    }
-    return found;
-  }
 };
 
-SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing, float cellSize, Context& context) {
+// The surfels of a cube of two cells' width and of all cells around it, as many deep as `depth` says, member by member: for
+// the searches of all points in the cube.
+class Block {
+ public:
+  static PointGrid::Cell cubeOf(const PointGrid::Cell& c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
+
+  bool isOf(const PointGrid::Cell& cube, int depth) const { return cube == cube_ && depth == depth_; }
+  void fill(const SortedSurfels& all, const PointGrid::Cell& cube, int depth) {
+    cube_ = cube;
+    depth_ = depth;
+    place_.clear();
+    const PointGrid::Box box{{2 * cube.x - depth, 2 * cube.y - depth, 2 * cube.z - depth},
+                             {2 * cube.x + 1 + depth, 2 * cube.y + 1 + depth, 2 * cube.z + 1 + depth}};
+    all.grid.forEachRunIn(box, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) place_.push_back(i);
+    });
+    const std::size_t count = place_.size();
+    for (std::vector<float>& each : float_) each.resize(count);
+    for (std::vector<std::uint32_t>& each : word_) each.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const MapPlace& surfel = all.surfel[place_[i]];
+      for (int k = 0; k < 3; ++k) {
+        float_[static_cast<std::size_t>(k)][i] = surfel.positionWorld[k];
+        float_[static_cast<std::size_t>(3 + k)][i] = surfel.normal[k];
+      }
+      word_[0][i] = surfel.instance;
+      word_[1][i] = surfel.emits;
+    }
+  }
+  // Place in the grid's order of the surfel of least cost for a point, if that is below `bestCost` or the same with a
+  // smaller index than that of `found`.
+  void improve(const SortedSurfels& all, const MapPlace& point, float reach, std::uint32_t& found, float& bestCost) {
+    const std::array<const float*, 6> f{float_[0].data(), float_[1].data(), float_[2].data(),
+                                        float_[3].data(), float_[4].data(), float_[5].data()};
+    const std::uint32_t least =
+        leastCost(f, word_[0].data(), word_[1].data(), place_.size(), point, all.spacing, reach, word_[2].data());
+    const auto cost = std::bit_cast<float>(least);
+    if (!(cost <= bestCost) || cost == kNoMapping) return;
+    if (cost < bestCost) found = kNone;
+    bestCost = cost;
+    for (std::size_t i = 0; i < place_.size(); ++i) {
+      if (word_[2][i] == least && (found == kNone || all.id[place_[i]] < all.id[found])) found = place_[i];
+    }
+  }
+
+ private:
+  // The costs of all of them, as bits, which compare like the costs; returns the least.
+  RELUME_WIDE_CLONES static std::uint32_t leastCost(std::array<const float*, 6> f, const std::uint32_t* instance,
+                                                    const std::uint32_t* emits, std::size_t count, const MapPlace& point,
+                                                    float spacing, float reach, std::uint32_t* __restrict__ cost) {
+    const MapPlace p = point;
+    std::uint32_t least = std::bit_cast<std::uint32_t>(kNoMapping);
+    for (std::size_t i = 0; i < count; ++i) {
+      const MapPlace surfel{{f[0][i], f[1][i], f[2][i]}, {f[3][i], f[4][i], f[5][i]}, instance[i], emits[i]};
+      cost[i] = std::bit_cast<std::uint32_t>(mapCost(p, surfel, spacing, reach));
+      least = std::min(least, cost[i]);
+    }
+    return least;
+  }
+
+  PointGrid::Cell cube_{0, 0, 0};
+  int depth_ = -1;
+  std::vector<std::uint32_t> place_;                // in the grid's order
+  std::array<std::vector<float>, 6> float_;         // position, normal
+  std::array<std::vector<std::uint32_t>, 3> word_;  // instance, emits, cost
+};
+
+// Searches for the surfels of points that mostly lie near each other.
+class Search {
+ public:
+  explicit Search(const SortedSurfels& all) : all_(all), blocks_(kBlocks) {}
+
+  const SortedSurfels& all() const { return all_; }
+  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among equals
+  // the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
+  std::uint32_t best(const MapPlace& point, float reach, std::uint32_t guess) {
+    float bestCost = guess != kNone ? mapCost(point, all_.surfel[guess], all_.spacing, reach) : kNoMapping;
+    std::uint32_t found = bestCost < kNoMapping ? guess : kNone;
+    const PointGrid::Cell cube = Block::cubeOf(all_.grid.cellOf(point.positionWorld));
+    // The cost is no less than the squared distance: nothing farther away than the root of the best so far matters.
+    const auto depth = [&] {
+      return static_cast<int>(std::ceil(std::sqrt(std::min(bestCost, reach * reach)) * kRounding / all_.grid.cellSize()));
+    };
+    block(cube, 1).improve(all_, point, reach, found, bestCost);
+    if (const int wanted = depth(); wanted > 1) block(cube, wanted).improve(all_, point, reach, found, bestCost);
+    return found;
+  }
+
+ private:
+  static constexpr std::size_t kBlocks = 512;
+  Block& block(const PointGrid::Cell& cube, int depth) {
+    const auto key = static_cast<std::uint64_t>(cube.x * 73856093 ^ cube.y * 19349663 ^ cube.z * 83492791 ^ depth);
+    Block& found = blocks_[key % kBlocks];
+    if (!found.isOf(cube, depth)) found.fill(all_, cube, depth);
+    return found;
+  }
+
+  const SortedSurfels& all_;
+  std::vector<Block> blocks_;  // by a hash of their cube and depth
+};
+
+SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing, Context& context) {
   SortedSurfels sorted;
   sorted.spacing = spacing;
   std::vector<glm::vec3> position;
   position.reserve(surfels.size());
   for (const SurfaceSample& s : surfels) position.push_back(s.positionWorld);
-  sorted.grid = PointGrid(position, cellSize, context);
+  sorted.grid = PointGrid(position, spacing, context);
   sorted.id = sorted.grid.order();
-  sorted.position.reserve(surfels.size());
-  sorted.sample.reserve(surfels.size());
-  for (const std::uint32_t i : sorted.id) {
-    sorted.position.push_back(surfels[i].positionWorld);
-    sorted.sample.push_back(surfels[i]);
-  }
+  sorted.surfel.reserve(surfels.size());
+  for (const std::uint32_t i : sorted.id) sorted.surfel.push_back(mapPlace(surfels[i]));
   return sorted;
 }
 
@@ -138,14 +202,15 @@ struct SideCells {
 };
 
 // guess: place of a surfel that may be near; left at one that is.
-SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float reach,
-                  std::uint32_t instance, std::uint32_t side, std::uint32_t& guess) {
+SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, Search& search, std::uint32_t instance, std::uint32_t side,
+                  std::uint32_t& guess) {
   const bool seen = playSpace.seenArea[side] > 0.0f;
-  SurfaceSample point = sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f));
+  const float reach = static_cast<float>(seen ? kSeenReach : kUnseenReach) * search.all().spacing;
+  MapPlace point = mapPlace(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
   if (point.normal == glm::vec3(0.0f)) return {};
-  const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], point.point.triangle);
+  const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
   const GridShape shape =
-      shapeOf(corner, sorted.spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
+      shapeOf(corner, search.all().spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
 
   SideCells cells;
   cells.shape = shape;
@@ -165,11 +230,11 @@ SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, const SortedSu
       if (shape.columns == 1 && shape.rows == 1) g = glm::vec2(1.0f / 3.0f);
       const glm::vec2 b = fromGrid(g, shape.corner);
       point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
-      const std::uint32_t found = sorted.best(point, reach, column == 0 ? atRowBegin : guess);
+      const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
       if (found == kNone) continue;
       guess = found;
       if (column == 0) atRowBegin = found;
-      cells.cell[std::size_t{row} * shape.columns + column] = sorted.id[found];
+      cells.cell[std::size_t{row} * shape.columns + column] = search.all().id[found];
       any = true;
     }
   }
@@ -193,9 +258,7 @@ std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + 
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
-  const float seenReach = kSeenReach * spacing, unseenReach = kUnseenReach * spacing;
-  const SortedSurfels forSeen = sortSurfels(surfels, spacing, spacing, context);
-  const SortedSurfels forUnseen = sortSurfels(surfels, spacing, unseenReach, context);
+  const SortedSurfels sorted = sortSurfels(surfels, spacing, context);
   const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
 
   struct Part {
@@ -205,6 +268,7 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
   std::vector<Part> parts((sides + kSidesPerChunk - 1) / kSidesPerChunk);
   parallelChunks(context, "surfel map", sides, kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kSidesPerChunk];
+    Search search(sorted);
     std::array<std::uint32_t, 4> guess{kNone, kNone, kNone, kNone};  // front, back; of sides that are seen or not
     for (std::size_t s = begin; s < end; ++s) {
       const auto side = static_cast<std::uint32_t>(s);
@@ -212,8 +276,7 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
       SideCells cells;
       if (scene.instances[instance].mode == BakeMode::fixed) {
         const bool seen = playSpace.seenArea[side] > 0.0f;
-        cells = mapSide(scene, playSpace, seen ? forSeen : forUnseen, seen ? seenReach : unseenReach, instance, side,
-                        guess[2 * seen + side % 2]);
+        cells = mapSide(scene, playSpace, search, instance, side, guess[2 * seen + side % 2]);
       }
       SurfelMap::Side& mapped = part.side.emplace_back();
       if (cells.cell.empty()) continue;
