@@ -15,6 +15,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -27,7 +30,7 @@ constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
-constexpr std::size_t kSidesPerChunk = 1024;
+constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
 constexpr float kRounding = 1.0f + 1e-5f;  // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
 
@@ -195,50 +198,71 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing,
   return sorted;
 }
 
-// The cells of one side.
-struct SideCells {
-  GridShape shape;
-  std::vector<std::uint32_t> cell;
-};
-
-// guess: place of a surfel that may be near; left at one that is.
-SideCells mapSide(const Scene& scene, const PlaySpace& playSpace, Search& search, std::uint32_t instance, std::uint32_t side,
-                  std::uint32_t& guess) {
-  const bool seen = playSpace.seenArea[side] > 0.0f;
-  const float reach = static_cast<float>(seen ? kSeenReach : kUnseenReach) * search.all().spacing;
-  MapPlace point = mapPlace(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
-  if (point.normal == glm::vec3(0.0f)) return {};
-  const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
-  const GridShape shape =
-      shapeOf(corner, search.all().spacing * (seen ? kCellSpacings : kUnseenCellSpacings), playSpace.seenArea[side]);
-
-  SideCells cells;
-  cells.shape = shape;
-  cells.cell.assign(std::size_t{shape.columns} * shape.rows, kNone);
-  std::uint32_t atRowBegin = guess;
-  bool any = false;
-  for (std::uint32_t row = 0; row < shape.rows; ++row) {
-    for (std::uint32_t column = 0; column < shape.columns; ++column) {
-      // Cells beyond the third edge are never asked.
-      if (std::uint64_t{column} * shape.rows + std::uint64_t{row} * shape.columns >
-          std::uint64_t{shape.columns} * shape.rows) {
-        break;
-      }
-      glm::vec2 g((static_cast<float>(column) + 0.5f) / static_cast<float>(shape.columns),
-                  (static_cast<float>(row) + 0.5f) / static_cast<float>(shape.rows));
-      if (g.x + g.y > 1.0f) g /= g.x + g.y;
-      if (shape.columns == 1 && shape.rows == 1) g = glm::vec2(1.0f / 3.0f);
-      const glm::vec2 b = fromGrid(g, shape.corner);
-      point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
-      const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
-      if (found == kNone) continue;
-      guess = found;
-      if (column == 0) atRowBegin = found;
-      cells.cell[std::size_t{row} * shape.columns + column] = search.all().id[found];
-      any = true;
+// Gives every side its grid of cells, one after the other; sides that nothing stands on have none.
+std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing, Context& context) {
+  std::vector<SurfelMap::Side> sides(2 * std::size_t{scene.triangleCount()});
+  parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const auto triangle = static_cast<std::uint32_t>(s / 2);
+      const std::uint32_t index = scene.instanceOf(triangle);
+      const Instance& instance = scene.instances[index];
+      const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
+      if (instance.mode != BakeMode::fixed || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
+      const float seenArea = playSpace.seenArea[s], width = spacing * (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
+      const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
+      sides[s].columns = static_cast<std::uint16_t>(shape.columns);
+      sides[s].rows = shape.rows & kMaxAlong;
+      sides[s].corner = shape.corner & 3u;
     }
+  });
+  std::uint32_t cells = 0;
+  for (SurfelMap::Side& side : sides) {
+    side.firstCell = cells;
+    cells += side.cellCount();
   }
-  return any ? cells : SideCells{};
+  return sides;
+}
+
+// Maps cells [begin, end) of a side, counted from its first. guess: place of a surfel that may be near; left at one that is.
+void mapCells(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach, std::uint32_t begin,
+              std::uint32_t end, std::uint32_t& guess, std::uint32_t* cell) {
+  const std::uint32_t instance = scene.instanceOf(side / 2);
+  MapPlace point = mapPlace(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
+  const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
+  std::uint32_t atRowBegin = guess;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const std::uint32_t column = i % grid.columns, row = i / grid.columns;
+    // Cells beyond the third edge are never asked.
+    if (std::uint64_t{column} * grid.rows + std::uint64_t{row} * grid.columns > grid.cellCount()) continue;
+    glm::vec2 g((static_cast<float>(column) + 0.5f) / static_cast<float>(grid.columns),
+                (static_cast<float>(row) + 0.5f) / static_cast<float>(grid.rows));
+    if (g.x + g.y > 1.0f) g /= g.x + g.y;
+    if (grid.cellCount() == 1) g = glm::vec2(1.0f / 3.0f);
+    const glm::vec2 b = fromGrid(g, grid.corner);
+    point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
+    const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
+    if (found == kNone) continue;
+    guess = found;
+    if (column == 0) atRowBegin = found;
+    cell[i - begin] = search.all().id[found];
+  }
+}
+
+// Forgets the cells of sides that no surfel stands for.
+void dropEmptySides(SurfelMap& map) {
+  std::uint32_t kept = 0;
+  for (SurfelMap::Side& side : map.sides) {
+    const auto first = map.cell.begin() + side.firstCell, last = first + side.cellCount();
+    if (std::all_of(first, last, [](std::uint32_t surfel) { return surfel == kNone; })) {
+      side = {};
+      continue;
+    }
+    std::copy(first, last, map.cell.begin() + kept);
+    side.firstCell = kept;
+    kept += side.cellCount();
+  }
+  map.cell.resize(kept);
+  map.cell.shrink_to_fit();
 }
 
 }  // namespace
@@ -259,43 +283,30 @@ std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
   const SortedSurfels sorted = sortSurfels(surfels, spacing, context);
-  const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
-
-  struct Part {
-    std::vector<SurfelMap::Side> side;  // firstCell: within the part
-    std::vector<std::uint32_t> cell;
-  };
-  std::vector<Part> parts((sides + kSidesPerChunk - 1) / kSidesPerChunk);
-  parallelChunks(context, "surfel map", sides, kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
-    Part& part = parts[begin / kSidesPerChunk];
+  SurfelMap map;
+  map.sides = layOutSides(scene, playSpace, spacing, context);
+  if (map.sides.empty() || context.cancelled()) return {};
+  map.cell.assign(map.sides.back().firstCell + map.sides.back().cellCount(), kNone);
+  parallelChunks(context, "surfel map", map.cell.size(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
     Search search(sorted);
     std::array<std::uint32_t, 4> guess{kNone, kNone, kNone, kNone};  // front, back; of sides that are seen or not
-    for (std::size_t s = begin; s < end; ++s) {
-      const auto side = static_cast<std::uint32_t>(s);
-      const std::uint32_t instance = scene.instanceOf(side / 2);
-      SideCells cells;
-      if (scene.instances[instance].mode == BakeMode::fixed) {
-        const bool seen = playSpace.seenArea[side] > 0.0f;
-        cells = mapSide(scene, playSpace, search, instance, side, guess[2 * seen + side % 2]);
-      }
-      SurfelMap::Side& mapped = part.side.emplace_back();
-      if (cells.cell.empty()) continue;
-      mapped.firstCell = static_cast<std::uint32_t>(part.cell.size());
-      mapped.columns = static_cast<std::uint16_t>(cells.shape.columns);
-      mapped.rows = cells.shape.rows & kMaxAlong;
-      mapped.corner = cells.shape.corner & 3u;
-      part.cell.insert(part.cell.end(), cells.cell.begin(), cells.cell.end());
+    // The side of the first cell is the last that does not begin behind it.
+    auto side = std::upper_bound(map.sides.begin(), map.sides.end(), begin,
+                                 [](std::size_t cell, const SurfelMap::Side& s) { return cell < s.firstCell; }) -
+                1;
+    for (std::size_t at = begin; at < end; ++side) {
+      const auto s = static_cast<std::uint32_t>(side - map.sides.begin());
+      const std::size_t last = std::min<std::size_t>(end, side->firstCell + side->cellCount());
+      if (last <= at) continue;
+      const bool seen = playSpace.seenArea[s] > 0.0f;
+      mapCells(scene, search, s, *side, static_cast<float>(seen ? kSeenReach : kUnseenReach) * spacing,
+               static_cast<std::uint32_t>(at) - side->firstCell, static_cast<std::uint32_t>(last) - side->firstCell,
+               guess[2 * seen + s % 2], map.cell.data() + at);
+      at = last;
     }
   });
-
-  SurfelMap map;
-  if (context.cancelled()) return map;
-  map.sides.reserve(sides);
-  for (Part& part : parts) {
-    for (SurfelMap::Side& mapped : part.side) mapped.firstCell += static_cast<std::uint32_t>(map.cell.size());
-    map.sides.insert(map.sides.end(), part.side.begin(), part.side.end());
-    map.cell.insert(map.cell.end(), part.cell.begin(), part.cell.end());
-  }
+  if (context.cancelled()) return {};
+  dropEmptySides(map);
   return map;
 }
 
