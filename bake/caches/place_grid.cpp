@@ -10,6 +10,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,8 @@ constexpr float kMaxMove = 0.4f;
 // so many, tell how many are.
 constexpr double kCloseEnough = 0.05;
 constexpr std::size_t kEnoughPoints = 1024;
+// Places within this share of the distance from a bad place to what is nearest to it are as bad.
+constexpr float kSameShare = 0.7f;
 
 // Offsets to try, nearest first: the point itself, then a 5 x 5 x 5 lattice within the reach of a move.
 std::vector<glm::vec3> moves() {
@@ -54,17 +57,23 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
   const std::vector<glm::vec3> offsets = moves();
   const std::size_t asked = (points.size() + every - 1) / every;
   parallelChunks(context, "grid", asked, 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<glm::vec4> bad;  // places of a point and how far around it is the same
     for (std::size_t i = begin * every; i < end * every && i < points.size(); i += every) {
       const glm::vec3 reach = (points[i].refined ? 0.5f : 1.0f) * layout.spacing;
       const float contact = 0.02f * std::min({reach.x, reach.y, reach.z});
       const glm::vec3 point = layout.originWorld + glm::vec3(points[i].fine) * 0.5f * layout.spacing;
+      bad.clear();
       for (std::size_t k = 0; k < offsets.size(); ++k) {
         const glm::vec3 p = point + offsets[k] * reach;
+        if (std::any_of(bad.begin(), bad.end(), [&](const glm::vec4& b) { return glm::distance(glm::vec3(b), p) < b.w; })) continue;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
         const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
         // Outside the play space every place of the cell is.
         if (k == 0 && !inside && around.seen < kMinSeenShare) break;
-        if (inside || around.seen < kMinSeenShare) continue;
+        if (inside || around.seen < kMinSeenShare) {
+          bad.emplace_back(p, kSameShare * around.free);
+          continue;
+        }
         places.position[i] = p;
         places.verdict[i] = k == 0 ? Verdict::inPlace : Verdict::moved;
         break;

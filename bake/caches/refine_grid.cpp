@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -148,13 +149,18 @@ GridLayout uniform(const Box& box, const glm::uvec3& resolution) {
   return layout;
 }
 
-// Two levels, the finer one with points in the middle of its cells; it has an odd number of them along each axis.
-GridLayout twoLevels(const Box& box, const Triangles& triangles, double spacing) {
+// Points of the coarse level of two along each axis.
+glm::uvec3 coarseResolution(const Box& box, double spacing) {
   glm::uvec3 coarse;
   for (int k = 0; k < 3; ++k) {
     const double half = 0.5 * (static_cast<double>(box.high[k] - box.low[k]) / spacing - 1.0);
     coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMostAlong)) + 1;
   }
+  return coarse;
+}
+
+// Two levels, the finer one with points in the middle of its cells; it has an odd number of them along each axis.
+GridLayout twoLevels(const Box& box, const Triangles& triangles, const glm::uvec3& coarse) {
   GridLayout layout = uniform(box, 2u * coarse - 1u);
   layout.resolution = coarse;
   layout.spacing *= 2.0f;
@@ -211,14 +217,20 @@ GridLayout layoutByCount(const Box& box, const Triangles& triangles, double want
   double spacing = std::cbrt(static_cast<double>(extent.x) * static_cast<double>(extent.y) * static_cast<double>(extent.z) / wanted);
   double fine = 0.0, coarse = INFINITY, bestOff = INFINITY;
   GridLayout best;
+  std::vector<std::pair<glm::uvec3, double>> tried;  // resolutions and their counts: many spacings have the same
   for (int i = 0; i < kSteps; ++i) {
-    // Points of the fine lattice beyond a multiple of what is wanted need no counting.
-    GridLayout layout = twoLevels(box, triangles, spacing);
-    const double count = countOf(layout), off = std::abs(std::log(count / wanted));
-    if (off < bestOff) {
-      bestOff = off;
-      best = std::move(layout);
+    const glm::uvec3 resolution = coarseResolution(box, spacing);
+    auto known = std::find_if(tried.begin(), tried.end(), [&](const auto& t) { return t.first == resolution; });
+    if (known == tried.end()) {
+      GridLayout layout = twoLevels(box, triangles, resolution);
+      known = tried.insert(tried.end(), {resolution, countOf(layout)});
+      const double off = std::abs(std::log(known->second / wanted));
+      if (off < bestOff) {
+        bestOff = off;
+        best = std::move(layout);
+      }
     }
+    const double count = known->second;
     if (bestOff < 0.02) break;
     (count > wanted ? fine : coarse) = spacing;
     double next = spacing * std::cbrt(count / wanted);
@@ -283,7 +295,7 @@ GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const
   const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
   const Box box = boundsOf(tracer, playSpace, triangles);
   if (options.gridResolution != glm::uvec3(0)) return uniform(box, glm::max(options.gridResolution, glm::uvec3(1)));
-  if (options.gridSpacing > 0.0f) return twoLevels(box, triangles, static_cast<double>(options.gridSpacing));
+  if (options.gridSpacing > 0.0f) return twoLevels(box, triangles, coarseResolution(box, static_cast<double>(options.gridSpacing)));
   if (options.gridCaches == 0) return {};
   return layoutByCount(box, triangles, count);
 }

@@ -68,6 +68,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& hit = hits[i];
       if (!hit) continue;
+      count.free = std::min(count.free, hit.distance);
       const Instance& instance = scene.instances[hit.instance];
       if (hit.back && !scene.material(instance).doubleSided) {
         count.back += 1.0f;
@@ -79,12 +80,13 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
   cast(0, kFirstRays);
   float raysCast = static_cast<float>(kFirstRays);
   const bool clearlyOutside = count.back + count.near == 0.0f && (onSurface || count.seen > kClearlySeen * raysCast);
-  const bool clearlyInside = count.back >= (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast && !(onSurface && count.seen > 0.0f);
+  const bool mayBeGap = onSurface && count.seen > 0.0f && count.ownBack == 0.0f;
+  const bool clearlyInside = count.back >= (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast && !mayBeGap;
   if (!clearlyOutside && !clearlyInside) {
     cast(kFirstRays, kRays);
     raysCast = static_cast<float>(kRays);
   }
-  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast};
+  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast, count.free};
 }
 
 bool Prober::connected(const glm::vec3& from, const glm::vec3& to) const {

@@ -6,16 +6,18 @@
 #include "bake/scene/ray_tracer.h"
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace relume {
 
-// Shares of all rays.
+// Shares of all rays, and how far it is to the nearest hit.
 struct Surroundings {
   float back = 0.0f;   // hit the back of a one-sided surface: geometry is seen from inside
   float ownBack = 0.0f;  // of these, one of the instance that was named
   float near = 0.0f;   // hit something within `contact`
   float seen = 0.0f;   // hit a side that the play space sees
+  float free = std::numeric_limits<float>::infinity();  // [m] no ray hits anything nearer
 };
 
 // Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0. A

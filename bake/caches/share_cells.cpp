@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 namespace relume {
 namespace {
@@ -49,10 +50,18 @@ constexpr std::size_t kSightTests = 6;
 struct Unit {
   std::uint32_t cell = 0;      // with the most surface
   float weight = 0.0f;         // [full texels]
-  float error = kGridError;    // of the best cache so far
   bool closed = false;         // opened a cache, or cannot
   float texel = 0.0f;          // [m]
   SurfaceSpot spot;            // of the cell
+};
+
+// A unit or a cache, for those around it.
+struct Neighbour {
+  SurfaceSpot spot;
+  std::uint32_t cache = 0;
+  float texel = 0.0f;        // [m]
+  float weight = 0.0f;       // [full texels]
+  float error = kGridError;  // of the best cache so far
 };
 
 class Sharer {
@@ -125,7 +134,7 @@ class Sharer {
     unit_.clear();
     for (const std::uint32_t cell : open) {
       if (share_[cell] >= kSmallShare) {
-        unit_.push_back({cell, share_[cell], kGridError, invalid_[cell] != 0, texelOf(cell), spot_[cell]});
+        unit_.push_back({cell, share_[cell], invalid_[cell] != 0, texelOf(cell), spot_[cell]});
         continue;
       }
       small.push_back({groupOf(spot_[cell].positionWorld), sideOf(spot_[cell].normal), cell});
@@ -135,7 +144,7 @@ class Sharer {
       return a.look != b.look ? a.look < b.look : a.cell < b.cell;
     });
     for (std::size_t begin = 0; begin < small.size();) {
-      Unit unit{kNone, 0.0f, kGridError, true, 0.0f, {}};
+      Unit unit{kNone, 0.0f, true, 0.0f, {}};
       std::size_t end = begin;
       for (; end < small.size() && small[end].voxel == small[begin].voxel && small[end].look == small[begin].look; ++end) {
         const std::uint32_t cell = small[end].cell;
@@ -154,6 +163,8 @@ class Sharer {
     std::vector<glm::vec3> position(unit_.size());
     for (std::size_t u = 0; u < unit_.size(); ++u) position[u] = unit_[u].spot.positionWorld;
     units_ = PointGrid(position, voxel_, context);
+    nearUnit_.clear();
+    for (const std::uint32_t u : units_.order()) nearUnit_.push_back({unit_[u].spot, 0, unit_[u].texel, unit_[u].weight, kGridError});
   }
 
   // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; infinite = not at all.
@@ -166,14 +177,13 @@ class Sharer {
     return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
-  // Visit the points of a grid no farther than a radius.
-  template <class Place, class Visit>
-  static void forEachNear(const PointGrid& grid, const glm::vec3& p, float radius, const Place& place, const Visit& visit) {
+  // Visit the points of a grid no farther than a radius: visit(i), points in the grid's order.
+  template <class Visit>
+  static void forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p, float radius, const Visit& visit) {
     grid.forEachRunIn(grid.boxAround(p, radius), [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t i = begin; i < end; ++i) {
-        const std::uint32_t index = grid.order()[i];
-        const glm::vec3 way = place(index) - p;
-        if (glm::dot(way, way) <= radius * radius) visit(index);
+      for (Neighbour& each : neighbour.subspan(begin, end - begin)) {
+        const glm::vec3 way = each.spot.positionWorld - p;
+        if (glm::dot(way, way) <= radius * radius) visit(each);
       }
     });
   }
@@ -181,24 +191,22 @@ class Sharer {
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
   // what is open now does not see them.
   void openCaches() {
-    std::vector<std::pair<std::uint32_t, float>> served;
+    std::vector<std::pair<Neighbour*, float>> served;
     const float cost = kCacheCost * options_.minChartTexels;
     for (Unit& unit : unit_) {
       if (unit.closed || unit.weight <= 0.0f) continue;
       const SurfaceSpot& spot = unit.spot;
       served.clear();
       float saved = 0.0f;
-      const auto unitPlace = [&](std::uint32_t u) { return unit_[u].spot.positionWorld; };
-      forEachNear(units_, spot.positionWorld, reach_ * unit.texel, unitPlace, [&](std::uint32_t u) {
-        const Unit& other = unit_[u];
+      forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texel, [&](Neighbour& other) {
         const float error = errorOf(other.spot, other.texel, spot.positionWorld, spot.normal);
         if (error >= other.error) return;
         saved += other.weight * (other.error - error);
-        served.emplace_back(u, error);
+        served.emplace_back(&other, error);
       });
       // Full texels earn their cache by themselves, so that what lies around them does not decide.
       if (saved < cost) continue;
-      for (const auto& [u, error] : served) unit_[u].error = error;
+      for (const auto& [other, error] : served) other->error = error;
       unit.closed = true;
       owner_.push_back(unit.cell);
       result_.caches.push_back({spot.positionWorld, spot.normal});
@@ -264,16 +272,18 @@ class Sharer {
       position.push_back(result_.caches[c].positionWorld);
     }
     const PointGrid grid(position, voxel_, context);
+    std::vector<Neighbour> nearCache;
+    for (const std::uint32_t k : grid.order()) nearCache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
     parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<float, std::uint32_t>> candidates;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t cell = open[i];
         if (result_.cacheOfCell[cell] != kNoCache) continue;
         candidates.clear();
-        const auto place = [&](std::uint32_t k) { return position[k]; };
-        forEachNear(grid, spot_[cell].positionWorld, reach * texelOf(cell), place, [&](std::uint32_t k) {
-          const float error = errorOf(spot_[cell], texelOf(cell), position[k], result_.caches[valid[k]].normal);
-          if (error < maxError) candidates.emplace_back(error, valid[k]);
+        const float texel = texelOf(cell);
+        forEachNear(grid, nearCache, spot_[cell].positionWorld, reach * texel, [&](const Neighbour& near) {
+          const float error = errorOf(spot_[cell], texel, near.spot.positionWorld, near.spot.normal);
+          if (error < maxError) candidates.emplace_back(error, near.cache);
         });
         const std::size_t tests = std::min(kSightTests, candidates.size());
         std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests), candidates.end());
@@ -319,6 +329,7 @@ class Sharer {
   std::vector<Unit> unit_;
   std::vector<std::uint32_t> owner_;   // cell of a cache; kNone = invalid
   PointGrid units_;
+  std::vector<Neighbour> nearUnit_;    // the units in the grid's order
   glm::vec3 low_{0.0f};                // [m] of all cells
   SharedCaches result_;
 };

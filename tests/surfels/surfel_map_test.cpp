@@ -25,7 +25,7 @@ std::uint32_t bruteForce(const SurfaceSample& point, std::span<const SurfaceSamp
   std::uint32_t found = kNone;
   for (std::uint32_t i = 0; i < surfels.size(); ++i) {
     if (glm::length(surfels[i].positionWorld - point.positionWorld) > reach) continue;
-    const float cost = mapCost(point, surfels[i], spacing);
+    const float cost = mapCost(mapPlace(point), mapPlace(surfels[i]), spacing, reach);
     if (cost < best) best = cost, found = i;
   }
   return found;
