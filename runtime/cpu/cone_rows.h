@@ -77,9 +77,9 @@ inline void sumCoefficients(const float* w, int stride, const float* b, int bStr
   }
 }
 
-// One row of links with a cone.
+// One row of links with a cone: all coefficients of its cache.
 template <class Links, int kBands>
-void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* out) {
+void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coefficients) {
   const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
   constexpr int kCoefficients = kBands * kBands;
   constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
@@ -89,6 +89,9 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* 
   alignas(64) float b[3 * kChunk];
   alignas(64) std::uint32_t node[kChunk + kLanes];
   const int chroma = job.chromaBands * job.chromaBands;
+  const int all = kCoefficients + 2 * chroma;
+  float* const out[3] = {coefficients, coefficients + kCoefficients, coefficients + kCoefficients + chroma};
+  for (int i = 0; i < all; ++i) coefficients[i] = 0.0f;
   for (std::uint32_t at = begin; at < end; at += kChunk) {
     const int count = end - at < kChunk ? static_cast<int>(end - at) : kChunk;
     Links::writeNodes(job, cache, at, count, node);
@@ -104,9 +107,10 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* 
     sumCoefficients<3, kMost>(w, kChunk, b, kChunk, count, out, 0, chroma);
     sumCoefficients<1, kMost>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);
   }
+  for (int i = 0; i < all; ++i) coefficients[i] *= job.coneScale[i];
 }
 
-using ConeRow = void (*)(const LightCachesJob&, std::uint32_t, float* const*);
+using ConeRow = void (*)(const LightCachesJob&, std::uint32_t cache, float* coefficients);
 template <class Links>
 constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>, lightConeRow<Links, 4>,
                                  lightConeRow<Links, 5>, lightConeRow<Links, 6>, lightConeRow<Links, 7>, lightConeRow<Links, 8>};

@@ -16,9 +16,9 @@ namespace {
 constexpr std::uint32_t kGrain = 64;
 
 // The cone kernel works with monic polynomials: y_l^m = K q_l^|m|(z) Re or Im (x + i y)^|m| with q's leading factor 1,
-// and band ratios without their constant r_l. scale = r_l K / y_0^0 makes up for both at the end of a cache's sum:
+// and band ratios without their constant r_l. r_l K / y_0^0 makes up for both at the end of a cache's sum:
 //   K = sqrt((2l+1)/(4 pi) (l-|m|)!/(l+|m|)!) sqrt(2 if m != 0) (2l-1)!!/(l-|m|)!
-std::array<float, kMaxCoefficients> makeConeScale() {
+std::array<float, kMaxCoefficients> makeMonicScale() {
   constexpr std::array<double, kMaxBands> kRatio = {1.0, 0.5, 0.5, 0.125, 0.125, 0.0625, 0.0625, 0.0078125};
   std::array<float, kMaxCoefficients> scale{};
   for (int l = 0; l < kMaxBands; ++l) {
@@ -31,6 +31,17 @@ std::array<float, kMaxCoefficients> makeConeScale() {
       scale[static_cast<std::size_t>(l * l + l + m)] = static_cast<float>(kRatio[static_cast<std::size_t>(l)] * k);
     }
   }
+  return scale;
+}
+
+// The scales of a cache's sums, which are of 4 Y, 2 Co, 4 Cg.
+std::array<float, 3 * kMaxCoefficients> makeConeScale(int lumaBands, int chromaBands) {
+  static const std::array<float, kMaxCoefficients> kMonicScale = makeMonicScale();
+  std::array<float, 3 * kMaxCoefficients> scale{};
+  const auto luma = static_cast<std::size_t>(lumaBands * lumaBands), chroma = static_cast<std::size_t>(chromaBands * chromaBands);
+  for (std::size_t i = 0; i < luma; ++i) scale[i] = 0.25f * kMonicScale[i];
+  for (std::size_t i = 0; i < chroma; ++i) scale[luma + i] = 0.5f * kMonicScale[i];
+  for (std::size_t i = 0; i < chroma; ++i) scale[luma + chroma + i] = 0.25f * kMonicScale[i];
   return scale;
 }
 
@@ -61,13 +72,14 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards) {
-  static const std::array<float, kMaxCoefficients> kConeScale = makeConeScale(), kSh8Scale = makeSh8Scale();
+  static const std::array<float, kMaxCoefficients> kSh8Scale = makeSh8Scale();
+  const std::array<float, 3 * kMaxCoefficients> coneScale = makeConeScale(lumaBands, chromaBands);
   LightCachesJob job;
   job.node = node.data();
   links.describe(job);
   job.lumaBands = lumaBands;
   job.chromaBands = chromaBands;
-  job.coneScale = kConeScale.data();
+  job.coneScale = coneScale.data();
   job.sh8Scale = kSh8Scale.data();
   job.coefficients = coefficients.data();
   if (links.count() == 0) {

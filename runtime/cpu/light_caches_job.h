@@ -29,7 +29,7 @@ struct LightCachesJob {
   std::uint32_t nodeSteps = 0;
   std::uint32_t gridLinks = 0;               // irradiance links: how many have a shape, from the first on
   int lumaBands = 1, chromaBands = 1;
-  const float* coneScale = nullptr;          // [Size 64] factor on each coefficient that the cone kernel leaves out
+  const float* coneScale = nullptr;          // factor on each sum over cones, in the order of a cache's coefficients
   const float* sh8Scale = nullptr;           // [Size 64] what a step of a coefficient's byte is worth
   float* coefficients = nullptr;             // out, a cache at a time
 };

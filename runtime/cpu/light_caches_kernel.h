@@ -37,16 +37,12 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
       lightSh8Row(job, linksBegin, linksEnd, out);
       continue;
     }
-    for (std::size_t i = 0; i < stride; ++i) y[i] = 0.0f;
     if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {
+      for (std::size_t i = 0; i < stride; ++i) y[i] = 0.0f;
       lightIrradianceRow(job, linksBegin, linksEnd, out);
       continue;
     }
-    row(job, cache, out);
-    // Rows have summed 4 Y, 2 Co, 4 Cg.
-    for (int i = 0; i < luma; ++i) out[0][i] *= 0.25f * job.coneScale[i];
-    for (int i = 0; i < chroma; ++i) out[1][i] *= 0.5f * job.coneScale[i];
-    for (int i = 0; i < chroma; ++i) out[2][i] *= 0.25f * job.coneScale[i];
+    row(job, cache, y);
   }
 }
 

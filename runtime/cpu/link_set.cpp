@@ -25,9 +25,11 @@ bool canPackAgain(const Links& links) {
   return true;
 }
 
-// The nearest f of eight bits, as they are stored.
+// The nearest f of eight bits, as they are stored: nothing, or four places behind the leading one from 2^-14 on. (Below
+// that are denormal halves, which kernels need not know then.)
 std::uint32_t packTransfer8(float f) {
-  const std::uint32_t low = packTransfer(f) >> 4, high = std::min(low + 1, 255u);
+  constexpr std::uint32_t kLeast = 16;
+  const std::uint32_t below = packTransfer(f) >> 4, low = below < kLeast ? 0 : below, high = std::clamp(low + 1, kLeast, 255u);
   return f - unpackTransfer(low << 4) < unpackTransfer(high << 4) - f ? low : high;
 }
 

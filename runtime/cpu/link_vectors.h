@@ -92,6 +92,10 @@ struct PlainLinks {
     return v;
   }
   Floats transfer() const { return halfToFloat(packed); }
+  static constexpr float kColorUnit = 1.0f;
+  void colors(const std::uint32_t* node, const Row& row, std::int32_t place, int count, Floats* color) const {
+    scaledColors(gather(node, nodes(row, place, count)), transfer(), color);
+  }
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const { bandRatios<kBands>(halfToFloat(packed >> 16), g); }
   __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<16>(direction, x, y, z); }
@@ -111,8 +115,11 @@ struct Heads {
     }
   }
   Ints nodes() const { return head & 0xFFFFF; }
-  Ints nodes(const Row&, std::int32_t, int) const { return nodes(); }
   Floats transfer() const { return halfToFloat((head >> 18) & 0x3FFC); }
+  static constexpr float kColorUnit = 1.0f;
+  __attribute__((always_inline)) void colors(const std::uint32_t* node, const Row&, std::int32_t, int, Floats* color) const {
+    scaledColors(gather(node, nodes()), transfer(), color);
+  }
 };
 
 template <class Word, int kUvBits, int kConeBits>
@@ -154,28 +161,31 @@ constexpr RatioTable kRatioTable;
 // oct6 links that LinkSet has packed again.
 struct RepackedLinks {
   Ints word;
-  Floats f;
+  Bytes f;
 
   // LinkSet has room behind the last link.
   __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
-      : word(load<Ints>(job.word + at)), f(halvesToFloats(bytesToHalves(load<Bytes>(job.transfer + at)) << 6)) {
-    if (count < kLanes) f = asFloats(asInts(f) & (laneNumbers() < count));
-  }
-  // Places from which on nodes are a step of 2^16 further, less each lane's own. [Limit: 16 steps for nodes of 20 bits]
+      : word(load<Ints>(job.word + at)), f(loadFirst<Bytes>(job.transfer + at, count)) {}
+  // The high bits of a row's nodes, which grow by 2^16 from some places on, for vectors read in their order.
   struct Row {
-    Ints step[16];
-    std::uint32_t steps;
+    const std::uint16_t *step, *end;
+    std::int32_t next;  // place of the next step
+    Ints high{};        // of the nodes before it
 
-    __attribute__((always_inline)) Row(const LightCachesJob& job, std::uint32_t cache) : steps(job.nodeSteps) {
-      for (std::uint32_t k = 0; k < steps; ++k) step[k] = job.nodeStep[std::size_t{steps} * cache + k] - laneNumbers();
+    __attribute__((always_inline)) Row(const LightCachesJob& job, std::uint32_t cache)
+        : step(job.nodeStep + std::size_t{job.nodeSteps} * cache), end(step + job.nodeSteps), next(step < end ? *step : kNever) {}
+    __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t place) {
+      Ints node = low | high;
+      while (next < place + kLanes) {
+        const Ints reached = (laneNumbers() + place >= next) & (1 << 16);
+        node += reached;
+        high += 1 << 16;
+        next = ++step < end ? *step : kNever;
+      }
+      return node;
     }
+    static constexpr std::int32_t kNever = INT32_MAX;
   };
-  __attribute__((always_inline)) Ints nodes(const Row& row, std::int32_t place, int count) const {
-    Ints node = word & 0xFFFF;
-    const Ints here = splatInt(place);
-    for (std::uint32_t k = 0; k < row.steps; ++k) node = addWhereReached(node, here, row.step[k], 1 << 16);
-    return count < kLanes ? node & (laneNumbers() < count) : node;
-  }
   static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count, std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
     const int place = static_cast<int>(at - job.rowBegin[cache]);
@@ -193,7 +203,19 @@ struct RepackedLinks {
     const Ints zero{};
     __builtin_memcpy(node + count, &zero, sizeof zero);
   }
-  Floats transfer() const { return f; }
+  Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
+#if RELUME_LANES == 16
+  // What carries nothing is not read. The bits of f, put where a float has them, add to the exponent of a colour's unit: a
+  // product without a multiplication, 2^8 too small (f never is a denormal half: link_set.cpp).
+  static constexpr float kColorUnit = 256.0f;
+  __attribute__((always_inline)) void colors(const std::uint32_t* node, Row& row, std::int32_t place, int, Floats* color) const {
+    const Ints at = row.nodes(word & 0xFFFF, place);
+    const __mmask16 carries = _mm_test_epi8_mask((__m128i)f, (__m128i)f);
+    const auto bits = (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), carries, (__m512i)at, node, 4);
+    const Ints unit = ((bits >> 3) & 0x1F800000) | (64 << 23), factor = __builtin_convertvector(f, Ints) << 19;
+    colorsInUnits(bits, (Floats)_mm512_maskz_add_epi32(carries, (__m512i)unit, (__m512i)factor), color);
+  }
+#endif
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const {
 #if RELUME_LANES == 16

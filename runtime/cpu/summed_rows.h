@@ -16,18 +16,19 @@ constexpr bool sumsFit(int luma, int chroma) { return kLanes == 16 && luma <= 4 
 // Sums over links of band ratio * y_i(direction) * (4 Y, 2 Co, 4 Cg), monic polynomials as in cone_rows.h.
 template <int kLuma, int kChroma>
 struct LinkSums {
-  Floats luma[kLuma * kLuma]{}, co[kChroma * kChroma]{}, cg[kChroma * kChroma]{};
+  static constexpr int kCo = kLuma * kLuma, kCg = kCo + kChroma * kChroma, kCount = kCg + kChroma * kChroma;
+  Floats sum[kCount]{};  // as a cache's coefficients: luma, Co, Cg
 
   // One coefficient of band kBand: factor * form, where `factor` has Y in it if chroma has no such band.
   template <int kBand, int kIndex>
   __attribute__((always_inline)) void addTo(Floats factor, Floats form, const Floats* color) {
     if constexpr (kBand < kChroma) {
       const Floats w = factor * form;
-      luma[kIndex] += w * color[0];
-      co[kIndex] += w * color[1];
-      cg[kIndex] += w * color[2];
+      sum[kIndex] += w * color[0];
+      sum[kCo + kIndex] += w * color[1];
+      sum[kCg + kIndex] += w * color[2];
     } else {
-      luma[kIndex] += factor * form;
+      sum[kIndex] += factor * form;
     }
   }
   template <int kBand>
@@ -36,9 +37,9 @@ struct LinkSums {
   }
 
   __attribute__((always_inline)) void add(const Floats* ratio, Floats x, Floats y, Floats z, const Floats* color) {
-    luma[0] += color[0];
-    co[0] += color[1];
-    cg[0] += color[2];
+    sum[0] += color[0];
+    sum[kCo] += color[1];
+    sum[kCg] += color[2];
     if constexpr (kLuma > 1) {
       const Floats g = factorOf<1>(ratio, color);
       addTo<1, 1>(g, y, color);
@@ -72,7 +73,8 @@ struct LinkSums {
 // Lanes without bit kBit: of a, plus those with it; the others: the same of b.
 template <int kBit, int... kLane>
 __attribute__((always_inline)) inline Floats addPairs(Floats a, Floats b, std::integer_sequence<int, kLane...>) {
-  return __builtin_shufflevector(a, b, (kLane & kBit ? 16 + kLane : kLane)...) +
+  constexpr auto kWithBit = static_cast<__mmask16>(((kLane & kBit ? 1u << kLane : 0u) | ...));
+  return (Floats)_mm512_mask_blend_ps(kWithBit, (__m512)a, (__m512)b) +
          __builtin_shufflevector(a, b, (kLane & kBit ? 16 + (kLane ^ kBit) : kLane ^ kBit)...);
 }
 
@@ -93,33 +95,34 @@ __attribute__((always_inline)) inline Floats sumsOf(const Floats* v) {
   }
 }
 
+// out[i] = the sum over the lanes of sum[i] * scale[i] * unit, sixteen at a time.
 template <int kCount>
-__attribute__((always_inline)) inline void writeSums(const Floats* sum, float* out) {
-  const Floats sums = sumsOf<kCount>(sum);
-  __builtin_memcpy(out, &sums, sizeof(float) * kCount);
+__attribute__((always_inline)) inline void writeSums(const Floats* sum, const float* scale, float unit, float* out) {
+  constexpr int kFirst = kCount < kLanes ? kCount : kLanes;
+  const Floats sums = sumsOf<kFirst>(sum) * (load<Floats>(scale) * unit);
+  __builtin_memcpy(out, &sums, sizeof(float) * kFirst);
+  if constexpr (kCount > kLanes) writeSums<kCount - kLanes>(sum + kLanes, scale + kLanes, unit, out + kLanes);
 }
 #else
 template <int kCount>
-void writeSums(const Floats*, float*);  // the sums do not fit
+void writeSums(const Floats*, const float*, float, float*);  // the sums do not fit
 #endif
 
 template <class Links, int kLuma, int kChroma>
-void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* const* out) {
+void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* coefficients) {
   const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
   const int count = static_cast<int>(end - begin);
-  const typename Links::Row row(job, cache);
+  typename Links::Row row(job, cache);
   LinkSums<kLuma, kChroma> sums;
   for (int k = 0; k < count; k += kLanes) {
     const Links links(job, std::size_t{begin} + static_cast<std::size_t>(k), count - k);
     Floats ratio[kLuma], color[3], x, y, z;
     links.unpackDirection(x, y, z);
     links.template ratios<kLuma>(ratio);
-    scaledColors(gather(job.node, links.nodes(row, k, count - k)), links.transfer(), color);
+    links.colors(job.node, row, k, count - k, color);
     sums.add(ratio, x, y, z, color);
   }
-  writeSums<kLuma * kLuma>(sums.luma, out[0]);
-  writeSums<kChroma * kChroma>(sums.co, out[1]);
-  writeSums<kChroma * kChroma>(sums.cg, out[2]);
+  writeSums<LinkSums<kLuma, kChroma>::kCount>(sums.sum, job.coneScale, Links::kColorUnit, coefficients);
 }
 
 // sumConeRow(), or null where the sums do not fit.

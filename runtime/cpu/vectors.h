@@ -91,10 +91,15 @@ inline Halves bytesToHalves(Bytes bytes) {
 #endif
 }
 
+#if RELUME_LANES == 16
+// 1 / sqrt(v) to 14 bits.
+inline Floats roughInverseSqrt(Floats v) { return (Floats)_mm512_maskz_rsqrt14_ps(kAll, (__m512)v); }
+#endif
+
 // 1 / sqrt(v) to about 23 bits: the processor's estimate and one step of Newton's.
 inline Floats inverseSqrt(Floats v) {
 #if RELUME_LANES == 16
-  const Floats e = (Floats)_mm512_maskz_rsqrt14_ps(kAll, (__m512)v);
+  const Floats e = roughInverseSqrt(v);
 #elif RELUME_LANES == 8 && defined(__AVX__)
   const Floats e = (Floats)_mm256_rsqrt_ps((__m256)v);
 #elif defined(__SSE2__)
@@ -133,21 +138,23 @@ inline Floats most(Floats a, Floats b) {
 #endif
 }
 
+// a, no larger than the limit in size. [limit >= 0]
+inline Floats limitSize(Floats a, Floats limit) {
+#if RELUME_LANES == 16
+  constexpr int kLesserSizeSignOfFirst = 2;
+  return (Floats)_mm512_maskz_range_ps(kAll, (__m512)a, (__m512)limit, kLesserSizeSignOfFirst);
+#else
+  const Ints signBit = Ints{} + INT32_MIN;
+  return asFloats(asInts(least(asFloats(asInts(a) & ~signBit), limit)) | (asInts(a) & signBit));
+#endif
+}
+
 inline Ints splatInt(std::int32_t v) { return v - Ints{}; }
 
 inline Ints laneNumbers() {
   Ints v;
   for (int i = 0; i < kLanes; ++i) v[i] = i;
   return v;
-}
-
-// v, and v + step where `at` is at least `from`.
-inline Ints addWhereReached(Ints v, Ints at, Ints from, std::int32_t step) {
-#if RELUME_LANES == 16
-  return (Ints)_mm512_mask_add_epi32((__m512i)v, _mm512_cmpge_epi32_mask((__m512i)at, (__m512i)from), (__m512i)v, (__m512i)splatInt(step));
-#else
-  return v + ((at >= from) & step);
-#endif
 }
 
 // The words at these indices.
@@ -201,14 +208,18 @@ inline void toYCoCg(Floats r, Floats g, Floats b, Floats& y, Floats& co, Floats&
   cg = green - rest;
 }
 
-// 4 Y, 2 Co and 4 Cg of packed colours (formats/color.h), times f: sums of their bits.
-__attribute__((always_inline)) inline void scaledColors(Ints bits, Floats f, Floats* color) {
-  const Floats scale = asFloats(((bits >> 3) & 0x1F800000) + (87 << 23)) * f;
+// 4 Y, 2 Co and 4 Cg of packed colours (formats/color.h) whose channels are multiples of `scale`: sums of their bits.
+__attribute__((always_inline)) inline void colorsInUnits(Ints bits, Floats scale, Floats* color) {
   const Ints red = bits & 511, green2 = (bits >> 8) & 1022, blue2 = (bits >> 17) & 510;
   const Ints redBlue = red + blue2;
   color[0] = toFloats(green2 + redBlue) * scale;
   color[1] = toFloats(red - blue2) * scale;
   color[2] = toFloats(green2 - redBlue) * scale;
+}
+
+// The same times f.
+__attribute__((always_inline)) inline void scaledColors(Ints bits, Floats f, Floats* color) {
+  colorsInUnits(bits, asFloats(((bits >> 3) & 0x1F800000) + (87 << 23)) * f, color);
 }
 
 // Unit direction of a packed octahedral one, kBits each of u and v from bit kFrom on (formats/pack.h, compact_links.h).
@@ -218,11 +229,17 @@ __attribute__((always_inline)) inline void unpackDirections(Ints bits, Floats& x
   constexpr float kOne = static_cast<float>((1 << (kBits - 1)) - 1);
   constexpr int kRest = 32 - kBits;
   const Floats u = toFloats((bits << (kRest - kFrom)) >> kRest), v = toFloats((bits << (kRest - kBits - kFrom)) >> kRest);
-  const Floats w = kOne - asFloats(asInts(u) & ~signBit) - asFloats(asInts(v) & ~signBit);
-  // The lower half is folded outward: |u| and |v| shrink by as much as w lies below zero.
-  const Ints below = asInts(least(w, Floats{}));
-  const Floats foldedU = u + asFloats(below ^ (asInts(u) & signBit)), foldedV = v + asFloats(below ^ (asInts(v) & signBit));
-  const Floats scale = inverseSqrt(foldedU * foldedU + foldedV * foldedV + w * w);
+  const Floats sizeV = asFloats(asInts(v) & ~signBit), restU = kOne - asFloats(asInts(u) & ~signBit), restV = kOne - sizeV;
+  const Floats w = restU - sizeV;
+  // The lower half is folded outward: |u| becomes what |v| leaves, and |v| what |u| leaves, where that is less.
+  const Floats foldedU = limitSize(u, restV), foldedV = limitSize(v, restU);
+  const Floats lengthSquared = foldedU * foldedU + foldedV * foldedV + w * w;
+#if RELUME_LANES == 16
+  // 14 bits of a direction that has six.
+  const Floats scale = kBits <= 6 ? roughInverseSqrt(lengthSquared) : inverseSqrt(lengthSquared);
+#else
+  const Floats scale = inverseSqrt(lengthSquared);
+#endif
   x = foldedU * scale;
   y = foldedV * scale;
   z = w * scale;
