@@ -396,11 +396,12 @@ inline void listBits(const std::uint64_t* bits, std::uint32_t first, std::uint32
 
 // Up to kLanes packed colours to these nodes.
 inline void scatter(Ints colors, const std::uint32_t* at, std::uint32_t count, std::uint32_t* node) {
-  if (count >= kLanes) {
-    for (int i = 0; i < kLanes; ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
-  } else {
-    for (std::uint32_t i = 0; i < count; ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
-  }
+#if RELUME_LANES == 16
+  const auto there = static_cast<__mmask16>(count < kLanes ? (1u << count) - 1 : 0xFFFFu);
+  _mm512_mask_i32scatter_epi32(node, there, load<__m512i>(at), (__m512i)colors, 4);
+#else
+  for (std::uint32_t i = 0; i < (count < kLanes ? count : kLanes); ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
+#endif
 }
 
 inline void storeSurfels(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e,

@@ -165,7 +165,7 @@ struct RepackedLinks {
 
   // LinkSet has room behind the last link.
   __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
-      : word(load<Ints>(job.word + at)), f(loadFirst<Bytes>(job.transfer + at, count)) {}
+      : word(load<Ints>(job.word + at)), f(loadFirstBytes(job.transfer + at, count)) {}
   // The high bits of a row's nodes, which grow by 2^16 from some places on, for vectors read in their order.
   struct Row {
     const std::uint16_t *step, *end;
@@ -212,7 +212,7 @@ struct RepackedLinks {
     const Ints at = row.nodes(word & 0xFFFF, place);
     const __mmask16 carries = _mm_test_epi8_mask((__m128i)f, (__m128i)f);
     const auto bits = (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), carries, (__m512i)at, node, 4);
-    const Ints unit = ((bits >> 3) & 0x1F800000) | (64 << 23), factor = __builtin_convertvector(f, Ints) << 19;
+    const Ints unit = ((bits >> 3) & 0x1F800000) | (64 << 23), factor = bytesToInts(f) << 19;
     colorsInUnits(bits, (Floats)_mm512_maskz_add_epi32(carries, (__m512i)unit, (__m512i)factor), color);
   }
 #endif

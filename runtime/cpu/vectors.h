@@ -83,6 +83,20 @@ inline Floats halvesToFloats(Halves halves) {
 }
 
 typedef std::uint8_t Bytes __attribute__((vector_size(RELUME_LANES)));
+// The first `count` of the bytes, then zeros. All of them may be read.
+inline Bytes loadFirstBytes(const std::uint8_t* from, int count) {
+#if RELUME_LANES == 16
+  return (Bytes)_mm_maskz_loadu_epi8(static_cast<__mmask16>(count < kLanes ? (1u << count) - 1 : 0xFFFFu), from);
+#else
+  Bytes bytes = load<Bytes>(from);
+  for (int i = count; i < kLanes; ++i) bytes[i] = 0;
+  return bytes;
+#endif
+}
+#if RELUME_LANES == 16
+// g++ 12 converts bytes to words one by one.
+inline Ints bytesToInts(Bytes bytes) { return (Ints)_mm512_maskz_cvtepu8_epi32(kAll, (__m128i)bytes); }
+#endif
 inline Halves bytesToHalves(Bytes bytes) {
 #if RELUME_LANES == 16
   return (Halves)_mm256_cvtepu8_epi16((__m128i)bytes);
