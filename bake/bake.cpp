@@ -42,17 +42,16 @@ RayStructure rayStructureFor(const BakeOptions& options) {
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
   // 0. Rays against the fixed part of the level, and what of it matters: surfaces that receivers can see
-  auto tracer = stage(context, "rays", [&] {
-    return RayTracer::create(scene, options.embreeIsa, context, rayStructureFor(options));
-  });
+  auto tracer = stage(context, "rays",
+                      [&] { return RayTracer::create(scene, options.embreeIsa, context, rayStructureFor(options)); });
   if (!tracer) return tracer.error();
-  auto space = stage(context, "play space",
-                     [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
+  auto space =
+      stage(context, "play space", [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
   if (!space) return space.error();
 
   // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
-  auto placed = stage(context, "surfels",
-                      [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+  auto placed =
+      stage(context, "surfels", [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
   if (!placed) return placed.error();
   auto hierarchy = stage(context, "hierarchy", [&] {
     return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
@@ -60,8 +59,8 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   if (!hierarchy) return hierarchy.error();
 
   // 2. Receivers: where light is gathered (PIC 4.4)
-  auto caches = stage(context, "caches",
-                      [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
+  auto caches =
+      stage(context, "caches", [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
   if (!caches) return caches.error();
 
   // 3. Transport, a cache at a time; nothing of size n_C x n_S is ever stored (PIC 3.1, 4.5, 4.6)
@@ -84,8 +83,8 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   auto bake = stage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, tracer->description());
-    return Bake{std::move(placed->surfels), std::move(*hierarchy),    std::move(*caches),
-                std::move(traced->links),   std::move(instances), std::move(provenance)};
+    return Bake{std::move(placed->surfels), std::move(*hierarchy), std::move(*caches),
+                std::move(traced->links),   std::move(instances),  std::move(provenance)};
   });
   if (context.cancelled()) return cancelledError();
   return bake;
@@ -96,11 +95,13 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
 Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context) {
   if (const Status status = checkOptions(options); !status) return status.error();
   if (!hasFixedTriangles(scene))
-    return Error{ErrorCode::failed, "scene \"" + scene.name + "\" has no triangle to bake: no mesh, or every node is "
-                                    "\"dynamic\" or \"ignore\" in extras.relume"};
+    return Error{ErrorCode::failed, "scene \"" + scene.name +
+                                        "\" has no triangle to bake: no mesh, or every node is "
+                                        "\"dynamic\" or \"ignore\" in extras.relume"};
   try {
     Result<Bake> baked = bakeStages(scene, options, context);
-    if (!baked && !context.cancelled()) baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
+    if (!baked && !context.cancelled())
+      baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
     return baked;
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};

@@ -37,7 +37,7 @@ struct Field {
   const char* name;  // path in the JSON
   const char* flag;  // of the command line, "" = none
   Place place;
-  double low, high;               // inclusive; of numbers
+  double low, high;                // inclusive; of numbers
   std::vector<const char*> names;  // of choices and strings
   const char* unit;
   const char* comment;
@@ -47,69 +47,203 @@ constexpr double kFloatMax = 1e30;  // stands for "no upper bound" of lengths an
 
 std::vector<Field> fields(BakeOptions& o) {
   return {
-      {"playSpace.mode", "--play-space", choice(o.playSpace.mode), 0, 0, {"seen", "all"}, "",
+      {"playSpace.mode",
+       "--play-space",
+       choice(o.playSpace.mode),
+       0,
+       0,
+       {"seen", "all"},
+       "",
        "surfaces that count: seen from cameras, volumes and free space, or all"},
       {"playSpace.walks", "--walks", &o.playSpace.walks, 1e3, 1e9, {}, "", "random walks that find what is seen"},
       {"playSpace.maxBounces", "", &o.playSpace.maxBounces, 1, 64, {}, "", "length of a walk"},
 
       {"surfels.count", "--surfels", &o.surfels.count, 2, 16777216, {}, "", "n_S, surfels that send light"},
-      {"surfels.placement", "--placement", choice(o.surfels.placement), 0, 0, {"halton", "relaxed", "eliminated"}, "",
+      {"surfels.placement",
+       "--placement",
+       choice(o.surfels.placement),
+       0,
+       0,
+       {"halton", "relaxed", "eliminated"},
+       "",
        "how surfels are spread: points of Halton, with repulsion, or weighted sample elimination"},
       {"surfels.relaxIterations", "", &o.surfels.relaxIterations, 0, 1000, {}, "", "rounds of repulsion of `relaxed`"},
-      {"surfels.candidateFactor", "", &o.surfels.candidateFactor, 1.5, 20, {}, "",
+      {"surfels.candidateFactor",
+       "",
+       &o.surfels.candidateFactor,
+       1.5,
+       20,
+       {},
+       "",
        "candidates a surfel of `eliminated`"},
 
-      {"clustering.method", "--clustering", choice(o.clustering.method), 0, 0, {"exact", "kd"}, "",
+      {"clustering.method",
+       "--clustering",
+       choice(o.clustering.method),
+       0,
+       0,
+       {"exact", "kd"},
+       "",
        "exact agglomerative clustering, or median splits"},
       {"clustering.normalWeight", "", &o.clustering.normalWeight, 0, kFloatMax, {}, "", "C_n of the metric"},
       {"clustering.balanceWeight", "", &o.clustering.balanceWeight, 0, kFloatMax, {}, "", "C_b of the metric"},
-      {"clustering.outlookWeight", "", &o.clustering.outlookWeight, 0, 1e6, {}, "",
+      {"clustering.outlookWeight",
+       "",
+       &o.clustering.outlookWeight,
+       0,
+       1e6,
+       {},
+       "",
        "C_o of the metric: keeps surfels apart that do not see the same; 0 = the paper's metric"},
 
-      {"caches.gridResolution", "--grid", &o.caches.gridResolution, 0, 1024, {}, "",
+      {"caches.gridResolution",
+       "--grid",
+       &o.caches.gridResolution,
+       0,
+       1024,
+       {},
+       "",
        "points of a uniform grid along X,Y,Z; 0,0,0 = two levels, from gridSpacing"},
-      {"caches.gridSpacing", "--grid-spacing", &o.caches.gridSpacing, 0, 1e6, {}, "m",
+      {"caches.gridSpacing",
+       "--grid-spacing",
+       &o.caches.gridSpacing,
+       0,
+       1e6,
+       {},
+       "m",
        "distance of grid points where surfaces are, twice that in air; 0 = from gridCaches"},
-      {"caches.gridCaches", "--grid-caches", &o.caches.gridCaches, 0, 1e7, {}, "",
+      {"caches.gridCaches",
+       "--grid-caches",
+       &o.caches.gridCaches,
+       0,
+       1e7,
+       {},
+       "",
        "target number of valid grid caches when neither resolution nor spacing is given; 0 = no grid"},
-      {"caches.lightmapSize", "--lightmap", &o.caches.lightmapSize, 0, 16384, {}, "texel",
+      {"caches.lightmapSize",
+       "--lightmap",
+       &o.caches.lightmapSize,
+       0,
+       16384,
+       {},
+       "texel",
        "side of the light map (at least 16); 0 = what lightmapCaches needs"},
-      {"caches.lightmapCaches", "--lightmap-caches", &o.caches.lightmapCaches, 0, 1e8, {}, "",
+      {"caches.lightmapCaches",
+       "--lightmap-caches",
+       &o.caches.lightmapCaches,
+       0,
+       1e8,
+       {},
+       "",
        "target number of light-map caches; 0 = no light map"},
-      {"caches.minChartTexels", "", &o.caches.minChartTexels, 0, 1e6, {}, "texel",
+      {"caches.minChartTexels",
+       "",
+       &o.caches.minChartTexels,
+       0,
+       1e6,
+       {},
+       "texel",
        "charts of a smaller area share texels or are lit by the grid"},
-      {"caches.useTexcoord1", "", &o.caches.useTexcoord1, 0, 1, {}, "",
+      {"caches.useTexcoord1",
+       "",
+       &o.caches.useTexcoord1,
+       0,
+       1,
+       {},
+       "",
        "use TEXCOORD_1 as light-map coordinates where it is valid for that"},
-      {"caches.maxBackFaceShare", "", &o.caches.maxBackFaceShare, 0, 1, {}, "",
+      {"caches.maxBackFaceShare",
+       "",
+       &o.caches.maxBackFaceShare,
+       0,
+       1,
+       {},
+       "",
        "a cache whose rays hit more back faces is moved or dropped"},
       {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "empty texels between charts"},
 
-      {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"}, "",
+      {"links.kind",
+       "--link-kind",
+       choice(o.links.kind),
+       0,
+       0,
+       {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"},
+       "",
        "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12, 8 or 6 bytes, SH in bytes, or "
        "irradiance alone on the light map"},
       {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
-      {"links.linksTotal", "--links-total", &o.links.linksTotal, 0, 4294967295.0, {}, "",
+      {"links.linksTotal",
+       "--links-total",
+       &o.links.linksTotal,
+       0,
+       4294967295.0,
+       {},
+       "",
        "links of all caches together (to about 1 %), shared out by error up to linksPerCache each; 0 = no limit"},
-      {"links.maxError", "--max-error", &o.links.maxError, 0, 1, {}, "",
+      {"links.maxError",
+       "--max-error",
+       &o.links.maxError,
+       0,
+       1,
+       {},
+       "",
        "expected relative error of a cache's light at which it gets no more links; 0 = all get linksPerCache"},
       {"links.raysPerCache", "--rays", &o.links.raysPerCache, 16, 1048576, {}, "", "K, rays of a cache"},
-      {"links.emitterRays", "--emitter-rays", &o.links.emitterRays, 0, 1, {}, "",
+      {"links.emitterRays",
+       "--emitter-rays",
+       &o.links.emitterRays,
+       0,
+       1,
+       {},
+       "",
        "rays aimed at emitters, as a share of raysPerCache and beside them"},
       {"links.bands", "--link-bands", &o.links.bands, 1, 8, {}, "", "spherical harmonics bands of SH links"},
-      {"links.key", "--cut-key", choice(o.links.key), 0, 0, {"transfer", "transferRadius", "readError"}, "",
-       "what a cut refines: the largest transfer (the paper), transfer x cosine x radius, or the error of reading an average"},
-      {"links.pull", "--pull", choice(o.links.pull), 0, 0, {"area", "openness", "importance"}, "",
+      {"links.key",
+       "--cut-key",
+       choice(o.links.key),
+       0,
+       0,
+       {"transfer", "transferRadius", "readError"},
+       "",
+       "what a cut refines: the largest transfer (the paper), transfer x cosine x radius, or the error of reading an "
+       "average"},
+      {"links.pull",
+       "--pull",
+       choice(o.links.pull),
+       0,
+       0,
+       {"area", "openness", "importance"},
+       "",
        "weights of a node's children: equal areas (the paper), openness, or importance for the caches"},
       {"links.opennessRadius", "", &o.links.opennessRadius, 1e-6, kFloatMax, {}, "m", "R of openness d²/(d²+R²)"},
-      {"links.skyPatches", "--sky-patches", &o.links.skyPatches, 0, 4096, {}, "",
+      {"links.skyPatches",
+       "--sky-patches",
+       &o.links.skyPatches,
+       0,
+       4096,
+       {},
+       "",
        "senders of the sky; 0 = the sky gives no light"},
 
       {"lumaBands", "--luma-bands", &o.lumaBands, 1, 8, {}, "", "l_Y recommended to the runtime"},
-      {"chromaBands", "--chroma-bands", &o.chromaBands, 1, 8, {}, "",
+      {"chromaBands",
+       "--chroma-bands",
+       &o.chromaBands,
+       1,
+       8,
+       {},
+       "",
        "l_CoCg recommended to the runtime, at most lumaBands"},
       {"seed", "--seed", &o.seed, 0, 1.8446744073709552e19, {}, "", "of all random numbers"},
-      {"embreeIsa", "--isa", &o.embreeIsa, 0, 0, {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}, "",
-       "instruction set of the ray tracer; hits differ between them where triangles overlap, rarely; empty = the best here"},
+      {"embreeIsa",
+       "--isa",
+       &o.embreeIsa,
+       0,
+       0,
+       {"", "sse2", "sse4.2", "avx", "avx2", "avx512"},
+       "",
+       "instruction set of the ray tracer; hits differ between them where triangles overlap, rarely; empty = the best "
+       "here"},
   };
 }
 
@@ -142,7 +276,8 @@ std::string rangeText(const Field& field) {
   if (std::holds_alternative<bool*>(field.place)) return "true|false";
   if (std::holds_alternative<std::uint64_t*>(field.place)) return "0..2^64-1";
   if (field.high >= kFloatMax) return ">= " + number(field.low);
-  return number(field.low) + ".." + number(field.high) + (std::holds_alternative<glm::uvec3*>(field.place) ? " each" : "");
+  return number(field.low) + ".." + number(field.high) +
+         (std::holds_alternative<glm::uvec3*>(field.place) ? " each" : "");
 }
 
 Json toJson(const Field& field) {
@@ -163,9 +298,9 @@ Json toJson(const Field& field) {
 }
 
 Error wrongType(const Field& field, const char* expected, const Json& found) {
-  return {ErrorCode::usage, std::string("option ") + field.name + (*field.flag ? std::string(" (") + field.flag + ")" : "") +
-                                ": expected " + expected + ", found " +
-                                found.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 80)};
+  return {ErrorCode::usage, std::string("option ") + field.name +
+                                (*field.flag ? std::string(" (") + field.flag + ")" : "") + ": expected " + expected +
+                                ", found " + found.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 80)};
 }
 
 template <class Integer>
@@ -249,8 +384,9 @@ Status readObject(const Json& object, const std::string& prefix, const std::vect
 }
 
 Error outOfRange(const Field& field, const std::string& found, const std::string& expected) {
-  return {ErrorCode::usage, std::string("option ") + field.name + (*field.flag ? std::string(" (") + field.flag + ")" : "") +
-                                " is " + found + ", expected " + expected + (*field.unit ? std::string(" ") + field.unit : "")};
+  return {ErrorCode::usage, std::string("option ") + field.name +
+                                (*field.flag ? std::string(" (") + field.flag + ")" : "") + " is " + found +
+                                ", expected " + expected + (*field.unit ? std::string(" ") + field.unit : "")};
 }
 
 Status checkField(const Field& field) {
@@ -286,9 +422,11 @@ Status checkTogether(const BakeOptions& o) {
   if (const std::uint64_t senders = std::uint64_t{o.surfels.count} + o.links.skyPatches;
       linkHasHead(o.links.kind) && 2 * senders - 1 > (1u << 20))
     return usage("options surfels.count (--surfels) and links.skyPatches (--sky-patches) are together " +
-                 std::to_string(senders) + ", expected at most 524288 with compact links; use links.kind (--link-kind) cone or sh");
+                 std::to_string(senders) +
+                 ", expected at most 524288 with compact links; use links.kind (--link-kind) cone or sh");
   if (o.links.maxError > 0.0f && o.links.key != LinkOptions::CutKey::readError)
-    return usage("option links.maxError (--max-error) needs links.key (--cut-key) readError, for other keys are no errors");
+    return usage(
+        "option links.maxError (--max-error) needs links.key (--cut-key) readError, for other keys are no errors");
   if (o.links.linksPerCache > o.surfels.count)
     return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
                  ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));
@@ -304,8 +442,9 @@ Status checkTogether(const BakeOptions& o) {
                  ", expected 0 or 16..16384 texel");
   const bool noGrid = someZero && o.caches.gridSpacing == 0.0f && o.caches.gridCaches == 0;
   if (noGrid && o.caches.lightmapSize == 0 && o.caches.lightmapCaches == 0)
-    return usage("options caches.gridCaches (--grid-caches) and caches.lightmapCaches (--lightmap-caches) are both 0, "
-                 "expected a grid, a light map, or both");
+    return usage(
+        "options caches.gridCaches (--grid-caches) and caches.lightmapCaches (--lightmap-caches) are both 0, "
+        "expected a grid, a light map, or both");
   return done();
 }
 

@@ -16,56 +16,57 @@ namespace relume {
 // Where receivers can be: what they cannot see needs neither surfels nor caches.
 struct PlaySpaceOptions {
   enum class Mode { seen, all };
-  Mode mode = Mode::seen;            // seen: cameras, extras.relume volumes, free grid points; all: every surface
-  std::uint32_t walks = 1u << 19;    // [1e3..1e9] random walks that find what is seen
-  std::uint32_t maxBounces = 6;      // [1..64] length of a walk
+  Mode mode = Mode::seen;          // seen: cameras, extras.relume volumes, free grid points; all: every surface
+  std::uint32_t walks = 1u << 19;  // [1e3..1e9] random walks that find what is seen
+  std::uint32_t maxBounces = 6;    // [1..64] length of a walk
 };
 
 struct SurfelOptions {
   enum class Placement { halton, relaxed, eliminated };
-  std::uint32_t count = 131072;      // [2..16777216] n_S, PIC 4.2
+  std::uint32_t count = 131072;  // [2..16777216] n_S, PIC 4.2
   Placement placement = Placement::eliminated;
   std::uint32_t relaxIterations = 10;  // [0..1000] rounds of repulsion of `relaxed`
-  float candidateFactor = 4.0f;      // [1.5..20] candidates a surfel of `eliminated`
+  float candidateFactor = 4.0f;        // [1.5..20] candidates a surfel of `eliminated`
 };
 
 struct ClusteringOptions {
   enum class Method { exact, kd };
-  Method method = Method::exact;     // exact agglomerative clustering, or median splits
-  float normalWeight = 0.1f;         // [>= 0] C_n, PIC 4.3
-  float balanceWeight = 0.02f;       // [>= 0] C_b, PIC 4.3
-  float outlookWeight = 4.0f;        // [>= 0] C_o: keeps surfels apart that do not see the same; 0 = the paper's metric
+  Method method = Method::exact;  // exact agglomerative clustering, or median splits
+  float normalWeight = 0.1f;      // [>= 0] C_n, PIC 4.3
+  float balanceWeight = 0.02f;    // [>= 0] C_b, PIC 4.3
+  float outlookWeight = 4.0f;     // [>= 0] C_o: keeps surfels apart that do not see the same; 0 = the paper's metric
 };
 
 struct CacheOptions {
-  glm::uvec3 gridResolution{0};      // [0..1024 each] points along each axis of a uniform grid; 0 = two levels, from gridSpacing
-  float gridSpacing = 0.0f;          // [m] [>= 0] of points where surfaces are, twice that in air; 0 = from gridCaches
-  std::uint32_t gridCaches = 2304;   // [0..1e7] target when neither is given; 0 = no grid (PIC: 24 x 8 x 12)
-  std::uint32_t lightmapSize = 0;    // [0, 16..16384] texels a side; 0 = what lightmapCaches needs
+  glm::uvec3 gridResolution{
+      0};  // [0..1024 each] points along each axis of a uniform grid; 0 = two levels, from gridSpacing
+  float gridSpacing = 0.0f;         // [m] [>= 0] of points where surfaces are, twice that in air; 0 = from gridCaches
+  std::uint32_t gridCaches = 2304;  // [0..1e7] target when neither is given; 0 = no grid (PIC: 24 x 8 x 12)
+  std::uint32_t lightmapSize = 0;   // [0, 16..16384] texels a side; 0 = what lightmapCaches needs
   std::uint32_t lightmapCaches = 8281;  // [0..1e8] target number of light-map caches; 0 = no light map
-  float minChartTexels = 1.0f;       // [>= 0] charts smaller than this many texels of area share texels or use the grid
-  bool useTexcoord1 = true;          // use TEXCOORD_1 as light-map coordinates where it is valid for that
-  float maxBackFaceShare = 0.25f;    // [0..1] a cache whose rays hit more back faces than this is moved or dropped
-  float gutterTexels = 1.0f;         // [0..8] empty texels between charts
+  float minChartTexels = 1.0f;     // [>= 0] charts smaller than this many texels of area share texels or use the grid
+  bool useTexcoord1 = true;        // use TEXCOORD_1 as light-map coordinates where it is valid for that
+  float maxBackFaceShare = 0.25f;  // [0..1] a cache whose rays hit more back faces than this is moved or dropped
+  float gutterTexels = 1.0f;       // [0..8] empty texels between charts
 };
 
 struct LinkOptions {
   enum class CutKey { transfer, transferRadius, readError };
   enum class PullWeight { area, openness, importance };
-  LinkKind kind = LinkKind::oct6;      // how a link stores its transfer; docs/LINKS.md compares
-  std::uint32_t linksPerCache = 254;   // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
-  std::uint32_t linksTotal = 0;        // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
-                                       // Kept to about 1 %: the share is found from every n-th cache
-  float maxError = 0.0f;               // [0..1] a cache whose expected relative error is this small gets no more links;
-                                       // 0 = all get linksPerCache. Of key readError
-  std::uint32_t raysPerCache = 4096;   // [16..1048576] K
-  float emitterRays = 0.125f;          // [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
-  std::uint32_t bands = 4;             // [1..8] of SH links
-  CutKey key = CutKey::readError;      // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius;
-                                       // readError: how far a node's average is from what the cache sees of it
+  LinkKind kind = LinkKind::oct6;     // how a link stores its transfer; docs/LINKS.md compares
+  std::uint32_t linksPerCache = 254;  // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
+  std::uint32_t linksTotal = 0;  // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
+                                 // Kept to about 1 %: the share is found from every n-th cache
+  float maxError = 0.0f;         // [0..1] a cache whose expected relative error is this small gets no more links;
+                                 // 0 = all get linksPerCache. Of key readError
+  std::uint32_t raysPerCache = 4096;  // [16..1048576] K
+  float emitterRays = 0.125f;         // [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
+  std::uint32_t bands = 4;            // [1..8] of SH links
+  CutKey key = CutKey::readError;     // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius;
+                                      // readError: how far a node's average is from what the cache sees of it
   PullWeight pull = PullWeight::importance;  // weights of a node's children in its radiosity; area: the paper's
-  float opennessRadius = 3.0f;         // [m] [> 0] R of openness d²/(d²+R²)
-  std::uint32_t skyPatches = 64;       // [0..4096] sky senders; 0 = the sky gives no light
+  float opennessRadius = 3.0f;               // [m] [> 0] R of openness d²/(d²+R²)
+  std::uint32_t skyPatches = 64;             // [0..4096] sky senders; 0 = the sky gives no light
 };
 
 struct BakeOptions {
@@ -74,10 +75,10 @@ struct BakeOptions {
   ClusteringOptions clustering;
   CacheOptions caches;
   LinkOptions links;
-  std::uint32_t lumaBands = 4;    // [1..8] recommended to the runtime
-  std::uint32_t chromaBands = 2;  // [1..lumaBands] more cannot be seen (docs/BANDS.md)
-  std::uint64_t seed = 1;         // any
-  std::string embreeIsa = "avx2"; // Embree's isa; hits differ where triangles overlap, rarely
+  std::uint32_t lumaBands = 4;     // [1..8] recommended to the runtime
+  std::uint32_t chromaBands = 2;   // [1..lumaBands] more cannot be seen (docs/BANDS.md)
+  std::uint64_t seed = 1;          // any
+  std::string embreeIsa = "avx2";  // Embree's isa; hits differ where triangles overlap, rarely
 };
 
 enum class Preset { draft, medium, high, best };

@@ -47,7 +47,9 @@ class PointGrid {
   }
 
   // The cells that a cube of this half width [m] around p meets.
-  Box boxAround(const glm::vec3& p, float halfWidth) const { return {cellOf(p - glm::vec3(halfWidth)), cellOf(p + glm::vec3(halfWidth))}; }
+  Box boxAround(const glm::vec3& p, float halfWidth) const {
+    return {cellOf(p - glm::vec3(halfWidth)), cellOf(p + glm::vec3(halfWidth))};
+  }
 
   // The same, of the cells of a box.
   template <class Visit>

@@ -23,8 +23,8 @@ class Hasher {
 
   // Padding would make the hash depend on garbage.
   template <class T>
-    requires(std::is_arithmetic_v<T> || std::is_enum_v<T> || std::has_unique_object_representations_v<T>)
-  void value(const T& v) {
+  requires(std::is_arithmetic_v<T> || std::is_enum_v<T> ||
+           std::has_unique_object_representations_v<T>) void value(const T& v) {
     bytes(&v, sizeof(T));
   }
   void value(const glm::vec3& v) { bytes(&v, sizeof(v)); }

@@ -57,15 +57,11 @@ class MemoryInput : public cereal::InputArchive<MemoryInput, cereal::AllowEmptyC
 
 // How cereal moves numbers, raw bytes and sizes with these archives; found by argument-dependent lookup.
 template <class T>
-  requires std::is_arithmetic_v<T>
-void CEREAL_SAVE_FUNCTION_NAME(MemoryOutput& archive, const T& value) {
-  archive.append(&value, sizeof(value));
-}
+requires std::is_arithmetic_v<T>
+void CEREAL_SAVE_FUNCTION_NAME(MemoryOutput& archive, const T& value) { archive.append(&value, sizeof(value)); }
 template <class T>
-  requires std::is_arithmetic_v<T>
-void CEREAL_LOAD_FUNCTION_NAME(MemoryInput& archive, T& value) {
-  archive.take(&value, sizeof(value));
-}
+requires std::is_arithmetic_v<T>
+void CEREAL_LOAD_FUNCTION_NAME(MemoryInput& archive, T& value) { archive.take(&value, sizeof(value)); }
 template <class T>
 void CEREAL_SAVE_FUNCTION_NAME(MemoryOutput& archive, const cereal::BinaryData<T>& data) {
   archive.append(data.data, static_cast<std::size_t>(data.size));
@@ -179,7 +175,9 @@ CEREAL_CLASS_VERSION(relume::InstanceList, relume::kClassVersion)
 namespace relume {
 
 Result<std::vector<std::byte>> saveArchive(const BakeScalars& value) { return save(value); }
-Result<std::vector<std::byte>> saveArchive(const std::vector<BakedInstance>& value) { return save(InstanceList{value}); }
+Result<std::vector<std::byte>> saveArchive(const std::vector<BakedInstance>& value) {
+  return save(InstanceList{value});
+}
 Result<std::vector<std::byte>> saveArchive(const Provenance& value) { return save(value); }
 
 Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value) { return load(bytes, value); }

@@ -17,7 +17,7 @@ namespace relume {
 struct BakeScalars {
   float surfelAreaEach = 0.0f;  // [m²]
   glm::uvec3 gridResolution{0};
-  glm::vec3 gridOriginWorld{0.0f}, gridSpacing{0.0f};  // [m]
+  glm::vec3 gridOriginWorld{0.0f}, gridSpacing{0.0f};   // [m]
   std::uint32_t lightmapWidth = 0, lightmapHeight = 0;  // [texel]
   std::uint32_t linkKind = 0, linkBands = 0;
 };

@@ -17,9 +17,9 @@ namespace relume {
 
 // A part of the scene by name, so that people and other tools can find it again.
 struct BakedInstance {
-  std::string node;      // glTF node name, or "node<index>" when it has none
-  std::string mesh;      // glTF mesh name, likewise
-  std::string material;  // glTF material name, likewise; empty without a material
+  std::string node;               // glTF node name, or "node<index>" when it has none
+  std::string mesh;               // glTF mesh name, likewise
+  std::string material;           // glTF material name, likewise; empty without a material
   std::uint64_t contentHash = 0;  // XXH3 of what follows, and of mode and texel density
   std::uint64_t transformHash = 0, geometryHash = 0, materialHash = 0;  // XXH3 of the world transform, of the mesh, of
                                                                         // the material and the texels it uses
@@ -27,14 +27,14 @@ struct BakedInstance {
 
 // What the bake was made from. No time, no path, no machine: the same input gives the same bytes.
 struct Provenance {
-  std::string toolVersion;        // semantic version of the baker
+  std::string toolVersion;             // semantic version of the baker
   std::uint32_t algorithmVersion = 0;  // raised whenever the same input would give other light
-  std::string optionsJson;        // every option of the bake, canonical JSON
-  std::uint64_t sceneHash = 0;    // XXH3 over the instances' hashes and viewHash, lights excluded
+  std::string optionsJson;             // every option of the bake, canonical JSON
+  std::uint64_t sceneHash = 0;         // XXH3 over the instances' hashes and viewHash, lights excluded
   std::uint64_t seed = 0;
-  std::string rayTracer;          // "embree 3.13.5 isa=avx2"
+  std::string rayTracer;                         // "embree 3.13.5 isa=avx2"
   std::uint32_t lumaBands = 4, chromaBands = 4;  // [1..8] what the baker recommends to the runtime
-  std::uint64_t viewHash = 0;     // XXH3 of cameras and play volumes, which decide where light is looked for
+  std::uint64_t viewHash = 0;  // XXH3 of cameras and play volumes, which decide where light is looked for
 };
 
 struct Bake {

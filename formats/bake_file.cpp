@@ -88,9 +88,14 @@ constexpr const char* kInstances = "instances";
 constexpr const char* kProvenance = "provenance";
 
 BakeScalars scalarsOf(const Bake& b) {
-  return {b.surfels.areaEach,          b.caches.grid.resolution,    b.caches.grid.originWorld,
-          b.caches.grid.spacing,       b.caches.lightmap.width,     b.caches.lightmap.height,
-          static_cast<std::uint32_t>(b.links.kind), b.links.bands};
+  return {b.surfels.areaEach,
+          b.caches.grid.resolution,
+          b.caches.grid.originWorld,
+          b.caches.grid.spacing,
+          b.caches.lightmap.width,
+          b.caches.lightmap.height,
+          static_cast<std::uint32_t>(b.links.kind),
+          b.links.bands};
 }
 
 void applyScalars(const BakeScalars& s, Bake& b) {
@@ -129,8 +134,8 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, std::array<std::vector<std
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
     const auto data = std::as_bytes(array.span());
     const std::uint64_t columns = columnsOf<T>(name, bake.links.bands);
-    chunks.push_back({{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0},
-                      data});
+    chunks.push_back(
+        {{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0}, data});
   });
   addArchive(kInstances, archives[1]);
   addArchive(kProvenance, archives[2]);

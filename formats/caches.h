@@ -36,15 +36,17 @@ struct CacheGrid {
   Array<std::uint32_t> cache;   // [Size x*y*z, x fastest] cache of a point, kNoCache = inside something or unseen
   Array<std::uint32_t> brick;   // [Size 0 or cells, max(r-1, 1) along each axis, x fastest] brick of a cell or kNoBrick
   Array<std::uint32_t> fine;    // [Size kBrickWords * bricks] cache of a point, kNoCache or kHangingPoint
-  Array<std::uint32_t> depth;   // [Size 0 or kDepthWords * grid caches] how far each sees (formats/grid_depth.h); empty =
-                                // receivers behind walls are not told apart
+  Array<std::uint32_t> depth;   // [Size 0 or kDepthWords * grid caches] how far each sees (formats/grid_depth.h); empty
+                                // = receivers behind walls are not told apart
 
   std::uint32_t brickCount() const { return static_cast<std::uint32_t>(fine.size() / kBrickWords); }
   glm::uvec3 cells() const { return glm::max(resolution, glm::uvec3(2)) - 1u; }
   // [m] what depths are counted in: the largest spacing
   float depthUnit() const { return glm::max(spacing.x, glm::max(spacing.y, spacing.z)); }
   // [m] how far apart points are at least
-  float finestSpacing() const { return (brick.empty() ? 1.0f : 0.5f) * glm::min(spacing.x, glm::min(spacing.y, spacing.z)); }
+  float finestSpacing() const {
+    return (brick.empty() ? 1.0f : 0.5f) * glm::min(spacing.x, glm::min(spacing.y, spacing.z));
+  }
 };
 
 // Where the triangles of one drawable part (glTF node x primitive x GPU instance) are on the light map.
@@ -65,8 +67,8 @@ struct Lightmap {
   Array<std::uint32_t> cornerUv;        // [Size 3 * triangles] packUnorm16x2 or kGridLit; (0,0) is the corner of texel
                                         // row 0, texel centres at (i + 0.5) / size. For the front side; corners in glTF
                                         // order, also where an instance mirrors
-  Array<std::uint32_t> backCornerUv;    // [Size 0 or 3 * triangles] the same for the back side, whose light differs: read
-                                        // it where gl_FrontFacing is false. Empty = no back side is seen
+  Array<std::uint32_t> backCornerUv;  // [Size 0 or 3 * triangles] the same for the back side, whose light differs: read
+                                      // it where gl_FrontFacing is false. Empty = no back side is seen
 };
 
 // Caches in the order grid, then light map. Only unique, valid caches are kept.

@@ -28,8 +28,8 @@ void checkSurfelArrays(const Bake& bake, Findings& findings) {
   sized("surfel.instance", s.instance.size());
   for (std::size_t i = 0; i < s.instance.size(); ++i) {
     if (s.instance[i] >= bake.instances.size())
-      findings.add(Check::surfelInstance, At{"surfel.instance", i},
-                   "below " + std::to_string(bake.instances.size()), s.instance[i]);
+      findings.add(Check::surfelInstance, At{"surfel.instance", i}, "below " + std::to_string(bake.instances.size()),
+                   s.instance[i]);
   }
 }
 
@@ -59,9 +59,9 @@ void checkLevels(const Hierarchy& h, Findings& findings) {
     findings.add(Check::levelRange, At{"node.level", h.levelBegin.size() - 1}, h.nodeCount(), h.levelBegin.back());
 }
 
-// Every inner node has two adjacent children in the next level, behind those of the nodes before it, every node but the root
-// one parent, every sender one leaf: then the whole is a tree, whose children the runtime finds by counting, and pull,
-// deepest level first, reads nothing that is not written.
+// Every inner node has two adjacent children in the next level, behind those of the nodes before it, every node but the
+// root one parent, every sender one leaf: then the whole is a tree, whose children the runtime finds by counting, and
+// pull, deepest level first, reads nothing that is not written.
 void checkTree(const Hierarchy& h, Findings& findings) {
   std::vector<bool> hasParent(h.child.size(), false);
   std::uint32_t next = 1;
@@ -130,18 +130,21 @@ void checkBricks(const Caches& c, Findings& findings) {
     findings.add(Check::gridBrickSize, "grid.brick", g.cache.empty() ? 0 : count, g.brick.size());
   for (std::size_t i = 0; i < g.brick.size(); ++i) {
     if (g.brick[i] >= g.brickCount() && g.brick[i] != kNoBrick)
-      findings.add(Check::gridBrickIndex, At{"grid.brick", i}, "below " + std::to_string(g.brickCount()) + ", or none", g.brick[i]);
+      findings.add(Check::gridBrickIndex, At{"grid.brick", i}, "below " + std::to_string(g.brickCount()) + ", or none",
+                   g.brick[i]);
   }
   for (std::size_t i = 0; i < g.fine.size(); ++i) {
     if (g.fine[i] >= c.positionWorld.size() && g.fine[i] < kHangingPoint)
-      findings.add(Check::gridFineIndex, At{"grid.fine", i}, "below " + std::to_string(c.positionWorld.size()) + ", none or hanging", g.fine[i]);
+      findings.add(Check::gridFineIndex, At{"grid.fine", i},
+                   "below " + std::to_string(c.positionWorld.size()) + ", none or hanging", g.fine[i]);
   }
   if (g.depth.empty()) return;
   const std::uint64_t mapped = g.depth.size() / kDepthWords;
   const auto beyond = [&](std::uint32_t cache) { return cache < kHangingPoint && cache >= mapped; };
-  if (g.depth.size() % kDepthWords != 0 || mapped > c.positionWorld.size() || std::any_of(g.fine.begin(), g.fine.end(), beyond) ||
-      std::any_of(g.cache.begin(), g.cache.end(), beyond))
-    findings.add(Check::gridDepthSize, "grid.depth", std::to_string(kDepthWords) + " words for each cache of the grid", g.depth.size());
+  if (g.depth.size() % kDepthWords != 0 || mapped > c.positionWorld.size() ||
+      std::any_of(g.fine.begin(), g.fine.end(), beyond) || std::any_of(g.cache.begin(), g.cache.end(), beyond))
+    findings.add(Check::gridDepthSize, "grid.depth", std::to_string(kDepthWords) + " words for each cache of the grid",
+                 g.depth.size());
 }
 
 void checkGrid(const Caches& c, Findings& findings) {
@@ -186,7 +189,8 @@ void checkLightmap(const Bake& bake, Findings& findings) {
 void checkCacheArrays(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
   if (c.positionWorld.size() > kMostCaches)
-    findings.add(Check::cacheArraySize, "cache.position", "at most " + std::to_string(kMostCaches), c.positionWorld.size());
+    findings.add(Check::cacheArraySize, "cache.position", "at most " + std::to_string(kMostCaches),
+                 c.positionWorld.size());
   if (c.normal.size() != c.positionWorld.size())
     findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
   checkGrid(c, findings);

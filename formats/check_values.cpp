@@ -37,8 +37,8 @@ bool readsUnfilled(const Lightmap& map, const glm::vec2& uv) {
   for (int corner = 0; corner < 4; ++corner) {
     const int dx = corner & 1, dy = corner >> 1;
     const float weight = (dx ? x - x0 : 1.0f - (x - x0)) * (dy ? y - y0 : 1.0f - (y - y0));
-    const std::size_t texel = clamped(y0 + static_cast<float>(dy), map.height) * map.width +
-                              clamped(x0 + static_cast<float>(dx), map.width);
+    const std::size_t texel =
+        clamped(y0 + static_cast<float>(dy), map.height) * map.width + clamped(x0 + static_cast<float>(dx), map.width);
     if (weight > 0.01f && map.cache[texel] == kNoCache) return true;
   }
   return false;
@@ -49,8 +49,8 @@ bool triangleReadsUnfilled(const Lightmap& map, const std::array<glm::vec2, 3>& 
   float extent = 0.0f;
   for (int edge = 0; edge < 3; ++edge) {
     const glm::vec2 d = uv[(edge + 1) % 3] - uv[edge];
-    extent = std::max({extent, std::abs(d.x) * static_cast<float>(map.width),
-                       std::abs(d.y) * static_cast<float>(map.height)});
+    extent = std::max(
+        {extent, std::abs(d.x) * static_cast<float>(map.width), std::abs(d.y) * static_cast<float>(map.height)});
   }
   const int steps = std::clamp(static_cast<int>(std::ceil(extent)), 1, 64);
   for (int b = 0; b <= steps; ++b) {
@@ -67,9 +67,8 @@ void checkParts(const Lightmap& map, Findings& findings) {
   // Parts take disjoint ranges of corners.
   std::vector<std::size_t> order(map.parts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return map.parts[a].firstCorner < map.parts[b].firstCorner;
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return map.parts[a].firstCorner < map.parts[b].firstCorner; });
   std::uint64_t end = 0;
   for (const std::size_t i : order) {
     const LightmapPart& part = map.parts[i];
@@ -90,12 +89,11 @@ void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, co
       const auto lit = std::count(corner, corner + 3, kGridLit);
       if (lit == 3) continue;
       if (lit > 0) {
-        findings.add(Check::cornerMixed, At{name, first}, "none or three corners lit by the grid",
-                     std::to_string(lit));
+        findings.add(Check::cornerMixed, At{name, first}, "none or three corners lit by the grid", std::to_string(lit));
         continue;
       }
-      if (!map.cache.empty() &&
-          triangleReadsUnfilled(map, {unpackUnorm16x2(corner[0]), unpackUnorm16x2(corner[1]), unpackUnorm16x2(corner[2])}))
+      if (!map.cache.empty() && triangleReadsUnfilled(map, {unpackUnorm16x2(corner[0]), unpackUnorm16x2(corner[1]),
+                                                            unpackUnorm16x2(corner[2])}))
         findings.add(Check::texelUnfilled, At{name, first}, "a cache in every texel it reads", "none");
     }
   }
@@ -107,12 +105,15 @@ void checkSurfels(const Bake& bake, Findings& findings) {
   const Surfels& s = bake.surfels;
   checkEach(s.positionWorld, "surfel.position", Check::surfelPosition, "finite", isFinite, findings);
   checkEach(s.normal, "surfel.normal", Check::surfelNormal, "length 1", isUnit, findings);
-  checkEach(s.albedo, "surfel.albedo", Check::surfelAlbedo, "0..1", [](const glm::vec3& v) {
-    return v.x >= 0.0f && v.x <= 1.0f && v.y >= 0.0f && v.y <= 1.0f && v.z >= 0.0f && v.z <= 1.0f;
-  }, findings);
-  checkEach(s.emission, "surfel.emission", Check::surfelEmission, "finite, >= 0", [](const glm::vec3& v) {
-    return isFinite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f;
-  }, findings);
+  checkEach(
+      s.albedo, "surfel.albedo", Check::surfelAlbedo, "0..1",
+      [](const glm::vec3& v) {
+        return v.x >= 0.0f && v.x <= 1.0f && v.y >= 0.0f && v.y <= 1.0f && v.z >= 0.0f && v.z <= 1.0f;
+      },
+      findings);
+  checkEach(
+      s.emission, "surfel.emission", Check::surfelEmission, "finite, >= 0",
+      [](const glm::vec3& v) { return isFinite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }, findings);
   if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
     findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
   for (std::size_t i = 0; i < s.receiver.size() && !bake.caches.lightmap.cache.empty(); ++i) {
@@ -124,8 +125,9 @@ void checkSurfels(const Bake& bake, Findings& findings) {
 void checkCaches(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
   checkEach(c.positionWorld, "cache.position", Check::cachePosition, "finite", isFinite, findings);
-  checkEach(c.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
-            [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
+  checkEach(
+      c.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
+      [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
 
   // Grid caches gather the sphere, light-map caches the hemisphere above their surface; each cache is read somewhere.
   std::vector<bool> used(c.count(), false);

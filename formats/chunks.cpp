@@ -80,8 +80,7 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
   const std::size_t magicBytes = std::min(file.size(), kMagic.size());
   if (std::memcmp(file.data(), kMagic.data(), magicBytes) != 0)
     return invalid("header magic: expected a Relume bake, found something else");
-  if (file.size() < sizeof(header))
-    return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
+  if (file.size() < sizeof(header)) return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
   std::memcpy(&header, file.data(), sizeof(header));
   if (header.endianMark != kEndianMark) {
     if (header.endianMark == 0x04030201) return Error{ErrorCode::unsupported, "header: the file is big endian"};
@@ -90,8 +89,7 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
   if (header.version != kBakeFormatVersion)
     return Error{ErrorCode::unsupported, "format version " + std::to_string(header.version) +
                                              ", this program reads version " + std::to_string(kBakeFormatVersion)};
-  if (header.headerBytes != sizeof(header))
-    return expectedFound("header size", sizeof(header), header.headerBytes);
+  if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
@@ -109,8 +107,12 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
   if (end == row.name.begin() || !padded || !legible)
     return invalid("chunk table row " + std::to_string(index) + ": name is not 1 to 16 of a-z and '.'");
 
-  ChunkInfo info{std::string(row.name.begin(), end), static_cast<ElementType>(row.type), row.shape, row.offset,
-                 row.bytes, row.hash};
+  ChunkInfo info{std::string(row.name.begin(), end),
+                 static_cast<ElementType>(row.type),
+                 row.shape,
+                 row.offset,
+                 row.bytes,
+                 row.hash};
   const std::size_t size = elementBytes(info.type);
   if (size == 0) return invalid("chunk " + info.name + ": unknown element type " + std::to_string(row.type));
   if (row.reserved != 0) return invalid("chunk " + info.name + ": reserved bytes are not zero");
@@ -118,8 +120,9 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
   const std::uint64_t rows = row.shape[0], columns = row.shape[1];
   const bool fits = columns >= 1 && columns <= kMostColumns && rows <= row.bytes / (columns * size);
   if (!fits || rows * columns * size != row.bytes)
-    return expectedFound("chunk " + info.name + " size", std::to_string(rows) + " x " + std::to_string(columns) + " " +
-                             toString(info.type) + " of " + std::to_string(size) + " bytes",
+    return expectedFound("chunk " + info.name + " size",
+                         std::to_string(rows) + " x " + std::to_string(columns) + " " + toString(info.type) + " of " +
+                             std::to_string(size) + " bytes",
                          std::to_string(row.bytes) + " bytes");
   return info;
 }
@@ -129,11 +132,12 @@ Status checkPlace(const ChunkInfo& info, std::uint64_t end, std::span<const std:
   if (info.offset % kChunkAlignment != 0)
     return expectedFound("chunk " + info.name + " offset: misaligned", "a multiple of 64", std::to_string(info.offset));
   if (info.offset > file.size() || info.bytes > file.size() - info.offset)
-    return expectedFound("chunk " + info.name + ": reaches out of the file", "an end within " + std::to_string(file.size()) + " bytes",
+    return expectedFound("chunk " + info.name + ": reaches out of the file",
+                         "an end within " + std::to_string(file.size()) + " bytes",
                          std::to_string(info.bytes) + " bytes at " + std::to_string(info.offset));
   if (info.offset < end)
-    return expectedFound("chunk " + info.name + " offset: overlaps what lies before it", "at least " + std::to_string(end),
-                         std::to_string(info.offset));
+    return expectedFound("chunk " + info.name + " offset: overlaps what lies before it",
+                         "at least " + std::to_string(end), std::to_string(info.offset));
   if (info.offset != alignUp(end))
     return expectedFound("chunk " + info.name + " offset: leaves a hole", alignUp(end), info.offset);
   const auto padding = file.subspan(end, info.offset - end);
@@ -146,24 +150,36 @@ Status checkPlace(const ChunkInfo& info, std::uint64_t end, std::span<const std:
 
 const char* toString(ElementType type) {
   switch (type) {
-    case ElementType::u32: return "u32";
-    case ElementType::f32: return "f32";
-    case ElementType::f16: return "f16";
-    case ElementType::coneLink: return "coneLink";
-    case ElementType::lightmapPart: return "lightmapPart";
-    case ElementType::archive: return "archive";
+    case ElementType::u32:
+      return "u32";
+    case ElementType::f32:
+      return "f32";
+    case ElementType::f16:
+      return "f16";
+    case ElementType::coneLink:
+      return "coneLink";
+    case ElementType::lightmapPart:
+      return "lightmapPart";
+    case ElementType::archive:
+      return "archive";
   }
   return "unknown";
 }
 
 std::size_t elementBytes(ElementType type) {
   switch (type) {
-    case ElementType::u32: return 4;
-    case ElementType::f32: return 4;
-    case ElementType::f16: return 2;
-    case ElementType::coneLink: return 12;
-    case ElementType::lightmapPart: return 24;
-    case ElementType::archive: return 1;
+    case ElementType::u32:
+      return 4;
+    case ElementType::f32:
+      return 4;
+    case ElementType::f16:
+      return 2;
+    case ElementType::coneLink:
+      return 12;
+    case ElementType::lightmapPart:
+      return 24;
+    case ElementType::archive:
+      return 1;
   }
   return 0;
 }

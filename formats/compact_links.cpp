@@ -49,7 +49,8 @@ struct Shape {
     const auto part = [bits](int shift) {
       return std::max(static_cast<std::int32_t>(bits << (32 - kUvBits - shift)) >> (32 - kUvBits), -kMost);
     };
-    const float q = static_cast<float>((bits >> (2 * kUvBits)) & static_cast<std::uint32_t>(kCones)) / static_cast<float>(kCones);
+    const float q =
+        static_cast<float>((bits >> (2 * kUvBits)) & static_cast<std::uint32_t>(kCones)) / static_cast<float>(kCones);
     return {direction(part(0), part(kUvBits)), 1.0f - 2.0f * q * q};
   }
 };
@@ -95,11 +96,16 @@ LinkDirection unpackShape6(std::uint32_t bits) { return Shape6::unpack(bits); }
 
 std::uint64_t shapeWords(LinkKind kind, std::uint32_t bands, std::uint64_t links, std::uint64_t gridLinks) {
   switch (kind) {
-    case LinkKind::oct8: return links;
-    case LinkKind::oct6: return (links + 1) / 2;
-    case LinkKind::sh8: return links * sh8Words(bands);
-    case LinkKind::irradiance: return gridLinks;
-    default: return 0;
+    case LinkKind::oct8:
+      return links;
+    case LinkKind::oct6:
+      return (links + 1) / 2;
+    case LinkKind::sh8:
+      return links * sh8Words(bands);
+    case LinkKind::irradiance:
+      return gridLinks;
+    default:
+      return 0;
   }
 }
 
@@ -164,7 +170,8 @@ void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int ban
   }
   if (links.kind == LinkKind::cone) {
     const ConeLink& link = links.cone[i];
-    return coneCoefficients(unpackHalf(link.transfer), {unpackOctahedral(link.direction), unpackHalf(link.cosAlpha)}, bands, c);
+    return coneCoefficients(unpackHalf(link.transfer), {unpackOctahedral(link.direction), unpackHalf(link.cosAlpha)},
+                            bands, c);
   }
   const float f = unpackTransfer(links.head[i] >> 20);
   if (links.kind == LinkKind::sh8) {
@@ -185,7 +192,8 @@ void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int ban
 Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links& cone) {
   if (sh.kind != LinkKind::sh || sh.bands < 2 || cone.kind != LinkKind::cone || sh.count() != cone.count() ||
       sh.cacheCount() != caches.count() || cone.cacheCount() != caches.count()) {
-    return Error{ErrorCode::unsupported, "irradiance links need the same links as SH of two bands or more and as cones"};
+    return Error{ErrorCode::unsupported,
+                 "irradiance links need the same links as SH of two bands or more and as cones"};
   }
   constexpr float kTwoPiY0 = 1.7724538509055159f;  // sqrt(pi)
   CompactLinkWriter writer(LinkKind::irradiance, 0);
@@ -197,7 +205,8 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
       const std::uint32_t node = sh.node(i);
       if (node != cone.node(i) || node >= kMostCompactNodes) {
         return Error{ErrorCode::unsupported, "link " + std::to_string(i) + " names node " + std::to_string(node) +
-                                                 ", expected the same as cone and below " + std::to_string(kMostCompactNodes)};
+                                                 ", expected the same as cone and below " +
+                                                 std::to_string(kMostCompactNodes)};
       }
       if (n != glm::vec3(0.0f)) {
         linkCoefficients(sh, i, true, 2, c);
@@ -218,10 +227,12 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
 
 Result<Links> compactLinks(const Links& links, LinkKind kind) {
   const bool fromCone = links.kind == LinkKind::cone && (kind == LinkKind::oct8 || kind == LinkKind::oct6);
-  const bool fromSh = links.kind == LinkKind::sh && (kind == LinkKind::sh8 || (kind == LinkKind::oct6 && links.bands >= 4));
+  const bool fromSh =
+      links.kind == LinkKind::sh && (kind == LinkKind::sh8 || (kind == LinkKind::oct6 && links.bands >= 4));
   if (!fromCone && !fromSh) {
     return Error{ErrorCode::unsupported, "links of kind " + std::to_string(static_cast<std::uint32_t>(links.kind)) +
-                                             " cannot be packed as kind " + std::to_string(static_cast<std::uint32_t>(kind))};
+                                             " cannot be packed as kind " +
+                                             std::to_string(static_cast<std::uint32_t>(kind))};
   }
   CompactLinkWriter writer(kind, links.bands);
   std::array<float, kMaxCoefficients> c;
@@ -231,7 +242,8 @@ Result<Links> compactLinks(const Links& links, LinkKind kind) {
       const std::uint32_t node = links.node(i);
       if (node >= kMostCompactNodes) {
         return Error{ErrorCode::unsupported, "link " + std::to_string(i) + " names node " + std::to_string(node) +
-                                                 ", compact links reach up to " + std::to_string(kMostCompactNodes - 1)};
+                                                 ", compact links reach up to " +
+                                                 std::to_string(kMostCompactNodes - 1)};
       }
       if (fromSh) {
         linkCoefficients(links, i, false, static_cast<int>(links.bands), c);

@@ -2,7 +2,8 @@
 // Links with a head of four bytes (LinkKind oct8, oct6, sh8, irradiance): how they are packed and what they mean.
 //
 //   head   bits  0..19  node
-//          bits 20..31  f: the twelve bits of a half below the sign and the highest bit of the exponent, without the two
+//          bits 20..31  f: the twelve bits of a half below the sign and the highest bit of the exponent, without the
+//          two
 //                       last of the mantissa; [0..2), steps of 1/256 of the power of two, down to 2^-22
 //   oct8   bits  0..11 and 12..23  octahedral direction, signed normalised; 24..31 cone q
 //   oct6   bits  0..5  and  6..11  octahedral direction;                    12..15 cone q
@@ -16,8 +17,8 @@
 
 #include "formats/caches.h"
 #include "formats/links.h"
-#include "formats/shape_links.h"
 #include "formats/result.h"
+#include "formats/shape_links.h"
 
 #include <glm/vec3.hpp>
 
@@ -67,8 +68,8 @@ class CompactLinkWriter {
   void add(std::uint32_t node, std::span<const float> c);
 
   std::vector<std::uint32_t> head;
-  std::vector<std::uint32_t> shape8;   // words of oct8, sh8, irradiance
-  std::vector<std::uint16_t> shape6;   // of oct6
+  std::vector<std::uint32_t> shape8;  // words of oct8, sh8, irradiance
+  std::vector<std::uint16_t> shape6;  // of oct6
 
  private:
   float addHead(std::uint32_t node, float f);
@@ -81,12 +82,13 @@ class CompactLinkWriter {
 // Halves in a row as words, even ones low.
 std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves);
 
-// The coefficients c_{s,i} that link i of any kind stands for; those past a stored link's bands are zero, and so are all
-// but the first of an irradiance link. `surface`: whether its cache lies on a surface. [Size c >= bands²] [bands 1..8]
+// The coefficients c_{s,i} that link i of any kind stands for; those past a stored link's bands are zero, and so are
+// all but the first of an irradiance link. `surface`: whether its cache lies on a surface. [Size c >= bands²]
+// [bands 1..8]
 void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int bands, std::span<float> c);
 
-// The same links in another kind: cone links as oct8 or oct6, SH links as sh8 or, of four bands and more, as oct6 whose rows'
-// errors cancel (shape_links.h), as the baker makes them. unsupported: another pair, or nodes past
+// The same links in another kind: cone links as oct8 or oct6, SH links as sh8 or, of four bands and more, as oct6 whose
+// rows' errors cancel (shape_links.h), as the baker makes them. unsupported: another pair, or nodes past
 // kMostCompactNodes.
 Result<Links> compactLinks(const Links& links, LinkKind kind);
 

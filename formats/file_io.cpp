@@ -67,7 +67,8 @@ bool isDigits(std::string_view text) {
 // Whether `name` is a temporary of the file `target`: "<target>.<digits>-<digits>.tmp".
 bool isTemporaryOf(std::string_view name, std::string_view target) {
   constexpr std::string_view kEnd = ".tmp";
-  if (!name.starts_with(target) || !name.ends_with(kEnd) || name.size() <= target.size() + 1 + kEnd.size()) return false;
+  if (!name.starts_with(target) || !name.ends_with(kEnd) || name.size() <= target.size() + 1 + kEnd.size())
+    return false;
   if (name[target.size()] != '.') return false;
   const std::string_view middle = name.substr(target.size() + 1, name.size() - target.size() - 1 - kEnd.size());
   const std::size_t dash = middle.find('-');
@@ -89,12 +90,13 @@ void removeStaleTemporaries(const fs::path& path) {
 // lock.
 Result<Descriptor> createTemporary(const fs::path& path, fs::path& temporary) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
-    temporary = folderOf(path) / (path.filename().string() + "." + std::to_string(::getpid()) + "-" +
-                                  std::to_string(attempt) + ".tmp");
+    temporary = folderOf(path) /
+                (path.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".tmp");
     Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.get() < 0 && errno == EEXIST) continue;
     if (file.get() < 0) return ioError(path, "cannot create a file in its folder", errno);
-    struct stat mine {}, named {};
+    struct stat mine {
+    }, named{};
     if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.get(), &mine) == 0 &&
         ::stat(temporary.c_str(), &named) == 0 && mine.st_ino == named.st_ino && mine.st_dev == named.st_dev)
       return file;
@@ -176,8 +178,8 @@ Status writeFileAtomically(const fs::path& path, const std::function<bool(const 
   };
   const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(file->get(), bytes)); };
   errno = 0;
-  const bool written = step(body(sink)) && step(::fsync(file->get()) == 0) &&
-                       step(::rename(temporary.c_str(), path.c_str()) == 0);
+  const bool written =
+      step(body(sink)) && step(::fsync(file->get()) == 0) && step(::rename(temporary.c_str(), path.c_str()) == 0);
   if (!written) {
     ::unlink(temporary.c_str());
     return ioError(path, "cannot be written", reason);

@@ -33,16 +33,12 @@ class Findings {
     return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
   }
   template <class T>
-    requires std::is_arithmetic_v<T>
-  static std::string text(T v) {
-    return std::to_string(v);
-  }
+  requires std::is_arithmetic_v<T>
+  static std::string text(T v) { return std::to_string(v); }
   // A place is made of an array's name and an index, late.
   template <class T>
-    requires requires(const T& t) { t.array; }
-  static std::string text(const T& at) {
-    return std::string(at.array) + "[" + std::to_string(at.index) + "]";
-  }
+  requires requires(const T& t) { t.array; }
+  static std::string text(const T& at) { return std::string(at.array) + "[" + std::to_string(at.index) + "]"; }
   void insert(Check check, std::string where, std::string expected, std::string found);
 
   std::vector<Finding> list_;

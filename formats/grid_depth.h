@@ -4,9 +4,9 @@
 //
 // The map holds t = unit / |x|_1 for the first surface point x in a direction, |x|_1 = |x| + |y| + |z| from the cache.
 // With p = x / |x|_1, a point of the octahedron, a plane n.x = D gives t = unit n.p / D: linear in p. Interpolating t
-// over the triangles of a lattice that respects the octahedron's edges therefore meets a wall exactly, at any angle, from
-// few directions. A byte b stands for w = b / 255 = t / (1 + t): fine steps near the cache, 0 for nothing hit.
-// The lattice has kDepthSide² nodes; node (m, m), m = (kDepthSide - 1) / 2, is +Z, the corners are -Z.
+// over the triangles of a lattice that respects the octahedron's edges therefore meets a wall exactly, at any angle,
+// from few directions. A byte b stands for w = b / 255 = t / (1 + t): fine steps near the cache, 0 for nothing hit. The
+// lattice has kDepthSide² nodes; node (m, m), m = (kDepthSide - 1) / 2, is +Z, the corners are -Z.
 #pragma once
 
 #include <glm/common.hpp>
@@ -47,13 +47,15 @@ inline DepthNodes depthNodesAround(const glm::vec3& v, float l1) {
   return {{node(x + 1, y + 1), node(x, y + 1), node(x + 1, y)}, {fx + fy - 1.0f, 1.0f - fx, 1.0f - fy}};
 }
 
-inline float unpackDepth(std::uint32_t byte) { return static_cast<float>(byte) / (255.0f - std::min(static_cast<float>(byte), 254.0f)); }
+inline float unpackDepth(std::uint32_t byte) {
+  return static_cast<float>(byte) / (255.0f - std::min(static_cast<float>(byte), 254.0f));
+}
 // t >= 0 and finite.
 inline std::uint32_t packDepth(float t) { return static_cast<std::uint32_t>(std::lrint(255.0f * t / (1.0f + t))); }
 
-// How far behind what a cache sees a receiver still reads it: its weight falls as a Gaussian of this width, in the finest
-// spacings of the grid. At a tenth of a spacing, a wall, it is 4e-6. It never ends: where every cache around is hidden, the
-// least hidden ones are read.
+// How far behind what a cache sees a receiver still reads it: its weight falls as a Gaussian of this width, in the
+// finest spacings of the grid. At a tenth of a spacing, a wall, it is 4e-6. It never ends: where every cache around is
+// hidden, the least hidden ones are read.
 inline constexpr float kDepthSigma = 0.02f;
 // Most of the exponent: weights stay far above the smallest float.
 inline constexpr float kDepthMostExponent = 40.0f;

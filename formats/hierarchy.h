@@ -25,9 +25,9 @@ namespace relume {
 inline constexpr std::uint32_t kLeafBit = 0x80000000u;
 
 struct Hierarchy {
-  Array<std::uint32_t> child;       // [Size 2n-1] first child, or kLeafBit | sender; n = n_S + skyDirection.size()
-                                    // sender < n_S: that surfel; else sky patch (sender - n_S)
-  Array<float> firstWeight;         // [Size 2n-1] [0..1] share of the first child in the parent's radiosity; 0 at leaves
+  Array<std::uint32_t> child;  // [Size 2n-1] first child, or kLeafBit | sender; n = n_S + skyDirection.size()
+                               // sender < n_S: that surfel; else sky patch (sender - n_S)
+  Array<float> firstWeight;    // [Size 2n-1] [0..1] share of the first child in the parent's radiosity; 0 at leaves
   Array<std::uint32_t> levelBegin;  // [Size depth+1] level d is nodes levelBegin[d] .. levelBegin[d+1]-1
   Array<std::uint32_t> leafNode;    // [Size n] node of each sender
   Array<std::uint32_t> groupRoot;   // [Size 1..3] roots of the groups, ascending; every cut starts from these
@@ -35,7 +35,9 @@ struct Hierarchy {
 
   std::uint32_t nodeCount() const { return static_cast<std::uint32_t>(child.size()); }
   std::uint32_t senderCount() const { return static_cast<std::uint32_t>(leafNode.size()); }
-  std::uint32_t levelCount() const { return levelBegin.empty() ? 0u : static_cast<std::uint32_t>(levelBegin.size() - 1); }
+  std::uint32_t levelCount() const {
+    return levelBegin.empty() ? 0u : static_cast<std::uint32_t>(levelBegin.size() - 1);
+  }
   bool isLeaf(std::uint32_t node) const { return (child[node] & kLeafBit) != 0; }
   std::uint32_t sender(std::uint32_t leaf) const { return child[leaf] & ~kLeafBit; }
 };

@@ -4,8 +4,8 @@
 //   L_SH = sum over links of B_s F_SH   (PIC Eq. (3)).
 //
 // A link's transfer f = c_{s,0} is the SH coefficient 0 of visibility over pi: f = y_0 * visible solid angle / pi.
-// Nodes hold radiosity, so transfers are not divided by an area. formats/compact_links.h packs and unpacks the kinds that
-// have a head; docs/LINKS.md compares size, error and speed.
+// Nodes hold radiosity, so transfers are not divided by an area. formats/compact_links.h packs and unpacks the kinds
+// that have a head; docs/LINKS.md compares size, error and speed.
 #pragma once
 
 #include "formats/array.h"
@@ -15,12 +15,13 @@
 namespace relume {
 
 enum class LinkKind : std::uint32_t {
-  sh = 0,     // node + bands² halves: the coefficients c_{s,i} of PIC Eq. (2)
-  cone = 1,   // 12 bytes: node, f, cos alpha, direction (PIC 4.6); bands are made at run time
-  oct8 = 2,   // 8 bytes: head, direction of 24 bits, cone of 8
-  oct6 = 3,   // 6 bytes: head, direction of 12 bits, cone of 4
-  sh8 = 4,    // head + bands² signed bytes relative to f (20 bytes for 4 bands)
-  irradiance = 5,  // 4 bytes for caches on a surface, head alone: their irradiance and nothing else; oct8 for the grid's
+  sh = 0,    // node + bands² halves: the coefficients c_{s,i} of PIC Eq. (2)
+  cone = 1,  // 12 bytes: node, f, cos alpha, direction (PIC 4.6); bands are made at run time
+  oct8 = 2,  // 8 bytes: head, direction of 24 bits, cone of 8
+  oct6 = 3,  // 6 bytes: head, direction of 12 bits, cone of 4
+  sh8 = 4,   // head + bands² signed bytes relative to f (20 bytes for 4 bands)
+  irradiance =
+      5,  // 4 bytes for caches on a surface, head alone: their irradiance and nothing else; oct8 for the grid's
 };
 inline constexpr std::uint32_t kLinkKindCount = 6;
 inline constexpr LinkKind kLinkKinds[kLinkKindCount] = {LinkKind::sh,   LinkKind::cone, LinkKind::oct8,
@@ -52,7 +53,7 @@ struct Links {
   Array<std::uint32_t> head;            // kinds with a head: [Size links] node in the low 20 bits, f in the high 12
   Array<std::uint32_t> shape;           // kinds with a head: [Size shapeWords()] what a link has beside its head:
                                         // oct8 a word, oct6 half a word (even links in the low half), sh8
-                                        // ceil(bands² / 4) words, irradiance a word for the grid's links, which come first
+  // ceil(bands² / 4) words, irradiance a word for the grid's links, which come first
 
   std::uint32_t cacheCount() const { return rowBegin.empty() ? 0u : static_cast<std::uint32_t>(rowBegin.size() - 1); }
   std::uint32_t count() const { return rowBegin.empty() ? 0u : rowBegin.back(); }

@@ -25,7 +25,6 @@ std::uint32_t unorm(float v, float scale) {
   return static_cast<std::uint32_t>(std::lrint(std::clamp(v, 0.0f, 1.0f) * scale));
 }
 
-
 }  // namespace
 
 std::uint16_t packHalf(float value) {

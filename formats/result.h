@@ -28,11 +28,16 @@ struct Error {
 // Exit status of the command line for an error. 0 is success and 7 is "difference found".
 constexpr int exitCode(ErrorCode code) {
   switch (code) {
-    case ErrorCode::usage: return 1;
-    case ErrorCode::io: return 2;
-    case ErrorCode::invalidFile: return 3;
-    case ErrorCode::failed: return 4;
-    case ErrorCode::unsupported: return 5;
+    case ErrorCode::usage:
+      return 1;
+    case ErrorCode::io:
+      return 2;
+    case ErrorCode::invalidFile:
+      return 3;
+    case ErrorCode::failed:
+      return 4;
+    case ErrorCode::unsupported:
+      return 5;
   }
   return 4;
 }
@@ -52,10 +57,22 @@ class [[nodiscard]] Result {
   T&& operator*() && { return std::move(value()); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
-  T& value() { assert(state_.index() == 0); return *std::get_if<0>(&state_); }
-  const T& value() const { assert(state_.index() == 0); return *std::get_if<0>(&state_); }
-  Error& error() { assert(state_.index() == 1); return *std::get_if<1>(&state_); }
-  const Error& error() const { assert(state_.index() == 1); return *std::get_if<1>(&state_); }
+  T& value() {
+    assert(state_.index() == 0);
+    return *std::get_if<0>(&state_);
+  }
+  const T& value() const {
+    assert(state_.index() == 0);
+    return *std::get_if<0>(&state_);
+  }
+  Error& error() {
+    assert(state_.index() == 1);
+    return *std::get_if<1>(&state_);
+  }
+  const Error& error() const {
+    assert(state_.index() == 1);
+    return *std::get_if<1>(&state_);
+  }
 
  private:
   std::variant<T, Error> state_;

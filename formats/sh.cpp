@@ -21,7 +21,8 @@ std::array<float, 64> makeNormalisation() {
     for (int m = 0; m <= l; ++m) {
       double ratio = 1.0;
       for (int i = l - m + 1; i <= l + m; ++i) ratio /= i;
-      k[l * 8 + m] = static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi) * ratio) * (m > 0 ? std::numbers::sqrt2 : 1.0));
+      k[l * 8 + m] =
+          static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi) * ratio) * (m > 0 ? std::numbers::sqrt2 : 1.0));
     }
   }
   return k;
@@ -29,9 +30,10 @@ std::array<float, 64> makeNormalisation() {
 
 const std::array<float, 64> kNormalisation = makeNormalisation();
 
-constexpr std::array<float, kMaxBands> kCosine = {
-    static_cast<float>(kPi),       static_cast<float>(2 * kPi / 3), static_cast<float>(kPi / 4), 0.0f,
-    static_cast<float>(-kPi / 24), 0.0f,                            static_cast<float>(kPi / 64), 0.0f};
+constexpr std::array<float, kMaxBands> kCosine = {static_cast<float>(kPi),       static_cast<float>(2 * kPi / 3),
+                                                  static_cast<float>(kPi / 4),   0.0f,
+                                                  static_cast<float>(-kPi / 24), 0.0f,
+                                                  static_cast<float>(kPi / 64),  0.0f};
 
 // Four bands, what the baker evaluates for every ray, written out: no divisions.
 void evaluateFourBands(const glm::vec3& d, std::span<float> y) {
@@ -107,7 +109,8 @@ std::span<const float> clampedCosineFactors() { return kCosine; }
 void cosineLobeFactors(int bands, float n, std::span<float> s) {
   s[0] = 1.0f;
   if (bands > 1) s[1] = (n + 1.0f) / (n + 2.0f);
-  for (int l = 2; l < bands; ++l) s[l] = s[l - 2] * (n + 2.0f - static_cast<float>(l)) / (n + 1.0f + static_cast<float>(l));
+  for (int l = 2; l < bands; ++l)
+    s[l] = s[l - 2] * (n + 2.0f - static_cast<float>(l)) / (n + 1.0f + static_cast<float>(l));
 }
 
 float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n) {
@@ -130,8 +133,9 @@ float irradianceLinear(std::span<const float> c, const glm::vec3& n) {
 float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n) {
   const float length2 = glm::dot(linear, linear);
   if (!(c0 > 0.0f) || !(length2 > 0.0f)) return 0.0f;
-  // A single direction has ratio sqrt(3) and zonal coefficient sqrt(5) c_0; no light has more. Deviation: the paper's fit,
-  // (0.08 + 0.6 ratio) ratio, stays 13 % below that and is worse on Sponza and Cornell, where the slope at 0 comes from.
+  // A single direction has ratio sqrt(3) and zonal coefficient sqrt(5) c_0; no light has more. Deviation: the paper's
+  // fit, (0.08 + 0.6 ratio) ratio, stays 13 % below that and is worse on Sponza and Cornell, where the slope at 0 comes
+  // from.
   const float ratio = std::min(std::sqrt(length2) / c0, 1.7320508f);
   const float zonal = c0 * (0.9474243f * ratio - 0.35f) * ratio;
   const float cosine2 = std::min(glm::dot(linear, n) * glm::dot(linear, n) / length2, 1.0f);

@@ -34,7 +34,8 @@ float coneSolidAngle(float cosAlpha);
 // A = pi, 2pi/3, pi/4, 0, -pi/24, 0, pi/64, 0. (PIC App. B with n = 1, times pi)
 std::span<const float> clampedCosineFactors();
 
-// Factors s_l(n) of a normalised cos^n lobe (PIC App. B); s_l(1) * pi are the clamped cosine's. [n >= 0] [Size s >= bands]
+// Factors s_l(n) of a normalised cos^n lobe (PIC App. B); s_l(1) * pi are the clamped cosine's. [n >= 0] [Size s >=
+// bands]
 void cosineLobeFactors(int bands, float n, std::span<float> s);
 
 // Irradiance [W/m²] on a surface with unit normal n from radiance coefficients c [W/m²/sr] by the clamped cosine.
@@ -46,9 +47,9 @@ float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n)
 float irradianceLinear(std::span<const float> c, const glm::vec3& n);
 
 // What the clamped cosine's third band would add to two bands of radiance, guessed: zonal around band 1's direction
-// (ZH3: Roughton et al. 2024, Section 4), with a coefficient that follows from the ratio of the two bands. Exact for light
-// from one direction and for uniform light; docs/BANDS.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a vector along
-// the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
+// (ZH3: Roughton et al. 2024, Section 4), with a coefficient that follows from the ratio of the two bands. Exact for
+// light from one direction and for uniform light; docs/BANDS.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a vector
+// along the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
 float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n);
 
 // Factor on band l of a lobe that rings less: 1 / (1 + lambda l² (l+1)²), from a penalty lambda on the square of the
@@ -62,15 +63,16 @@ inline float deringingFactor(int l, float lambda) {
 // knows no direction: it gives pi times the mean radiance of the half that a surface cache sees.
 float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& n, const glm::vec3& cacheNormal);
 
-// Share of irradianceLinear() for a cosine between shading and cache normal: 1 above 0.99, 0 below 0.85, smooth between.
+// Share of irradianceLinear() for a cosine between shading and cache normal: 1 above 0.99, 0 below 0.85, smooth
+// between.
 float surfaceBlend(float cosine);
 
 // Factors on irradianceLinear() and irradianceClamped() at a surface cache with normal m, for cosine = dot(n, m) of the
 // shading normal and geometricCosine = dot(g, m) of the receiver's own plane g.
 //
-// The shares are surfaceBlend(cosine) and the rest. A cache has seen only the half of the world above m, a receiver whose
-// plane is tilted sees a lune below: of a uniform world the linear form has caught g.m, the clamped one (1 + g.m) / 2.
-// Dividing by that takes the lune to be as bright as the rest.
+// The shares are surfaceBlend(cosine) and the rest. A cache has seen only the half of the world above m, a receiver
+// whose plane is tilted sees a lune below: of a uniform world the linear form has caught g.m, the clamped one (1 + g.m)
+// / 2. Dividing by that takes the lune to be as bright as the rest.
 struct SurfaceLobe {
   float linear = 0.0f, clamped = 1.0f;
 };

@@ -88,9 +88,11 @@ std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
                   along3 = 2.0f * kBandWeight[3] * Shapes::sum(wanted[3] * y[3] + wanted[4] * y[4]);
       std::array<Four, kCones / 4> cost;
       for (std::size_t k = 0; k < cost.size(); ++k) {
-        cost[k] = f * table.square[k] - along1 * table.ratio[1][k] - along2 * table.ratio[2][k] - along3 * table.ratio[3][k];
+        cost[k] =
+            f * table.square[k] - along1 * table.ratio[1][k] - along2 * table.ratio[2][k] - along3 * table.ratio[3][k];
       }
-      const float leastCost = Shapes::least(Shapes::lesser(Shapes::lesser(cost[0], cost[1]), Shapes::lesser(cost[2], cost[3])));
+      const float leastCost =
+          Shapes::least(Shapes::lesser(Shapes::lesser(cost[0], cost[1]), Shapes::lesser(cost[2], cost[3])));
       if (!(leastCost < bestCost)) continue;
       bestCost = leastCost;
       std::uint32_t cone = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Chooses the directions and cones of oct6 links so that a row as a whole, not each link, is as right as 16 bits a link
-// allow. A link of 6 + 6 + 4 bits is off by 5 % of its coefficients, and four bands of a cone are not those of what is seen
-// through it, whatever the bits (docs/LINKS.md). What a link leaves owing is asked of the next in the row, which mostly lies
-// beside it and sends similar light, as error diffusion does with the grey of pixels: the errors of a row's links then
-// cancel, and its light comes out nearer to the truth than that of 12-byte cones.
+// allow. A link of 6 + 6 + 4 bits is off by 5 % of its coefficients, and four bands of a cone are not those of what is
+// seen through it, whatever the bits (docs/LINKS.md). What a link leaves owing is asked of the next in the row, which
+// mostly lies beside it and sends similar light, as error diffusion does with the grey of pixels: the errors of a row's
+// links then cancel, and its light comes out nearer to the truth than that of 12-byte cones.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ class LinkShaper {
   static constexpr int kBands = 4, kCoefficients = 16;
 
   void beginRow() { owed_ = {}; }
-  // Shape (packShape6()) of the next link of the row, whose coefficients should be c and whose transfer is read as f. Only
-  // the directions of c beyond coefficient 0 matter; what stays owing is remembered.
+  // Shape (packShape6()) of the next link of the row, whose coefficients should be c and whose transfer is read as f.
+  // Only the directions of c beyond coefficient 0 matter; what stays owing is remembered.
   std::uint32_t choose(std::span<const float> c, float f);
 
  private:

@@ -134,8 +134,9 @@ inline constexpr ValidationMessage kValidationMessages[] = {
 
     {Check::firstWeightRange, FindingSeverity::error, "pull weight is not within 0 to 1"},
     {Check::firstWeightLeaf, FindingSeverity::error, "pull weight of a leaf is not 0"},
-    {Check::firstWeightArea, FindingSeverity::error, "pull weight is not the first child's share of the area, though "
-                                                     "the options ask for pull by area"},
+    {Check::firstWeightArea, FindingSeverity::error,
+     "pull weight is not the first child's share of the area, though "
+     "the options ask for pull by area"},
     {Check::groupsOverlap, FindingSeverity::error, "groups of senders overlap"},
     {Check::groupsIncomplete, FindingSeverity::error, "a sender belongs to no group"},
     {Check::groupMixed, FindingSeverity::error, "a group mixes reflectors, emitters or sky"},

@@ -16,7 +16,8 @@ namespace {
 Error invalid(const std::string& what) { return Error{ErrorCode::invalidFile, "bake cannot be lit: " + what}; }
 
 Error wrongSize(const char* array, std::size_t expected, std::size_t found) {
-  return invalid(std::string(array) + " has " + std::to_string(found) + " elements, expected " + std::to_string(expected));
+  return invalid(std::string(array) + " has " + std::to_string(found) + " elements, expected " +
+                 std::to_string(expected));
 }
 
 Error wrongElement(const char* array, std::size_t index, const std::string& expected, std::uint64_t found) {
@@ -89,7 +90,8 @@ Status checkHierarchy(const Hierarchy& h, std::size_t surfelCount) {
       } else if (child < h.levelBegin[d + 1] || child + 1 >= nodes) {
         return wrongElement("hierarchy.child", i, "two nodes of a deeper level", child);
       } else if (child != next) {
-        return wrongElement("hierarchy.child", i, std::to_string(next) + ", behind the children of the nodes before", child);
+        return wrongElement("hierarchy.child", i, std::to_string(next) + ", behind the children of the nodes before",
+                            child);
       } else {
         next += 2;
       }
@@ -107,7 +109,8 @@ Status checkHierarchy(const Hierarchy& h, std::size_t surfelCount) {
   return done();
 }
 
-Status checkIndexTexture(const char* array, const Array<std::uint32_t>& cache, std::uint64_t size, std::uint32_t caches) {
+Status checkIndexTexture(const char* array, const Array<std::uint32_t>& cache, std::uint64_t size,
+                         std::uint32_t caches) {
   if (cache.size() != size) return wrongSize(array, size, cache.size());
   for (std::size_t i = 0; i < cache.size(); ++i) {
     if (cache[i] != kNoCache && cache[i] >= caches) {
@@ -119,32 +122,40 @@ Status checkIndexTexture(const char* array, const Array<std::uint32_t>& cache, s
 
 Status checkCaches(const Caches& c) {
   if (c.positionWorld.size() > kMostCaches) {
-    return invalid("it has " + std::to_string(c.positionWorld.size()) + " caches, expected at most " + std::to_string(kMostCaches));
+    return invalid("it has " + std::to_string(c.positionWorld.size()) + " caches, expected at most " +
+                   std::to_string(kMostCaches));
   }
-  if (c.normal.size() != c.positionWorld.size()) return wrongSize("caches.normal", c.positionWorld.size(), c.normal.size());
+  if (c.normal.size() != c.positionWorld.size())
+    return wrongSize("caches.normal", c.positionWorld.size(), c.normal.size());
   if (Status ok = checkFinite("caches.normal", c.normal); !ok) return ok;
   const CacheGrid& g = c.grid;
   if (!finite(g.originWorld) || !finite(g.spacing)) return invalid("caches.grid is not at a finite place");
   const glm::uvec3 r = g.resolution;
   if (r.x > 65535 || r.y > 65535 || r.z > 65535) return invalid("caches.grid has more than 65535 points on an axis");
-  if (Status ok = checkIndexTexture("caches.grid.cache", g.cache, std::uint64_t{r.x} * r.y * r.z, c.count()); !ok) return ok;
+  if (Status ok = checkIndexTexture("caches.grid.cache", g.cache, std::uint64_t{r.x} * r.y * r.z, c.count()); !ok)
+    return ok;
   const glm::uvec3 cells = g.cells();
   if (!g.brick.empty() && g.cache.empty()) return wrongSize("caches.grid.brick", 0, g.brick.size());
-  if (!g.brick.empty() && g.brick.size() != std::uint64_t{cells.x} * cells.y * cells.z) return wrongSize("caches.grid.brick", std::uint64_t{cells.x} * cells.y * cells.z, g.brick.size());
-  if (g.fine.size() % kBrickWords != 0) return wrongSize("caches.grid.fine", g.fine.size() / kBrickWords * kBrickWords, g.fine.size());
+  if (!g.brick.empty() && g.brick.size() != std::uint64_t{cells.x} * cells.y * cells.z)
+    return wrongSize("caches.grid.brick", std::uint64_t{cells.x} * cells.y * cells.z, g.brick.size());
+  if (g.fine.size() % kBrickWords != 0)
+    return wrongSize("caches.grid.fine", g.fine.size() / kBrickWords * kBrickWords, g.fine.size());
   for (std::size_t i = 0; i < g.brick.size(); ++i) {
     if (g.brick[i] != kNoBrick && g.brick[i] >= g.brickCount()) {
-      return wrongElement("caches.grid.brick", i, "a brick below " + std::to_string(g.brickCount()) + " or none", g.brick[i]);
+      return wrongElement("caches.grid.brick", i, "a brick below " + std::to_string(g.brickCount()) + " or none",
+                          g.brick[i]);
     }
   }
   std::uint32_t most = 0;
   for (const std::uint32_t cache : g.cache) most = cache == kNoCache ? most : std::max(most, cache + 1);
   for (std::size_t i = 0; i < g.fine.size(); ++i) {
     if (g.fine[i] >= kHangingPoint) continue;
-    if (g.fine[i] >= c.count()) return wrongElement("caches.grid.fine", i, "a cache below " + std::to_string(c.count()) + " or none", g.fine[i]);
+    if (g.fine[i] >= c.count())
+      return wrongElement("caches.grid.fine", i, "a cache below " + std::to_string(c.count()) + " or none", g.fine[i]);
     most = std::max(most, g.fine[i] + 1);
   }
-  if (!g.depth.empty() && (g.depth.size() % kDepthWords != 0 || g.depth.size() / kDepthWords < most || g.depth.size() / kDepthWords > c.count())) {
+  if (!g.depth.empty() && (g.depth.size() % kDepthWords != 0 || g.depth.size() / kDepthWords < most ||
+                           g.depth.size() / kDepthWords > c.count())) {
     return wrongSize("caches.grid.depth", std::uint64_t{kDepthWords} * most, g.depth.size());
   }
   const Lightmap& m = c.lightmap;
@@ -166,10 +177,12 @@ Status checkLinks(const Links& l, const Caches& all, std::size_t nodes) {
   if (static_cast<std::uint32_t>(l.kind) >= kLinkKindCount) {
     return wrongElement("links.kind", 0, "below " + std::to_string(kLinkKindCount), static_cast<std::uint32_t>(l.kind));
   }
-  if (linkHasBands(l.kind) && (l.bands < 1 || l.bands > kMaxBands)) return wrongElement("links.bands", 0, "1 to 8", l.bands);
+  if (linkHasBands(l.kind) && (l.bands < 1 || l.bands > kMaxBands))
+    return wrongElement("links.bands", 0, "1 to 8", l.bands);
   if (sh && l.shNode.size() != count) return wrongSize("links.shNode", count, l.shNode.size());
   const std::size_t halves = count * l.bands * l.bands;
-  if (sh && l.shCoefficients.size() != halves) return wrongSize("links.shCoefficients", halves, l.shCoefficients.size());
+  if (sh && l.shCoefficients.size() != halves)
+    return wrongSize("links.shCoefficients", halves, l.shCoefficients.size());
   if (head && l.head.size() != count) return wrongSize("links.head", count, l.head.size());
   const std::uint64_t shape = shapeWords(l.kind, l.bands, count, countGridLinks(all, l));
   if (head && l.shape.size() != shape) return wrongSize("links.shape", static_cast<std::size_t>(shape), l.shape.size());

@@ -34,11 +34,12 @@ struct LightSetup {
   // The host's own direct light: irradiance [W/m²] at each surfel, in place of `lights` and `visibility`.
   // [Size 0 or n_S]
   std::span<const glm::vec3> surfelIrradiance{};
-  glm::vec3 emissionScale{1.0f};            // factor on the surfels' baked emission; 0 switches emitters off
-  std::span<const glm::vec3> surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)
+  glm::vec3 emissionScale{1.0f};  // factor on the surfels' baked emission; 0 switches emitters off
+  std::span<const glm::vec3>
+      surfelEmission{};                     // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr] a constant sky; unseen without sky patches in the bake
-  std::span<const glm::vec3> skyPatches{};  // [Size 0 or skyDirection.size()] radiance a patch, in place of the constant;
-                                            // projectEnvironment() makes it from a map
+  std::span<const glm::vec3> skyPatches{};  // [Size 0 or skyDirection.size()] radiance a patch, in place of the
+                                            // constant; projectEnvironment() makes it from a map
   float bounceScale = 1.0f;                 // [0..1] share of last frame's caches added at the surfels; 0 = one bounce
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// How a surfel, a receiver that never moves, reads last frame's caches. Both backends decide it once, when they are made:
-//   flat     the caches around have the surfel's own normal, nearly: the light map's irradiance, evaluated once a texel for
+// How a surfel, a receiver that never moves, reads last frame's caches. Both backends decide it once, when they are
+// made:
+//   flat     the caches around have the surfel's own normal, nearly: the light map's irradiance, evaluated once a texel
+//   for
 //            the normal of its cache;
 //   tilted   other points of the light map: the caches around under the lobe for the surfel's normal (formats/sh.h,
 //            SurfaceLobe);
@@ -41,7 +43,8 @@ inline ReceiverKind receiverKind(const Caches& caches, const Surfels& surfels, s
 constexpr std::uint32_t kMostShare = 1023;
 
 // Append those of surfel s, whose shares add up to 1; returns how many [0..16].
-inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s, std::vector<std::uint32_t>& shares) {
+inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s,
+                                      std::vector<std::uint32_t>& shares) {
   const cpu::Stencil stencil = cpu::gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();
   std::uint32_t count = 0;

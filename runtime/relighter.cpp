@@ -21,7 +21,8 @@ class GlBackend {};
 }  // namespace gl
 #endif
 
-// One of the two backends is there. What it reads of the bake's arrays every frame is shared, not copied; the rest is let go.
+// One of the two backends is there. What it reads of the bake's arrays every frame is shared, not copied; the rest is
+// let go.
 struct Relighter::State {
   Bake bake;
   std::size_t surfelCount = 0, skyPatchCount = 0;
@@ -74,8 +75,8 @@ Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, i
   };
   luma = options.lumaBands > 0 ? options.lumaBands : recommended(bake.provenance.lumaBands, most);
   if (options.chromaBands < 0 || options.chromaBands > luma) {
-    return usage("chromaBands is " + std::to_string(options.chromaBands) + ", expected 1 to lumaBands = " +
-                 std::to_string(luma) + " or 0 for the bake's choice");
+    return usage("chromaBands is " + std::to_string(options.chromaBands) +
+                 ", expected 1 to lumaBands = " + std::to_string(luma) + " or 0 for the bake's choice");
   }
   chroma = options.chromaBands > 0 ? options.chromaBands : recommended(bake.provenance.chromaBands, luma);
   return done();
@@ -97,9 +98,10 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->surfelArrays = options.surfelArrays || options.backend != Backend::cpu;
   if (options.backend == Backend::cpu) {
     const Simd simd = cpu::chooseSimd(options.simd);
-    if (simd == Simd::best) return usage("this processor or this build lacks the instruction set asked for in RelightOptions::simd");
-    state->cpu = std::make_unique<cpu::CpuBackend>(state->bake, state->lumaBands, state->chromaBands, simd, options.parallelFor,
-                                                   options.surfelArrays);
+    if (simd == Simd::best)
+      return usage("this processor or this build lacks the instruction set asked for in RelightOptions::simd");
+    state->cpu = std::make_unique<cpu::CpuBackend>(state->bake, state->lumaBands, state->chromaBands, simd,
+                                                   options.parallelFor, options.surfelArrays);
     state->bake.surfels = {};
     state->bake.hierarchy = {};
     state->bake.links = {};
@@ -107,9 +109,8 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
     return Relighter(std::move(state));
   }
 #if defined(RELUME_HAS_GL)
-  Result<std::unique_ptr<gl::GlBackend>> made =
-      gl::GlBackend::create(state->bake, state->lumaBands, state->chromaBands, options.visibilityGlsl,
-                            options.deringing);
+  Result<std::unique_ptr<gl::GlBackend>> made = gl::GlBackend::create(state->bake, state->lumaBands, state->chromaBands,
+                                                                      options.visibilityGlsl, options.deringing);
   if (!made) return made.error();
   state->gl = std::move(*made);
   return Relighter(std::move(state));

@@ -45,12 +45,13 @@ enum class Simd { best, baseline, avx2, avx512 };
 
 struct RelightOptions {
   Backend backend = Backend::cpu;
-  int lumaBands = 0;         // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
-  int chromaBands = 0;       // [0, 1..lumaBands] 0 = what the bake recommends
-  float deringing = 0.0f;    // [0..1] strength of a window over the bands that the host's receivers read off the light-map's
-                             // own normals and in the grid (formats/sh.h, deringingFactor()); docs/BANDS.md: seldom worth it
+  int lumaBands = 0;    // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
+  int chromaBands = 0;  // [0, 1..lumaBands] 0 = what the bake recommends
+  float deringing =
+      0.0f;  // [0..1] strength of a window over the bands that the host's receivers read off the light-map's
+             // own normals and in the grid (formats/sh.h, deringingFactor()); docs/BANDS.md: seldom worth it
   ParallelFor parallelFor{};  // CPU backend; empty = one thread
-  Simd simd = Simd::best;    // CPU backend; one that the processor lacks is refused
+  Simd simd = Simd::best;     // CPU backend; one that the processor lacks is refused
   // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.
   bool surfelArrays = true;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
@@ -66,8 +67,8 @@ struct PassTime {
 
 // What the host's shader binds to resolve (shaders/resolve.glsl names the slots). 0 where there is none.
 struct GlResolveInputs {
-  // GL_TEXTURE_2D_ARRAY, RGBA16F, four coefficients a layer: of l bands, but for the last of 4, 6 or 8, which no irradiance
-  // has anything of (formats/sh.h, clampedCosineFactors())
+  // GL_TEXTURE_2D_ARRAY, RGBA16F, four coefficients a layer: of l bands, but for the last of 4, 6 or 8, which no
+  // irradiance has anything of (formats/sh.h, clampedCosineFactors())
   std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;
   std::uint32_t lightmapNormal = 0;  // GL_TEXTURE_2D RGBA8_SNORM: normal of the texel's cache, w = 1 where there is one
   std::uint32_t caches = 0;          // SSBO of unique caches: packed halves, Y then Co then Cg coefficients
@@ -95,8 +96,8 @@ class Relighter {
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
   // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set); never negative.
-  // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches have
-  // not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
+  // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches
+  // have not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
   glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                  const glm::vec3& geometricNormal) const;
   glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
@@ -123,8 +124,8 @@ class Relighter {
   // GL backend only; zero and empty on the CPU.
   GlResolveInputs glResolveInputs() const;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
-  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots are those of shaders/shared/layout.h (kResolve...)
-  // unless the host defines RELUME_RESOLVE_... macros before it.
+  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots
+  // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
   std::string resolveGlsl() const;
   // Bind all resolve inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
   void bindResolveInputs() const;

@@ -26,7 +26,8 @@ std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& s
 
 // The cache of a filled neighbour, edge neighbours before corner neighbours; kNoCache when none of the eight is filled.
 std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t>& texels, int x, int y) {
-  constexpr std::array<std::array<int, 2>, 8> kNeighbors{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+  constexpr std::array<std::array<int, 2>, 8> kNeighbors{
+      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
   for (const auto& n : kNeighbors) {
     const int nx = x + n[0], ny = y + n[1];
     if (nx < 0 || ny < 0 || nx >= static_cast<int>(size.x) || ny >= static_cast<int>(size.y)) continue;
@@ -45,11 +46,14 @@ void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
   }
   while (!empty.empty()) {
     found.clear();
-    for (const std::uint32_t i : empty) found.push_back(neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)));
+    for (const std::uint32_t i : empty)
+      found.push_back(neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)));
     std::size_t left = 0;
     for (std::size_t i = 0; i < empty.size(); ++i) {
-      if (found[i] != kNoCache) texels[empty[i]] = found[i];
-      else empty[left++] = empty[i];
+      if (found[i] != kNoCache)
+        texels[empty[i]] = found[i];
+      else
+        empty[left++] = empty[i];
     }
     if (left == empty.size()) return;
     empty.resize(left);
@@ -58,10 +62,18 @@ void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
 
 class Filler {
  public:
-  Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared, const AtlasRequest& request,
-         const AtlasPlan& plan, std::uint32_t gutter)
-      : scene_(scene), set_(set), cells_(cells), shared_(shared), request_(request), plan_(plan), gutter_(gutter),
-        texels_(std::size_t{plan.side} * plan.side, kNoCache), share_(texels_.size(), 0.0f), home_(shared.caches.size(), glm::uvec2(kNone)) {}
+  Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+         const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter)
+      : scene_(scene),
+        set_(set),
+        cells_(cells),
+        shared_(shared),
+        request_(request),
+        plan_(plan),
+        gutter_(gutter),
+        texels_(std::size_t{plan.side} * plan.side, kNoCache),
+        share_(texels_.size(), 0.0f),
+        home_(shared.caches.size(), glm::uvec2(kNone)) {}
 
   Lightmap run(SeamJump& seams, Context& context) {
     placeParts();
@@ -76,7 +88,8 @@ class Filler {
     }
     surround();
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p, false);
-    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_}, context);
+    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_},
+                        context);
     parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
     });
@@ -114,7 +127,8 @@ class Filler {
     const float texelSize = cells_.texelSize / set_.patches[patch].density;
     for (std::uint32_t c = cells_.firstCell[patch]; c < cells_.firstCell[patch + 1]; ++c) {
       const Cell& cell = cells_.cells[c];
-      share_[std::size_t{origin.y + cell.y} * plan_.side + origin.x + cell.x] = std::min(1.0f, cell.area / (texelSize * texelSize));
+      share_[std::size_t{origin.y + cell.y} * plan_.side + origin.x + cell.x] =
+          std::min(1.0f, cell.area / (texelSize * texelSize));
     }
     for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
       for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
@@ -138,7 +152,9 @@ class Filler {
     texels_ = std::move(ring);
   }
 
-  std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side)); }
+  std::uint32_t pack(const glm::vec2& texel) const {
+    return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side));
+  }
 
   // Where the triangles of a patch read; snapped: once texels hold what they will.
   void writeCorners(std::uint32_t p, bool snapped) {
@@ -151,10 +167,12 @@ class Filler {
 
     if (request_.rectangleOf[p] == kNone) {
       if (snapped) return;
-      const std::uint32_t cache = cells_.firstCell[p] < cells_.firstCell[p + 1] ? shared_.cacheOfCell[cells_.firstCell[p]] : kNoCache;
+      const std::uint32_t cache =
+          cells_.firstCell[p] < cells_.firstCell[p + 1] ? shared_.cacheOfCell[cells_.firstCell[p]] : kNoCache;
       if (cache == kNoCache || cells_.resolution[p] != glm::uvec2(1)) return;
       const std::uint32_t uv = pack(glm::vec2(home_[cache]));
-      for (const std::uint32_t t : chart.triangle) std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
+      for (const std::uint32_t t : chart.triangle)
+        std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
     } else {
       // Stay a little inside, so that rounding of coordinates and filters does not reach the texels next door.
       const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
@@ -169,13 +187,16 @@ class Filler {
       }
       std::vector<glm::vec2> texel;
       for (const auto& uv : chart.uv) {
-        for (const glm::vec2& corner : uv) texel.push_back(origin + glm::clamp(texelOf(corner, charts.size[patch.chart], size), low, high));
+        for (const glm::vec2& corner : uv)
+          texel.push_back(origin + glm::clamp(texelOf(corner, charts.size[patch.chart], size), low, high));
       }
       if (snapped) {
-        snapCorners(scene_, patch, chart, shared_, cells_.texelSize / patch.density, {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size},
-                    origin + low, origin + high, texel);
+        snapCorners(scene_, patch, chart, shared_, cells_.texelSize / patch.density,
+                    {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
+                    texel);
       }
-      for (std::size_t i = 0; i < texel.size(); ++i) corners[first + 3ull * chart.triangle[i / 3] + i % 3] = pack(texel[i]);
+      for (std::size_t i = 0; i < texel.size(); ++i)
+        corners[first + 3ull * chart.triangle[i / 3] + i % 3] = pack(texel[i]);
     }
     if (!snapped) anyBack_ = anyBack_ || patch.side == 1;
   }
@@ -188,7 +209,7 @@ class Filler {
   const AtlasPlan& plan_;
   const std::uint32_t gutter_;
   std::vector<std::uint32_t> texels_;
-  std::vector<float> share_;       // of a full texel of surface, [0..1]
+  std::vector<float> share_;      // of a full texel of surface, [0..1]
   std::vector<glm::uvec2> home_;  // [texel] a texel that holds each cache
   std::vector<LightmapPart> parts_;
   std::vector<std::uint32_t> front_, back_;
@@ -222,7 +243,8 @@ AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
 }
 
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams, Context& context) {
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
+                   Context& context) {
   return Filler(scene, set, cells, shared, request, plan, gutter).run(seams, context);
 }
 

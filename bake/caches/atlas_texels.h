@@ -15,9 +15,9 @@ namespace relume {
 
 // What is packed: a rectangle for each patch of several texels, a texel for each cache that only small patches read.
 struct AtlasRequest {
-  std::vector<glm::uvec2> rectangle;           // [texel] sizes
-  std::vector<std::uint32_t> rectangleOf;      // [Size patches] kNone = a small patch, or nothing valid on it
-  std::vector<std::uint32_t> single;           // caches, neighbours in space near one another
+  std::vector<glm::uvec2> rectangle;       // [texel] sizes
+  std::vector<std::uint32_t> rectangleOf;  // [Size patches] kNone = a small patch, or nothing valid on it
+  std::vector<std::uint32_t> single;       // caches, neighbours in space near one another
 };
 
 AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared);
@@ -31,6 +31,7 @@ struct SeamJump {
 
 // The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams, Context& context);
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
+                   Context& context);
 
 }  // namespace relume

@@ -14,9 +14,9 @@ namespace relume {
 
 // A flat piece of a mesh's surface, before it is scaled to texels: object-space metres in the plane.
 struct Chart {
-  std::vector<std::uint32_t> triangle;      // of the mesh
-  std::vector<std::array<glm::vec2, 3>> uv; // [m] [Size triangle] corners in the chart's plane
-  float areaUv = 0.0f, areaSurface = 0.0f;  // [m²]
+  std::vector<std::uint32_t> triangle;       // of the mesh
+  std::vector<std::array<glm::vec2, 3>> uv;  // [m] [Size triangle] corners in the chart's plane
+  float areaUv = 0.0f, areaSurface = 0.0f;   // [m²]
 };
 
 // Charts of one mesh: CGAL segmentation, planar or least-squares conformal maps. Every triangle is in one chart, except

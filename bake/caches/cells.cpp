@@ -49,15 +49,21 @@ struct Sample {
   std::uint32_t slot;  // triangle of the chart
   glm::vec2 barycentric;
   std::uint32_t cell;
-  float area;          // [chart m²]
+  float area;  // [chart m²]
 };
 
 // Samples of one patch: a lattice over the chart's rectangle, and the middles of triangles that fall between it.
 class PatchSampler {
  public:
-  PatchSampler(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, const Patch& patch, const glm::uvec2& resolution)
-      : scene_(scene), playSpace_(playSpace), patch_(patch), charts_(set.meshes[scene.instances[patch.instance].mesh]),
-        chart_(charts_.charts[patch.chart]), size_(charts_.size[patch.chart]), resolution_(resolution) {
+  PatchSampler(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, const Patch& patch,
+               const glm::uvec2& resolution)
+      : scene_(scene),
+        playSpace_(playSpace),
+        patch_(patch),
+        charts_(set.meshes[scene.instances[patch.instance].mesh]),
+        chart_(charts_.charts[patch.chart]),
+        size_(charts_.size[patch.chart]),
+        resolution_(resolution) {
     for (int k = 0; k < 2; ++k) {
       lattice_[k] = kSamples * static_cast<int>(std::max(resolution[k] - 1, 1u));
       step_[k] = std::max(size_[k], 1e-20f) / static_cast<float>(lattice_[k]);
@@ -67,7 +73,8 @@ class PatchSampler {
   void run(std::uint32_t patchIndex, std::vector<Cell>& cells, std::vector<ChartPoint>& points) {
     collect();
     if (samples_.empty()) return;
-    std::stable_sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.cell < b.cell; });
+    std::stable_sort(samples_.begin(), samples_.end(),
+                     [](const Sample& a, const Sample& b) { return a.cell < b.cell; });
     const float toWorld = patch_.uvScale.x * patch_.uvScale.y;
     for (std::size_t begin = 0; begin < samples_.size();) {
       std::size_t end = begin;
@@ -114,15 +121,19 @@ class PatchSampler {
     const float sampleArea = step_.x * step_.y;
     for (std::uint32_t slot = 0; slot < chart_.triangle.size(); ++slot) {
       const auto& t = chart_.uv[slot];
-      const glm::vec2 low = glm::min(t[0], glm::min(t[1], t[2])) / step_ - 0.5f, high = glm::max(t[0], glm::max(t[1], t[2])) / step_ - 0.5f;
+      const glm::vec2 low = glm::min(t[0], glm::min(t[1], t[2])) / step_ - 0.5f,
+                      high = glm::max(t[0], glm::max(t[1], t[2])) / step_ - 0.5f;
       bool any = false;
-      for (int y = std::max(0, static_cast<int>(std::ceil(low.y - 1e-3f))); y <= std::min(lattice_.y - 1, static_cast<int>(high.y + 1e-3f)); ++y) {
-        for (int x = std::max(0, static_cast<int>(std::ceil(low.x - 1e-3f))); x <= std::min(lattice_.x - 1, static_cast<int>(high.x + 1e-3f)); ++x) {
+      for (int y = std::max(0, static_cast<int>(std::ceil(low.y - 1e-3f)));
+           y <= std::min(lattice_.y - 1, static_cast<int>(high.y + 1e-3f)); ++y) {
+        for (int x = std::max(0, static_cast<int>(std::ceil(low.x - 1e-3f)));
+             x <= std::min(lattice_.x - 1, static_cast<int>(high.x + 1e-3f)); ++x) {
           const glm::vec2 uv = (glm::vec2(x, y) + 0.5f) * step_;
           glm::vec2 w;
           if (!barycentricAt(t, uv, 1e-4f, w)) continue;
           any = true;
-          std::uint8_t& mark = taken[static_cast<std::size_t>(y) * static_cast<std::size_t>(lattice_.x) + static_cast<std::size_t>(x)];
+          std::uint8_t& mark =
+              taken[static_cast<std::size_t>(y) * static_cast<std::size_t>(lattice_.x) + static_cast<std::size_t>(x)];
           if (mark) continue;
           mark = 1;
           w = clampInside(w);
@@ -146,7 +157,8 @@ class PatchSampler {
       const glm::vec2 d = (s.uv - target) * world;
       return glm::dot(d, d);
     };
-    std::stable_sort(samples_.begin() + static_cast<std::ptrdiff_t>(begin), samples_.begin() + static_cast<std::ptrdiff_t>(end),
+    std::stable_sort(samples_.begin() + static_cast<std::ptrdiff_t>(begin),
+                     samples_.begin() + static_cast<std::ptrdiff_t>(end),
                      [&](const Sample& a, const Sample& b) { return distance2(a) < distance2(b); });
     for (std::size_t i = begin; i < std::min(end, begin + 4); ++i) {
       glm::vec2 w;
@@ -174,8 +186,8 @@ class PatchSampler {
 };
 
 // The one texel of a small patch: the chart's representative points, those that are seen first.
-void addSmallPatch(const Scene& scene, const PlaySpace& playSpace, const MeshCharts& charts, const Patch& patch, std::uint32_t index,
-                   std::vector<Cell>& cells, std::vector<ChartPoint>& points) {
+void addSmallPatch(const Scene& scene, const PlaySpace& playSpace, const MeshCharts& charts, const Patch& patch,
+                   std::uint32_t index, std::vector<Cell>& cells, std::vector<ChartPoint>& points) {
   const auto& candidates = charts.points[patch.chart];
   Cell cell;
   cell.patch = index;
@@ -195,12 +207,14 @@ void addSmallPatch(const Scene& scene, const PlaySpace& playSpace, const MeshCha
 glm::vec2 texelOf(const glm::vec2& uv, const glm::vec2& chartSize, const glm::uvec2& resolution) {
   glm::vec2 texel(0.0f);
   for (int k = 0; k < 2; ++k) {
-    if (resolution[k] > 1) texel[k] = std::clamp(uv[k] / chartSize[k], 0.0f, 1.0f) * static_cast<float>(resolution[k] - 1);
+    if (resolution[k] > 1)
+      texel[k] = std::clamp(uv[k] / chartSize[k], 0.0f, 1.0f) * static_cast<float>(resolution[k] - 1);
   }
   return texel;
 }
 
-CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize, Context& context) {
+CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
+                 Context& context) {
   CellSet result;
   result.texelSize = texelSize;
   result.resolution.resize(set.patches.size());
@@ -220,7 +234,8 @@ CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet&
       const glm::uvec2 resolution(texelsAlong(length.x), texelsAlong(length.y));
       const std::size_t before = part.cells.size();
       const auto index = static_cast<std::uint32_t>(p);
-      if (resolution != glm::uvec2(1)) PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.cells, part.points);
+      if (resolution != glm::uvec2(1))
+        PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.cells, part.points);
       // Also where everything fell between the samples.
       result.resolution[p] = part.cells.size() > before ? resolution : glm::uvec2(1);
       if (part.cells.size() == before) addSmallPatch(scene, playSpace, charts, patch, index, part.cells, part.points);

@@ -17,10 +17,10 @@ namespace relume {
 
 struct Cell {
   std::uint32_t patch = 0;
-  std::uint32_t x = 0, y = 0;       // texel of the patch
-  float area = 0.0f;                // [m²] of seen surface that the texel stands for; 0 = nothing there
-  std::uint32_t firstPoint = 0;     // places for its cache, best first: points[firstPoint] ..
-  std::uint32_t pointCount = 0;     // .. + pointCount - 1
+  std::uint32_t x = 0, y = 0;    // texel of the patch
+  float area = 0.0f;             // [m²] of seen surface that the texel stands for; 0 = nothing there
+  std::uint32_t firstPoint = 0;  // places for its cache, best first: points[firstPoint] ..
+  std::uint32_t pointCount = 0;  // .. + pointCount - 1
 };
 
 struct CellSet {
@@ -32,7 +32,8 @@ struct CellSet {
 };
 
 // Lay texels of the given size over all patches.
-CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize, Context& context);
+CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
+                 Context& context);
 
 // Texel coordinates (centres at integers) within a patch of a point in chart uv.
 glm::vec2 texelOf(const glm::vec2& uv, const glm::vec2& chartSize, const glm::uvec2& resolution);

@@ -66,7 +66,9 @@ ChartQuality measureCharts(const Mesh& mesh, std::span<const Chart> charts, floa
     for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
       const glm::uvec3& v = mesh.triangle[chart.triangle[i]];
       const double s = static_cast<double>(scale);
-      addTriangle({s * glm::dvec3(mesh.position[v.x]), s * glm::dvec3(mesh.position[v.y]), s * glm::dvec3(mesh.position[v.z])}, chart.uv[i], quality);
+      addTriangle(
+          {s * glm::dvec3(mesh.position[v.x]), s * glm::dvec3(mesh.position[v.y]), s * glm::dvec3(mesh.position[v.z])},
+          chart.uv[i], quality);
     }
   }
   return quality;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How much charts stretch what they flatten. Charts are in metres of the surface: a texel should stand for as much of it
-// everywhere, and be square there.
+// How much charts stretch what they flatten. Charts are in metres of the surface: a texel should stand for as much of
+// it everywhere, and be square there.
 #pragma once
 
 #include "bake/caches/caches.h"
@@ -21,10 +21,10 @@ struct ChartQuality {
   std::array<double, 256> stretch{};  // histogram of s1, 16 bins an octave from 1/256 on
 
   void add(const ChartQuality& other);
-  double stretchRms() const;         // >= 1 for charts that keep area
-  double stretchP99() const;         // L-infinity stretch, but for the worst 1 % of the area
-  double anisotropyMean() const;     // >= 1
-  double areaRatioMean() const;      // >= 1
+  double stretchRms() const;      // >= 1 for charts that keep area
+  double stretchP99() const;      // L-infinity stretch, but for the worst 1 % of the area
+  double anisotropyMean() const;  // >= 1
+  double areaRatioMean() const;   // >= 1
 };
 
 inline constexpr double kMostAnisotropy = 100.0;

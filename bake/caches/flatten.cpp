@@ -36,7 +36,8 @@ void bounds(const Chart& chart, glm::vec2& low, glm::vec2& high) {
 
 // Convex hull, counter-clockwise (Andrew's monotone chain).
 std::vector<glm::vec2> convexHull(std::vector<glm::vec2> points) {
-  std::sort(points.begin(), points.end(), [](const glm::vec2& a, const glm::vec2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  std::sort(points.begin(), points.end(),
+            [](const glm::vec2& a, const glm::vec2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
   points.erase(std::unique(points.begin(), points.end()), points.end());
   if (points.size() < 3) return points;
   std::vector<glm::vec2> hull(2 * points.size());
@@ -94,7 +95,9 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
   const glm::vec2 size = glm::max(high - low, glm::vec2(1e-20f));
 
   // About sixteen samples a triangle, on a lattice of at most 256 x 256 that no edge of a regular mesh lies on.
-  const double samples = std::clamp(16.0 * static_cast<double>(chart.triangle.size()) * size.x * size.y / std::max(1e-30, static_cast<double>(chart.areaUv)), 256.0, 65536.0);
+  const double samples = std::clamp(16.0 * static_cast<double>(chart.triangle.size()) * size.x * size.y /
+                                        std::max(1e-30, static_cast<double>(chart.areaUv)),
+                                    256.0, 65536.0);
   const double aspect = std::clamp(std::sqrt(static_cast<double>(size.x) / size.y), 1.0 / 16.0, 16.0);
   const int columns = std::clamp(static_cast<int>(std::sqrt(samples) * aspect), 8, 1024);
   const int rows = std::clamp(static_cast<int>(std::sqrt(samples) / aspect), 8, 1024);
@@ -105,7 +108,8 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
     const auto& t = chart.uv[i];
-    const glm::vec2 from = (glm::min(t[0], glm::min(t[1], t[2])) - low) / step, to = (glm::max(t[0], glm::max(t[1], t[2])) - low) / step;
+    const glm::vec2 from = (glm::min(t[0], glm::min(t[1], t[2])) - low) / step,
+                    to = (glm::max(t[0], glm::max(t[1], t[2])) - low) / step;
     std::size_t covered = 0;
     fresh.clear();
     for (int y = std::max(0, static_cast<int>(from.y) - 1); y <= std::min(rows - 1, static_cast<int>(to.y)); ++y) {
@@ -113,8 +117,10 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
         const glm::vec2 p = low + (glm::vec2(x, y) + glm::vec2(0.4817f, 0.5253f)) * step;
         if (insideness(t, p) <= 1e-3f) continue;
         const std::uint32_t cell = static_cast<std::uint32_t>(y * columns + x);
-        if (taken[cell]) ++covered;
-        else fresh.push_back(cell);
+        if (taken[cell])
+          ++covered;
+        else
+          fresh.push_back(cell);
       }
     }
     // A sample or two may fall between edges that only rounding crosses.

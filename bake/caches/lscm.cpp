@@ -6,8 +6,8 @@
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
-#include <CGAL/Surface_mesh_parameterization/LSCM_parameterizer_3.h>
 #include <CGAL/Surface_mesh_parameterization/Error_code.h>
+#include <CGAL/Surface_mesh_parameterization/LSCM_parameterizer_3.h>
 #include <CGAL/Surface_mesh_parameterization/Two_vertices_parameterizer_3.h>
 #include <CGAL/Surface_mesh_parameterization/parameterize.h>
 
@@ -48,7 +48,8 @@ bool makeSurface(const Mesh& mesh, const FaceGraph& graph, std::span<const std::
 
 }  // namespace
 
-std::optional<Chart> mapConformal(const Mesh& mesh, const FaceGraph& graph, std::span<const std::uint32_t> faces, float scale) {
+std::optional<Chart> mapConformal(const Mesh& mesh, const FaceGraph& graph, std::span<const std::uint32_t> faces,
+                                  float scale) {
   try {
     Surface surface;
     std::vector<std::uint32_t> vertices;
@@ -66,7 +67,9 @@ std::optional<Chart> mapConformal(const Mesh& mesh, const FaceGraph& graph, std:
     std::vector<std::array<glm::dvec2, 3>> corners(faces.size());
     for (std::size_t i = 0; i < faces.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto at = std::lower_bound(vertices.begin(), vertices.end(), graph.vertex[faces[i]][static_cast<int>(k)]) - vertices.begin();
+        const auto at =
+            std::lower_bound(vertices.begin(), vertices.end(), graph.vertex[faces[i]][static_cast<int>(k)]) -
+            vertices.begin();
         const Kernel::Point_2& p = uv[Surface::Vertex_index(static_cast<Surface::size_type>(at))];
         if (!std::isfinite(p.x()) || !std::isfinite(p.y())) return std::nullopt;
         corners[i][k] = {p.x(), p.y()};

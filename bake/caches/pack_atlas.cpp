@@ -20,7 +20,8 @@ namespace relume {
 namespace {
 
 // Pack into a square of one size.
-std::optional<AtlasPlan> packInto(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter, std::uint32_t side) {
+std::optional<AtlasPlan> packInto(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
+                                  std::uint32_t side) {
   std::vector<stbrp_rect> rects(sizes.size());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     rects[i].id = static_cast<int>(i);
@@ -64,7 +65,8 @@ std::optional<AtlasPlan> packInto(std::span<const glm::uvec2> sizes, std::uint32
 
 }  // namespace
 
-std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter, std::uint32_t side) {
+std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
+                                   std::uint32_t side) {
   if (side != 0) return packInto(sizes, singles, gutter, side);
   double area = singles;
   std::uint32_t longest = 8;

@@ -20,7 +20,8 @@ struct AtlasPlan {
 
 // Pack on a square of `side` texels, or on the smallest that is found when side = 0 (a multiple of 8). Each rectangle
 // keeps `gutter` texels free at its right and top. Nothing when it does not fit.
-std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter, std::uint32_t side);
+std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
+                                   std::uint32_t side);
 
 // The largest light map this project writes. [texel]
 inline constexpr std::uint32_t kMaxAtlasSide = 16384;

@@ -91,8 +91,8 @@ glm::vec2 uvScaleOf(const Scene& scene, const Instance& instance, const MeshChar
   const glm::mat3 linear(instance.toWorld);
   const glm::mat3 gram = glm::transpose(linear) * linear;
   const float mean = (gram[0][0] + gram[1][1] + gram[2][2]) / 3.0f;
-  const float off = std::max({std::abs(gram[0][1]), std::abs(gram[0][2]), std::abs(gram[1][2]), std::abs(gram[0][0] - mean),
-                              std::abs(gram[1][1] - mean), std::abs(gram[2][2] - mean)});
+  const float off = std::max({std::abs(gram[0][1]), std::abs(gram[0][2]), std::abs(gram[1][2]),
+                              std::abs(gram[0][0] - mean), std::abs(gram[1][1] - mean), std::abs(gram[2][2] - mean)});
   if (off <= 1e-3f * mean) return glm::vec2(std::sqrt(mean) / charts.scale);
 
   const Mesh& mesh = scene.meshes[instance.mesh];
@@ -104,7 +104,8 @@ glm::vec2 uvScaleOf(const Scene& scene, const Instance& instance, const MeshChar
     const glm::vec2 e = uv[1] - uv[0], f = uv[2] - uv[0];
     const float twice = cross2(e, f);
     if (!(std::abs(twice) > 0.0f)) continue;
-    const glm::vec3 p = linear * (mesh.position[v.y] - mesh.position[v.x]), q = linear * (mesh.position[v.z] - mesh.position[v.x]);
+    const glm::vec3 p = linear * (mesh.position[v.y] - mesh.position[v.x]),
+                    q = linear * (mesh.position[v.z] - mesh.position[v.x]);
     const glm::vec3 du = (p * f.y - q * e.y) / twice, dv = (q * e.x - p * f.x) / twice;
     squares += glm::dvec2(glm::dot(du, du), glm::dot(dv, dv)) * static_cast<double>(std::abs(twice));
     total += std::abs(twice);
@@ -147,7 +148,8 @@ PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const Cache
   set.meshes.resize(scene.meshes.size());
   std::vector<float> scale(scene.meshes.size(), 0.0f);
   for (const Instance& instance : scene.instances) {
-    if (instance.mode == BakeMode::fixed && scale[instance.mesh] == 0.0f) scale[instance.mesh] = typicalScale(instance.toWorld);
+    if (instance.mode == BakeMode::fixed && scale[instance.mesh] == 0.0f)
+      scale[instance.mesh] = typicalScale(instance.toWorld);
   }
   parallelChunks(context, "unwrap", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t m = begin; m < end; ++m) {
@@ -165,14 +167,17 @@ SurfaceSpot spotOf(const Scene& scene, const Patch& patch, const ChartPoint& poi
   const Mesh& mesh = scene.meshes[instance.mesh];
   const glm::uvec3& v = mesh.triangle[point.triangle];
   const float a = 1.0f - point.barycentric.x - point.barycentric.y;
-  const glm::vec3 local = a * mesh.position[v.x] + point.barycentric.x * mesh.position[v.y] + point.barycentric.y * mesh.position[v.z];
-  const glm::vec3 front = geometricNormal(scene, {patch.instance, point.triangle, worldOrder(instance, point.barycentric)});
+  const glm::vec3 local =
+      a * mesh.position[v.x] + point.barycentric.x * mesh.position[v.y] + point.barycentric.y * mesh.position[v.z];
+  const glm::vec3 front =
+      geometricNormal(scene, {patch.instance, point.triangle, worldOrder(instance, point.barycentric)});
   return {glm::vec3(instance.toWorld * glm::vec4(local, 1.0f)), patch.side == 0 ? front : -front};
 }
 
 bool seenBy(const Scene& scene, const PlaySpace& playSpace, const Patch& patch, const ChartPoint& point) {
   const Instance& instance = scene.instances[patch.instance];
-  return playSpace.seenAt(2 * (instance.firstTriangle + point.triangle) + patch.side, worldOrder(instance, point.barycentric));
+  return playSpace.seenAt(2 * (instance.firstTriangle + point.triangle) + patch.side,
+                          worldOrder(instance, point.barycentric));
 }
 
 }  // namespace relume

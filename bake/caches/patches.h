@@ -28,10 +28,10 @@ struct MeshCharts {
 
 struct Patch {
   std::uint32_t instance = 0, chart = 0;
-  std::uint32_t side = 0;       // 0 front, 1 back
-  glm::vec2 uvScale{1.0f};      // world metres per chart metre along u and v
-  float area = 0.0f;            // [m²] that is seen
-  float density = 1.0f;         // factor on the texels per metre
+  std::uint32_t side = 0;   // 0 front, 1 back
+  glm::vec2 uvScale{1.0f};  // world metres per chart metre along u and v
+  float area = 0.0f;        // [m²] that is seen
+  float density = 1.0f;     // factor on the texels per metre
 };
 
 struct PatchSet {

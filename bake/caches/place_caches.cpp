@@ -22,12 +22,17 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
   if (options.lightmapCaches > 0 || options.lightmapSize > 0) {
     auto placed = placeLightmap(tracer, playSpace, options, context);
     if (context.cancelled()) return cancelledError();
-    if (placed) lightmap = std::move(*placed);
-    else if (grid.position.empty()) return placed.error();
-    else context.message(Severity::warning, "no light map: " + placed.error().message);
+    if (placed)
+      lightmap = std::move(*placed);
+    else if (grid.position.empty())
+      return placed.error();
+    else
+      context.message(Severity::warning, "no light map: " + placed.error().message);
   }
   if (grid.position.empty() && lightmap.caches.empty())
-    return Error{ErrorCode::failed, "neither the grid nor the light map has a valid cache: every place lies inside geometry or out of the play space"};
+    return Error{ErrorCode::failed,
+                 "neither the grid nor the light map has a valid cache: every place lies inside geometry or out of the "
+                 "play space"};
 
   // 3. One list of unique caches
   Caches caches;
@@ -48,13 +53,15 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
   caches.lightmap = std::move(lightmap.lightmap);
   if (caches.positionWorld.size() > kMostCaches) {
     return Error{ErrorCode::usage, "caches: " + std::to_string(caches.positionWorld.size()) + " are more than the " +
-                                       std::to_string(kMostCaches) + " of a bake; ask for fewer on the light map or in the grid"};
+                                       std::to_string(kMostCaches) +
+                                       " of a bake; ask for fewer on the light map or in the grid"};
   }
   context.figure("caches", caches.count());
   return caches;
 }
 
-std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& caches, std::span<const SurfelSeed> seeds, Context& context) {
+std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& caches,
+                                         std::span<const SurfelSeed> seeds, Context& context) {
   const Scene& scene = tracer.scene();
   const Lightmap& map = caches.lightmap;
   std::vector<std::uint32_t> receivers(seeds.size(), kGridReceiver);
@@ -68,10 +75,12 @@ std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& 
       const std::uint64_t first = map.parts[point.instance].firstCorner + 3ull * point.triangle;
       // Barycentrics weigh world corners, which a mirroring instance swaps.
       const bool flipped = scene.instances[point.instance].flipped;
-      const std::uint32_t a = corners[first], b = corners[first + (flipped ? 2 : 1)], c = corners[first + (flipped ? 1 : 2)];
+      const std::uint32_t a = corners[first], b = corners[first + (flipped ? 2 : 1)],
+                          c = corners[first + (flipped ? 1 : 2)];
       if (a == kGridLit || b == kGridLit || c == kGridLit) continue;
       const glm::vec2& w = point.barycentric;
-      receivers[i] = packUnorm16x2((1.0f - w.x - w.y) * unpackUnorm16x2(a) + w.x * unpackUnorm16x2(b) + w.y * unpackUnorm16x2(c));
+      receivers[i] =
+          packUnorm16x2((1.0f - w.x - w.y) * unpackUnorm16x2(a) + w.x * unpackUnorm16x2(b) + w.y * unpackUnorm16x2(c));
     }
   });
   return receivers;

@@ -37,7 +37,8 @@ std::vector<glm::vec3> moves() {
       for (int x = -2; x <= 2; ++x) result.push_back(glm::vec3(x, y, z) * (0.5f * kMaxMove));
     }
   }
-  std::stable_sort(result.begin(), result.end(), [](const glm::vec3& a, const glm::vec3& b) { return glm::dot(a, a) < glm::dot(b, b); });
+  std::stable_sort(result.begin(), result.end(),
+                   [](const glm::vec3& a, const glm::vec3& b) { return glm::dot(a, a) < glm::dot(b, b); });
   return result;
 }
 
@@ -49,8 +50,8 @@ struct Places {
 };
 
 // Find a valid place for every so many-th point; drop the others.
-Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points, std::size_t every,
-                  float maxBackFaceShare, Context& context) {
+Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points,
+                  std::size_t every, float maxBackFaceShare, Context& context) {
   Places places;
   places.position.resize(points.size());
   places.verdict.assign(points.size(), Verdict::dropped);
@@ -65,7 +66,9 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
       bad.clear();
       for (std::size_t k = 0; k < offsets.size(); ++k) {
         const glm::vec3 p = point + offsets[k] * reach;
-        if (std::any_of(bad.begin(), bad.end(), [&](const glm::vec4& b) { return glm::distance(glm::vec3(b), p) < b.w; })) continue;
+        if (std::any_of(bad.begin(), bad.end(),
+                        [&](const glm::vec4& b) { return glm::distance(glm::vec3(b), p) < b.w; }))
+          continue;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
         const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
         // Outside the play space every place of the cell is.
@@ -85,7 +88,8 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
 
 }  // namespace
 
-PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
+PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                     Context& context) {
   PlacedGrid result;
   const Prober prober(tracer, playSpace);
 
@@ -103,7 +107,8 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
     const std::size_t trialEvery = byCount ? std::max<std::size_t>(1, trialPoints.size() / kEnoughPoints) : 1;
     Places trialPlaces = findPlaces(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);
     const auto dropped = std::count(trialPlaces.verdict.begin(), trialPlaces.verdict.end(), Verdict::dropped);
-    const double valid = static_cast<double>(trialPoints.size() - static_cast<std::size_t>(dropped)) * static_cast<double>(trialEvery);
+    const double valid =
+        static_cast<double>(trialPoints.size() - static_cast<std::size_t>(dropped)) * static_cast<double>(trialEvery);
     const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
     if (off < leastOff) {
       leastOff = off;

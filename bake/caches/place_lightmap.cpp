@@ -27,14 +27,19 @@ struct Texels {
 class Placer {
  public:
   Placer(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context)
-      : scene_(tracer.scene()), playSpace_(playSpace), options_(options), context_(context), prober_(tracer, playSpace),
+      : scene_(tracer.scene()),
+        playSpace_(playSpace),
+        options_(options),
+        context_(context),
+        prober_(tracer, playSpace),
         gutter_(static_cast<std::uint32_t>(std::ceil(options.gutterTexels))) {}
 
   Result<PlacedLightmap> run() {
     // 1. Charts of all meshes, their places and sides that are seen
     set_ = makePatches(scene_, playSpace_, options_, context_);
     if (context_.cancelled()) return cancelledError();
-    if (set_.patches.empty() || !(set_.areaSeen > 0.0)) return Error{ErrorCode::failed, "no surface for a light map is seen"};
+    if (set_.patches.empty() || !(set_.areaSeen > 0.0))
+      return Error{ErrorCode::failed, "no surface for a light map is seen"};
 
     // 2. The texel size that makes as many unique caches as asked for, and the caches
     Texels texels;
@@ -50,8 +55,13 @@ class Placer {
       plan = searchSide(texels, request);
     }
     if (context_.cancelled()) return cancelledError();
-    if (texels.shared.caches.empty()) return Error{ErrorCode::failed, "every cache of the light map lies behind or inside geometry"};
-    if (!plan) return Error{ErrorCode::failed, "the light map does not fit into " + std::to_string(options_.lightmapSize ? options_.lightmapSize : kMaxAtlasSide) + " texels a side"};
+    if (texels.shared.caches.empty())
+      return Error{ErrorCode::failed, "every cache of the light map lies behind or inside geometry"};
+    if (!plan)
+      return Error{ErrorCode::failed,
+                   "the light map does not fit into " +
+                       std::to_string(options_.lightmapSize ? options_.lightmapSize : kMaxAtlasSide) +
+                       " texels a side"};
 
     // 3. The texture of indices, and where the triangles read it
     PlacedLightmap result;
@@ -83,7 +93,8 @@ class Placer {
       Texels texels = place(size);
       const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
       const double off = std::abs(std::log(count / target));
-      if (lastSize > 0.0 && lastSize != size) power = std::clamp(-std::log(count / lastCount) / std::log(size / lastSize), 0.7, 3.0);
+      if (lastSize > 0.0 && lastSize != size)
+        power = std::clamp(-std::log(count / lastCount) / std::log(size / lastSize), 0.7, 3.0);
       if (off < bestOff) {
         bestOff = off;
         best = std::move(texels);
@@ -114,7 +125,9 @@ class Placer {
       texels = place(size);
       sortCaches(texels.shared);
       request = requestAtlas(texels.cells, texels.shared);
-      if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, options_.lightmapSize)) return plan;
+      if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_,
+                                options_.lightmapSize))
+        return plan;
     }
     return std::nullopt;
   }
@@ -163,7 +176,8 @@ class Placer {
     double unlitTotal = 0.0;
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
       bool valid = false;
-      for (std::uint32_t c = texels.cells.firstCell[p]; c < texels.cells.firstCell[p + 1]; ++c) valid = valid || texels.shared.cacheOfCell[c] != kNoCache;
+      for (std::uint32_t c = texels.cells.firstCell[p]; c < texels.cells.firstCell[p + 1]; ++c)
+        valid = valid || texels.shared.cacheOfCell[c] != kNoCache;
       if (valid) continue;
       unlit[set_.patches[p].instance] += set_.patches[p].area;
       unlitTotal += set_.patches[p].area;
@@ -200,8 +214,9 @@ class Placer {
     for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i) {
       const double area = unlit[order[i]];
       if (!(area > 1e-3 * set_.areaSeen)) break;
-      context_.message(Severity::warning, "node \"" + scene_.instances[order[i]].node + "\": " + std::to_string(area) +
-                                              " m² of seen surface have no light-map cache in free space and read the grid");
+      context_.message(Severity::warning,
+                       "node \"" + scene_.instances[order[i]].node + "\": " + std::to_string(area) +
+                           " m² of seen surface have no light-map cache in free space and read the grid");
     }
   }
 
@@ -218,7 +233,8 @@ class Placer {
 
 }  // namespace
 
-Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
+Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                     Context& context) {
   return Placer(tracer, playSpace, options, context).run();
 }
 

@@ -15,6 +15,7 @@ struct PlacedLightmap {
   Lightmap lightmap;                 // indices count from 0: the caches of the grid come before them later
 };
 
-Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context);
+Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                     Context& context);
 
 }  // namespace relume

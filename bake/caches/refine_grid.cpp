@@ -106,7 +106,9 @@ void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 
 void markBricks(const Triangles& triangles, GridLayout& layout) {
   const glm::uvec3 cells = layout.cells();
   layout.brick.assign(std::size_t{cells.x} * cells.y * cells.z, kNoBrick);
-  const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& { return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x]; };
+  const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& {
+    return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x];
+  };
   const glm::vec3 perSpacing = 1.0f / layout.spacing;
   for (const auto& corners : triangles) {
     Polygon polygon;
@@ -168,7 +170,9 @@ GridLayout twoLevels(const Box& box, const Triangles& triangles, const glm::uvec
   return layout;
 }
 
-double latticeCount(const GridLayout& layout) { return static_cast<double>(layout.resolution.x) * layout.resolution.y * layout.resolution.z; }
+double latticeCount(const GridLayout& layout) {
+  return static_cast<double>(layout.resolution.x) * layout.resolution.y * layout.resolution.z;
+}
 
 // Call visit(brick, cell, local) for the points that a cell's brick owns and that do not hang: those in its lower half,
 // unless it is the last of its row.
@@ -179,7 +183,8 @@ void forEachFinePoint(const GridLayout& layout, const Visit& visit) {
     for (int k = 0; k < 3; ++k) {
       if (c[k] < 0 || c[k] >= static_cast<int>(cells[k])) return true;
     }
-    return layout.brick[(static_cast<std::size_t>(c.z) * cells.y + static_cast<std::size_t>(c.y)) * cells.x + static_cast<std::size_t>(c.x)] != kNoBrick;
+    return layout.brick[(static_cast<std::size_t>(c.z) * cells.y + static_cast<std::size_t>(c.y)) * cells.x +
+                        static_cast<std::size_t>(c.x)] != kNoBrick;
   };
   for (std::uint32_t cell = 0; cell < layout.brick.size(); ++cell) {
     if (layout.brick[cell] == kNoBrick) continue;
@@ -214,7 +219,8 @@ double countOf(const GridLayout& layout) {
 GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted) {
   constexpr int kSteps = 10;
   const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
-  double spacing = std::cbrt(static_cast<double>(extent.x) * static_cast<double>(extent.y) * static_cast<double>(extent.z) / wanted);
+  double spacing =
+      std::cbrt(static_cast<double>(extent.x) * static_cast<double>(extent.y) * static_cast<double>(extent.z) / wanted);
   double fine = 0.0, coarse = INFINITY, bestOff = INFINITY;
   GridLayout best;
   std::vector<std::pair<glm::uvec3, double>> tried;  // resolutions and their counts: many spacings have the same
@@ -259,7 +265,9 @@ std::vector<GridPoint> pointsOf(const GridLayout& layout) {
       points[(std::size_t{p.z} * r.y + p.y) * r.x + p.x].refined = true;
     }
   }
-  forEachFinePoint(layout, [&](std::uint32_t, const glm::uvec3& cell, const glm::uvec3& local) { points.push_back({2u * cell + local, true}); });
+  forEachFinePoint(layout, [&](std::uint32_t, const glm::uvec3& cell, const glm::uvec3& local) {
+    points.push_back({2u * cell + local, true});
+  });
   return points;
 }
 
@@ -295,7 +303,8 @@ GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const
   const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
   const Box box = boundsOf(tracer, playSpace, triangles);
   if (options.gridResolution != glm::uvec3(0)) return uniform(box, glm::max(options.gridResolution, glm::uvec3(1)));
-  if (options.gridSpacing > 0.0f) return twoLevels(box, triangles, coarseResolution(box, static_cast<double>(options.gridSpacing)));
+  if (options.gridSpacing > 0.0f)
+    return twoLevels(box, triangles, coarseResolution(box, static_cast<double>(options.gridSpacing)));
   if (options.gridCaches == 0) return {};
   return layoutByCount(box, triangles, count);
 }

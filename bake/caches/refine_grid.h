@@ -13,10 +13,11 @@
 namespace relume {
 
 struct GridLayout {
-  glm::uvec3 resolution{0};          // points of the lattice
-  glm::vec3 originWorld{0.0f};       // [m]
-  glm::vec3 spacing{0.0f};           // [m]
-  std::vector<std::uint32_t> brick;  // [Size 0 or cells] brick of a cell, kNoBrick = none; numbered in the order of cells
+  glm::uvec3 resolution{0};     // points of the lattice
+  glm::vec3 originWorld{0.0f};  // [m]
+  glm::vec3 spacing{0.0f};      // [m]
+  std::vector<std::uint32_t>
+      brick;  // [Size 0 or cells] brick of a cell, kNoBrick = none; numbered in the order of cells
   std::uint32_t brickCount = 0;
 
   glm::uvec3 cells() const { return glm::max(resolution, glm::uvec3(2)) - 1u; }
@@ -34,8 +35,8 @@ std::vector<GridPoint> pointsOf(const GridLayout& layout);
 // The points of all bricks as indices into pointsOf(), kHangingPoint and kNoCache. [Size kBrickWords * bricks]
 std::vector<std::uint32_t> brickPoints(const GridLayout& layout);
 
-// By the options: a lattice alone for gridResolution; two levels for gridSpacing, which is that of bricks; two levels of
-// about `count` points for gridCaches. No points for 0.
+// By the options: a lattice alone for gridResolution; two levels for gridSpacing, which is that of bricks; two levels
+// of about `count` points for gridCaches. No points for 0.
 GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, double count);
 
 }  // namespace relume

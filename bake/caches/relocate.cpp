@@ -16,13 +16,13 @@ namespace {
 
 constexpr std::size_t kRays = 64;
 // Rays cast first: the whole answer when none of them, or many, see the inside of things, and in the air some see what
-// matters. In Sponza's grid, of the places where half of 16 rays see backs, for one in ten thousand fewer than a quarter
-// of 64 do. Surfaces, which bear more, are asked more closely.
+// matters. In Sponza's grid, of the places where half of 16 rays see backs, for one in ten thousand fewer than a
+// quarter of 64 do. Surfaces, which bear more, are asked more closely.
 constexpr std::size_t kFirstRays = 16;
 constexpr float kClearlyInside = 0.5f, kClearlyInsideSurface = 0.75f, kClearlySeen = 0.25f;
 
-// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. The first quarter is even, too; within
-// it and the rest neighbours follow each other, so that packets of rays stay together.
+// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. The first quarter is even, too;
+// within it and the rest neighbours follow each other, so that packets of rays stay together.
 std::vector<glm::vec3> spiral(bool hemisphere) {
   std::vector<glm::vec3> directions;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
@@ -34,7 +34,9 @@ std::vector<glm::vec3> spiral(bool hemisphere) {
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z)), phi = golden * static_cast<double>(i);
     directions.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
   }
-  const auto along = [](const glm::vec3& a, const glm::vec3& b) { return mortonOf(1024.0f * (a + 1.0f)) < mortonOf(1024.0f * (b + 1.0f)); };
+  const auto along = [](const glm::vec3& a, const glm::vec3& b) {
+    return mortonOf(1024.0f * (a + 1.0f)) < mortonOf(1024.0f * (b + 1.0f));
+  };
   std::sort(directions.begin(), directions.begin() + kFirstRays, along);
   std::sort(directions.begin() + kFirstRays, directions.end(), along);
   return directions;
@@ -45,7 +47,8 @@ std::vector<glm::vec3> spiral(bool hemisphere) {
 Prober::Prober(const RayTracer& tracer, const PlaySpace& playSpace)
     : tracer_(tracer), playSpace_(playSpace), hemisphere_(spiral(true)), sphere_(spiral(false)) {}
 
-Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact, std::uint32_t own) const {
+Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact,
+                           std::uint32_t own) const {
   const bool onSurface = normal != glm::vec3(0.0f);
   glm::vec3 u(1, 0, 0), v(0, 1, 0), w(0, 0, 1);
   if (onSurface) {
@@ -73,8 +76,10 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
       if (hit.back && !scene.material(instance).doubleSided) {
         count.back += 1.0f;
         if (hit.instance == own) count.ownBack += 1.0f;
-      } else if (hit.distance < contact) count.near += 1.0f;
-      if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) count.seen += 1.0f;
+      } else if (hit.distance < contact)
+        count.near += 1.0f;
+      if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric))
+        count.seen += 1.0f;
     }
   };
   cast(0, kFirstRays);

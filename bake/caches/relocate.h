@@ -13,10 +13,10 @@ namespace relume {
 
 // Shares of all rays, and how far it is to the nearest hit.
 struct Surroundings {
-  float back = 0.0f;   // hit the back of a one-sided surface: geometry is seen from inside
+  float back = 0.0f;     // hit the back of a one-sided surface: geometry is seen from inside
   float ownBack = 0.0f;  // of these, one of the instance that was named
-  float near = 0.0f;   // hit something within `contact`
-  float seen = 0.0f;   // hit a side that the play space sees
+  float near = 0.0f;     // hit something within `contact`
+  float seen = 0.0f;     // hit a side that the play space sees
   float free = std::numeric_limits<float>::infinity();  // [m] no ray hits anything nearer
 };
 
@@ -26,7 +26,8 @@ struct Surroundings {
 class Prober {
  public:
   Prober(const RayTracer& tracer, const PlaySpace& playSpace);
-  Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact, std::uint32_t instance = kNone) const;
+  Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact,
+                     std::uint32_t instance = kNone) const;
   // Whether nothing stands between two places.
   bool connected(const glm::vec3& from, const glm::vec3& to) const;
   // Distance off a surface at which a cache starts: visible to rounding, small beside a texel. [m]

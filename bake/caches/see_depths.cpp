@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// See see_depths.h. Rays in even directions meet the first surface at t_i (formats/grid_depth.h). The map's nodes are the
-// values x whose interpolation A x comes nearest to t, least squares: exact for a wall, and between a pillar and what
-// lies behind it the ramp that errs least. The directions are the same for every cache, so that (A^T A)^-1 A^T is solved
-// for once.
+// See see_depths.h. Rays in even directions meet the first surface at t_i (formats/grid_depth.h). The map's nodes are
+// the values x whose interpolation A x comes nearest to t, least squares: exact for a wall, and between a pillar and
+// what lies behind it the ramp that errs least. The directions are the same for every cache, so that (A^T A)^-1 A^T is
+// solved for once.
 #include "bake/caches/see_depths.h"
 
 #include "bake/morton.h"
@@ -56,7 +56,8 @@ class Fit {
     for (std::size_t i = 0; i < kRays; ++i) {
       const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / kRays, r = std::sqrt(1.0 - z * z);
       Direction d;
-      d.unit = glm::vec3(r * std::cos(golden * static_cast<double>(i)), r * std::sin(golden * static_cast<double>(i)), z);
+      d.unit =
+          glm::vec3(r * std::cos(golden * static_cast<double>(i)), r * std::sin(golden * static_cast<double>(i)), z);
       d.l1 = std::abs(d.unit.x) + std::abs(d.unit.y) + std::abs(d.unit.z);
       const DepthNodes nodes = depthNodesAround(d.unit, d.l1);
       for (std::size_t k = 0; k < 3; ++k) d.unknown[k] = unknownOf_[static_cast<std::size_t>(nodes.node[k])];
@@ -95,7 +96,8 @@ class Fit {
     for (const Direction& d : direction_) {
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
-          a[static_cast<std::size_t>(d.unknown[i]) * n + static_cast<std::size_t>(d.unknown[k])] += static_cast<double>(d.weight[i]) * static_cast<double>(d.weight[k]);
+          a[static_cast<std::size_t>(d.unknown[i]) * n + static_cast<std::size_t>(d.unknown[k])] +=
+              static_cast<double>(d.weight[i]) * static_cast<double>(d.weight[k]);
         }
       }
     }
@@ -125,7 +127,8 @@ class Fit {
 
 }  // namespace
 
-std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const glm::vec3> positionWorld, float unit, Context& context) {
+std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const glm::vec3> positionWorld, float unit,
+                                     Context& context) {
   std::vector<std::uint32_t> maps(kDepthWords * positionWorld.size(), 0);
   if (positionWorld.empty()) return maps;
   const Fit fit;
@@ -145,7 +148,8 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
           if (!hits[k]) continue;
           const Direction& d = fit.directions()[first + k];
           const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMostT);
-          for (std::size_t c = 0; c < 3; ++c) right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
+          for (std::size_t c = 0; c < 3; ++c)
+            right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
         }
       }
       fit.solve(right, maps.data() + kDepthWords * i);

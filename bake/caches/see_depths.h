@@ -12,6 +12,7 @@
 namespace relume {
 
 // Maps of all positions, kDepthWords words each. unit [m]: what t is counted in.
-std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const glm::vec3> positionWorld, float unit, Context& context);
+std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const glm::vec3> positionWorld, float unit,
+                                     Context& context);
 
 }  // namespace relume

@@ -19,11 +19,13 @@ std::vector<std::uint32_t> weldPositions(const Mesh& mesh) {
   const std::size_t count = mesh.position.size();
   std::vector<std::array<std::uint32_t, 3>> key(count);
   for (std::size_t v = 0; v < count; ++v) {
-    for (int k = 0; k < 3; ++k) key[v][static_cast<std::size_t>(k)] = std::bit_cast<std::uint32_t>(mesh.position[v][k] + 0.0f);
+    for (int k = 0; k < 3; ++k)
+      key[v][static_cast<std::size_t>(k)] = std::bit_cast<std::uint32_t>(mesh.position[v][k] + 0.0f);
   }
   std::vector<std::uint32_t> order(count), welded(count);
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key[a] != key[b] ? key[a] < key[b] : a < b; });
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key[a] != key[b] ? key[a] < key[b] : a < b; });
   for (std::size_t i = 0; i < count; ++i) {
     welded[order[i]] = i > 0 && key[order[i]] == key[order[i - 1]] ? welded[order[i - 1]] : order[i];
   }
@@ -96,7 +98,8 @@ class Grower {
   std::vector<std::vector<std::uint32_t>> run() {
     std::vector<std::uint32_t> seeds(graph_.vertex.size());
     std::iota(seeds.begin(), seeds.end(), 0u);
-    std::stable_sort(seeds.begin(), seeds.end(), [&](std::uint32_t a, std::uint32_t b) { return graph_.area[a] > graph_.area[b]; });
+    std::stable_sort(seeds.begin(), seeds.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return graph_.area[a] > graph_.area[b]; });
     for (const std::uint32_t seed : seeds) {
       if (region_[seed] == kUnassigned && !graph_.degenerate(seed)) grow(seed);
     }
@@ -137,7 +140,8 @@ class Grower {
     constexpr std::size_t kSmallFaces = 64;
     std::vector<std::uint32_t> order(faces_.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return glm::length(sum_[a]) < glm::length(sum_[b]); });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return glm::length(sum_[a]) < glm::length(sum_[b]); });
     std::vector<std::pair<std::uint32_t, float>> border;
     for (const std::uint32_t small : order) {
       if (faces_[small].size() > kSmallFaces) continue;
@@ -145,13 +149,19 @@ class Grower {
       for (const std::uint32_t face : faces_[small]) {
         for (std::uint32_t i = graph_.begin[face]; i < graph_.begin[face + 1]; ++i) {
           const std::uint32_t other = region_[graph_.neighbor[i]];
-          if (other == small || glm::dot(graph_.normal[face], graph_.normal[graph_.neighbor[i]]) < limits_.cosCrease) continue;
-          const auto found = std::find_if(border.begin(), border.end(), [&](const auto& b) { return b.first == other; });
-          if (found == border.end()) border.emplace_back(other, graph_.edgeLength[i]);
-          else found->second += graph_.edgeLength[i];
+          if (other == small || glm::dot(graph_.normal[face], graph_.normal[graph_.neighbor[i]]) < limits_.cosCrease)
+            continue;
+          const auto found =
+              std::find_if(border.begin(), border.end(), [&](const auto& b) { return b.first == other; });
+          if (found == border.end())
+            border.emplace_back(other, graph_.edgeLength[i]);
+          else
+            found->second += graph_.edgeLength[i];
         }
       }
-      std::sort(border.begin(), border.end(), [](const auto& a, const auto& b) { return a.second != b.second ? a.second > b.second : a.first < b.first; });
+      std::sort(border.begin(), border.end(), [](const auto& a, const auto& b) {
+        return a.second != b.second ? a.second > b.second : a.first < b.first;
+      });
       for (const auto& [other, length] : border) {
         if (join(small, other)) break;
       }
@@ -192,7 +202,8 @@ FaceGraph buildFaceGraph(const Mesh& mesh) {
   for (std::size_t f = 0; f < faces; ++f) {
     const glm::uvec3& t = mesh.triangle[f];
     graph.vertex[f] = {welded[t.x], welded[t.y], welded[t.z]};
-    const glm::dvec3 a = mesh.position[t.x], u = glm::dvec3(mesh.position[t.y]) - a, v = glm::dvec3(mesh.position[t.z]) - a;
+    const glm::dvec3 a = mesh.position[t.x], u = glm::dvec3(mesh.position[t.y]) - a,
+                     v = glm::dvec3(mesh.position[t.z]) - a;
     const glm::dvec3 cross = glm::cross(u, v);
     const double twice = glm::length(cross);
     // Drop needles whose height is lost in the rounding of their corners.

@@ -14,12 +14,12 @@ namespace relume {
 
 // Faces of a mesh with their neighbours. Faces without area have a zero normal and no neighbours.
 struct FaceGraph {
-  std::vector<glm::uvec3> vertex;         // [Size faces] welded by exact position
-  std::vector<glm::vec3> normal;          // [Size faces] unit, by winding
-  std::vector<float> area;                // [object units²] [Size faces]
-  std::vector<std::uint32_t> begin;       // [Size faces + 1] neighbours of f: neighbor[begin[f]] .. neighbor[begin[f+1]-1]
+  std::vector<glm::uvec3> vertex;    // [Size faces] welded by exact position
+  std::vector<glm::vec3> normal;     // [Size faces] unit, by winding
+  std::vector<float> area;           // [object units²] [Size faces]
+  std::vector<std::uint32_t> begin;  // [Size faces + 1] neighbours of f: neighbor[begin[f]] .. neighbor[begin[f+1]-1]
   std::vector<std::uint32_t> neighbor;
-  std::vector<float> edgeLength;          // [object units] of the edge to that neighbour
+  std::vector<float> edgeLength;  // [object units] of the edge to that neighbour
 
   bool degenerate(std::uint32_t face) const { return !(area[face] > 0.0f); }
 };

@@ -48,11 +48,11 @@ constexpr std::size_t kSightTests = 6;
 
 // Cells that open a cache together: the first one is where it sits.
 struct Unit {
-  std::uint32_t cell = 0;      // with the most surface
-  float weight = 0.0f;         // [full texels]
-  bool closed = false;         // opened a cache, or cannot
-  float texel = 0.0f;          // [m]
-  SurfaceSpot spot;            // of the cell
+  std::uint32_t cell = 0;  // with the most surface
+  float weight = 0.0f;     // [full texels]
+  bool closed = false;     // opened a cache, or cannot
+  float texel = 0.0f;      // [m]
+  SurfaceSpot spot;        // of the cell
 };
 
 // A unit or a cache, for those around it.
@@ -66,8 +66,14 @@ struct Neighbour {
 
 class Sharer {
  public:
-  Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober, const CacheOptions& options)
-      : scene_(scene), set_(set), cells_(cells), prober_(prober), options_(options), reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
+  Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
+         const CacheOptions& options)
+      : scene_(scene),
+        set_(set),
+        cells_(cells),
+        prober_(prober),
+        options_(options),
+        reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
         voxel_(std::max(cells.texelSize, 1e-12f)) {}
 
   SharedCaches run(Context& context) {
@@ -146,7 +152,8 @@ class Sharer {
     for (std::size_t begin = 0; begin < small.size();) {
       Unit unit{kNone, 0.0f, true, 0.0f, {}};
       std::size_t end = begin;
-      for (; end < small.size() && small[end].voxel == small[begin].voxel && small[end].look == small[begin].look; ++end) {
+      for (; end < small.size() && small[end].voxel == small[begin].voxel && small[end].look == small[begin].look;
+           ++end) {
         const std::uint32_t cell = small[end].cell;
         unit.weight += share_[cell];
         const bool better = unit.cell == kNone || invalid_[cell] < invalid_[unit.cell] ||
@@ -164,7 +171,8 @@ class Sharer {
     for (std::size_t u = 0; u < unit_.size(); ++u) position[u] = unit_[u].spot.positionWorld;
     units_ = PointGrid(position, voxel_, context);
     nearUnit_.clear();
-    for (const std::uint32_t u : units_.order()) nearUnit_.push_back({unit_[u].spot, 0, unit_[u].texel, unit_[u].weight, kGridError});
+    for (const std::uint32_t u : units_.order())
+      nearUnit_.push_back({unit_[u].spot, 0, unit_[u].texel, unit_[u].weight, kGridError});
   }
 
   // Relative error of lighting `spot`, with texels of the given size, by a cache elsewhere; infinite = not at all.
@@ -179,7 +187,8 @@ class Sharer {
 
   // Visit the points of a grid no farther than a radius: visit(i), points in the grid's order.
   template <class Visit>
-  static void forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p, float radius, const Visit& visit) {
+  static void forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p, float radius,
+                          const Visit& visit) {
     grid.forEachRunIn(grid.boxAround(p, radius), [&](std::uint32_t begin, std::uint32_t end) {
       for (Neighbour& each : neighbour.subspan(begin, end - begin)) {
         const glm::vec3 way = each.spot.positionWorld - p;
@@ -259,7 +268,8 @@ class Sharer {
     // Look over the surface's own unevenness.
     const SurfaceCache& other = result_.caches[cache];
     const float lift = 0.05f * glm::distance(spot_[cell].positionWorld, other.positionWorld);
-    return prober_.connected(spot_[cell].positionWorld + spot_[cell].normal * lift, other.positionWorld + other.normal * lift);
+    return prober_.connected(spot_[cell].positionWorld + spot_[cell].normal * lift,
+                             other.positionWorld + other.normal * lift);
   }
 
   // Cells without a cache of their own read the one of least error among those in sight.
@@ -273,7 +283,8 @@ class Sharer {
     }
     const PointGrid grid(position, voxel_, context);
     std::vector<Neighbour> nearCache;
-    for (const std::uint32_t k : grid.order()) nearCache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
+    for (const std::uint32_t k : grid.order())
+      nearCache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
     parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<float, std::uint32_t>> candidates;
       for (std::size_t i = begin; i < end; ++i) {
@@ -286,7 +297,8 @@ class Sharer {
           if (error < maxError) candidates.emplace_back(error, near.cache);
         });
         const std::size_t tests = std::min(kSightTests, candidates.size());
-        std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests), candidates.end());
+        std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests),
+                          candidates.end());
         for (std::size_t k = 0; k < tests; ++k) {
           if (!inSight(cell, candidates[k].second)) continue;
           result_.cacheOfCell[cell] = candidates[k].second;
@@ -321,16 +333,16 @@ class Sharer {
   const CellSet& cells_;
   const Prober& prober_;
   const CacheOptions& options_;
-  const float reach_;  // [texel] beyond which nothing is shared
-  const float voxel_;  // [m]
+  const float reach_;                  // [texel] beyond which nothing is shared
+  const float voxel_;                  // [m]
   std::vector<SurfaceSpot> spot_;      // of a cell
   std::vector<float> share_;           // of a full texel that a cell's surface is, [0..1]
   std::vector<std::uint8_t> invalid_;  // every place of the cell is behind or inside something
   std::vector<Unit> unit_;
-  std::vector<std::uint32_t> owner_;   // cell of a cache; kNone = invalid
+  std::vector<std::uint32_t> owner_;  // cell of a cache; kNone = invalid
   PointGrid units_;
-  std::vector<Neighbour> nearUnit_;    // the units in the grid's order
-  glm::vec3 low_{0.0f};                // [m] of all cells
+  std::vector<Neighbour> nearUnit_;  // the units in the grid's order
+  glm::vec3 low_{0.0f};              // [m] of all cells
   SharedCaches result_;
 };
 

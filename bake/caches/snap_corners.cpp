@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // See snap_corners.h. Caches do not lie at the centres of their texels: at borders they move toward the surface that is
-// there, and shared ones lie elsewhere altogether. With P(u) the bilinear mean of the caches' positions at coordinate u, a
-// corner at x takes the u of least
+// there, and shared ones lie elsewhere altogether. With P(u) the bilinear mean of the caches' positions at coordinate
+// u, a corner at x takes the u of least
 //   |P(u) - x|² + kStay texelSize² |u - u_0|²
-// near its own u_0, by Gauss-Newton steps. Light that changes evenly over space is then read without error at corners, and
-// alike from all charts that meet in one. Corners of triangles larger than texels stay: what lies between them would move.
+// near its own u_0, by Gauss-Newton steps. Light that changes evenly over space is then read without error at corners,
+// and alike from all charts that meet in one. Corners of triangles larger than texels stay: what lies between them
+// would move.
 #include "bake/caches/snap_corners.h"
 
 #include <glm/common.hpp>
@@ -27,7 +28,8 @@ constexpr float kFree = 1.5f, kFixed = 4.0f;
 
 class Snapper {
  public:
-  Snapper(const SharedCaches& shared, float texelSize, const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high)
+  Snapper(const SharedCaches& shared, float texelSize, const SnapTexels& texels, const glm::vec2& low,
+          const glm::vec2& high)
       : shared_(shared), texels_(texels), low_(low), high_(high), stay_(kStay * texelSize * texelSize) {}
 
   glm::vec2 snap(const glm::vec2& start, const glm::vec3& x, float most) const {
@@ -40,13 +42,15 @@ class Snapper {
       const glm::vec3 du = (read(u + glm::vec2(kH, 0)) - read(u - glm::vec2(kH, 0))) / (2.0f * kH);
       const glm::vec3 dv = (read(u + glm::vec2(0, kH)) - read(u - glm::vec2(0, kH))) / (2.0f * kH);
       const float a = glm::dot(du, du) + stay_, b = glm::dot(du, dv), c = glm::dot(dv, dv) + stay_;
-      const glm::vec2 right(glm::dot(du, x - p) - stay_ * (u.x - start.x), glm::dot(dv, x - p) - stay_ * (u.y - start.y));
+      const glm::vec2 right(glm::dot(du, x - p) - stay_ * (u.x - start.x),
+                            glm::dot(dv, x - p) - stay_ * (u.y - start.y));
       const float determinant = a * c - b * b;
       if (!(determinant > 0.0f)) break;
       const glm::vec2 move = glm::vec2(c * right.x - b * right.y, a * right.y - b * right.x) / determinant;
       bool better = false;
       for (float part = 1.0f; part > 0.2f && !better; part *= 0.5f) {
-        const glm::vec2 next = glm::clamp(start + glm::clamp(u + part * move - start, glm::vec2(-most), glm::vec2(most)), low_, high_);
+        const glm::vec2 next =
+            glm::clamp(start + glm::clamp(u + part * move - start, glm::vec2(-most), glm::vec2(most)), low_, high_);
         const float nextCost = costOf(next, start, x);
         if (nextCost >= cost) continue;
         u = next;
@@ -67,7 +71,8 @@ class Snapper {
     float total = 0.0f;
     for (std::uint32_t k = 0; k < 4; ++k) {
       const float w = (k & 1 ? f.x : 1.0f - f.x) * (k & 2 ? f.y : 1.0f - f.y);
-      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1), y = std::min(base.y + (k >> 1), texels_.side - 1);
+      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1),
+                          y = std::min(base.y + (k >> 1), texels_.side - 1);
       const std::uint32_t cache = texels_.cache[std::size_t{y} * texels_.side + x];
       if (cache == kNoCache || !(w > 0.0f)) continue;
       mean += w * shared_.caches[cache].positionWorld;
@@ -89,14 +94,17 @@ class Snapper {
 
 }  // namespace
 
-void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, const SharedCaches& shared, float texelSize,
-                 const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high, std::span<glm::vec2> corner) {
+void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, const SharedCaches& shared,
+                 float texelSize, const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high,
+                 std::span<glm::vec2> corner) {
   const Instance& instance = scene.instances[patch.instance];
   const Mesh& mesh = scene.meshes[instance.mesh];
   const Snapper snapper(shared, texelSize, texels, low, high);
 
   // Corners by place, those that are one side by side.
-  const auto positionOf = [&](std::size_t i) { return mesh.position[mesh.triangle[chart.triangle[i / 3]][static_cast<int>(i % 3)]]; };
+  const auto positionOf = [&](std::size_t i) {
+    return mesh.position[mesh.triangle[chart.triangle[i / 3]][static_cast<int>(i % 3)]];
+  };
   std::vector<std::uint32_t> order(corner.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto key = [&](std::uint32_t i) {
@@ -109,7 +117,8 @@ void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, con
     float longest = 0.0f;  // [texel] of the triangles around
     for (; end < order.size() && key(order[end]) == key(order[begin]); ++end) {
       const std::size_t first = order[end] / 3 * 3;
-      for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::distance(corner[first + k], corner[first + (k + 1) % 3]));
+      for (std::size_t k = 0; k < 3; ++k)
+        longest = std::max(longest, glm::distance(corner[first + k], corner[first + (k + 1) % 3]));
     }
     const float most = kMostMove * std::clamp((kFixed - longest) / (kFixed - kFree), 0.0f, 1.0f);
     if (!(most > 0.0f)) continue;

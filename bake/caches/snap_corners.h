@@ -11,14 +11,15 @@ namespace relume {
 
 // A patch's rectangle in the atlas, filled.
 struct SnapTexels {
-  std::uint32_t side = 0;                  // [texel] of the atlas
-  std::span<const std::uint32_t> cache;    // [Size side²]
-  glm::uvec2 origin{0}, size{1};           // [texel] of the rectangle
+  std::uint32_t side = 0;                // [texel] of the atlas
+  std::span<const std::uint32_t> cache;  // [Size side²]
+  glm::uvec2 origin{0}, size{1};         // [texel] of the rectangle
 };
 
-// Moves the texel coordinates (centres at integers) of a chart's corners, three a triangle in the order of the chart; they
-// stay within [low, high] of the atlas. Equal corners move alike.
-void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, const SharedCaches& shared, float texelSize,
-                 const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high, std::span<glm::vec2> corner);
+// Moves the texel coordinates (centres at integers) of a chart's corners, three a triangle in the order of the chart;
+// they stay within [low, high] of the atlas. Equal corners move alike.
+void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, const SharedCaches& shared,
+                 float texelSize, const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high,
+                 std::span<glm::vec2> corner);
 
 }  // namespace relume

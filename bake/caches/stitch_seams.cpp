@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See stitch_seams.h. What light a seam's sides read differs, to first order, by the gradient of light times the distance
-// of the places they read it from. With P_A, P_B the bilinear means of the caches' positions on the two sides of a seam
-// point x, the cost is
+// See stitch_seams.h. What light a seam's sides read differs, to first order, by the gradient of light times the
+// distance of the places they read it from. With P_A, P_B the bilinear means of the caches' positions on the two sides
+// of a seam point x, the cost is
 //   sum over seam points  length (|P_A - P_B|² + kStray (|P_A - x|² + |P_B - x|²))
 //   + sum over texels     share texelSize |p - p_0|²
 // p_0 the position of the cache the texel had. Texels take turns to choose what costs least among the caches that the
@@ -49,9 +49,13 @@ struct SeamPoint {
 std::vector<std::uint32_t> weldByPosition(const Mesh& mesh) {
   std::vector<std::uint32_t> order(mesh.position.size()), id(mesh.position.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t v) { return std::tuple(mesh.position[v].x, mesh.position[v].y, mesh.position[v].z); };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
-  for (std::size_t i = 0; i < order.size(); ++i) id[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? id[order[i - 1]] : order[i];
+  const auto key = [&](std::uint32_t v) {
+    return std::tuple(mesh.position[v].x, mesh.position[v].y, mesh.position[v].z);
+  };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    id[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? id[order[i - 1]] : order[i];
   return id;
 }
 
@@ -87,7 +91,8 @@ std::vector<SeamEdge> seamEdges(const Mesh& mesh, const MeshCharts& charts) {
     while (end < halves.size() && halves[end].low == halves[begin].low && halves[end].high == halves[begin].high) ++end;
     if (end - begin != 2) continue;
     const Half &a = halves[begin], &b = halves[begin + 1];
-    if (chartOf[a.triangle] == chartOf[b.triangle] || glm::dot(normal(a.triangle), normal(b.triangle)) < kMinCosine) continue;
+    if (chartOf[a.triangle] == chartOf[b.triangle] || glm::dot(normal(a.triangle), normal(b.triangle)) < kMinCosine)
+      continue;
     const bool turned = id[mesh.triangle[a.triangle][a.corner]] != id[mesh.triangle[b.triangle][b.corner]];
     edges.push_back({{a.triangle, b.triangle}, {a.corner, b.corner}, turned});
   }
@@ -136,7 +141,8 @@ class Stitcher {
     const glm::uvec2 base(p);
     const glm::vec2 f = p - glm::vec2(base);
     for (std::uint32_t k = 0; k < 4; ++k) {
-      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1), y = std::min(base.y + (k >> 1), texels_.side - 1);
+      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1),
+                          y = std::min(base.y + (k >> 1), texels_.side - 1);
       const std::uint32_t texel = y * texels_.side + x;
       if (texels_.cache[texel] == kNoCache) return false;
       point.texel[slot + k] = texel;
@@ -145,7 +151,8 @@ class Stitcher {
     return true;
   }
 
-  void addEdge(const Instance& instance, const LightmapPart& part, std::span<const std::uint32_t> corners, const SeamEdge& edge) {
+  void addEdge(const Instance& instance, const LightmapPart& part, std::span<const std::uint32_t> corners,
+               const SeamEdge& edge) {
     const Mesh& mesh = scene_.meshes[instance.mesh];
     std::array<std::array<glm::vec2, 2>, 2> uv;
     for (std::size_t s = 0; s < 2; ++s) {
@@ -159,13 +166,16 @@ class Stitcher {
     const glm::vec3 a(instance.toWorld * glm::vec4(mesh.position[v[edge.corner[0]]], 1.0f));
     const glm::vec3 b(instance.toWorld * glm::vec4(mesh.position[v[(edge.corner[0] + 1) % 3]], 1.0f));
     const float length = glm::distance(a, b);
-    const int count = std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMostPoints);
+    const int count =
+        std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMostPoints);
     for (int k = 0; k < count; ++k) {
       const float f = (static_cast<float>(k) + 0.5f) / static_cast<float>(count);
       SeamPoint point;
       point.position = glm::mix(a, b, f);
       point.length = length / static_cast<float>(count);
-      if (addQuad(glm::mix(uv[0][0], uv[0][1], f), 1.0f, 0, point) && addQuad(glm::mix(uv[1][0], uv[1][1], f), -1.0f, 4, point)) points_.push_back(point);
+      if (addQuad(glm::mix(uv[0][0], uv[0][1], f), 1.0f, 0, point) &&
+          addQuad(glm::mix(uv[1][0], uv[1][1], f), -1.0f, 4, point))
+        points_.push_back(point);
     }
   }
 
@@ -230,7 +240,7 @@ class Stitcher {
     return length > 0.0 ? std::sqrt(sum / length) / static_cast<double>(texelSize_) : 0.0;
   }
 
-  // What a touched texel's cache costs by its place: quadratic, as the points that read it are weighted means of places.
+  // What a touched texel's cache costs by its place: quadratic, as the points that read it are means of places.
   Quadratic costAround(std::size_t slot) const {
     const std::uint32_t texel = touched_[slot];
     const glm::dvec3 origin(origin_[slot]);
@@ -242,18 +252,22 @@ class Stitcher {
       std::array<double, 2> own{0.0, 0.0};
       for (std::size_t k = 0; k < 8; ++k) {
         const double weight = std::abs(static_cast<double>(p.weight[k]));
-        if (p.texel[k] == texel) own[k / 4] += weight;
-        else others[k / 4] += weight * glm::dvec3(positionAt(p.texel[k]));
+        if (p.texel[k] == texel)
+          own[k / 4] += weight;
+        else
+          others[k / 4] += weight * glm::dvec3(positionAt(p.texel[k]));
       }
       cost.add(static_cast<double>(p.length), own[0] - own[1], others[0] - others[1]);
-      for (std::size_t s = 0; s < 2; ++s) cost.add(kStray * static_cast<double>(p.length), own[s], others[s] - glm::dvec3(p.position));
+      for (std::size_t s = 0; s < 2; ++s)
+        cost.add(kStray * static_cast<double>(p.length), own[s], others[s] - glm::dvec3(p.position));
     }
     return cost;
   }
 
   // Whether the texel took another cache.
   bool choose(std::uint32_t texel) {
-    const auto slot = static_cast<std::size_t>(std::lower_bound(touched_.begin(), touched_.end(), texel) - touched_.begin());
+    const auto slot =
+        static_cast<std::size_t>(std::lower_bound(touched_.begin(), touched_.end(), texel) - touched_.begin());
     std::uint32_t& held = texels_.cache[texel];
     if (users_[held] < 2) return false;
     std::vector<std::uint32_t> candidates;
@@ -285,15 +299,16 @@ class Stitcher {
   const float texelSize_;
   const SeamTexels& texels_;
   std::vector<SeamPoint> points_;
-  std::vector<std::uint32_t> users_;                // texels that hold a cache
-  std::vector<std::uint32_t> touched_;              // texels that seam points read, ascending
-  std::vector<std::uint32_t> firstRead_, read_;     // [Size touched + 1] points of each
-  std::vector<glm::vec3> origin_;                   // [m] [Size touched]
+  std::vector<std::uint32_t> users_;             // texels that hold a cache
+  std::vector<std::uint32_t> touched_;           // texels that seam points read, ascending
+  std::vector<std::uint32_t> firstRead_, read_;  // [Size touched + 1] points of each
+  std::vector<glm::vec3> origin_;                // [m] [Size touched]
 };
 
 }  // namespace
 
-SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize, const SeamTexels& texels, Context& context) {
+SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
+                     const SeamTexels& texels, Context& context) {
   return Stitcher(scene, shared, texelSize, texels).run(set, context);
 }
 

@@ -56,8 +56,10 @@ std::vector<Chart> chartsFromTexcoord1(const Mesh& mesh, float scale) {
   for (std::uint32_t f = 0; f < mesh.triangle.size(); ++f) {
     if (graph.degenerate(f)) continue;
     surface += graph.area[f];
-    if (flat.degenerate(f)) unmapped += graph.area[f];
-    else faces.push_back(f);
+    if (flat.degenerate(f))
+      unmapped += graph.area[f];
+    else
+      faces.push_back(f);
   }
   if (faces.empty() || unmapped > 1e-4 * surface) return {};
 

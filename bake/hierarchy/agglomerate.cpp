@@ -69,8 +69,8 @@ bool before(const Candidate& a, const Candidate& b) {
   return a.low != b.low ? a.low < b.low : a.high < b.high;
 }
 
-// A heap of four children a node with the first candidate on top. Siblings share a cache line, and the lines of all that
-// may come next are asked for before the comparisons that choose one.
+// A heap of four children a node with the first candidate on top. Siblings share a cache line, and the lines of all
+// that may come next are asked for before the comparisons that choose one.
 class CandidateHeap {
  public:
   explicit CandidateHeap(std::span<const Candidate> items) : family_((items.size() + 6) / 4), count_(items.size()) {
@@ -80,7 +80,8 @@ class CandidateHeap {
   const Candidate& top() const { return at(0); }
   // Those of whom one will be on top after this one.
   std::span<const Candidate> next() const {
-    return count_ > 1 ? std::span(family_[1].item).first(std::min<std::size_t>(count_ - 1, 4)) : std::span<const Candidate>();
+    return count_ > 1 ? std::span(family_[1].item).first(std::min<std::size_t>(count_ - 1, 4))
+                      : std::span<const Candidate>();
   }
   void replaceTop(const Candidate& item) {
     at(0) = item;

@@ -63,7 +63,8 @@ inline void boundChildren(const Node& node, const ClusterPoint& q, float balance
 inline void prefetchChild(const Node* nodes, const Leaf* leaves, std::uint32_t child) {
   const bool isLeaf = (child & ClusterSearch::kLeafChild) != 0;
   const std::uint32_t index = child & ~ClusterSearch::kLeafChild;
-  const char* line = isLeaf ? reinterpret_cast<const char*>(&leaves[index]) : reinterpret_cast<const char*>(&nodes[index]);
+  const char* line =
+      isLeaf ? reinterpret_cast<const char*>(&leaves[index]) : reinterpret_cast<const char*>(&nodes[index]);
   for (std::size_t at = 0; at < sizeof(Node); at += 64) __builtin_prefetch(line + at);
 }
 
@@ -126,7 +127,8 @@ std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
   int axis = 0;
   float widest = -1.0f;
   for (int k = 0; k <= kDimensions; ++k) {
-    const float span = k < kDimensions ? (high[k] - low[k]) * (high[k] - low[k]) : balanceWeight * (1.0f - low[kDimensions] / high[kDimensions]);
+    const float span = k < kDimensions ? (high[k] - low[k]) * (high[k] - low[k])
+                                       : balanceWeight * (1.0f - low[kDimensions] / high[kDimensions]);
     if (span > widest) widest = span, axis = k;
   }
 

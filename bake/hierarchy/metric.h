@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The distance between clusters (PIC 4.3, and a term of ours):
-//   d(a, b) = |x_a - x_b|² / extent² + C_n (1 - <m_a, m_b>) + C_b |A_a - A_b| / max(A_a, A_b) + C_o |o_a - o_b|² / extent².
+//   d(a, b) = |x_a - x_b|² / extent² + C_n (1 - <m_a, m_b>) + C_b |A_a - A_b| / max(A_a, A_b)
+//             + C_o |o_a - o_b|² / extent².
 // Unit normals make it a squared distance in nine dimensions, which boxes bound: 1 - <n, m> = |n - m|² / 2, so with
-//   p = (x / extent, sqrt(C_n / 2) m, sqrt(C_o) o / extent):   d(a, b) = |p_a - p_b|² + C_b (1 - min(A_a / A_b, A_b / A_a)).
+//   p = (x / extent, sqrt(C_n / 2) m, sqrt(C_o) o / extent):
+//   d(a, b) = |p_a - p_b|² + C_b (1 - min(A_a / A_b, A_b / A_a)).
 // Area is counted in leaves, which are all of one size.
 //
 // Deviation: o, the outlook, is the middle of what a surfel sees (outlook.h). PIC's metric merges surfels which cannot
@@ -31,7 +33,8 @@ inline constexpr int kClusterDimensions = 9;
 
 // A cluster as the metric sees it.
 struct ClusterPoint {
-  std::array<float, kClusterDimensions> p{};  // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
+  std::array<float, kClusterDimensions>
+      p{};                   // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
   float area = 1.0f;         // [leaves]
   float inverseArea = 1.0f;  // 1 / area
 };
@@ -42,7 +45,7 @@ struct alignas(64) ClusterSum {
   glm::vec3 normalSum{0.0f};  // sum of the leaves' unit normals
   glm::vec3 normal{0.0f};     // unit; a child's where the leaves' normals cancel
   std::uint32_t leaves = 1;
-  glm::vec3 outlook{0.0f};    // mean of the leaves, in units of the extent around the origin
+  glm::vec3 outlook{0.0f};  // mean of the leaves, in units of the extent around the origin
 };
 
 // Center and outlook: area-weighted mean; normal: direction of the area-weighted sum.

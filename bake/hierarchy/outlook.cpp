@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint32_t kDirections = 32;  // over the sphere; a surfel uses those above its plane
 constexpr float kLeastCosine = 0.05f;      // of a direction with the normal
 constexpr std::size_t kTogether = 64;      // surfels that look together
-constexpr float kCells = 1023.0f;     // of space along an axis, for the order
+constexpr float kCells = 1023.0f;          // of space along an axis, for the order
 
 // Equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
 std::array<glm::vec3, kDirections> lookDirections() {

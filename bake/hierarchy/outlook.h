@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The outlook of a surfel: the middle of what it sees. Surfels side by side that see the same are lit alike; a wall
-// between them, or a beam over one of them, moves their outlooks apart. The metric of the clustering uses it (metric.h).
+// between them, or a beam over one of them, moves their outlooks apart. The metric of the clustering uses it
+// (metric.h).
 #pragma once
 
 #include "bake/context.h"
@@ -14,8 +15,8 @@
 namespace relume {
 
 // Where the light that a surfel sends goes to, on the mean: cosine-weighted mean of the nearest points in a few
-// directions, at most kOutlookReach of the level's diagonal away. [m] [Size n_S] The directions are the same for all surfels: the
-// noise of random ones would part neighbours. Same result at any thread count. Empty when cancelled.
+// directions, at most kOutlookReach of the level's diagonal away. [m] [Size n_S] The directions are the same for all
+// surfels: the noise of random ones would part neighbours. Same result at any thread count. Empty when cancelled.
 inline constexpr float kOutlookReach = 0.25f;
 std::vector<glm::vec3> lookOut(const RayTracer& tracer, const Surfels& surfels, Context& context);
 

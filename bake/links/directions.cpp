@@ -75,7 +75,8 @@ DirectionStrata::Sequence::Sequence(const DirectionStrata& strata, const glm::ve
   const auto [s, c] = sineCosineEighth(random_.uniform());
   const bool swap = random_.bits() & 1u, mirror = random_.bits() & 1u;
   const float turnCos = swap ? s : c, turnSin = mirror ? -(swap ? c : s) : (swap ? c : s);
-  const float v = random_.uniform(), u = random_.uniform();  // one after the other: compilers order arguments as they like
+  const float v = random_.uniform(),
+              u = random_.uniform();  // one after the other: compilers order arguments as they like
   const LocalSample any = sphereSample(u, v);
   axis_ = hemisphere_ ? normal : glm::normalize(glm::vec3(any.x, any.y, any.z));
   const glm::vec3 helper = std::abs(axis_.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);

@@ -26,15 +26,15 @@ struct LinkRows {
 // Memory of one thread.
 struct ProjectScratch {
   std::vector<std::uint32_t> linkOf;  // [Size touched leaves]
-  std::vector<float> coefficients;  // [Size links * bands²]
+  std::vector<float> coefficients;    // [Size links * bands²]
 };
 
 // Append a row of links with a cone (cone, oct8, irradiance in the grid): f, the mean direction of the rays, and the
 // cone whose band 1 is theirs.
 void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows);
 
-// Append a row of links with coefficients (sh, sh8), or whose shapes are chosen by them (oct6): every ray's basis functions
-// summed into the link its leaf lies under. [bands 1..8]
+// Append a row of links with coefficients (sh, sh8), or whose shapes are chosen by them (oct6): every ray's basis
+// functions summed into the link its leaf lies under. [bands 1..8]
 void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
@@ -42,7 +42,7 @@ void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, st
 void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows);
 
 // Append a row of any kind.
-void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals, bool onSurface,
-               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
+               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 }  // namespace relume

@@ -10,9 +10,7 @@ namespace relume {
 namespace {
 
 // 2^-40 of a cache's light is one unit: 2^24 caches fit, and a ray of a million is still 10^6 units.
-std::uint64_t toFixed(float value) {
-  return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f);
-}
+std::uint64_t toFixed(float value) { return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f); }
 
 float share(double first, double second, float otherwise) {
   return first + second > 0.0 ? static_cast<float>(first / (first + second)) : otherwise;

@@ -13,9 +13,7 @@ namespace {
 constexpr std::size_t kBins = 65536;
 constexpr std::uint32_t kShift = 15;  // bits of a positive float below its bin
 
-std::size_t binOf(float key) {
-  return key > 0.0f ? std::bit_cast<std::uint32_t>(key) >> kShift : 0;
-}
+std::size_t binOf(float key) { return key > 0.0f ? std::bit_cast<std::uint32_t>(key) >> kShift : 0; }
 
 }  // namespace
 

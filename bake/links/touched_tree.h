@@ -60,7 +60,7 @@ class TouchedTree {
 
   const LeafOrder& order_;
   std::vector<TouchedNode> nodes_;
-  std::vector<std::uint32_t> slotOf_;   // [Size leaves] by rank; valid for the touched ones
+  std::vector<std::uint32_t> slotOf_;  // [Size leaves] by rank; valid for the touched ones
   std::vector<std::uint32_t> slotOfArrival_;
   std::vector<std::uint64_t> touched_;  // a bit a rank; all zero between builds
   std::vector<std::uint32_t> roots_;

@@ -16,7 +16,7 @@ struct EmitterSample {
   glm::vec3 normal{0.0f};    // unit, geometric, front side
   glm::vec3 radiance{0.0f};  // [W/m²/sr] of the side it emits from
   bool bothSides = false;
-  float density = 0.0f;      // [1/m²] probability per area
+  float density = 0.0f;  // [1/m²] probability per area
 };
 
 class Emitters {

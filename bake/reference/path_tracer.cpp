@@ -24,16 +24,16 @@ namespace relume {
 namespace {
 
 constexpr float kPi = 3.14159265358979f;
-constexpr std::uint32_t kStage = 0x70617468;      // the random streams' stage
-constexpr std::uint32_t kRouletteAfter = 4;       // reflections before roulette
+constexpr std::uint32_t kStage = 0x70617468;  // the random streams' stage
+constexpr std::uint32_t kRouletteAfter = 4;   // reflections before roulette
 constexpr std::size_t kPixelsPerChunk = 32;
 
 // A point of a path, seen from the side its normals point to.
 struct Vertex {
-  glm::vec3 position{0.0f};         // [m]
+  glm::vec3 position{0.0f};                  // [m]
   glm::vec3 geometric{0.0f}, shading{0.0f};  // unit, toward the viewer
   glm::vec3 albedo{0.0f};
-  glm::vec3 emission{0.0f};         // [W/m²/sr] toward the viewer
+  glm::vec3 emission{0.0f};  // [W/m²/sr] toward the viewer
 };
 
 struct Renderer {

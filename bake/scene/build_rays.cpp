@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Builds what rays are traced in. Every fixed instance becomes a triangle geometry in world space, which traces fastest;
-// levels whose instances add up to more triangles than kFlattenLimit share one structure per mesh instead. Embree's
-// geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(), so that barycentrics
-// are in its winding by construction. Levels far from the origin are traced relative to their centre, where floats are
-// dense.
+// Builds what rays are traced in. Every fixed instance becomes a triangle geometry in world space, which traces
+// fastest; levels whose instances add up to more triangles than kFlattenLimit share one structure per mesh instead.
+// Embree's geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(), so that
+// barycentrics are in its winding by construction. Levels far from the origin are traced relative to their centre,
+// where floats are dense.
 #include "bake/scene/ray_tracer_state.h"
 
 #include "bake/parallel.h"
@@ -52,11 +52,10 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
                          const glm::vec3& shift, MaskedMesh* masked, const float*& placed) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                               3 * sizeof(float), 3 * count));
-  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                                      RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t),
-                                                                      count));
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+  auto* indices = static_cast<std::uint32_t*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
   if (vertices == nullptr || indices == nullptr) {
     rtcReleaseGeometry(geometry);
     return nullptr;
@@ -128,8 +127,7 @@ Survey survey(const Scene& scene) {
 
 Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
                                     RayStructure structure) {
-  const RTCBuildQuality quality =
-      structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
+  const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   auto state = std::make_unique<State>();
   state->scene = &scene;
 
@@ -160,7 +158,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * largest(size);
 
   const glm::vec3 reach = glm::max(glm::abs(level.min - state->shift), glm::abs(level.max - state->shift));
-  state->rounding = std::max(kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(reach), std::numeric_limits<float>::min());
+  state->rounding = std::max(kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(reach),
+                             std::numeric_limits<float>::min());
 
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;

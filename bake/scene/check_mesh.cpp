@@ -180,8 +180,7 @@ double area(const Soup& soup, std::size_t f) {
 // Whether a triangle's front faces away from the mean of its vertex normals.
 bool againstNormals(const Mesh& mesh, const glm::uvec3& t) {
   if (mesh.normal.empty()) return false;
-  const glm::vec3 face =
-      glm::cross(mesh.position[t.y] - mesh.position[t.x], mesh.position[t.z] - mesh.position[t.x]);
+  const glm::vec3 face = glm::cross(mesh.position[t.y] - mesh.position[t.x], mesh.position[t.z] - mesh.position[t.x]);
   return glm::dot(face, mesh.normal[t.x] + mesh.normal[t.y] + mesh.normal[t.z]) < 0.0f;
 }
 
@@ -278,12 +277,18 @@ std::vector<std::string> nodesOfMeshes(const Scene& scene) {
 
 const char* toString(MeshFinding::Kind kind) {
   switch (kind) {
-    case MeshFinding::Kind::degenerateTriangle: return "degenerate triangle";
-    case MeshFinding::Kind::duplicateTriangle: return "duplicate triangle";
-    case MeshFinding::Kind::nonManifoldEdge: return "non-manifold edge";
-    case MeshFinding::Kind::openBorder: return "open border edge";
-    case MeshFinding::Kind::flippedWinding: return "flipped winding";
-    case MeshFinding::Kind::repaired: return "repaired triangle";
+    case MeshFinding::Kind::degenerateTriangle:
+      return "degenerate triangle";
+    case MeshFinding::Kind::duplicateTriangle:
+      return "duplicate triangle";
+    case MeshFinding::Kind::nonManifoldEdge:
+      return "non-manifold edge";
+    case MeshFinding::Kind::openBorder:
+      return "open border edge";
+    case MeshFinding::Kind::flippedWinding:
+      return "flipped winding";
+    case MeshFinding::Kind::repaired:
+      return "repaired triangle";
   }
   return "";
 }
@@ -324,8 +329,7 @@ std::vector<MeshFinding> repairMeshes(Scene& scene, Context& context) {
   parallelChunks(context, "repair meshes", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t m = begin; m < end; ++m) {
       Mesh& mesh = scene.meshes[m];
-      const bool masked =
-          mesh.material != kNone && scene.materials[mesh.material].alphaMode == AlphaMode::mask;
+      const bool masked = mesh.material != kNone && scene.materials[mesh.material].alphaMode == AlphaMode::mask;
       repaired[m] = collapseDuplicates(mesh, masked);
     }
   });

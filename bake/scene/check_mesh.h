@@ -14,10 +14,10 @@ namespace relume {
 struct MeshFinding {
   enum class Kind { degenerateTriangle, duplicateTriangle, nonManifoldEdge, openBorder, flippedWinding, repaired };
   Kind kind;
-  std::uint32_t mesh = 0;       // index into Scene::meshes
-  std::uint32_t count = 0;      // how many of that kind in that mesh
-  std::uint32_t triangle = 0;   // the first of them
-  std::string node;             // a node that uses the mesh
+  std::uint32_t mesh = 0;      // index into Scene::meshes
+  std::uint32_t count = 0;     // how many of that kind in that mesh
+  std::uint32_t triangle = 0;  // the first of them
+  std::string node;            // a node that uses the mesh
 };
 
 const char* toString(MeshFinding::Kind kind);

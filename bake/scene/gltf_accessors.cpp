@@ -15,22 +15,31 @@ constexpr std::uint64_t kMinClaim = 65536;
 std::size_t componentBytes(int componentType) {
   switch (componentType) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return 1;
     case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return 2;
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT: return 4;
-    default: return 0;
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+      return 4;
+    default:
+      return 0;
   }
 }
 
 int componentCount(int type) {
   switch (type) {
-    case TINYGLTF_TYPE_SCALAR: return 1;
-    case TINYGLTF_TYPE_VEC2: return 2;
-    case TINYGLTF_TYPE_VEC3: return 3;
-    case TINYGLTF_TYPE_VEC4: return 4;
-    default: return 0;  // matrices, which the importer never reads
+    case TINYGLTF_TYPE_SCALAR:
+      return 1;
+    case TINYGLTF_TYPE_VEC2:
+      return 2;
+    case TINYGLTF_TYPE_VEC3:
+      return 3;
+    case TINYGLTF_TYPE_VEC4:
+      return 4;
+    default:
+      return 0;  // matrices, which the importer never reads
   }
 }
 
@@ -59,16 +68,21 @@ float loadFloat(const std::uint8_t* bytes, int componentType, bool normalized) {
       const auto v = static_cast<float>(load<std::uint16_t>(bytes));
       return normalized ? v / 65535.0f : v;
     }
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return static_cast<float>(load<std::uint32_t>(bytes));
-    default: return load<float>(bytes);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+      return static_cast<float>(load<std::uint32_t>(bytes));
+    default:
+      return load<float>(bytes);
   }
 }
 
 std::uint32_t loadIndex(const std::uint8_t* bytes, int componentType) {
   switch (componentType) {
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return *bytes;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load<std::uint16_t>(bytes);
-    default: return load<std::uint32_t>(bytes);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return *bytes;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return load<std::uint16_t>(bytes);
+    default:
+      return load<std::uint32_t>(bytes);
   }
 }
 
@@ -113,22 +127,21 @@ struct CheckedAccessor {
 Result<CheckedAccessor> checkAccessor(const GltfDocument& document, int index, const std::string& where) {
   const std::string path = jsonPath("accessors", index);
   if (index < 0 || static_cast<std::size_t>(index) >= document.model.accessors.size())
-    return document.invalid(where, path + " does not exist, there are " +
-                                       std::to_string(document.model.accessors.size()));
+    return document.invalid(where,
+                            path + " does not exist, there are " + std::to_string(document.model.accessors.size()));
   CheckedAccessor checked;
   checked.accessor = &document.model.accessors[static_cast<std::size_t>(index)];
   const tinygltf::Accessor& a = *checked.accessor;
   checked.components = componentCount(a.type);
   checked.size = componentBytes(a.componentType) * static_cast<std::size_t>(checked.components);
   if (checked.size == 0)
-    return document.invalid(path, "componentType " + std::to_string(a.componentType) + " is not one that " + where +
-                                      " can have");
+    return document.invalid(
+        path, "componentType " + std::to_string(a.componentType) + " is not one that " + where + " can have");
   if (a.bufferView >= 0) {
     const std::size_t views = document.model.bufferViews.size();
     const auto view = static_cast<std::size_t>(a.bufferView);
     const std::size_t stride = view < views ? document.model.bufferViews[view].byteStride : 0;
-    const Result<Elements> base =
-        elementsOf(document, a.bufferView, a.byteOffset, a.count, checked.size, stride, path);
+    const Result<Elements> base = elementsOf(document, a.bufferView, a.byteOffset, a.count, checked.size, stride, path);
     if (!base) return base.error();
     checked.base = *base;
   } else if (a.count > std::max(kMinClaim, document.dataBytes)) {
@@ -158,8 +171,8 @@ Status applySparse(const GltfDocument& document, const CheckedAccessor& checked,
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint32_t element = loadIndex(at->data + i * at->stride, type);
     if (element >= a.count)
-      return document.invalid(path + ".sparse.indices", "element " + std::to_string(element) + " of " +
-                                                            std::to_string(a.count));
+      return document.invalid(path + ".sparse.indices",
+                              "element " + std::to_string(element) + " of " + std::to_string(a.count));
     replace(element, values->data + i * values->stride);
   }
   return done();

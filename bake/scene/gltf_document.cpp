@@ -20,20 +20,35 @@ namespace {
 using nlohmann::json;
 
 // What extensionsRequired may name: what is read, and what has no part in diffuse transport.
-constexpr std::array<std::string_view, 22> kKnownExtensions = {
-    "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_emissive_strength",
-    "KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness", "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression", "KHR_draco_mesh_compression",
-    "KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion", "KHR_materials_ior",
-    "KHR_materials_iridescence", "KHR_materials_sheen", "KHR_materials_specular", "KHR_materials_transmission",
-    "KHR_materials_variants", "KHR_materials_volume", "KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld"};
+constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punctual",
+                                                               "KHR_texture_transform",
+                                                               "KHR_mesh_quantization",
+                                                               "KHR_materials_emissive_strength",
+                                                               "KHR_materials_unlit",
+                                                               "KHR_materials_pbrSpecularGlossiness",
+                                                               "EXT_mesh_gpu_instancing",
+                                                               "EXT_meshopt_compression",
+                                                               "KHR_draco_mesh_compression",
+                                                               "KHR_materials_anisotropy",
+                                                               "KHR_materials_clearcoat",
+                                                               "KHR_materials_dispersion",
+                                                               "KHR_materials_ior",
+                                                               "KHR_materials_iridescence",
+                                                               "KHR_materials_sheen",
+                                                               "KHR_materials_specular",
+                                                               "KHR_materials_transmission",
+                                                               "KHR_materials_variants",
+                                                               "KHR_materials_volume",
+                                                               "KHR_animation_pointer",
+                                                               "KHR_xmp",
+                                                               "KHR_xmp_json_ld"};
 
 Status checkVersion(const json& asset, const std::string& file) {
   const std::string version = asset.value("version", std::string());
   const std::string least = asset.value("minVersion", std::string("2.0"));
   if (!version.starts_with("2.") || least != "2.0")
-    return Error{ErrorCode::unsupported, file + ": glTF version " + version + " (at least " + least +
-                                             " needed to read it); expected 2.0"};
+    return Error{ErrorCode::unsupported,
+                 file + ": glTF version " + version + " (at least " + least + " needed to read it); expected 2.0"};
   return done();
 }
 
@@ -96,8 +111,8 @@ void takeImages(const json& root, GltfDocument& document) {
   const auto images = root.find("images");
   if (images == root.end()) return;
   for (const json& image : *images) {
-    document.images.push_back({image.value("name", std::string()), image.value("uri", std::string()),
-                               image.value("bufferView", -1)});
+    document.images.push_back(
+        {image.value("name", std::string()), image.value("uri", std::string()), image.value("bufferView", -1)});
   }
 }
 
@@ -143,14 +158,13 @@ Result<std::span<const std::uint8_t>> GltfDocument::viewBytes(int view, const st
   if (!decodedViews[index].empty()) return std::span<const std::uint8_t>(decodedViews[index]);
   const tinygltf::BufferView& v = model.bufferViews[index];
   if (v.buffer < 0 || static_cast<std::size_t>(v.buffer) >= buffers.size())
-    return invalid(jsonPath("bufferViews", view), jsonPath("buffers", v.buffer) + " does not exist, there are " +
-                                                      std::to_string(buffers.size()));
+    return invalid(jsonPath("bufferViews", view),
+                   jsonPath("buffers", v.buffer) + " does not exist, there are " + std::to_string(buffers.size()));
   const std::vector<std::uint8_t>& bytes = buffers[static_cast<std::size_t>(v.buffer)];
   if (v.byteOffset > bytes.size() || v.byteLength > bytes.size() - v.byteOffset)
-    return invalid(jsonPath("bufferViews", view), "bytes " + std::to_string(v.byteOffset) + " + " +
-                                                      std::to_string(v.byteLength) + " of " +
-                                                      jsonPath("buffers", v.buffer) + ", which has " +
-                                                      std::to_string(bytes.size()));
+    return invalid(jsonPath("bufferViews", view),
+                   "bytes " + std::to_string(v.byteOffset) + " + " + std::to_string(v.byteLength) + " of " +
+                       jsonPath("buffers", v.buffer) + ", which has " + std::to_string(bytes.size()));
   return std::span<const std::uint8_t>(bytes).subspan(v.byteOffset, v.byteLength);
 }
 

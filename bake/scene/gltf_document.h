@@ -18,9 +18,9 @@ namespace relume {
 class Context;
 
 struct GltfDocument {
-  std::string file;                // name without folder, opens every message
+  std::string file;  // name without folder, opens every message
   std::filesystem::path folder;
-  tinygltf::Model model;           // without buffers and images: those are below
+  tinygltf::Model model;  // without buffers and images: those are below
   std::vector<std::vector<std::uint8_t>> buffers;
   std::vector<std::vector<std::uint8_t>> decodedViews;  // [Size bufferViews] of EXT_meshopt_compression
   struct ImageSource {
@@ -29,7 +29,7 @@ struct GltfDocument {
   };
   std::vector<ImageSource> images;
   std::vector<std::filesystem::path> files;  // read so far
-  std::uint64_t dataBytes = 0;     // JSON, buffers and decoded views: what allocations are measured against
+  std::uint64_t dataBytes = 0;               // JSON, buffers and decoded views: what allocations are measured against
 
   std::string at(const std::string& what) const { return file + ": " + what; }
   Error invalid(const std::string& where, const std::string& what) const {

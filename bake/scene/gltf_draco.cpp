@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // KHR_draco_mesh_compression: one primitive's triangles and attributes. Draco allocates what its stream claims, so the
-// claims are checked against the stream's size and the accessors before each of its two steps: connectivity, attributes.
+// claims are checked against the stream's size and the accessors before each of its two steps, connectivity and
+// attributes.
 #include "bake/scene/gltf_import.h"
 
 #if defined(__GNUC__)
@@ -26,11 +27,16 @@ namespace {
 
 float normalizer(draco::DataType type) {
   switch (type) {
-    case draco::DT_INT8: return 1.0f / 127.0f;
-    case draco::DT_UINT8: return 1.0f / 255.0f;
-    case draco::DT_INT16: return 1.0f / 32767.0f;
-    case draco::DT_UINT16: return 1.0f / 65535.0f;
-    default: return 1.0f;
+    case draco::DT_INT8:
+      return 1.0f / 127.0f;
+    case draco::DT_UINT8:
+      return 1.0f / 255.0f;
+    case draco::DT_INT16:
+      return 1.0f / 32767.0f;
+    case draco::DT_UINT16:
+      return 1.0f / 65535.0f;
+    default:
+      return 1.0f;
   }
 }
 
@@ -55,7 +61,8 @@ Result<AccessorValues> readAttribute(const GltfDocument& document, const draco::
   return out;
 }
 
-// A flat regular grid may compress to nearly nothing; beyond this many triangles no encoder gets below a sixteenth of a byte.
+// A flat regular grid may compress to nearly nothing; beyond this many triangles no encoder gets below a sixteenth of
+// a byte.
 constexpr std::uint64_t kFreeTriangles = 65536, kMaxTrianglesPerByte = 16;
 constexpr std::uint64_t kMaxPointBytes = 512;  // of all attributes of a point
 
@@ -70,7 +77,8 @@ struct DracoClaims {
     return false;
   }
   bool check(std::uint64_t claimed, std::uint64_t most, const char* what) {
-    return claimed <= most || refuse("claims " + std::to_string(claimed) + " " + what + ", expected at most " + std::to_string(most));
+    return claimed <= most ||
+           refuse("claims " + std::to_string(claimed) + " " + what + ", expected at most " + std::to_string(most));
   }
 };
 
@@ -97,7 +105,8 @@ class BoundedDecoder : public Decoder {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < this->point_cloud()->num_attributes(); ++i) {
       const draco::PointAttribute& a = *this->point_cloud()->attribute(i);
-      bytes += static_cast<std::uint64_t>(a.num_components()) * static_cast<std::uint64_t>(draco::DataTypeLength(a.data_type()));
+      bytes += static_cast<std::uint64_t>(a.num_components()) *
+               static_cast<std::uint64_t>(draco::DataTypeLength(a.data_type()));
     }
     return claims_.check(bytes, kMaxPointBytes, "bytes a point") &&
            claims_.check(this->point_cloud()->num_points(), claims_.points, "points") && Decoder::DecodeAllAttributes();
@@ -120,7 +129,8 @@ std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes, Dra
     draco::DecoderBuffer ahead = buffer;
     draco::DracoHeader header;
     draco::Status status = draco::PointCloudDecoder::DecodeHeader(&ahead, &header);
-    if (status.ok() && (header.version_major != 2 || header.version_minor != 2 || header.encoder_type != draco::TRIANGULAR_MESH))
+    if (status.ok() &&
+        (header.version_major != 2 || header.version_minor != 2 || header.encoder_type != draco::TRIANGULAR_MESH))
       status = draco::Status(draco::Status::UNSUPPORTED_VERSION, "not a mesh of Draco bitstream 2.2");
     auto mesh = std::make_unique<draco::Mesh>();
     if (status.ok() && header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
@@ -154,8 +164,7 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
 Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                    const std::string& where) {
   const tinygltf::Value& extension = primitive.extensions.at("KHR_draco_mesh_compression");
-  const Result<std::span<const std::uint8_t>> bytes =
-      document.viewBytes(indexOr(extension, "bufferView", -1), where);
+  const Result<std::span<const std::uint8_t>> bytes = document.viewBytes(indexOr(extension, "bufferView", -1), where);
   if (!bytes) return bytes.error();
   DracoClaims claims = claimsOf(document, primitive, bytes->size());
   std::string error;
@@ -172,14 +181,13 @@ Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf:
     const int id = indexOr(attributes, semantic.c_str(), -1);
     const draco::PointAttribute* attribute =
         id < 0 ? nullptr : mesh->GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
-    if (!attribute) return document.invalid(where, semantic + ": Draco attribute " + std::to_string(id) + " is missing");
+    if (!attribute)
+      return document.invalid(where, semantic + ": Draco attribute " + std::to_string(id) + " is missing");
     const auto accessor = primitive.attributes.find(semantic);
     const bool known = accessor != primitive.attributes.end() && accessor->second >= 0 &&
                        static_cast<std::size_t>(accessor->second) < document.model.accessors.size();
-    const bool normalized =
-        known && document.model.accessors[static_cast<std::size_t>(accessor->second)].normalized;
-    Result<AccessorValues> values =
-        readAttribute(document, *mesh, *attribute, normalized, where + ", " + semantic);
+    const bool normalized = known && document.model.accessors[static_cast<std::size_t>(accessor->second)].normalized;
+    Result<AccessorValues> values = readAttribute(document, *mesh, *attribute, normalized, where + ", " + semantic);
     if (!values) return values.error();
     out.attributes.emplace(semantic, std::move(*values));
   }

@@ -93,8 +93,7 @@ Result<std::vector<std::uint8_t>> readDataUri(std::string_view uri, const std::s
 Result<fs::path> resolveInside(const std::string& uri, const fs::path& folder, const std::string& where) {
   const std::string quoted = "'" + uri.substr(0, 200) + "'";
   const std::optional<std::string> name = percentDecode(uri);
-  if (!name || name->empty() || name->find('\0') != std::string::npos)
-    return invalid(where, "malformed URI " + quoted);
+  if (!name || name->empty() || name->find('\0') != std::string::npos) return invalid(where, "malformed URI " + quoted);
   if (uri.find(':') != std::string::npos)
     return invalid(where, "URI " + quoted + " has a scheme; expected a file beside the scene or a data URI");
   const fs::path relative(*name);
@@ -146,15 +145,15 @@ Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std:
   if (version != 2)
     return Error{ErrorCode::unsupported, file + ": GLB version " + std::to_string(version) + "; expected 2"};
   if (length > bytes.size() || length < 20)
-    return invalid(file, "GLB says it has " + std::to_string(length) + " bytes, the file has " +
-                             std::to_string(bytes.size()));
+    return invalid(
+        file, "GLB says it has " + std::to_string(length) + " bytes, the file has " + std::to_string(bytes.size()));
   for (std::size_t at = 12, index = 0; at + 8 <= length; ++index) {
     const std::size_t size = readU32(bytes, at);
     const std::uint32_t type = readU32(bytes, at + 4);
     at += 8;
     if (size > length - at)
-      return invalid(file, "GLB chunk " + std::to_string(index) + " says it has " + std::to_string(size) +
-                               " bytes, " + std::to_string(length - at) + " are left");
+      return invalid(file, "GLB chunk " + std::to_string(index) + " says it has " + std::to_string(size) + " bytes, " +
+                               std::to_string(length - at) + " are left");
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
     const auto end = begin + static_cast<std::ptrdiff_t>(size);
     if (index == 0 && type != kJsonChunk) return invalid(file, "GLB does not begin with a JSON chunk");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Materials as the baker needs them: diffuse albedo, emission, alpha test. Only images these use are read. An image that
-// is missing or broken is an error: a bake with a wrong albedo would look right until someone sees it.
+// Materials as the baker needs them: diffuse albedo, emission, alpha test. Only images these use are read. An image
+// that is missing or broken is an error: a bake with a wrong albedo would look right until someone sees it.
 #include "bake/scene/gltf_import.h"
 
 #include "bake/parallel.h"
@@ -44,7 +44,7 @@ std::array<float, 6> foldTransform(const tinygltf::Value& extension) {
   const double sx = pair("scale", 0, 1.0), sy = pair("scale", 1, 1.0);
   const double rotation = numberOr(extension, "rotation", 0.0);
   const double c = std::cos(rotation), s = std::sin(rotation);
-  return {toFloat(sx * c), toFloat(sy * s), toFloat(pair("offset", 0, 0.0)),
+  return {toFloat(sx * c),  toFloat(sy * s), toFloat(pair("offset", 0, 0.0)),
           toFloat(-sx * s), toFloat(sy * c), toFloat(pair("offset", 1, 0.0))};
 }
 
@@ -72,8 +72,8 @@ class MaterialReader {
     if (texture < 0) return out;
     const auto& model = document_.model;
     if (static_cast<std::size_t>(texture) >= model.textures.size())
-      return document_.invalid(where, jsonPath("textures", texture) + " does not exist, there are " +
-                                          std::to_string(model.textures.size()));
+      return document_.invalid(
+          where, jsonPath("textures", texture) + " does not exist, there are " + std::to_string(model.textures.size()));
     const tinygltf::Texture& t = model.textures[static_cast<std::size_t>(texture)];
     if (t.source < 0) {
       if (t.extensions.empty()) {
@@ -81,9 +81,9 @@ class MaterialReader {
                                                          " has no image; the factor alone is used"));
         return out;
       }
-      return Error{ErrorCode::unsupported, document_.at(where + ": " + jsonPath("textures", texture) +
-                                                        " has no PNG or JPEG image, only one for " +
-                                                        t.extensions.begin()->first)};
+      return Error{ErrorCode::unsupported,
+                   document_.at(where + ": " + jsonPath("textures", texture) +
+                                " has no PNG or JPEG image, only one for " + t.extensions.begin()->first)};
     }
     if (t.sampler >= 0) {
       const tinygltf::Sampler& sampler = model.samplers[static_cast<std::size_t>(t.sampler)];
@@ -165,9 +165,9 @@ UvSets assignSets(MaterialDraft& draft, const GltfDocument& document, Context& c
     if (slot->image < 0) continue;
     if (slot->set > 1 && slot->set != sets[0]) {
       if (uses(0) || sets[0] != 0) {
-        context.message(Severity::warning, document.at("material '" + draft.material.name + "' uses TEXCOORD_" +
-                                                       std::to_string(slot->set) +
-                                                       " beside others; the texture is left out"));
+        context.message(Severity::warning,
+                        document.at("material '" + draft.material.name + "' uses TEXCOORD_" +
+                                    std::to_string(slot->set) + " beside others; the texture is left out"));
         slot->image = -1;
         continue;
       }
@@ -186,8 +186,8 @@ Status checkTextures(const GltfDocument& document) {
     const tinygltf::Texture& t = document.model.textures[i];
     const std::string where = jsonPath("textures", static_cast<int>(i));
     if (outOfRange(t.source, document.images.size()))
-      return document.invalid(where, jsonPath("images", t.source) + " does not exist, there are " +
-                                         std::to_string(document.images.size()));
+      return document.invalid(
+          where, jsonPath("images", t.source) + " does not exist, there are " + std::to_string(document.images.size()));
     if (outOfRange(t.sampler, document.model.samplers.size()))
       return document.invalid(where, jsonPath("samplers", t.sampler) + " does not exist, there are " +
                                          std::to_string(document.model.samplers.size()));
@@ -251,8 +251,8 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
     claimed += static_cast<std::uint64_t>(size->width) * size->height;
   }
   if (claimed > mostPixels(available))
-    return document.invalid("images", "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) +
-                                          " bytes");
+    return document.invalid("images",
+                            "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) + " bytes");
 
   std::vector<std::optional<Error>> errors(scene.images.size());
   parallelChunks(context, "read images", scene.images.size(), 1, [&](std::size_t begin, std::size_t end) {

@@ -58,7 +58,8 @@ std::size_t repairNormals(Mesh& mesh) {
   }
   for (std::size_t i = 0; i < mesh.normal.size(); ++i) {
     const float length = glm::length(mesh.normal[i]);
-    if (broken[i]) mesh.normal[i] = length > 0.0f && std::isfinite(length) ? mesh.normal[i] / length : glm::vec3(0, 1, 0);
+    if (broken[i])
+      mesh.normal[i] = length > 0.0f && std::isfinite(length) ? mesh.normal[i] / length : glm::vec3(0, 1, 0);
   }
   return count;
 }
@@ -97,7 +98,8 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     const AccessorValues* uvs = find("TEXCOORD_" + std::to_string(sets[set]));
     if (!uvs) continue;
     for (const std::uint32_t v : used) {
-      const glm::vec2 uv(uvs->values[2 * static_cast<std::size_t>(v)], uvs->values[2 * static_cast<std::size_t>(v) + 1]);
+      const glm::vec2 uv(uvs->values[2 * static_cast<std::size_t>(v)],
+                         uvs->values[2 * static_cast<std::size_t>(v) + 1]);
       const bool good = std::isfinite(uv.x) && std::isfinite(uv.y);
       mesh.uv[set].push_back(good ? uv : glm::vec2(0.0f));
       broken += !good;
@@ -127,7 +129,9 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     std::string name;
     int least, most;
   };
-  const Wanted wanted[] = {{"POSITION", 3, 3}, {"NORMAL", 3, 3}, {"COLOR_0", 3, 4},
+  const Wanted wanted[] = {{"POSITION", 3, 3},
+                           {"NORMAL", 3, 3},
+                           {"COLOR_0", 3, 4},
                            {"TEXCOORD_" + std::to_string(sets[0]), 2, 2},
                            {"TEXCOORD_" + std::to_string(sets[1]), 2, 2}};
   std::map<std::string, const AccessorValues*> attributes;
@@ -147,8 +151,8 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     attributes.emplace(want.name, values);
     const auto position = attributes.find("POSITION");
     if (position != attributes.end() && values->count != position->second->count)
-      return document_.invalid(at, std::to_string(values->count) + " values, POSITION has " +
-                                       std::to_string(position->second->count));
+      return document_.invalid(
+          at, std::to_string(values->count) + " values, POSITION has " + std::to_string(position->second->count));
   }
   const auto position = attributes.find("POSITION");
   if (position == attributes.end()) {
@@ -169,8 +173,8 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     for (std::size_t i = 0; i < vertexCount; ++i) indices[i] = static_cast<std::uint32_t>(i);
   }
   if (!compressed && primitive.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
-    return document_.invalid(where, std::to_string(indices.size()) +
-                                        " vertices are not whole triangles; expected a multiple of 3");
+    return document_.invalid(
+        where, std::to_string(indices.size()) + " vertices are not whole triangles; expected a multiple of 3");
   indices = unroll(std::move(indices), compressed ? TINYGLTF_MODE_TRIANGLES : primitive.mode);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] >= vertexCount)
@@ -226,8 +230,8 @@ Result<const std::vector<std::uint32_t>*> MeshImporter::import(int mesh) {
   if (const auto known = imported_.find(mesh); known != imported_.end()) return &known->second;
   const auto& meshes = document_.model.meshes;
   if (mesh < 0 || static_cast<std::size_t>(mesh) >= meshes.size())
-    return document_.invalid("nodes", jsonPath("meshes", mesh) + " does not exist, there are " +
-                                          std::to_string(meshes.size()));
+    return document_.invalid("nodes",
+                             jsonPath("meshes", mesh) + " does not exist, there are " + std::to_string(meshes.size()));
   const tinygltf::Mesh& source = meshes[static_cast<std::size_t>(mesh)];
   std::vector<std::uint32_t> out;
   for (std::size_t p = 0; p < source.primitives.size(); ++p) {

@@ -9,7 +9,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint64_t kMaxExpansion = 64;
-constexpr std::uint64_t kSlackBytes = 16384;     // one vertex block, whatever it compressed to
+constexpr std::uint64_t kSlackBytes = 16384;       // one vertex block, whatever it compressed to
 constexpr std::uint64_t kMaxTotalExpansion = 256;  // of all views against all bytes read
 
 struct Compressed {
@@ -42,7 +42,8 @@ Status checkClaims(const GltfDocument& document, const Compressed& view, const s
   const bool attributes = view.mode == "ATTRIBUTES";
   const bool strideFits = attributes ? view.stride >= 4 && view.stride <= 256 && view.stride % 4 == 0
                                      : view.stride == 2 || view.stride == 4;
-  if (!strideFits) return document.invalid(where, "byteStride " + std::to_string(view.stride) + " for mode " + view.mode);
+  if (!strideFits)
+    return document.invalid(where, "byteStride " + std::to_string(view.stride) + " for mode " + view.mode);
   if (!attributes && view.mode != "TRIANGLES" && view.mode != "INDICES")
     return document.invalid(where, "unknown mode " + view.mode);
   if (view.mode == "TRIANGLES" && view.count % 3 != 0)
@@ -94,11 +95,12 @@ Status decodeMeshopt(GltfDocument& document) {
     if (Status status = checkClaims(document, *view, where); !status) return status.error();
     std::vector<std::uint8_t> bytes(view->count * view->stride);
     total += bytes.size();
-    if (total > budget) return document.invalid(where, "the file's compressed views decode to more than " +
-                                                           std::to_string(kMaxTotalExpansion) + " times its size");
+    if (total > budget)
+      return document.invalid(where, "the file's compressed views decode to more than " +
+                                         std::to_string(kMaxTotalExpansion) + " times its size");
     if (view->count > 0 && !decode(*view, bytes))
-      return document.invalid(where, "broken compressed data (mode " + view->mode + ", " + std::to_string(view->count) +
-                                         " elements)");
+      return document.invalid(
+          where, "broken compressed data (mode " + view->mode + ", " + std::to_string(view->count) + " elements)");
     document.model.bufferViews[i].byteStride = view->mode == "ATTRIBUTES" ? view->stride : 0;
     document.decodedViews[i] = std::move(bytes);
   }

@@ -4,11 +4,11 @@
 #include "bake/scene/gltf_import.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -102,12 +102,13 @@ Status NodeImporter::checkForest() const {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (const int child : nodes[i].children) {
       if (child < 0 || static_cast<std::size_t>(child) >= nodes.size())
-        return document_.invalid(pathOf(static_cast<int>(i)), "child " + jsonPath("nodes", child) +
-                                                                  " does not exist, there are " +
-                                                                  std::to_string(nodes.size()));
+        return document_.invalid(
+            pathOf(static_cast<int>(i)),
+            "child " + jsonPath("nodes", child) + " does not exist, there are " + std::to_string(nodes.size()));
       int& up = parent[static_cast<std::size_t>(child)];
       if (up >= 0)
-        return document_.invalid(pathOf(child), "has two parents, " + pathOf(up) + " and " + pathOf(static_cast<int>(i)));
+        return document_.invalid(pathOf(child),
+                                 "has two parents, " + pathOf(up) + " and " + pathOf(static_cast<int>(i)));
       up = static_cast<int>(i);
     }
   }
@@ -204,8 +205,8 @@ Status NodeImporter::addInstance(const Visit& at, const glm::dmat4& toWorld, std
   instance.firstTriangle = static_cast<std::uint32_t>(triangles_);
   triangles_ += scene_.meshes[mesh].triangle.size();
   if (triangles_ > kMaxTriangles)
-    return Error{ErrorCode::unsupported, document_.at(where + ": the level has more than " +
-                                                      std::to_string(kMaxTriangles) + " triangles")};
+    return Error{ErrorCode::unsupported,
+                 document_.at(where + ": the level has more than " + std::to_string(kMaxTriangles) + " triangles")};
   scene_.instances.push_back(std::move(instance));
   return done();
 }
@@ -222,8 +223,8 @@ Result<std::vector<glm::dmat4>> NodeImporter::gpuInstances(const tinygltf::Node&
   for (int i = 0; i < 3; ++i) {
     if (!attributes.Has(names[i])) continue;
     const int components = i == 1 ? 4 : 3;
-    const auto values = meshes_.reader().floats(indexOr(attributes, names[i], -1), components, components,
-                                                path + "." + names[i]);
+    const auto values =
+        meshes_.reader().floats(indexOr(attributes, names[i], -1), components, components, path + "." + names[i]);
     if (!values) return values.error();
     part[i] = *values;
     if (count && *count != part[i]->count)
@@ -273,8 +274,8 @@ Status NodeImporter::addMesh(const tinygltf::Node& node, const Visit& at, const 
 Status NodeImporter::addCamera(const tinygltf::Node& node, const glm::dmat4& toWorld, const std::string& where) {
   const auto& cameras = document_.model.cameras;
   if (static_cast<std::size_t>(node.camera) >= cameras.size())
-    return document_.invalid(where, jsonPath("cameras", node.camera) + " does not exist, there are " +
-                                        std::to_string(cameras.size()));
+    return document_.invalid(
+        where, jsonPath("cameras", node.camera) + " does not exist, there are " + std::to_string(cameras.size()));
   if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
   const tinygltf::Camera& source = cameras[static_cast<std::size_t>(node.camera)];
   const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
@@ -295,7 +296,8 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const glm::dmat4& toW
 
   const glm::dvec3 z = unitOr(glm::dvec3(toWorld[2]), glm::dvec3(0, 0, 1));
   const glm::dvec3 x = unitOr(glm::cross(glm::dvec3(toWorld[1]), z), glm::dvec3(1, 0, 0));
-  camera.toWorld = glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(glm::cross(z, x), 0), glm::dvec4(z, 0), toWorld[3]));
+  camera.toWorld =
+      glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(glm::cross(z, x), 0), glm::dvec4(z, 0), toWorld[3]));
   scene_.cameras.push_back(std::move(camera));
   return done();
 }
@@ -308,8 +310,8 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   const int index = indexOr(extension->second, "light", -1);
   const auto& lights = document_.model.lights;
   if (index < 0 || static_cast<std::size_t>(index) >= lights.size())
-    return document_.invalid(where, jsonPath("lights", index) + " does not exist, there are " +
-                                        std::to_string(lights.size()));
+    return document_.invalid(where,
+                             jsonPath("lights", index) + " does not exist, there are " + std::to_string(lights.size()));
   if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
   const tinygltf::Light& source = lights[static_cast<std::size_t>(index)];
   const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
@@ -338,9 +340,8 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
     return document_.invalid(path, "cone angles " + std::to_string(light.innerConeRad) + " and " +
                                        std::to_string(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
 
-  const glm::dmat3 turn = node.matrix.size() == 16
-                              ? glm::dmat3(toWorld)
-                              : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
+  const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
+                                                   : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
   light.direction = glm::vec3(unitOr(-turn[2], glm::dvec3(0, 0, -1)));
   light.positionWorld = glm::vec3(toWorld[3]);
   scene_.lights.push_back(std::move(light));

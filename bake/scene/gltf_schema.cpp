@@ -16,14 +16,14 @@ enum class Kind {
   boolean,
   text,
   number,
-  index,    // [0..2^31-2], an index or a small count
-  size,     // [0..2^48], bytes or elements
-  numbers,  // array of `count` numbers; 0 = any length
-  indices,  // array of indices
-  texts,    // array of strings
-  indexMap, // object of indices
+  index,     // [0..2^31-2], an index or a small count
+  size,      // [0..2^48], bytes or elements
+  numbers,   // array of `count` numbers; 0 = any length
+  indices,   // array of indices
+  texts,     // array of strings
+  indexMap,  // object of indices
   object,
-  objects   // array of objects
+  objects  // array of objects
 };
 
 struct Field {
@@ -40,32 +40,27 @@ constexpr double kMaxSize = 281474976710656.0;
 constexpr Field kAsset[] = {{"version", Kind::text, {}, 0, true}, {"minVersion", Kind::text}};
 constexpr Field kBuffer[] = {{"uri", Kind::text}, {"byteLength", Kind::size, {}, 0, true}, {"name", Kind::text}};
 // tinygltf keeps whole numbers of extensions in 32 bits.
-constexpr Field kMeshopt[] = {{"buffer", Kind::index, {}, 0, true},   {"byteOffset", Kind::index},
-                              {"byteLength", Kind::index, {}, 0, true}, {"byteStride", Kind::index, {}, 0, true},
-                              {"count", Kind::index, {}, 0, true},      {"mode", Kind::text, {}, 0, true},
+constexpr Field kMeshopt[] = {{"buffer", Kind::index, {}, 0, true},
+                              {"byteOffset", Kind::index},
+                              {"byteLength", Kind::index, {}, 0, true},
+                              {"byteStride", Kind::index, {}, 0, true},
+                              {"count", Kind::index, {}, 0, true},
+                              {"mode", Kind::text, {}, 0, true},
                               {"filter", Kind::text}};
 constexpr Field kViewExtensions[] = {{"EXT_meshopt_compression", Kind::object, kMeshopt}};
-constexpr Field kBufferView[] = {{"buffer", Kind::index, {}, 0, true},
-                                 {"byteOffset", Kind::size},
-                                 {"byteLength", Kind::size, {}, 0, true},
-                                 {"byteStride", Kind::size},
-                                 {"name", Kind::text},
-                                 {"extensions", Kind::object, kViewExtensions}};
-constexpr Field kSparseIndices[] = {{"bufferView", Kind::index, {}, 0, true},
-                                    {"byteOffset", Kind::index},
-                                    {"componentType", Kind::index, {}, 0, true}};
+constexpr Field kBufferView[] = {
+    {"buffer", Kind::index, {}, 0, true}, {"byteOffset", Kind::size}, {"byteLength", Kind::size, {}, 0, true},
+    {"byteStride", Kind::size},           {"name", Kind::text},       {"extensions", Kind::object, kViewExtensions}};
+constexpr Field kSparseIndices[] = {
+    {"bufferView", Kind::index, {}, 0, true}, {"byteOffset", Kind::index}, {"componentType", Kind::index, {}, 0, true}};
 constexpr Field kSparseValues[] = {{"bufferView", Kind::index, {}, 0, true}, {"byteOffset", Kind::index}};
 constexpr Field kSparse[] = {{"count", Kind::index, {}, 0, true},
                              {"indices", Kind::object, kSparseIndices, 0, true},
                              {"values", Kind::object, kSparseValues, 0, true}};
-constexpr Field kAccessor[] = {{"bufferView", Kind::index},
-                               {"byteOffset", Kind::size},
-                               {"componentType", Kind::index, {}, 0, true},
-                               {"normalized", Kind::boolean},
-                               {"count", Kind::size, {}, 0, true},
-                               {"type", Kind::text, {}, 0, true},
-                               {"name", Kind::text},
-                               {"sparse", Kind::object, kSparse}};
+constexpr Field kAccessor[] = {
+    {"bufferView", Kind::index},   {"byteOffset", Kind::size},         {"componentType", Kind::index, {}, 0, true},
+    {"normalized", Kind::boolean}, {"count", Kind::size, {}, 0, true}, {"type", Kind::text, {}, 0, true},
+    {"name", Kind::text},          {"sparse", Kind::object, kSparse}};
 constexpr Field kDraco[] = {{"bufferView", Kind::index, {}, 0, true}, {"attributes", Kind::indexMap, {}, 0, true}};
 constexpr Field kPrimitiveExtensions[] = {{"KHR_draco_mesh_compression", Kind::object, kDraco}};
 constexpr Field kPrimitive[] = {{"attributes", Kind::indexMap, {}, 0, true},
@@ -79,11 +74,16 @@ constexpr Field kInstancing[] = {{"attributes", Kind::indexMap, {}, 0, true}};
 constexpr Field kLightRef[] = {{"light", Kind::index, {}, 0, true}};
 constexpr Field kNodeExtensions[] = {{"EXT_mesh_gpu_instancing", Kind::object, kInstancing},
                                      {"KHR_lights_punctual", Kind::object, kLightRef}};
-constexpr Field kNode[] = {{"name", Kind::text},           {"mesh", Kind::index},
-                           {"camera", Kind::index},        {"skin", Kind::index},
-                           {"children", Kind::indices},    {"matrix", Kind::numbers, {}, 16},
-                           {"translation", Kind::numbers, {}, 3}, {"rotation", Kind::numbers, {}, 4},
-                           {"scale", Kind::numbers, {}, 3}, {"extensions", Kind::object, kNodeExtensions}};
+constexpr Field kNode[] = {{"name", Kind::text},
+                           {"mesh", Kind::index},
+                           {"camera", Kind::index},
+                           {"skin", Kind::index},
+                           {"children", Kind::indices},
+                           {"matrix", Kind::numbers, {}, 16},
+                           {"translation", Kind::numbers, {}, 3},
+                           {"rotation", Kind::numbers, {}, 4},
+                           {"scale", Kind::numbers, {}, 3},
+                           {"extensions", Kind::object, kNodeExtensions}};
 constexpr Field kScene[] = {{"name", Kind::text}, {"nodes", Kind::indices}};
 
 constexpr Field kTransform[] = {{"offset", Kind::numbers, {}, 2},
@@ -91,11 +91,12 @@ constexpr Field kTransform[] = {{"offset", Kind::numbers, {}, 2},
                                 {"scale", Kind::numbers, {}, 2},
                                 {"texCoord", Kind::index}};
 constexpr Field kTextureExtensions[] = {{"KHR_texture_transform", Kind::object, kTransform}};
-constexpr Field kTextureInfo[] = {{"index", Kind::index, {}, 0, true},
-                                  {"texCoord", Kind::index},
-                                  {"extensions", Kind::object, kTextureExtensions}};
-constexpr Field kNormalInfo[] = {{"index", Kind::index, {}, 0, true}, {"texCoord", Kind::index},
-                                 {"scale", Kind::number}, {"strength", Kind::number}};
+constexpr Field kTextureInfo[] = {
+    {"index", Kind::index, {}, 0, true}, {"texCoord", Kind::index}, {"extensions", Kind::object, kTextureExtensions}};
+constexpr Field kNormalInfo[] = {{"index", Kind::index, {}, 0, true},
+                                 {"texCoord", Kind::index},
+                                 {"scale", Kind::number},
+                                 {"strength", Kind::number}};
 constexpr Field kRoughness[] = {{"baseColorFactor", Kind::numbers, {}, 4},
                                 {"baseColorTexture", Kind::object, kTextureInfo},
                                 {"metallicFactor", Kind::number},
@@ -117,22 +118,28 @@ constexpr Field kMaterial[] = {{"name", Kind::text},
                                {"alphaCutoff", Kind::number},
                                {"doubleSided", Kind::boolean},
                                {"extensions", Kind::object, kMaterialExtensions}};
-constexpr Field kTexture[] = {{"sampler", Kind::index}, {"source", Kind::index}, {"name", Kind::text},
-                              {"extensions", Kind::object}};
-constexpr Field kSampler[] = {{"magFilter", Kind::index}, {"minFilter", Kind::index},
-                              {"wrapS", Kind::index}, {"wrapT", Kind::index}};
-constexpr Field kImage[] = {{"uri", Kind::text}, {"bufferView", Kind::index}, {"mimeType", Kind::text},
-                            {"name", Kind::text}};
-constexpr Field kPerspective[] = {{"yfov", Kind::number, {}, 0, true}, {"znear", Kind::number, {}, 0, true},
-                                  {"zfar", Kind::number}, {"aspectRatio", Kind::number}};
-constexpr Field kOrthographic[] = {{"xmag", Kind::number, {}, 0, true}, {"ymag", Kind::number, {}, 0, true},
-                                   {"znear", Kind::number, {}, 0, true}, {"zfar", Kind::number, {}, 0, true}};
-constexpr Field kCamera[] = {{"name", Kind::text}, {"type", Kind::text, {}, 0, true},
+constexpr Field kTexture[] = {
+    {"sampler", Kind::index}, {"source", Kind::index}, {"name", Kind::text}, {"extensions", Kind::object}};
+constexpr Field kSampler[] = {
+    {"magFilter", Kind::index}, {"minFilter", Kind::index}, {"wrapS", Kind::index}, {"wrapT", Kind::index}};
+constexpr Field kImage[] = {
+    {"uri", Kind::text}, {"bufferView", Kind::index}, {"mimeType", Kind::text}, {"name", Kind::text}};
+constexpr Field kPerspective[] = {{"yfov", Kind::number, {}, 0, true},
+                                  {"znear", Kind::number, {}, 0, true},
+                                  {"zfar", Kind::number},
+                                  {"aspectRatio", Kind::number}};
+constexpr Field kOrthographic[] = {{"xmag", Kind::number, {}, 0, true},
+                                   {"ymag", Kind::number, {}, 0, true},
+                                   {"znear", Kind::number, {}, 0, true},
+                                   {"zfar", Kind::number, {}, 0, true}};
+constexpr Field kCamera[] = {{"name", Kind::text},
+                             {"type", Kind::text, {}, 0, true},
                              {"perspective", Kind::object, kPerspective},
                              {"orthographic", Kind::object, kOrthographic}};
 constexpr Field kSpot[] = {{"innerConeAngle", Kind::number}, {"outerConeAngle", Kind::number}};
-constexpr Field kLight[] = {{"name", Kind::text}, {"type", Kind::text, {}, 0, true}, {"color", Kind::numbers, {}, 3},
-                            {"intensity", Kind::number}, {"range", Kind::number}, {"spot", Kind::object, kSpot}};
+constexpr Field kLight[] = {
+    {"name", Kind::text},        {"type", Kind::text, {}, 0, true}, {"color", Kind::numbers, {}, 3},
+    {"intensity", Kind::number}, {"range", Kind::number},           {"spot", Kind::object, kSpot}};
 constexpr Field kLights[] = {{"lights", Kind::objects, kLight, 0, true}};
 constexpr Field kRootExtensions[] = {{"KHR_lights_punctual", Kind::object, kLights}};
 
@@ -160,8 +167,8 @@ Error mismatch(const std::string& path, const std::string& expected, const json&
 }
 
 Status checkWhole(json& value, double limit, const std::string& path) {
-  const bool whole = value.is_number_integer() ||
-                     (value.is_number_float() && value.get<double>() == std::floor(value.get<double>()));
+  const bool whole =
+      value.is_number_integer() || (value.is_number_float() && value.get<double>() == std::floor(value.get<double>()));
   const double number = whole ? value.get<double>() : -1.0;
   if (!(number >= 0.0 && number <= limit)) return mismatch(path, "a whole number of at least 0 within range", value);
   if (!value.is_number_unsigned()) value = static_cast<std::uint64_t>(number);
@@ -195,15 +202,24 @@ Status checkValue(json& value, const Field& field, const std::string& path) {
                           field.kind == Kind::objects;
   if (wantsArray && !value.is_array()) return mismatch(path, "an array", value);
   switch (field.kind) {
-    case Kind::boolean: return value.is_boolean() ? done() : Status(mismatch(path, "true or false", value));
-    case Kind::text: return isText(value, path);
-    case Kind::number: return isNumber(value, path);
-    case Kind::index: return index(value, path);
-    case Kind::size: return checkWhole(value, kMaxSize, path);
-    case Kind::object: return isObject(value, path);
-    case Kind::objects: return checkEach(value, path, isObject);
-    case Kind::indices: return checkEach(value, path, index);
-    case Kind::texts: return checkEach(value, path, isText);
+    case Kind::boolean:
+      return value.is_boolean() ? done() : Status(mismatch(path, "true or false", value));
+    case Kind::text:
+      return isText(value, path);
+    case Kind::number:
+      return isNumber(value, path);
+    case Kind::index:
+      return index(value, path);
+    case Kind::size:
+      return checkWhole(value, kMaxSize, path);
+    case Kind::object:
+      return isObject(value, path);
+    case Kind::objects:
+      return checkEach(value, path, isObject);
+    case Kind::indices:
+      return checkEach(value, path, index);
+    case Kind::texts:
+      return checkEach(value, path, isText);
     case Kind::indexMap:
       return value.is_object() ? checkEach(value, path, index) : Status(mismatch(path, "an object", value));
     case Kind::numbers:

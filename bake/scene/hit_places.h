@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where rays hit triangles that are known to be hit, in plain IEEE operations of a fixed order: the same on any processor,
-// which Embree's approximate reciprocals are not.
+// Where rays hit triangles that are known to be hit, in plain IEEE operations of a fixed order: the same on any
+// processor, which Embree's approximate reciprocals are not.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -21,10 +21,10 @@ using Corners = std::array<glm::vec3, 3>;
 template <unsigned Width>
 struct HitPlaces {
   alignas(64) float corner[9][Width], origin[3][Width], direction[3][Width], tMin[Width], tMax[Width];  // in
-  alignas(64) float distance[Width];            // [m]
-  alignas(64) float u[Width], v[Width];         // barycentric
-  alignas(64) float facing[Width];              // [m^2] twice the area times the cosine; positive = the back was hit
-  alignas(64) float edge[Width];                // negative: on an edge within rounding, a neighbour may be hit as well
+  alignas(64) float distance[Width];                                                                    // [m]
+  alignas(64) float u[Width], v[Width];                                                                 // barycentric
+  alignas(64) float facing[Width];  // [m^2] twice the area times the cosine; positive = the back was hit
+  alignas(64) float edge[Width];    // negative: on an edge within rounding, a neighbour may be hit as well
 
   void put(unsigned i, const Corners& c, const glm::vec3& from, const glm::vec3& to, float nearest, float farthest) {
     for (int k = 0; k < 9; ++k) corner[k][i] = c[static_cast<std::size_t>(k / 3)][k % 3];
@@ -37,8 +37,8 @@ struct HitPlaces {
 
 inline float largestOf(float x, float y, float z) { return std::max(std::abs(x), std::max(std::abs(y), std::abs(z))); }
 
-// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (JGT 2(1), 1997), for triangles that are known
-// to be hit. A sliver seen edge on divides by zero: its first corner is taken.
+// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (JGT 2(1), 1997), for triangles that are
+// known to be hit. A sliver seen edge on divides by zero: its first corner is taken.
 template <unsigned Width>
 void findHitPlaces(HitPlaces<Width>& p) {
   constexpr float kEdgeUlps = 8.0f;  // barycentrics are off by as many of the sizes that enter them
@@ -64,7 +64,8 @@ void findHitPlaces(HitPlaces<Width>& p) {
     p.v[i] = std::min(1.0f - onA, std::max(0.0f, finite ? v : 0.0f));
     p.facing[i] = facing;
     const float inside = std::min(u, std::min(v, 1.0f - u - v));
-    const float slack = kSlack * largestOf(cx, cy, cz) * (largestOf(ax, ay, az) + largestOf(bx, by, bz)) * std::abs(scale);
+    const float slack =
+        kSlack * largestOf(cx, cy, cz) * (largestOf(ax, ay, az) + largestOf(bx, by, bz)) * std::abs(scale);
     p.edge[i] = finite ? inside - slack : -1.0f;
   }
 }

@@ -12,9 +12,9 @@
 namespace relume {
 namespace {
 
-constexpr double kDroppedHits = 0.005;             // share of the hits in dropped cells
-constexpr double kDroppedDensity = 0.1;            // and they are hit less than this share of the mean
-constexpr std::uint32_t kFillNeighbours = 2;       // of six, that make a cell seen
+constexpr double kDroppedHits = 0.005;        // share of the hits in dropped cells
+constexpr double kDroppedDensity = 0.1;       // and they are hit less than this share of the mean
+constexpr std::uint32_t kFillNeighbours = 2;  // of six, that make a cell seen
 
 // Drop the thinly hit cells (kDroppedHits); needs each cell's area.
 std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,

@@ -27,13 +27,13 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x706C6179;       // the random streams' stage
-constexpr std::uint32_t kRounds = 8;               // later rounds start where earlier walks came to
+constexpr std::uint32_t kStage = 0x706C6179;  // the random streams' stage
+constexpr std::uint32_t kRounds = 8;          // later rounds start where earlier walks came to
 constexpr std::size_t kWalksPerChunk = 2048;
-constexpr std::size_t kReceivers = 1u << 14;       // points handed over
-constexpr float kFreshStarts = 0.25f;              // share of a later round that starts anew
-constexpr double kHitsPerCell = 24.0;              // expected if all surface were seen alike
-constexpr float kMaxCellShare = 0.1f;              // of the median distance to a hit
+constexpr std::size_t kReceivers = 1u << 14;  // points handed over
+constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
+constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
+constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
 
 // One walk on its way.
 struct Walker {
@@ -41,8 +41,8 @@ struct Walker {
   glm::vec3 air{0.0f};     // [m] the last point in free space
   glm::vec3 origin{0.0f};  // [m]
   glm::vec3 direction{0.0f};
-  bool inAir = true;       // the origin is in free space, not on a surface
-  bool known = true;       // see Start
+  bool inAir = true;  // the origin is in free space, not on a surface
+  bool known = true;  // see Start
   bool ended = false;
 };
 
@@ -261,7 +261,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   }
   if (context.cancelled()) return cancelledError();
   if (options.mode == PlaySpaceOptions::Mode::all || !(look.distance > 0.0f)) {
-    if (!(look.distance > 0.0f)) context.message(Severity::warning, "play space: no free space found; every surface is kept");
+    if (!(look.distance > 0.0f))
+      context.message(Severity::warning, "play space: no free space found; every surface is kept");
     space.receivers = freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(freePoints);
     thin(space.receivers);
     report(space, "everywhere", context);
@@ -291,8 +292,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   space.receivers = std::move(pool);
   thin(space.receivers);
   if (context.cancelled()) return cancelledError();
-  if (!(space.seenTotal > 0.0)) return Error{ErrorCode::failed, "play space: no surface can be seen from the " +
-                                                                    std::string(from)};
+  if (!(space.seenTotal > 0.0))
+    return Error{ErrorCode::failed, "play space: no surface can be seen from the " + std::string(from)};
   report(space, from, context);
   return space;
 }

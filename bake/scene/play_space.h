@@ -16,19 +16,19 @@ namespace relume {
 
 // A side of a scene-wide triangle: 2 * triangle + (back ? 1 : 0).
 struct PlaySpace {
-  std::vector<float> seenArea;       // [m²] [Size 2 * triangles] how much of the side's area can send light to receivers;
-                                     // between 0 and the triangle's area (big triangles may be seen in part)
-  std::vector<std::uint8_t> visible; // [Size 2 * triangles] 1 where light goes straight to some receiver; a side with
-                                     // seenArea alone matters through bounces only
-  std::vector<glm::vec3> receivers;  // [m] points in free space the walks passed: where receivers can be
-  double seenTotal = 0.0, total = 0.0;   // [m²] both sides counted
+  std::vector<float> seenArea;  // [m²] [Size 2 * triangles] how much of the side's area can send light to receivers;
+                                // between 0 and the triangle's area (big triangles may be seen in part)
+  std::vector<std::uint8_t> visible;  // [Size 2 * triangles] 1 where light goes straight to some receiver; a side with
+                                      // seenArea alone matters through bounces only
+  std::vector<glm::vec3> receivers;   // [m] points in free space the walks passed: where receivers can be
+  double seenTotal = 0.0, total = 0.0;  // [m²] both sides counted
 
   // Where a side is seen in part: the cells of space in which it is. See seenAt().
-  const Scene* scene = nullptr;          // must outlive this; null = no side is seen in part
-  std::vector<std::uint8_t> partly;      // [Size 0 or 2 * triangles] 1 where seenAt() has to look at the cells
-  CellIndex cells;                       // the seen ones: instance, direction of the normal, voxel
-  glm::vec3 cellOrigin{0.0f};            // [m]
-  float cellSize = 0.0f;                 // [m]
+  const Scene* scene = nullptr;      // must outlive this; null = no side is seen in part
+  std::vector<std::uint8_t> partly;  // [Size 0 or 2 * triangles] 1 where seenAt() has to look at the cells
+  CellIndex cells;                   // the seen ones: instance, direction of the normal, voxel
+  glm::vec3 cellOrigin{0.0f};        // [m]
+  float cellSize = 0.0f;             // [m]
 
   // Whether light from this point's side can matter. Thread-safe.
   bool seenAt(std::uint32_t side, const glm::vec2& barycentric) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Several triangles in one place: on an edge, and where surfaces overlap, which is found beforehand. A second query names
-// them all, and one is taken by rule.
+// Several triangles in one place: on an edge, and where surfaces overlap, which is found beforehand. A second query
+// names them all, and one is taken by rule.
 #include "bake/scene/ray_tracer_state.h"
 
 #include "bake/parallel.h"
@@ -37,8 +37,9 @@ struct EveryHit : RTCIntersectContext {
     for (unsigned i = 0; i < args->N; ++i) {
       if (args->valid[i] != -1) continue;
       const unsigned above = RTCHitN_instID(args->hit, args->N, i, 0);
-      static_cast<const EveryHit*>(args->context)->note_(
-          above != RTC_INVALID_GEOMETRY_ID ? above : RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
+      static_cast<const EveryHit*>(args->context)
+          ->note_(above != RTC_INVALID_GEOMETRY_ID ? above : RTCHitN_geomID(args->hit, args->N, i),
+                  RTCHitN_primID(args->hit, args->N, i));
       args->valid[i] = 0;
     }
   }
@@ -47,8 +48,8 @@ struct EveryHit : RTCIntersectContext {
 
 }  // namespace
 
-// Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for each
-// side, shows each side its own.
+// Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for
+// each side, shows each side its own.
 Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
   const auto rank = [&](unsigned anyId, std::uint32_t any) {
     const Corners c = cornersOf(anyId, any);
@@ -58,7 +59,8 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
   const auto note = [&](unsigned otherId, std::uint32_t other) { first = std::min(first, rank(otherId, other)); };
   const Corners c = cornersOf(id, triangle);
   const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
-  const float perDepth = glm::length(normal) / std::max(std::abs(glm::dot(normal, ray.direction)), std::numeric_limits<float>::min());
+  const float perDepth =
+      glm::length(normal) / std::max(std::abs(glm::dot(normal, ray.direction)), std::numeric_limits<float>::min());
   const float around = (rounding + kEpsilonUlps * std::numeric_limits<float>::epsilon() * distance) *
                        std::clamp(perDepth, 1.0f, kMostPerDepth);
   RTCRay near = toEmbree(ray, shift);
@@ -77,9 +79,10 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
 void RayTracer::State::findOverlaps(Context& context) {
   constexpr glm::vec2 kPoints[] = {{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}};
   constexpr std::size_t kGrain = 2048;  // [triangles]
-  std::vector<std::size_t> first{0};  // of each geometry's triangles
+  std::vector<std::size_t> first{0};    // of each geometry's triangles
   for (unsigned id = 0; id < vertices.size(); ++id) {
-    if (vertices[id] != nullptr) overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());
+    if (vertices[id] != nullptr)
+      overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());
     first.push_back(first.back() + overlaps[id].size());
   }
   parallelChunks(context, "", first.back(), kGrain, [&](std::size_t begin, std::size_t end) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Rays by Embree 3. It divides by approximate reciprocals (rcpps), whose last bits are the processor maker's own: it says
-// which triangle a ray hits, where on it is computed here. build_rays.cpp makes the structure, ray_overlaps.cpp settles
-// which of several triangles in one place is hit.
+// Rays by Embree 3. It divides by approximate reciprocals (rcpps), whose last bits are the processor maker's own: it
+// says which triangle a ray hits, where on it is computed here. build_rays.cpp makes the structure, ray_overlaps.cpp
+// settles which of several triangles in one place is hit.
 #include "bake/scene/ray_tracer_state.h"
 
 #include <glm/geometric.hpp>
@@ -134,13 +134,13 @@ void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits, RayOrder o
   const RTCScene scene = state_->top.get();
   const State& state = *state_;
   if (state_->width == 16) {
-    tracePackets<RTCRayHit16, rtcIntersect16, 16>(scene, rays, hits, order, state_->shift, [&](auto some, const auto& h, auto to) {
-      state.toHits<16>(some, h.geomID, h.instID[0], h.primID, to);
-    });
+    tracePackets<RTCRayHit16, rtcIntersect16, 16>(
+        scene, rays, hits, order, state_->shift,
+        [&](auto some, const auto& h, auto to) { state.toHits<16>(some, h.geomID, h.instID[0], h.primID, to); });
   } else if (state_->width == 8) {
-    tracePackets<RTCRayHit8, rtcIntersect8, 8>(scene, rays, hits, order, state_->shift, [&](auto some, const auto& h, auto to) {
-      state.toHits<8>(some, h.geomID, h.instID[0], h.primID, to);
-    });
+    tracePackets<RTCRayHit8, rtcIntersect8, 8>(
+        scene, rays, hits, order, state_->shift,
+        [&](auto some, const auto& h, auto to) { state.toHits<8>(some, h.geomID, h.instID[0], h.primID, to); });
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace(rays[i]);
   }

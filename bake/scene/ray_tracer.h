@@ -17,8 +17,8 @@ namespace relume {
 
 struct Ray {
   glm::vec3 origin{0.0f};
-  float tMin = 0.0f;  // [m]
-  glm::vec3 direction{0.0f};  // unit
+  float tMin = 0.0f;                                    // [m]
+  glm::vec3 direction{0.0f};                            // unit
   float tMax = std::numeric_limits<float>::infinity();  // [m]
 };
 
@@ -27,7 +27,7 @@ struct Hit {
   std::uint32_t instance = kNone;
   std::uint32_t triangle = 0;  // within the instance
   glm::vec2 barycentric{0.0f};
-  bool back = false;           // the back side of the triangle was hit
+  bool back = false;  // the back side of the triangle was hit
   explicit operator bool() const { return instance != kNone; }
   SurfacePoint point() const { return {instance, triangle, barycentric}; }
 };
@@ -36,8 +36,8 @@ struct Hit {
 // packet then walks the structure as one. It only says what is fast.
 enum class RayOrder { mixed, coherent };
 
-// How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times as
-// long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on.
+// How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times
+// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on.
 enum class RayStructure { quick, thorough };
 
 class RayTracer {

@@ -61,8 +61,8 @@ inline Corners cornersAt(const float* vertices, std::uint32_t triangle) {
 // What the alpha test of a geometry needs to name a surface point.
 struct MaskedMesh {
   const Scene* scene = nullptr;
-  std::uint32_t instance = kNone;  // any instance of the mesh: its texture coordinates do not depend on the place
-  const float* vertices = nullptr; // [Size 9 x triangles] Embree's, in the space its rays are handed over
+  std::uint32_t instance = kNone;   // any instance of the mesh: its texture coordinates do not depend on the place
+  const float* vertices = nullptr;  // [Size 9 x triangles] Embree's, in the space its rays are handed over
 };
 
 inline RTCRay toEmbree(const Ray& ray, const glm::vec3& shift) {
@@ -85,14 +85,14 @@ struct RayTracer::State {
   std::vector<ScenePtr> shared;
   ScenePtr top;
   std::vector<std::unique_ptr<MaskedMesh>> masked;
-  std::vector<std::uint32_t> instance;   // [Size geometries] instance of a geometry id of the top scene
-  std::vector<const float*> vertices;    // [Size geometries] Embree's, as traced, 9 a triangle; null where shared
-  glm::vec3 shift{0.0f};                 // [m] traced coordinates are world minus shift
+  std::vector<std::uint32_t> instance;         // [Size geometries] instance of a geometry id of the top scene
+  std::vector<const float*> vertices;          // [Size geometries] Embree's, as traced, 9 a triangle; null where shared
+  glm::vec3 shift{0.0f};                       // [m] traced coordinates are world minus shift
   glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};  // [m]
-  float epsilonFloor = 0.0f;             // [m]
-  float rounding = 0.0f;                 // [m] of traced coordinates
+  float epsilonFloor = 0.0f;                   // [m]
+  float rounding = 0.0f;                       // [m] of traced coordinates
   std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
-  unsigned width = 1;                    // rays a packet
+  unsigned width = 1;                               // rays a packet
   std::string error, description;
 
   static void onError(void* self, RTCError, const char* text) {

@@ -11,8 +11,8 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kMaxImageSide = 16384;          // [texels]
-inline constexpr std::uint64_t kMaxImagePixels = 1ull << 27;   // of one image
+inline constexpr std::uint32_t kMaxImageSide = 16384;         // [texels]
+inline constexpr std::uint64_t kMaxImagePixels = 1ull << 27;  // of one image
 
 // The size of an image from its header alone. invalidFile: not an image we can read, or its header claims more than the
 // limits above or than a compressed file of that many bytes can hold; `where` names the image in messages.

@@ -38,7 +38,9 @@ Lookup lookUp(const Scene& scene, const SurfacePoint& p) {
   const Instance& instance = scene.instances[p.instance];
   const Mesh& mesh = scene.meshes[instance.mesh];
   const glm::uvec3 v = mesh.triangle[p.triangle];
-  return {instance, mesh, instance.flipped ? glm::uvec3(v.x, v.z, v.y) : v,
+  return {instance,
+          mesh,
+          instance.flipped ? glm::uvec3(v.x, v.z, v.y) : v,
           {1.0f - p.barycentric.x - p.barycentric.y, p.barycentric.x, p.barycentric.y}};
 }
 
@@ -100,7 +102,8 @@ struct Alpha {
 };
 
 template <class Texel>
-typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv, bool nearest) {
+typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv,
+                                  bool nearest) {
   const auto texel = [&](std::uint32_t x, std::uint32_t y) {
     return Texel::decode(&level.rgba[4 * (static_cast<std::size_t>(y) * level.width + x)]);
   };
@@ -114,8 +117,8 @@ typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& t
 
 // A texture slot at a point; ones where there is no texture or no coordinates.
 template <class Texel = ColorAndAlpha>
-typename Texel::Value sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at, const TextureRef& texture,
-                                    float footprintWorld) {
+typename Texel::Value sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at,
+                                    const TextureRef& texture, float footprintWorld) {
   if (texture.image == kNone || at.mesh.uv[texture.texcoord].empty()) return typename Texel::Value(1.0f);
   const glm::vec2 uv = interpolate(at.mesh.uv[texture.texcoord], at);
   const auto& t = texture.transform;

@@ -75,7 +75,8 @@ glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p) {
 
   const glm::uvec3 v = cornerVertices(mesh, instance, p.triangle);
   const float a = 1.0f - p.barycentric.x - p.barycentric.y;
-  const glm::vec3 normal = a * mesh.normal[v.x] + p.barycentric.x * mesh.normal[v.y] + p.barycentric.y * mesh.normal[v.z];
+  const glm::vec3 normal =
+      a * mesh.normal[v.x] + p.barycentric.x * mesh.normal[v.y] + p.barycentric.y * mesh.normal[v.z];
   const glm::vec3 world =
       unitOrZero(cofactors(glm::dmat3(glm::mat3(instance.toWorld))) * glm::dvec3(instance.flipped ? -normal : normal));
   if (world == glm::vec3(0.0f)) return geometric;

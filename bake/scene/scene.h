@@ -39,9 +39,9 @@ struct Image {
 // A texture slot: image, sampler, which TEXCOORD_n and KHR_texture_transform folded into an affine map.
 struct TextureRef {
   std::uint32_t image = kNone;
-  std::uint32_t texcoord = 0;             // 0 or 1
+  std::uint32_t texcoord = 0;  // 0 or 1
   Wrap wrapU = Wrap::repeat, wrapV = Wrap::repeat;
-  bool nearest = false;                   // magnification filter
+  bool nearest = false;                              // magnification filter
   std::array<float, 6> transform{1, 0, 0, 0, 1, 0};  // u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5
 };
 
@@ -49,26 +49,26 @@ enum class AlphaMode : std::uint8_t { opaque, mask };
 
 struct Material {
   std::string name;
-  glm::vec3 albedo{1.0f};        // [0..1] base colour factor, linear
-  float alpha = 1.0f;            // base colour alpha factor
-  TextureRef albedoTexture;      // sRGB colour, alpha
-  glm::vec3 emission{0.0f};      // [W/m²/sr] emissive factor x strength
-  TextureRef emissionTexture;    // sRGB
+  glm::vec3 albedo{1.0f};                   // [0..1] base colour factor, linear
+  float alpha = 1.0f;                       // base colour alpha factor
+  TextureRef albedoTexture;                 // sRGB colour, alpha
+  glm::vec3 emission{0.0f};                 // [W/m²/sr] emissive factor x strength
+  TextureRef emissionTexture;               // sRGB
   AlphaMode alphaMode = AlphaMode::opaque;  // BLEND is read as a mask with cutoff 0.5
   float alphaCutoff = 0.5f;
-  bool doubleSided = false;      // emits from both sides; both sides of any face reflect
+  bool doubleSided = false;  // emits from both sides; both sides of any face reflect
 };
 
 // One glTF primitive as triangles, in object space.
 struct Mesh {
-  std::string name;                            // glTF mesh name or "mesh<index>", "#<primitive>" appended when several
-  std::vector<glm::vec3> position;             // [m]
-  std::vector<glm::vec3> normal;               // unit; empty = flat
-  std::array<std::vector<glm::vec2>, 2> uv;    // TEXCOORD_0, TEXCOORD_1; empty when absent
-  std::vector<glm::vec3> color;                // COLOR_0 (linear factor); empty when absent
-  std::vector<float> colorAlpha;               // COLOR_0's alpha; empty when absent
-  std::vector<glm::uvec3> triangle;            // vertex indices, in glTF order, degenerate ones kept
-  std::uint32_t material = kNone;              // kNone = glTF's default material
+  std::string name;                          // glTF mesh name or "mesh<index>", "#<primitive>" appended when several
+  std::vector<glm::vec3> position;           // [m]
+  std::vector<glm::vec3> normal;             // unit; empty = flat
+  std::array<std::vector<glm::vec2>, 2> uv;  // TEXCOORD_0, TEXCOORD_1; empty when absent
+  std::vector<glm::vec3> color;              // COLOR_0 (linear factor); empty when absent
+  std::vector<float> colorAlpha;             // COLOR_0's alpha; empty when absent
+  std::vector<glm::uvec3> triangle;          // vertex indices, in glTF order, degenerate ones kept
+  std::uint32_t material = kNone;            // kNone = glTF's default material
 };
 
 enum class BakeMode : std::uint8_t { fixed, dynamic, ignore };  // extras.relume.bake: "static", "dynamic", "ignore"
@@ -76,26 +76,26 @@ enum class BakeMode : std::uint8_t { fixed, dynamic, ignore };  // extras.relume
 // A mesh at a place. Only `fixed` instances occlude, send light and carry light-map caches. Dynamic ones are kept for
 // drawing (lit by the grid); ignored ones are drawn by nobody and not imported.
 struct Instance {
-  std::string node;              // glTF node name or "node<index>"
-  std::uint32_t nodeIndex = 0;   // glTF node
-  std::uint32_t primitive = 0;   // primitive of the node's glTF mesh
-  std::uint32_t gpuInstance = 0; // index within EXT_mesh_gpu_instancing
+  std::string node;               // glTF node name or "node<index>"
+  std::uint32_t nodeIndex = 0;    // glTF node
+  std::uint32_t primitive = 0;    // primitive of the node's glTF mesh
+  std::uint32_t gpuInstance = 0;  // index within EXT_mesh_gpu_instancing
   std::uint32_t mesh = 0;
   glm::mat4 toWorld{1.0f};
   BakeMode mode = BakeMode::fixed;
-  bool flipped = false;          // toWorld mirrors: triangle winding reverses
-  float texelDensity = 1.0f;     // extras.relume.texelDensity: scale of light-map resolution here [0.01..100]
+  bool flipped = false;             // toWorld mirrors: triangle winding reverses
+  float texelDensity = 1.0f;        // extras.relume.texelDensity: scale of light-map resolution here [0.01..100]
   std::uint32_t firstTriangle = 0;  // scene-wide index of its first triangle
 };
 
 struct Camera {
   std::string name;
-  glm::mat4 toWorld{1.0f};   // looks down its -Z
+  glm::mat4 toWorld{1.0f};  // looks down its -Z
   float yfovRad = 1.0f;
-  float znear = 0.01f;       // [m]
-  float aspect = 0.0f;       // width / height; 0 = the viewport's
+  float znear = 0.01f;  // [m]
+  float aspect = 0.0f;  // width / height; 0 = the viewport's
   bool orthographic = false;
-  float yMag = 1.0f;         // [m] half height of an orthographic view
+  float yMag = 1.0f;  // [m] half height of an orthographic view
 };
 
 enum class LightType : std::uint8_t { directional, point, spot };

@@ -69,12 +69,13 @@ CellIndex::CellIndex(std::vector<std::uint64_t> sortedKeys) : key_(std::move(sor
   std::partial_sum(bucketBegin_.begin(), bucketBegin_.end(), bucketBegin_.begin());
 }
 
-CellIndex::CellIndex(std::span<const CellHits> sortedCells) : CellIndex([&] {
-  std::vector<std::uint64_t> keys;
-  keys.reserve(sortedCells.size());
-  for (const CellHits& c : sortedCells) keys.push_back(c.key);
-  return keys;
-}()) {}
+CellIndex::CellIndex(std::span<const CellHits> sortedCells)
+    : CellIndex([&] {
+        std::vector<std::uint64_t> keys;
+        keys.reserve(sortedCells.size());
+        for (const CellHits& c : sortedCells) keys.push_back(c.key);
+        return keys;
+      }()) {}
 
 std::size_t CellIndex::find(std::uint64_t key) const {
   if (key_.empty()) return 0;

@@ -33,7 +33,8 @@ struct CellHits {
   std::uint32_t bounced = 0;  // hits after a bounce
 };
 
-// Finds cells by their keys, in about one step: keys are hashes, so their leading bits say where they stand. Thread-safe.
+// Finds cells by their keys, in about one step: keys are hashes, so their leading bits say where they stand.
+// Thread-safe.
 class CellIndex {
  public:
   CellIndex() = default;

@@ -72,9 +72,7 @@ class Around {
 // Excesses in buckets of 1/32 of their size.
 constexpr int kBucketShift = 18;
 constexpr std::size_t kExcessBuckets = std::size_t{1} << (31 - kBucketShift);
-std::size_t bucketOf(float excess) {
-  return excess > 0.0f ? std::bit_cast<std::uint32_t>(excess) >> kBucketShift : 0;
-}
+std::size_t bucketOf(float excess) { return excess > 0.0f ? std::bit_cast<std::uint32_t>(excess) >> kBucketShift : 0; }
 
 }  // namespace
 
@@ -167,7 +165,8 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
     Around around;
     for (std::size_t cell = begin; cell < end; ++cell) {
       around.clear();
-      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1, [&](std::uint32_t b, std::uint32_t e) { around.add(node, b, e); });
+      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1,
+                      [&](std::uint32_t b, std::uint32_t e) { around.add(node, b, e); });
       for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
         const SurfaceNode& a = node[i];
         Point& point = points_[rank_[i]];

@@ -25,8 +25,8 @@ inline MapPlace mapPlace(const SurfaceSample& s) {
 // [m²] Squared distance, plus: heights over the other's plane, which part thin layers, counted kHeight times; the
 // angle between the normals; kForeign squared spacings where the surfel lies neither on the point's plane nor on its
 // instance. Never below the squared distance. Infinite where the surfel must not stand for the point: farther than
-// reach [m] away, faces away, or one of the two emits and the other does not. spacing [m]: of the densest packing of the
-// surfels. Without branches: loops over it become vectors.
+// reach [m] away, faces away, or one of the two emits and the other does not. spacing [m]: of the densest packing of
+// the surfels. Without branches: loops over it become vectors.
 inline float mapCost(const MapPlace& point, const MapPlace& surfel, float spacing, float reach) {
   constexpr float kHeight = 32.0f, kNormal = 1.0f, kForeign = 4.0f, kSamePlane = 0.02f;
   const float cosine = glm::dot(point.normal, surfel.normal);

@@ -22,7 +22,7 @@ constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter,
 constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates a surfel are enough
 constexpr std::size_t kFootprintSamples = 8;       // a surfel
 constexpr int kMaxRedraws = 4;
-constexpr std::size_t kMostRedrawn = 16;           // times the points first wanted: masks that leave less get fewer surfels
+constexpr std::size_t kMostRedrawn = 16;  // times the points first wanted: masks that leave less get fewer surfels
 
 Status checkOptions(const SurfelOptions& options) {
   if (options.count < 2 || options.count > kMaxSurfels) {

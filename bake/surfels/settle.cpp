@@ -51,7 +51,8 @@ glm::vec3 sphereDirection(const glm::vec2& u) {
 
 // Look around from where receivers can be: the same number of rays from each of them, spread over the sphere.
 std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
-                              std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed, Context& context) {
+                              std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed,
+                              Context& context) {
   const Scene& scene = tracer.scene();
   std::vector<Sight> sights(rayCount);
   const std::size_t receiverCount = playSpace.receivers.size();

@@ -3,8 +3,8 @@
 #include "bake/surfels/spacing.h"
 
 #include "bake/parallel.h"
-#include "bake/surfels/neighbours.h"
 #include "bake/point_grid.h"
+#include "bake/surfels/neighbours.h"
 
 #include <algorithm>
 #include <cmath>

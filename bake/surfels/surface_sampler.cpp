@@ -31,9 +31,7 @@ glm::vec2 foldToTriangle(double u, double v) {
   return {static_cast<float>(u), static_cast<float>(v)};
 }
 
-double fraction(double x) {
-  return x - std::floor(x);
-}
+double fraction(double x) { return x - std::floor(x); }
 
 // Which parts of a side are seen: squares of a grid over the barycentric square. Found when trying points at random
 // would take longer; empty otherwise.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See surfel_map.h. Plain nearest neighbours cross gaps between thin layers and cost 4 % of the energy (measured); the
-// cost that is minimised instead is in map_cost.h. It is at least the squared distance, so that the best cost so far says how
-// far away to look.
+// cost that is minimised instead is in map_cost.h. It is at least the squared distance, so that the best cost so far
+// says how far away to look.
 #include "bake/surfels/surfel_map.h"
 
 #include "bake/parallel.h"
@@ -31,7 +31,7 @@ constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
 constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
-constexpr float kRounding = 1.0f + 1e-5f;  // a search's radius is not cut short by a rounding error
+constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
 
 // A point's coordinates in the grid that starts at a corner: weights of the next two corners.
@@ -84,8 +84,8 @@ struct SortedSurfels {
   float spacing = 0.0f;
 };
 
-// The surfels of a cube of two cells' width and of all cells around it, as many deep as `depth` says, member by member: for
-// the searches of all points in the cube.
+// The surfels of a cube of two cells' width and of all cells around it, as many deep as `depth` says, member by member:
+// for the searches of all points in the cube.
 class Block {
  public:
   static PointGrid::Cell cubeOf(const PointGrid::Cell& c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
@@ -132,8 +132,9 @@ class Block {
  private:
   // The costs of all of them, as bits, which compare like the costs; returns the least.
   RELUME_WIDE_CLONES static std::uint32_t leastCost(std::array<const float*, 6> f, const std::uint32_t* instance,
-                                                    const std::uint32_t* emits, std::size_t count, const MapPlace& point,
-                                                    float spacing, float reach, std::uint32_t* __restrict__ cost) {
+                                                    const std::uint32_t* emits, std::size_t count,
+                                                    const MapPlace& point, float spacing, float reach,
+                                                    std::uint32_t* __restrict__ cost) {
     const MapPlace p = point;
     std::uint32_t least = std::bit_cast<std::uint32_t>(kNoMapping);
     for (std::size_t i = 0; i < count; ++i) {
@@ -157,15 +158,16 @@ class Search {
   explicit Search(const SortedSurfels& all) : all_(all), blocks_(kBlocks) {}
 
   const SortedSurfels& all() const { return all_; }
-  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among equals
-  // the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
+  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among
+  // equals the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
   std::uint32_t best(const MapPlace& point, float reach, std::uint32_t guess) {
     float bestCost = guess != kNone ? mapCost(point, all_.surfel[guess], all_.spacing, reach) : kNoMapping;
     std::uint32_t found = bestCost < kNoMapping ? guess : kNone;
     const PointGrid::Cell cube = Block::cubeOf(all_.grid.cellOf(point.positionWorld));
     // The cost is no less than the squared distance: nothing farther away than the root of the best so far matters.
     const auto depth = [&] {
-      return static_cast<int>(std::ceil(std::sqrt(std::min(bestCost, reach * reach)) * kRounding / all_.grid.cellSize()));
+      return static_cast<int>(
+          std::ceil(std::sqrt(std::min(bestCost, reach * reach)) * kRounding / all_.grid.cellSize()));
     };
     block(cube, 1).improve(all_, point, reach, found, bestCost);
     if (const int wanted = depth(); wanted > 1) block(cube, wanted).improve(all_, point, reach, found, bestCost);
@@ -199,7 +201,8 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing,
 }
 
 // Gives every side its grid of cells, one after the other; sides that nothing stands on have none.
-std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing, Context& context) {
+std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing,
+                                         Context& context) {
   std::vector<SurfelMap::Side> sides(2 * std::size_t{scene.triangleCount()});
   parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
@@ -208,7 +211,8 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       const Instance& instance = scene.instances[index];
       const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
       if (instance.mode != BakeMode::fixed || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
-      const float seenArea = playSpace.seenArea[s], width = spacing * (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
+      const float seenArea = playSpace.seenArea[s],
+                  width = spacing * (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
       sides[s].columns = static_cast<std::uint16_t>(shape.columns);
       sides[s].rows = shape.rows & kMaxAlong;
@@ -223,12 +227,14 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
   return sides;
 }
 
-// Maps cells [begin, end) of a side, counted from its first. guess: place of a surfel that may be near; left at one that is.
-void mapCells(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach, std::uint32_t begin,
-              std::uint32_t end, std::uint32_t& guess, std::uint32_t* cell) {
+// Maps cells [begin, end) of a side, counted from its first. guess: place of a surfel that may be near; left at one
+// that is.
+void mapCells(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach,
+              std::uint32_t begin, std::uint32_t end, std::uint32_t& guess, std::uint32_t* cell) {
   const std::uint32_t instance = scene.instanceOf(side / 2);
   MapPlace point = mapPlace(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
-  const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
+  const std::array<glm::vec3, 3> corner =
+      scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
   std::uint32_t atRowBegin = guess;
   for (std::uint32_t i = begin; i < end; ++i) {
     const std::uint32_t column = i % grid.columns, row = i / grid.columns;

@@ -38,9 +38,9 @@ class SurfelMap {
 
   struct Side {
     std::uint32_t firstCell = 0;
-    std::uint16_t columns = 0;  // cells along the first edge, 0 = no surfel
-    std::uint16_t rows : 14 = 0;    // along the other
-    std::uint16_t corner : 2 = 0;   // that the edges leave from
+    std::uint16_t columns = 0;     // cells along the first edge, 0 = no surfel
+    std::uint16_t rows : 14 = 0;   // along the other
+    std::uint16_t corner : 2 = 0;  // that the edges leave from
     std::uint32_t cellCount() const { return std::uint32_t{columns} * rows; }
     bool operator==(const Side&) const = default;
   };

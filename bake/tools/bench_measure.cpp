@@ -22,9 +22,7 @@ namespace {
 
 constexpr int kWarmUpFrames = 5;  // more than the frames that OpenGL keeps in flight
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // Forget the peak so far: give back what is free, then ask Linux to count anew.
 void resetPeakMemory() {

@@ -29,9 +29,7 @@ std::string number(double value) {
   return format(value >= 10.0 ? "%.1f" : (value >= 1.0 ? "%.2f" : "%.3f"), value);
 }
 
-double mib(std::size_t bytes) {
-  return static_cast<double>(bytes) / (1024.0 * 1024.0);
-}
+double mib(std::size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
 
 std::string row(const std::vector<std::string>& cells) {
   std::string text = "|";
@@ -133,7 +131,8 @@ const PassFigures* find(const RelightTimes& times, const std::string& pass) {
 }
 
 std::string relightTable(const BenchSetting& setting, const PaperSetting* paper) {
-  std::string text = "\n### Relight, ms a frame\n\nMedian (least) over the frames, lit with " + setting.relight.front().bands + ".\n\n";
+  std::string text = "\n### Relight, ms a frame\n\nMedian (least) over the frames, lit with " +
+                     setting.relight.front().bands + ".\n\n";
   std::vector<std::string> titles{"pass"};
   for (const RelightTimes& times : setting.relight) titles.push_back(times.how);
   if (paper) {
@@ -343,7 +342,8 @@ nlohmann::json toJson(const BenchReport& report) {
       json passes = json::object(), buffers = json::object();
       for (const PassFigures& p : times.passes) passes[p.pass] = {{"medianMs", p.medianMs}, {"minMs", p.minMs}};
       for (const auto& [name, bytes] : times.buffers) buffers[name] = bytes;
-      relight.push_back({{"backend", times.backend}, {"bands", times.bands}, {"passes", passes}, {"bufferBytes", buffers}});
+      relight.push_back(
+          {{"backend", times.backend}, {"bands", times.bands}, {"passes", passes}, {"bufferBytes", buffers}});
       if (times.threads > 0) relight.back()["threads"] = times.threads;
     }
     settings.push_back({{"name", setting.name}, {"sizes", sizes(setting.sizes)}, {"relight", relight}});

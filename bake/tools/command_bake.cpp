@@ -41,7 +41,8 @@ Result<std::string> readText(const std::string& path) {
   const Result<FileBytes> file = readFile(path);
   if (!file) return file.error();
   if (file->bytes.size() > kMostOptionsBytes)
-    return Error{ErrorCode::usage, path + ": an options file has at most " + std::to_string(kMostOptionsBytes) + " bytes"};
+    return Error{ErrorCode::usage,
+                 path + ": an options file has at most " + std::to_string(kMostOptionsBytes) + " bytes"};
   return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
 }
 
@@ -70,12 +71,14 @@ std::string describeOptions(const BakeOptions& options) {
     const std::size_t dot = list[i].name.find('.');
     const std::string itsGroup = dot == std::string::npos ? "" : list[i].name.substr(0, dot);
     const std::string nextGroup =
-        i + 1 < list.size() ? list[i + 1].name.substr(0, std::min(list[i + 1].name.find('.'), list[i + 1].name.size())) : "";
+        i + 1 < list.size() ? list[i + 1].name.substr(0, std::min(list[i + 1].name.find('.'), list[i + 1].name.size()))
+                            : "";
     if (!itsGroup.empty() && itsGroup != group) text += "  \"" + itsGroup + "\": {\n";
     group = itsGroup;
     const std::string indent = itsGroup.empty() ? "  " : "    ";
     const bool lastOfGroup = !itsGroup.empty() && nextGroup != itsGroup;
-    text += indent + "// " + list[i].comment + " [" + list[i].range + (list[i].unit.empty() ? "" : " " + list[i].unit) + "]\n";
+    text += indent + "// " + list[i].comment + " [" + list[i].range + (list[i].unit.empty() ? "" : " " + list[i].unit) +
+            "]\n";
     text += indent + "\"" + list[i].name.substr(itsGroup.empty() ? 0 : dot + 1) + "\": " + list[i].value;
     text += (lastOfGroup ? "\n  }" : "") + std::string(i + 1 < list.size() ? ",\n" : "\n");
   }
@@ -114,7 +117,8 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
 std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& scene, const BakeOptions& options,
                                  Context& context) {
   std::error_code ignored;
-  if (arguments.force || arguments.verify || !std::filesystem::is_regular_file(arguments.output, ignored)) return std::nullopt;
+  if (arguments.force || arguments.verify || !std::filesystem::is_regular_file(arguments.output, ignored))
+    return std::nullopt;
   const Result<Bake> bake = mapBake(arguments.output);
   if (!bake) {
     context.message(Severity::info, "baking: " + bake.error().message);
@@ -210,9 +214,11 @@ void addBakeCommand(CLI::App& app, Action& action) {
                    "[draft|medium|high|best]")
       ->option_text("NAME [high]")
       ->transform(CLI::CheckedTransformer(kPresets).description(""));
-  command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")->option_text("FILE");
+  command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")
+      ->option_text("FILE");
   command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
-  command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")->option_text("FILE");
+  command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")
+      ->option_text("FILE");
   command->add_flag("--force", arguments->force, "Bake even if the output is up to date with scene and options");
   command->add_flag("--verify", arguments->verify,
                     "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");

@@ -246,7 +246,8 @@ Status measureOpenGl(const BenchArguments& a, Measured& measured) {
 int runBench(const BenchArguments& a) {
   if (const Status status = checkArguments(a); !status) return fail(status.error());
   for (const Preset preset : a.presets) {
-    if (const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags); !options) return fail(options.error());
+    if (const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags); !options)
+      return fail(options.error());
   }
 
   Measured all;

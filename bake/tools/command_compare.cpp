@@ -59,7 +59,8 @@ Result<Json> readRun(const std::string& path) {
   if (!file) return file.error();
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
   Json json = Json::parse(text, text + file->bytes.size(), nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Error{ErrorCode::invalidFile, path + ": expected a report of relume bake --report, a JSON object"};
+  if (!json.is_object())
+    return Error{ErrorCode::invalidFile, path + ": expected a report of relume bake --report, a JSON object"};
   return json;
 }
 
@@ -91,7 +92,8 @@ int runCompare(const CompareArguments& arguments) {
   }
   if (!arguments.page.empty()) {
     const std::string page = reportAsPage(report, *a, *b, difference ? &*difference : nullptr, {*runA, *runB});
-    const Status written = writeFileAtomically(arguments.page, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); });
+    const Status written =
+        writeFileAtomically(arguments.page, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); });
     if (!written) return fail(written.error());
   }
   const std::string text =
@@ -104,7 +106,8 @@ int runCompare(const CompareArguments& arguments) {
 
 void addCompareCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "compare", "Say what differs between two bakes and what it means for light; exit status 7 when a bound is passed");
+      "compare",
+      "Say what differs between two bakes and what it means for light; exit status 7 when a bound is passed");
   auto arguments = std::make_shared<CompareArguments>();
   command->add_option("A", arguments->a, "Bake to compare with (.relume)")->required();
   command->add_option("B", arguments->b, "Bake to judge (.relume)")->required();
@@ -114,14 +117,16 @@ void addCompareCommand(CLI::App& app, Action& action) {
       ->option_text("X [none]")
       ->check(CLI::NonNegativeNumber);
   command
-      ->add_option("--max-cache-change", arguments->bounds.maxCacheChange,
-                   "Bound on each cache's relative change of irradiance, |B-A| / (|A| + a twentieth of the mean) [>= 0]")
+      ->add_option(
+          "--max-cache-change", arguments->bounds.maxCacheChange,
+          "Bound on each cache's relative change of irradiance, |B-A| / (|A| + a twentieth of the mean) [>= 0]")
       ->option_text("X [none]")
       ->check(CLI::NonNegativeNumber);
   command
-      ->add_option("--ignore", arguments->ignore.names,
-                   "What the bounds leave out, separated by commas: sky, suns, points, emitters, a lighting by its name, "
-                   "node:NAME")
+      ->add_option(
+          "--ignore", arguments->ignore.names,
+          "What the bounds leave out, separated by commas: sky, suns, points, emitters, a lighting by its name, "
+          "node:NAME")
       ->delimiter(',')
       ->option_text("LIST");
   command->add_option("--html", arguments->page, "Write the report as one self-contained page")->option_text("FILE");

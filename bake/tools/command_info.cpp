@@ -60,7 +60,8 @@ void printMeshReport(const Json& report) {
 
 Result<Json> describeFile(const std::string& file) {
   std::string extension = std::filesystem::path(file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   if (extension == ".glb" || extension == ".gltf") {
     Context context;
     context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };

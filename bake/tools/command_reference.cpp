@@ -124,23 +124,32 @@ int runReference(ReferenceArguments& arguments) {
 
 void addReferenceCommand(CLI::App& app, Action& action) {
   auto a = std::make_shared<ReferenceArguments>();
-  CLI::App* command = app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
+  CLI::App* command =
+      app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->required();
   command->add_option("--camera", a->camera, "camera by name; default: the scene's first");
-  command->add_option("--lights", a->lights,
-                      "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
-      ->delimiter(',')->capture_default_str();
+  command
+      ->add_option(
+          "--lights", a->lights,
+          "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
+      ->delimiter(',')
+      ->capture_default_str();
   command->add_option("--sky", a->sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")
-      ->delimiter(',')->expected(3)->capture_default_str();
+      ->delimiter(',')
+      ->expected(3)
+      ->capture_default_str();
   command->add_option("--size", a->size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
   command->add_option("--spp", a->options.samplesPerPixel, "paths a pixel")
-      ->check(CLI::Range(1, 1000000))->capture_default_str();
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
   command->add_option("--bounces", a->options.maxBounces, "how often light is reflected before it arrives, at most")
-      ->check(CLI::Range(0, 1024))->capture_default_str();
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
   command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
-  command->add_option("-o,--output", a->output,
-                      "OpenEXR to write: DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, Position, Normal, Depth, and "
-                      "half the difference of two half renders as DiffIndErr, DiffDirErr")
+  command
+      ->add_option("-o,--output", a->output,
+                   "OpenEXR to write: DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, Position, Normal, Depth, and "
+                   "half the difference of two half renders as DiffIndErr, DiffDirErr")
       ->required();
   command->add_flag("--half", a->half, "write 16-bit floats, except depth and position");
   addTerminalOptions(*command, a->terminal);

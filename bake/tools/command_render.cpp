@@ -39,9 +39,7 @@ struct RenderArguments {
   TerminalOptions terminal;
 };
 
-Error usage(std::string message) {
-  return {ErrorCode::usage, std::move(message)};
-}
+Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 // "a, b, c" of the names in a list; "none" when it is empty.
 template <class Items>
@@ -141,7 +139,9 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   request.shadowSize = arguments.shadowSize;
   if (!arguments.bands.empty()) {
     const std::optional<Bands> bands = bandsByName(arguments.bands);
-    if (!bands) return usage("--bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's, \"" + arguments.bands + "\" found");
+    if (!bands)
+      return usage("--bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's, \"" +
+                   arguments.bands + "\" found");
     request.bands = *bands;
   }
   request.deringing = arguments.deringing;

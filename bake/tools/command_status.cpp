@@ -38,8 +38,8 @@ int runStatus(const StatusArguments& arguments) {
     for (const PartChange& c : stale.parts)
       changes.push_back({{"node", c.node}, {"mesh", c.mesh}, {"change", toString(c.kind)}, {"text", toString(c)}});
     for (const std::string& text : stale.others) changes.push_back({{"text", text}});
-    const Json report = {{"scene", arguments.scene}, {"bake", arguments.bake}, {"upToDate", stale.upToDate()},
-                         {"changes", changes}};
+    const Json report = {
+        {"scene", arguments.scene}, {"bake", arguments.bake}, {"upToDate", stale.upToDate()}, {"changes", changes}};
     std::printf("%s\n", report.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   } else if (stale.upToDate()) {
     std::printf("%s: up to date\n", arguments.bake.c_str());
@@ -53,8 +53,8 @@ int runStatus(const StatusArguments& arguments) {
 }  // namespace
 
 void addStatusCommand(CLI::App& app, Action& action) {
-  CLI::App* command =
-      app.add_subcommand("status", "Say whether a bake is up to date with its scene, or what changed; exit status 7 then");
+  CLI::App* command = app.add_subcommand(
+      "status", "Say whether a bake is up to date with its scene, or what changed; exit status 7 then");
   auto arguments = std::make_shared<StatusArguments>();
   command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->required();
   command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->required();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// relume validate FILE [--json]: every numbered finding of formats/validation_messages.h. Exit status 3 when one of them
-// is an error.
+// relume validate FILE [--json]: every numbered finding of formats/validation_messages.h. Exit status 3 when one of
+// them is an error.
 #include "bake/tools/commands.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
@@ -58,7 +58,8 @@ int runValidate(const ValidateArguments& arguments) {
 }  // namespace
 
 void addValidateCommand(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("validate", "Check every invariant of a bake; exit status 3 when one is broken");
+  CLI::App* command =
+      app.add_subcommand("validate", "Check every invariant of a bake; exit status 3 when one is broken");
   auto arguments = std::make_shared<ValidateArguments>();
   command->add_option("FILE", arguments->file, "Bake (.relume)")->required();
   command->add_flag("--json", arguments->json, "Print JSON");

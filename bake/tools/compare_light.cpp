@@ -40,8 +40,11 @@ int bandsOf(const Bake& bake) {
 class CacheReader {
  public:
   CacheReader(const Bake& bake, const Relighter& relighter)
-      : bake_(bake), luma_(relighter.lumaBands()), chroma_(relighter.chromaBands()),
-        stride_(static_cast<std::size_t>(relighter.coefficientsPerCache())), coefficients_(relighter.cacheCoefficients()) {}
+      : bake_(bake),
+        luma_(relighter.lumaBands()),
+        chroma_(relighter.chromaBands()),
+        stride_(static_cast<std::size_t>(relighter.coefficientsPerCache())),
+        coefficients_(relighter.cacheCoefficients()) {}
 
   std::size_t probes(std::uint32_t cache) const { return bake_.caches.normal[cache] == glm::vec3(0.0f) ? 6 : 1; }
   glm::vec3 irradiance(std::uint32_t cache, std::size_t probe) const {
@@ -174,8 +177,8 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
   std::vector<float> changes, deltas;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     d.change.push_back(bounded(norms[i].difference / (norms[i].a + d.floor)));
-    d.deltaE.push_back(bounded(glm::distance(labOf(d.irradianceA[pairs[i].a], d.white),
-                                             labOf(d.irradianceB[pairs[i].b], d.white))));
+    d.deltaE.push_back(
+        bounded(glm::distance(labOf(d.irradianceA[pairs[i].a], d.white), labOf(d.irradianceB[pairs[i].b], d.white))));
     if (ignored[i]) continue;
     changes.push_back(d.change.back());
     deltas.push_back(d.deltaE.back());
@@ -235,9 +238,8 @@ void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDiffer
     WorstPlace place;
     place.pair = i;
     place.positionWorld = a.caches.positionWorld[d.match.pairs[i].a];
-    if (std::any_of(d.worst.begin(), d.worst.end(), [&](const WorstPlace& w) {
-          return glm::distance(w.positionWorld, place.positionWorld) < apart;
-        }))
+    if (std::any_of(d.worst.begin(), d.worst.end(),
+                    [&](const WorstPlace& w) { return glm::distance(w.positionWorld, place.positionWorld) < apart; }))
       continue;
     for (const LightingDifference& l : d.lightings) {
       if (!l.counted || !(l.change[i] > place.change)) continue;

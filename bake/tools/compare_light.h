@@ -19,26 +19,26 @@ namespace relume {
 // One lighting, over all pairs of caches. E is irradiance at a surface cache, along its normal; at a grid cache the
 // irradiances along the six axes.
 struct LightingDifference {
-  std::string name;   // "sky", "sun 3", "point 5", "emitter lamp", "other emitters"
-  std::string group;  // "sky", "suns", "points", "emitters"
-  bool counted = true;          // not left out by --ignore
-  double rmse = 0.0;            // sqrt(sum |E_B - E_A|² / sum |E_A|²)
+  std::string name;                 // "sky", "sun 3", "point 5", "emitter lamp", "other emitters"
+  std::string group;                // "sky", "suns", "points", "emitters"
+  bool counted = true;              // not left out by --ignore
+  double rmse = 0.0;                // sqrt(sum |E_B - E_A|² / sum |E_A|²)
   double meanA = 0.0, meanB = 0.0;  // [W/m²] mean luminance of E
   double meanChange = 0.0, p95Change = 0.0, maxChange = 0.0;  // of |E_B - E_A| / (|E_A| + floor)
   double meanDeltaE = 0.0, p95DeltaE = 0.0, maxDeltaE = 0.0;  // CIE 1976 on white, the lighting's 95th percentile of A
                                                               // as L* = 100
-  double floor = 0.0;           // [W/m²] a twentieth of the mean |E_A|: the dark does not decide
-  double white = 1.0;           // [W/m²] luminance shown as white
-  std::vector<float> change, deltaE;          // [Size pairs]
+  double floor = 0.0;                               // [W/m²] a twentieth of the mean |E_A|: the dark does not decide
+  double white = 1.0;                               // [W/m²] luminance shown as white
+  std::vector<float> change, deltaE;                // [Size pairs]
   std::vector<glm::vec3> irradianceA, irradianceB;  // [W/m²] [Size n_C of each] at grid caches the mean of the six
 };
 
 struct WorstPlace {
   std::uint32_t pair = 0;
-  std::string lighting, node;   // node: of the nearest surfel of A
+  std::string lighting, node;  // node: of the nearest surfel of A
   glm::vec3 positionWorld{0.0f};
   double change = 0.0, deltaE = 0.0;
-  glm::vec3 a{0.0f}, b{0.0f};   // [W/m²]
+  glm::vec3 a{0.0f}, b{0.0f};  // [W/m²]
 };
 
 struct NodeDifference {
@@ -50,11 +50,11 @@ struct NodeDifference {
 struct LightDifference {
   CacheMatch match;
   std::vector<LightingDifference> lightings;
-  std::vector<float> greatestChange;    // [Size pairs] over the counted lightings; -1 = the cache's node is ignored
-  std::vector<WorstPlace> worst;        // at most ten, apart from one another, worst first
-  std::vector<NodeDifference> nodes;    // worst first
+  std::vector<float> greatestChange;  // [Size pairs] over the counted lightings; -1 = the cache's node is ignored
+  std::vector<WorstPlace> worst;      // at most ten, apart from one another, worst first
+  std::vector<NodeDifference> nodes;  // worst first
   double maxRmse = 0.0, maxChange = 0.0, maxDeltaE = 0.0;  // over what counts
-  bool unmatched = false;               // fewer than half of A's caches have a partner
+  bool unmatched = false;                                  // fewer than half of A's caches have a partner
 };
 
 // What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME".

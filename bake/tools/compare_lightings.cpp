@@ -24,8 +24,8 @@ Lighting sun(std::size_t i) {
   const float elevation = i % 2 == 0 ? 0.5f : 1.1f;
   Light light;
   light.kind = LightKind::directional;
-  light.direction = -glm::vec3(std::cos(elevation) * std::cos(azimuth), std::sin(elevation),
-                               std::cos(elevation) * std::sin(azimuth));
+  light.direction =
+      -glm::vec3(std::cos(elevation) * std::cos(azimuth), std::sin(elevation), std::cos(elevation) * std::sin(azimuth));
   return {"sun " + std::to_string(i + 1), "suns", {light}, false, {}};
 }
 
@@ -57,7 +57,8 @@ std::vector<glm::vec3> spread(const std::vector<glm::vec3>& places, std::size_t 
   std::vector<float> distance(places.size(), std::numeric_limits<float>::infinity());
   while (chosen.size() < std::min(count, places.size())) {
     chosen.push_back(places[next]);
-    for (std::size_t i = 0; i < places.size(); ++i) distance[i] = std::min(distance[i], glm::distance(places[i], chosen.back()));
+    for (std::size_t i = 0; i < places.size(); ++i)
+      distance[i] = std::min(distance[i], glm::distance(places[i], chosen.back()));
     next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
     if (!(distance[next] > 0.0f)) break;
   }
@@ -85,7 +86,8 @@ std::vector<std::string> emittersByPower(const Bake& a, const Bake& b) {
 
 std::vector<Lighting> makeLightings(const Bake& a, const Bake& b) {
   std::vector<Lighting> list;
-  if (!a.hierarchy.skyDirection.empty() || !b.hierarchy.skyDirection.empty()) list.push_back({"sky", "sky", {}, true, {}});
+  if (!a.hierarchy.skyDirection.empty() || !b.hierarchy.skyDirection.empty())
+    list.push_back({"sky", "sky", {}, true, {}});
   for (std::size_t i = 0; i < kSuns; ++i) list.push_back(sun(i));
 
   const std::vector<glm::vec3> points = spread(freePlaces(a), kPoints);

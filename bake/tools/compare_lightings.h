@@ -12,9 +12,9 @@ namespace relume {
 
 struct Lighting {
   std::string name, group;
-  std::vector<Light> lights;         // one punctual light, or none
-  bool sky = false;                  // a constant sky of 1 W/m²/sr
-  std::vector<std::string> emitters; // nodes whose emission is on
+  std::vector<Light> lights;          // one punctual light, or none
+  bool sky = false;                   // a constant sky of 1 W/m²/sr
+  std::vector<std::string> emitters;  // nodes whose emission is on
 };
 
 // A sky when one of the bakes has sky patches, 8 suns of 1 W/m², 8 points of light spread over A's caches, each of the

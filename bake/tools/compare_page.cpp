@@ -45,18 +45,28 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
 }
 
 std::string textOf(const Json& value) {
-  return escaped(value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return escaped(value.is_string() ? value.get<std::string>()
+                                   : value.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 double number(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
@@ -89,8 +99,8 @@ std::string both(const Json& pair) {
 }
 
 std::string meter(double share, const char* kind = "") {
-  return "<div class=\"lead\"><span class=\"meter " + std::string(kind) + "\" style=\"width:" + fixed(std::clamp(share, 0.0, 1.0) * 110.0, 0) +
-         "px\"></span></div>";
+  return "<div class=\"lead\"><span class=\"meter " + std::string(kind) +
+         "\" style=\"width:" + fixed(std::clamp(share, 0.0, 1.0) * 110.0, 0) + "px\"></span></div>";
 }
 
 std::string dataUri(const RgbImage& image) {
@@ -125,7 +135,8 @@ std::string verdictPanel(const Json& report) {
                      verdict["maxCacheChange"].is_null() ? "none" : percent(verdict["maxCacheChange"])}) +
                 row({"greatest &Delta;E of a cache", fixed(number(light["maxDeltaE"]), 2), "none"}));
   if (!verdict["ignored"].empty()) body += "<p>Ignored: " + textOf(verdict["ignored"]) + "</p>";
-  return section("verdict", passed ? "<span class=\"bad\">Different: a bound is passed</span>" : "Different, no bound passed",
+  return section("verdict",
+                 passed ? "<span class=\"bad\">Different: a bound is passed</span>" : "Different, no bound passed",
                  body);
 }
 
@@ -137,8 +148,9 @@ std::string bakedPanel(const Json& baked) {
   std::string parts;
   for (const Json& part : baked["sceneParts"]) parts += "<li>" + textOf(part["text"]) + "</li>";
   if (baked["viewsChanged"].get<bool>()) parts += "<li>cameras or play volumes changed</li>";
-  return section("baked", "What was baked",
-                 table(rows) + "<h3>Scene</h3>" + (parts.empty() ? "<p>The same parts.</p>" : "<ul>" + parts + "</ul>"));
+  return section(
+      "baked", "What was baked",
+      table(rows) + "<h3>Scene</h3>" + (parts.empty() ? "<p>The same parts.</p>" : "<ul>" + parts + "</ul>"));
 }
 
 std::string sizesPanel(const Json& sizes) {
@@ -160,8 +172,8 @@ std::string arraysPanel(const Json& arrays) {
       row({"surfels", both(s["count"])}) +
       row({"at the same place / moved / elsewhere",
            textOf(s["same"]) + " / " + textOf(s["moved"]) + " / " + textOf(s["elsewhere"])}) +
-      row({"cost of the clusters", fixed(number(arrays["clusterCost"]["a"]), 4) + " &rarr; " +
-                                       fixed(number(arrays["clusterCost"]["b"]), 4)}) +
+      row({"cost of the clusters",
+           fixed(number(arrays["clusterCost"]["a"]), 4) + " &rarr; " + fixed(number(arrays["clusterCost"]["b"]), 4)}) +
       row({"caches", both(c["count"])}) +
       row({"matched / only in A / only in B",
            textOf(c["matched"]) + " / " + textOf(c["onlyInA"]) + " / " + textOf(c["onlyInB"])}) +
@@ -169,8 +181,8 @@ std::string arraysPanel(const Json& arrays) {
                                  fixed(number(c["gridToleranceM"]), 3) + " m (grid)"}) +
       row({"mean distance of moved caches", fixed(number(c["meanMoveM"]), 4) + " m"}) +
       row({"light map", both(c["lightmap"])}) + row({"grid", both(c["grid"])}) +
-      row({"grid points without a cache", both(c["gridPointsWithoutCache"])}) +
-      row({"links", both(l["count"])}) + row({"kind of links", both(l["kind"])}) +
+      row({"grid points without a cache", both(c["gridPointsWithoutCache"])}) + row({"links", both(l["count"])}) +
+      row({"kind of links", both(l["kind"])}) +
       row({"mean transfer of a cache", fixed(number(l["transferPerCache"]["a"]["mean"]), 4) + " &rarr; " +
                                            fixed(number(l["transferPerCache"]["b"]["mean"]), 4)}) +
       row({"RMS difference of transfer", fixed(number(l["transferRmsDifference"]), 5)});
@@ -180,11 +192,13 @@ std::string arraysPanel(const Json& arrays) {
 std::string lightPanel(const Json& light) {
   double most = 1e-9;
   for (const Json& l : light["lightings"]) most = std::max(most, number(l["rmse"]));
-  std::string rows = row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
+  std::string rows =
+      row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])
-    rows += row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
-                 meter(number(l["rmse"]) / most), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
-                 percent(l["change"]["max"]), fixed(number(l["deltaE"]["mean"]), 2), fixed(number(l["deltaE"]["max"]), 2)});
+    rows +=
+        row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
+             meter(number(l["rmse"]) / most), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
+             percent(l["change"]["max"]), fixed(number(l["deltaE"]["mean"]), 2), fixed(number(l["deltaE"]["max"]), 2)});
   std::string worst = row({"place [m]", "node", "lighting", "change", "&Delta;E"}, "th");
   int at = 0;
   for (const Json& w : light["worst"])
@@ -194,7 +208,8 @@ std::string lightPanel(const Json& light) {
   std::string nodes = row({"node", "caches", "mean", "worst"}, "th");
   for (std::size_t i = 0; i < std::min<std::size_t>(12, light["nodes"].size()); ++i) {
     const Json& n = light["nodes"][i];
-    nodes += row({n["node"] == "" ? "(caches of the grid)" : textOf(n["node"]), textOf(n["caches"]), percent(n["meanChange"]), percent(n["maxChange"])});
+    nodes += row({n["node"] == "" ? "(caches of the grid)" : textOf(n["node"]), textOf(n["caches"]),
+                  percent(n["meanChange"]), percent(n["maxChange"])});
   }
   return section("light", "What it means for light",
                  "<p>" + textOf(light["method"]) + ".</p>" + table(rows) + "<h3>Worst places</h3>" + table(worst) +
@@ -205,12 +220,14 @@ std::string mapsPanel(const BakeFile& a, const BakeFile& b, const LightDifferenc
   std::vector<const LightingDifference*> order;  // the worst first, and open
   for (const LightingDifference& l : light.lightings) order.push_back(&l);
   std::stable_sort(order.begin(), order.end(), [](const auto* x, const auto* y) { return x->rmse > y->rmse; });
-  std::string body = "<p>A and B: luminance of irradiance, bright = the lighting's 95th percentile. Difference: blue = less, "
-                     "red = more light, full colour at &plusmn;" + fixed(100.0 * scale, 0) +
-                     "&nbsp;%; yellow = no cache of A stands there. Grey = no cache.</p>";
+  std::string body =
+      "<p>A and B: luminance of irradiance, bright = the lighting's 95th percentile. Difference: blue = less, "
+      "red = more light, full colour at &plusmn;" +
+      fixed(100.0 * scale, 0) + "&nbsp;%; yellow = no cache of A stands there. Grey = no cache.</p>";
   for (const LightingDifference* l : order)
     body += "<details" + std::string(l == order.front() ? " open" : "") + "><summary>" + escaped(l->name) + ", RMSE " +
-            percent(l->rmse) + "</summary><div class=\"grid\">" + figure(drawLightmap(a.bake, l->irradianceA, l->white), "A") +
+            percent(l->rmse) + "</summary><div class=\"grid\">" +
+            figure(drawLightmap(a.bake, l->irradianceA, l->white), "A") +
             figure(drawLightmap(b.bake, l->irradianceB, l->white), "B") +
             figure(drawLightmapDifference(b.bake, light, *l, scale), "difference") + "</div></details>";
   return section("maps", "Light maps", body);
@@ -219,12 +236,14 @@ std::string mapsPanel(const BakeFile& a, const BakeFile& b, const LightDifferenc
 std::string planPanel(const BakeFile& a, const LightDifference& light, double scale) {
   const PlanView plan = drawPlan(a.bake, light, scale);
   if (plan.image.rgb.empty()) return section("plan", "Where light changed", "<p>No caches match.</p>");
-  return section("plan", "Where light changed",
-                 "<p>From above, x to the right, z down: the greatest change of the caches at each place over all lightings, "
-                 "red = " + fixed(100.0 * scale, 0) + "&nbsp;% or more. Numbers: worst places.</p><div class=\"plan\"><img src=\"" +
-                     dataUri(plan.image) + "\" width=\"" + std::to_string(plan.image.width) + "\" height=\"" +
-                     std::to_string(plan.image.height) + "\" alt=\"plan view of changes\">" + planMarksSvg(plan, light) +
-                     "</div>");
+  return section(
+      "plan", "Where light changed",
+      "<p>From above, x to the right, z down: the greatest change of the caches at each place over all lightings, "
+      "red = " +
+          fixed(100.0 * scale, 0) + "&nbsp;% or more. Numbers: worst places.</p><div class=\"plan\"><img src=\"" +
+          dataUri(plan.image) + "\" width=\"" + std::to_string(plan.image.width) + "\" height=\"" +
+          std::to_string(plan.image.height) + "\" alt=\"plan view of changes\">" + planMarksSvg(plan, light) +
+          "</div>");
 }
 
 std::string histogramPanel(const LightDifference& light) {
@@ -237,9 +256,10 @@ std::string histogramPanel(const LightDifference& light) {
       deltas.push_back(l.deltaE[i]);
     }
   }
-  return section("histograms", "Histograms over caches and lightings",
-                 "<div class=\"grid\"><figure>" + histogramSvg(changes, true, 0.0, "relative change") + "</figure><figure>" +
-                     histogramSvg(deltas, false, 12.0, "CIE 1976 difference (last bin: 12 and more)") + "</figure></div>");
+  return section(
+      "histograms", "Histograms over caches and lightings",
+      "<div class=\"grid\"><figure>" + histogramSvg(changes, true, 0.0, "relative change") + "</figure><figure>" +
+          histogramSvg(deltas, false, 12.0, "CIE 1976 difference (last bin: 12 and more)") + "</figure></div>");
 }
 
 std::string stagesPanel(const RunReports& runs) {
@@ -252,7 +272,8 @@ std::string stagesPanel(const RunReports& runs) {
     const Json& run = second ? runs.b : runs.a;
     if (!run.is_object() || !run.contains("stages") || !run["stages"].is_array()) continue;
     for (const Json& stage : run["stages"]) {
-      if (!stage.is_object() || !stage.contains("stage") || !stage["stage"].is_string() || !stage.contains("seconds")) continue;
+      if (!stage.is_object() || !stage.contains("stage") || !stage["stage"].is_string() || !stage.contains("seconds"))
+        continue;
       const std::string name = stage["stage"].get<std::string>();
       if (!seconds.contains(name)) order.push_back(name);
       double& value = second ? seconds[name].second : seconds[name].first;
@@ -263,8 +284,7 @@ std::string stagesPanel(const RunReports& runs) {
   std::string rows = row({"stage", "A [s]", "B [s]", ""}, "th");
   for (const std::string& name : order) {
     const auto [a, b] = seconds[name];
-    rows += row({escaped(name), fixed(a, 3), fixed(b, 3),
-                 meter(a / most) + meter(b / most, "b")});
+    rows += row({escaped(name), fixed(a, 3), fixed(b, 3), meter(a / most) + meter(b / most, "b")});
   }
   return section("stages", "Stage times", table(rows));
 }
@@ -273,10 +293,11 @@ std::string stagesPanel(const RunReports& runs) {
 
 std::string reportAsPage(const Json& report, const BakeFile& a, const BakeFile& b, const LightDifference* light,
                          const RunReports& runs) {
-  std::string page = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-                     "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
-                     "<title>relume compare</title><link rel=\"icon\" href=\"data:,\"><style>" +
-                     std::string(kStyle) + "</style></head><body><main><h1>relume compare</h1>\n";
+  std::string page =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
+      "<title>relume compare</title><link rel=\"icon\" href=\"data:,\"><style>" +
+      std::string(kStyle) + "</style></head><body><main><h1>relume compare</h1>\n";
   page += verdictPanel(report);
   if (light != nullptr) {
     const double scale = pictureScale(*light);

@@ -17,7 +17,7 @@ struct RunReports {
 };
 
 // `light` is null when the files have the same bytes.
-std::string reportAsPage(const nlohmann::json& report, const BakeFile& a, const BakeFile& b, const LightDifference* light,
-                         const RunReports& runs);
+std::string reportAsPage(const nlohmann::json& report, const BakeFile& a, const BakeFile& b,
+                         const LightDifference* light, const RunReports& runs);
 
 }  // namespace relume

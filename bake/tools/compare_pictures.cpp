@@ -145,15 +145,16 @@ std::string histogramSvg(std::span<const float> values, bool logarithmic, double
   std::string svg = "<svg viewBox=\"0 0 340 170\" role=\"img\" aria-label=\"" + label + "\">";
   for (int i = 0; i < kBins; ++i) {
     const double height = 120.0 * static_cast<double>(bins[static_cast<std::size_t>(i)]) / most;
-    svg += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"9.5\" height=\"%.1f\" class=\"bar\"/>", 20.0 + 10.0 * i, 130.0 - height,
-                  height);
+    svg += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"9.5\" height=\"%.1f\" class=\"bar\"/>", 20.0 + 10.0 * i,
+                  130.0 - height, height);
   }
   svg += "<path d=\"M20 130H320\" class=\"axis\"/>";
   const std::array<const char*, 4> decades = {"0.001%", "0.1%", "10%", "1000%"};
   for (int k = 0; k < 4; ++k) {
     const double x = 20.0 + 100.0 * k;
     svg += format("<text x=\"%.0f\" y=\"145\" text-anchor=\"middle\">", x) +
-           (logarithmic ? std::string(decades[static_cast<std::size_t>(k)]) : format("%.3g", top * k / 3.0)) + "</text>";
+           (logarithmic ? std::string(decades[static_cast<std::size_t>(k)]) : format("%.3g", top * k / 3.0)) +
+           "</text>";
   }
   return svg + "<text x=\"170\" y=\"163\" text-anchor=\"middle\">" + label + "</text></svg>";
 }
@@ -164,7 +165,8 @@ std::string planMarksSvg(const PlanView& plan, const LightDifference& light) {
     const double x = (light.worst[i].positionWorld.x - plan.left) / plan.metresPerPixel;
     const double y = (light.worst[i].positionWorld.z - plan.top) / plan.metresPerPixel;
     svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\"/>", x, y) +
-           format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%.0f</text>", x, y + 4.0, static_cast<double>(i + 1));
+           format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%.0f</text>", x, y + 4.0,
+                  static_cast<double>(i + 1));
   }
   // A bar of 1, 2 or 5 times a power of ten, about a quarter of the width.
   const double quarter = 0.25 * plan.image.width * plan.metresPerPixel;

@@ -25,7 +25,8 @@ RgbImage drawLightmap(const Bake& bake, std::span<const glm::vec3> irradiance, d
 RgbImage drawLightmapDifference(const Bake& b, const LightDifference& light, const LightingDifference& lighting,
                                 double scale);
 
-// The level from above (x to the right, z down): the greatest change of the caches at each place, white to red at scale.
+// The level from above (x to the right, z down): the greatest change of the caches at each place, white to red at
+// scale.
 struct PlanView {
   RgbImage image;
   float left = 0.0f, top = 0.0f, metresPerPixel = 1.0f;

@@ -104,7 +104,8 @@ std::uint32_t PointIndex::search(const glm::vec3& p, const Penalty& penalty) con
   return best;
 }
 
-std::uint32_t PointIndex::nearest(const glm::vec3& p, const glm::vec3& normal, std::span<const glm::vec3> normals) const {
+std::uint32_t PointIndex::nearest(const glm::vec3& p, const glm::vec3& normal,
+                                  std::span<const glm::vec3> normals) const {
   const bool sphere = normal == glm::vec3(0.0f);
   return search(p, [&](std::uint32_t i) {
     if (sphere) return normals[i] == glm::vec3(0.0f) ? 0.0f : 2.0f * cell_ * cell_;
@@ -143,7 +144,8 @@ std::vector<std::string> nodesOfCaches(const Bake& bake) {
     const glm::vec3& p = bake.caches.positionWorld[i];
     std::uint32_t surfel = near.nearest(p);
     if (surfel == kNothing) surfel = far.nearest(p);
-    if (surfel != kNothing && s.instance[surfel] < bake.instances.size()) names[i] = bake.instances[s.instance[surfel]].node;
+    if (surfel != kNothing && s.instance[surfel] < bake.instances.size())
+      names[i] = bake.instances[s.instance[surfel]].node;
   }
   return names;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which cache of one bake stands where a cache of another stands: by position and normal, so that bakes with other light
-// maps, grids or seeds still compare.
+// Which cache of one bake stands where a cache of another stands: by position and normal, so that bakes with other
+// light maps, grids or seeds still compare.
 #pragma once
 
 #include "formats/bake.h"
@@ -41,9 +41,9 @@ struct CachePair {
 };
 
 struct CacheMatch {
-  std::vector<CachePair> pairs;    // a cache of A and the nearest cache of B, ascending by a
+  std::vector<CachePair> pairs;           // a cache of A and the nearest cache of B, ascending by a
   std::vector<std::uint32_t> partnerOfB;  // [Size n_C of B] index into pairs, or kNothing; nearest pair for caches of B
-  std::uint32_t onlyInA = 0, onlyInB = 0; // caches without a partner within the tolerance
+  std::uint32_t onlyInA = 0, onlyInB = 0;               // caches without a partner within the tolerance
   float surfaceTolerance = 0.0f, gridTolerance = 0.0f;  // [m]
 };
 

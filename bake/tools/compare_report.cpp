@@ -54,7 +54,8 @@ Json whatWasBaked(const Bake& a, const Bake& b) {
   const Provenance &pa = a.provenance, &pb = b.provenance;
   Json parts = Json::array();
   for (const PartChange& change : compareParts(a.instances, b.instances))
-    parts.push_back({{"node", change.node}, {"mesh", change.mesh}, {"change", toString(change.kind)}, {"text", toString(change)}});
+    parts.push_back(
+        {{"node", change.node}, {"mesh", change.mesh}, {"change", toString(change.kind)}, {"text", toString(change)}});
   return {{"sameScene", pa.sceneHash == pb.sceneHash},
           {"toolVersion", pairOf(pa.toolVersion, pb.toolVersion)},
           {"algorithmVersion", pairOf(pa.algorithmVersion, pb.algorithmVersion)},
@@ -78,7 +79,8 @@ Json compareSizes(const BakeFile& a, const BakeFile& b) {
   }
   Json list = Json::array();
   for (const ChunkInfo& c : a.chunks)
-    list.push_back({{"array", c.name}, {"a", bytes[c.name].first}, {"b", bytes[c.name].second}, {"same", same[c.name]}});
+    list.push_back(
+        {{"array", c.name}, {"a", bytes[c.name].first}, {"b", bytes[c.name].second}, {"same", same[c.name]}});
   return {{"a", bytesOf(a)}, {"b", bytesOf(b)}, {"arrays", list}};
 }
 
@@ -142,7 +144,8 @@ double clusterCost(const Bake& bake) {
   return whole > 0.0 ? cost / whole : 0.0;
 }
 
-// Sum of the links' transfers of each cache: visible solid angle times y_0 / pi, at most 1.13 (sphere), 0.56 (hemisphere).
+// Sum of the links' transfers of each cache: visible solid angle times y_0 / pi, at most 1.13 (sphere), 0.56
+// (hemisphere).
 std::vector<double> transferOf(const Bake& bake) {
   const Links& l = bake.links;
   std::vector<double> sums(l.cacheCount(), 0.0);
@@ -169,7 +172,9 @@ Json compareCaches(const Bake& a, const Bake& b, const CacheMatch& match) {
     distance += pair.distance;
     farthest = std::max<double>(farthest, pair.distance);
   }
-  const auto map = [](const Bake& bake) { return Json::array({bake.caches.lightmap.width, bake.caches.lightmap.height}); };
+  const auto map = [](const Bake& bake) {
+    return Json::array({bake.caches.lightmap.width, bake.caches.lightmap.height});
+  };
   const auto grid = [](const Bake& bake) {
     const glm::uvec3& r = bake.caches.grid.resolution;
     return Json::array({r.x, r.y, r.z});
@@ -262,7 +267,9 @@ Json judge(const LightDifference& light, const LightIgnore& ignore, const Compar
 }  // namespace
 
 Json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes) {
-  return {{"schema", "relume-compare/1"}, {"same", true}, {"a", {{"file", a}, {"bytes", bytes}}},
+  return {{"schema", "relume-compare/1"},
+          {"same", true},
+          {"a", {{"file", a}, {"bytes", bytes}}},
           {"b", {{"file", b}, {"bytes", bytes}}}};
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `relume compare`: what differs between two bakes, in the order: what was baked, sizes, arrays, light, verdict. The JSON
-// (docs/compare.schema.json) is the report; text and page are made of it.
+// `relume compare`: what differs between two bakes, in the order: what was baked, sizes, arrays, light, verdict. The
+// JSON (docs/compare.schema.json) is the report; text and page are made of it.
 #pragma once
 
 #include "bake/tools/compare_light.h"

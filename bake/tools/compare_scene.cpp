@@ -33,12 +33,18 @@ void compareOne(const BakedInstance& before, const BakedInstance& now, std::vect
 
 const char* toString(PartChange::Kind kind) {
   switch (kind) {
-    case PartChange::Kind::added: return "added";
-    case PartChange::Kind::removed: return "removed";
-    case PartChange::Kind::moved: return "moved";
-    case PartChange::Kind::reshaped: return "reshaped";
-    case PartChange::Kind::rematerialled: return "rematerialled";
-    case PartChange::Kind::settings: return "settings";
+    case PartChange::Kind::added:
+      return "added";
+    case PartChange::Kind::removed:
+      return "removed";
+    case PartChange::Kind::moved:
+      return "moved";
+    case PartChange::Kind::reshaped:
+      return "reshaped";
+    case PartChange::Kind::rematerialled:
+      return "rematerialled";
+    case PartChange::Kind::settings:
+      return "settings";
   }
   return "";
 }
@@ -47,15 +53,20 @@ std::string toString(const PartChange& c) {
   const std::string node = "node \"" + c.node + "\"";
   const auto named = [](const std::string& name) { return name.empty() ? std::string("none") : "\"" + name + "\""; };
   switch (c.kind) {
-    case PartChange::Kind::added: return node + " added";
-    case PartChange::Kind::removed: return node + " removed";
-    case PartChange::Kind::moved: return node + " moved";
-    case PartChange::Kind::reshaped: return node + ": geometry of mesh \"" + c.mesh + "\" changed";
+    case PartChange::Kind::added:
+      return node + " added";
+    case PartChange::Kind::removed:
+      return node + " removed";
+    case PartChange::Kind::moved:
+      return node + " moved";
+    case PartChange::Kind::reshaped:
+      return node + ": geometry of mesh \"" + c.mesh + "\" changed";
     case PartChange::Kind::rematerialled:
       return c.materialBefore == c.materialNow
                  ? node + ": material " + named(c.materialNow) + " changed"
                  : node + ": material was " + named(c.materialBefore) + ", is " + named(c.materialNow);
-    case PartChange::Kind::settings: return node + ": extras.relume (bake mode or texel density) changed";
+    case PartChange::Kind::settings:
+      return node + ": extras.relume (bake mode or texel density) changed";
   }
   return node;
 }

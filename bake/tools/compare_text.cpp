@@ -38,7 +38,8 @@ void both(std::string& text, const char* name, const Json& pair) {
 
 void printBaked(std::string& text, const Json& baked) {
   line(text, "What was baked: %s", baked["sameScene"].get<bool>() ? "the same scene" : "another scene");
-  for (const char* name : {"toolVersion", "algorithmVersion", "formatVersion", "rayTracer"}) both(text, name, baked[name]);
+  for (const char* name : {"toolVersion", "algorithmVersion", "formatVersion", "rayTracer"})
+    both(text, name, baked[name]);
   for (const Json& o : baked["options"])
     line(text, "  option %-15s %s -> %s", textOf(o["name"]).c_str(), textOf(o["a"]).c_str(), textOf(o["b"]).c_str());
   for (const Json& part : baked["sceneParts"]) line(text, "  %s", textOf(part["text"]).c_str());
@@ -60,7 +61,8 @@ void printArrays(std::string& text, const Json& arrays) {
   both(text, "surfels", surfels["count"]);
   line(text, "  %-22s %s same, %s moved by %.4f m on average, %s elsewhere", "", textOf(surfels["same"]).c_str(),
        textOf(surfels["moved"]).c_str(), number(surfels["meanMoveM"]), textOf(surfels["elsewhere"]).c_str());
-  line(text, "  %-22s %.4f -> %.4f", "cluster cost", number(arrays["clusterCost"]["a"]), number(arrays["clusterCost"]["b"]));
+  line(text, "  %-22s %.4f -> %.4f", "cluster cost", number(arrays["clusterCost"]["a"]),
+       number(arrays["clusterCost"]["b"]));
   both(text, "caches", caches["count"]);
   line(text, "  %-22s %s matched, %s moved (mean %.4f m, most %.4f m), %s only in A, %s only in B", "",
        textOf(caches["matched"]).c_str(), textOf(caches["moved"]).c_str(), number(caches["meanMoveM"]),
@@ -81,9 +83,9 @@ void printLight(std::string& text, const Json& light) {
   line(text, "  %-28s %9s %9s %9s %9s %9s %9s", "lighting", "rmse", "mean", "95 %", "worst", "dE mean", "dE worst");
   for (const Json& l : light["lightings"]) {
     const Json &c = l["change"], &e = l["deltaE"];
-    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", textOf(l["name"]).c_str(), 100 * number(l["rmse"]),
-         100 * number(c["mean"]), 100 * number(c["p95"]), 100 * number(c["max"]), number(e["mean"]), number(e["max"]),
-         l["counted"].get<bool>() ? "" : "  (ignored)");
+    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", textOf(l["name"]).c_str(),
+         100 * number(l["rmse"]), 100 * number(c["mean"]), 100 * number(c["p95"]), 100 * number(c["max"]),
+         number(e["mean"]), number(e["max"]), l["counted"].get<bool>() ? "" : "  (ignored)");
   }
   if (!light["worst"].empty()) line(text, "Worst places:");
   for (const Json& w : light["worst"]) {

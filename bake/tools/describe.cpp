@@ -121,7 +121,9 @@ Json describeCaches(const Caches& c) {
            {{"width", c.lightmap.width},
             {"height", c.lightmap.height},
             {"filledTexels", valid(c.lightmap.cache)},
-            {"packing", c.lightmap.cache.empty() ? 0.0 : static_cast<double>(valid(c.lightmap.cache)) / static_cast<double>(c.lightmap.cache.size())},
+            {"packing", c.lightmap.cache.empty() ? 0.0
+                                                 : static_cast<double>(valid(c.lightmap.cache)) /
+                                                       static_cast<double>(c.lightmap.cache.size())},
             {"caches", c.count() - onGrid},
             {"triangles", corners / 3},
             {"gridLitTriangles", gridLit / 3}}}};

@@ -33,7 +33,7 @@
 namespace relume {
 namespace {
 
-constexpr std::int64_t kMaxSize = 16384;      // [pixels] a side
+constexpr std::int64_t kMaxSize = 16384;  // [pixels] a side
 constexpr std::size_t kMaxChannels = 1024;
 
 std::string channelName(const std::string& layer, char suffix) {
@@ -58,8 +58,7 @@ Status writeThenRename(const std::filesystem::path& path, const std::function<st
 Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height, std::size_t pixels) {
   if (width > 0 && height > 0 && pixels == std::size_t{width} * height) return done();
   return Error{ErrorCode::usage, "cannot write \"" + path.string() + "\": " + std::to_string(width) + " x " +
-                                     std::to_string(height) + " pixels expected, " + std::to_string(pixels) +
-                                     " found"};
+                                     std::to_string(height) + " pixels expected, " + std::to_string(pixels) + " found"};
 }
 
 }  // namespace

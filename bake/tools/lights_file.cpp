@@ -28,8 +28,8 @@ class LightReader {
     if (!object_.is_object()) return wrong("is not an object");
     for (const auto& field : object_.items()) {
       const std::string& name = field.key();
-      static const std::array<const char*, 9> kKnown = {"type",      "name",  "position",       "direction",     "color",
-                                                        "intensity", "range", "innerConeAngle", "outerConeAngle"};
+      static const std::array<const char*, 9> kKnown = {
+          "type", "name", "position", "direction", "color", "intensity", "range", "innerConeAngle", "outerConeAngle"};
       if (std::none_of(kKnown.begin(), kKnown.end(), [&](const char* known) { return name == known; })) {
         return wrong("has an unknown field \"" + name.substr(0, 40) + "\"");
       }
@@ -37,10 +37,14 @@ class LightReader {
     const std::string type = text("type");
     SceneLight light;
     light.name = text("name");
-    if (type == "point") light.type = LightType::point;
-    else if (type == "spot") light.type = LightType::spot;
-    else if (type == "directional") light.type = LightType::directional;
-    else return wrong("has a \"type\" other than point, spot and directional");
+    if (type == "point")
+      light.type = LightType::point;
+    else if (type == "spot")
+      light.type = LightType::spot;
+    else if (type == "directional")
+      light.type = LightType::directional;
+    else
+      return wrong("has a \"type\" other than point, spot and directional");
     const bool placed = light.type != LightType::directional, aimed = light.type != LightType::point;
 
     light.positionWorld = vector("position", placed);
@@ -53,7 +57,8 @@ class LightReader {
     if (!(glm::length(light.direction) > 0.0f)) return wrong("has a \"direction\" of no length");
     light.direction = glm::normalize(light.direction);
     for (int c = 0; c < 3; ++c) {
-      if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c])) return wrong("is less than dark, or endless");
+      if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
+        return wrong("is less than dark, or endless");
     }
     if (light.range < 0.0f) return wrong("has a negative \"range\"");
     if (!(light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
@@ -107,7 +112,8 @@ Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path
   const json list = json::parse(begin, begin + file->bytes.size(), nullptr, false, true);
   if (!list.is_array()) return Error{ErrorCode::invalidFile, name + "a JSON list of lights expected"};
   if (list.size() > kMostLights) {
-    return Error{ErrorCode::invalidFile, name + std::to_string(list.size()) + " lights, at most " + std::to_string(kMostLights)};
+    return Error{ErrorCode::invalidFile,
+                 name + std::to_string(list.size()) + " lights, at most " + std::to_string(kMostLights)};
   }
   std::vector<SceneLight> lights;
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -11,12 +11,13 @@
 namespace relume {
 
 // A JSON list of objects with the fields of KHR_lights_punctual and a place:
-//   {"type": "spot", "name": "red", "position": [0, 1, 0], "direction": [1, 0, 0], "color": [1, 0, 0], "intensity": 300,
+//   {"type": "spot", "name": "red", "position": [0, 1, 0], "direction": [1, 0, 0], "color": [1, 0, 0], "intensity":
+//   300,
 //    "range": 10, "innerConeAngle": 0.3, "outerConeAngle": 0.6}
 // type: point, spot or directional. position [m], of point and spot lights; direction the light travels in, of spot and
-// directional ones. color [1, 1, 1], intensity 1: candela or lux as glTF has them, taken for W/sr and W/m². Angles [rad]
-// 0 and pi/4. range [m] 0 = infinite.
-// io: not readable; invalidFile: not JSON, or a field that is missing, unknown or out of range, by name.
+// directional ones. color [1, 1, 1], intensity 1: candela or lux as glTF has them, taken for W/sr and W/m². Angles
+// [rad] 0 and pi/4. range [m] 0 = infinite. io: not readable; invalidFile: not JSON, or a field that is missing,
+// unknown or out of range, by name.
 Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path);
 
 }  // namespace relume

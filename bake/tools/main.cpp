@@ -46,7 +46,8 @@ int main(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.require_subcommand(0, 1);
-  app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
+  app.footer(
+      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
   Action action;
   addBakeCommand(app, action);
   addBenchCommand(app, action);

@@ -20,8 +20,8 @@ struct Staleness {
   std::vector<std::string> sentences() const;
 };
 
-// `options` null: the bake's own are taken as meant. The scene must come from loadScene(). Lights and the version number
-// of the tool do not count: neither changes light's transport (kAlgorithmVersion does).
+// `options` null: the bake's own are taken as meant. The scene must come from loadScene(). Lights and the version
+// number of the tool do not count: neither changes light's transport (kAlgorithmVersion does).
 Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Bake& bake);
 
 }  // namespace relume

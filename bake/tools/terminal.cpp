@@ -2,10 +2,10 @@
 // See terminal.h.
 #include "bake/tools/terminal.h"
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <signal.h>
 #include <unistd.h>
@@ -44,9 +44,12 @@ std::shared_ptr<spdlog::logger> logger() {
 
 spdlog::level::level_enum levelOf(Severity severity) {
   switch (severity) {
-    case Severity::info: return spdlog::level::info;
-    case Severity::warning: return spdlog::level::warn;
-    case Severity::error: return spdlog::level::err;
+    case Severity::info:
+      return spdlog::level::info;
+    case Severity::warning:
+      return spdlog::level::warn;
+    case Severity::error:
+      return spdlog::level::err;
   }
   return spdlog::level::err;
 }
@@ -65,7 +68,8 @@ struct Terminal::State {
   bool lineOpen = false;
   std::atomic<bool> stop{false};
   std::thread watcher;  // turns the signal into a cancelled context
-  struct sigaction oldInt {}, oldTerm {};
+  struct sigaction oldInt {
+  }, oldTerm{};
 
   void closeLine() {
     if (lineOpen) std::fputs("\r\033[K", stderr);
@@ -110,8 +114,8 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
   if (bar) {
     drawBar(eta);
   } else if (style == ProgressStyle::json) {
-    const nlohmann::json line = {{"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"seconds", seconds},
-                                 {"secondsLeft", eta}};
+    const nlohmann::json line = {
+        {"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"seconds", seconds}, {"secondsLeft", eta}};
     std::fprintf(stderr, "%s\n", line.dump().c_str());
   } else if (finished) {
     std::fprintf(stderr, "relume: %s: done in %.2f s\n", stage.c_str(), seconds);
@@ -155,7 +159,8 @@ Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<Sta
     s.closeLine();
     if (s.style != ProgressStyle::json) return logMessage(severity, std::string(message));
     const char* names[] = {"info", "warning", "error"};
-    const nlohmann::json line = {{"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", message}};
+    const nlohmann::json line = {
+        {"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", message}};
     std::fprintf(stderr, "%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   };
 

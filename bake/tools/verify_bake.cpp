@@ -30,7 +30,8 @@ Status verifyBake(const Scene& scene, const BakeOptions& options, const Bake& ba
     break;
   }
   return Error{ErrorCode::failed, "not deterministic: a second bake on " + std::to_string(other.threads) +
-                                      (other.threads == 1 ? " thread" : " threads") + " gives other bytes, first in " + where};
+                                      (other.threads == 1 ? " thread" : " threads") + " gives other bytes, first in " +
+                                      where};
 }
 
 }  // namespace relume

@@ -43,12 +43,16 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
                int lumaBands)
     : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(normalsCount(kind, lumaBands)) {
   for (std::uint32_t i = 0; i < order.size(); ++i) {
-    if (i % kSurfelBlock == 0) begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
-                                                 static_cast<std::uint32_t>(griddedCache_.size())});
+    if (i % kSurfelBlock == 0)
+      begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
+                        static_cast<std::uint32_t>(griddedCache_.size())});
     const auto slot = static_cast<std::uint8_t>(i % kSurfelBlock);
     switch (receiverKind(caches, surfels, order[i], normalsCount_)) {
-      case ReceiverKind::flat: break;
-      case ReceiverKind::tilted: addTilted(surfels, order[i], slot); break;
+      case ReceiverKind::flat:
+        break;
+      case ReceiverKind::tilted:
+        addTilted(surfels, order[i], slot);
+        break;
       case ReceiverKind::gridded: {
         const std::uint32_t shares = appendGridShares(caches, surfels, order[i], griddedCache_);
         gridded_.push_back({slot, static_cast<std::uint8_t>(shares)});
@@ -71,7 +75,8 @@ void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slo
   tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
 }
 
-void Bounce::colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end) {
+void Bounce::colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin,
+                         std::uint32_t end) {
   if (texel_.empty()) return;
   ColorCachesJob job;
   job.coefficients = light.coefficients.data();
@@ -125,12 +130,14 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
       const std::uint32_t s = first + tilted[i].slot;
       const glm::vec2 uv = unpackUnorm16x2(job.word[3][s]);
       const glm::vec3 direct(before[i], before[kSurfelBlock + i], before[2 * kSurfelBlock + i]);
-      put(tilted[i].slot, direct + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
+      put(tilted[i].slot,
+          direct + job.bounceScale * irradianceOnLightmap(caches_, light_, uv, unpackSurfelNormal(job.word[2][s])));
     }
   }
   const std::span<const GriddedSurfel> gridded(gridded_.data() + begin.gridded, end.gridded - begin.gridded);
   if (shaped_) {
-    kernel.addGriddedBounce(job, first, gridded.data(), static_cast<std::uint32_t>(gridded.size()), griddedCache_.data() + begin.cache, e);
+    kernel.addGriddedBounce(job, first, gridded.data(), static_cast<std::uint32_t>(gridded.size()),
+                            griddedCache_.data() + begin.cache, e);
     return;
   }
   for (const GriddedSurfel& each : gridded) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that never
-// move, each as its ReceiverKind says.
-// The diffuse lobe of up to four bands needs the first nine coefficients only (band 3 of the clamped cosine is zero). With
-// more bands tilted and gridded surfels go through resolve.h.
+// What the surfels receive from last frame's caches: irradianceOnLightmap() and irradianceInGrid() for receivers that
+// never move, each as its ReceiverKind says. The diffuse lobe of up to four bands needs the first nine coefficients
+// only (band 3 of the clamped cosine is zero). With more bands tilted and gridded surfels go through resolve.h.
 #pragma once
 
 #include "formats/bake.h"
@@ -19,15 +18,17 @@ namespace relume::cpu {
 class Bounce {
  public:
   // The caches must outlive this. `order`: surfels in the order in which they are lit.
-  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind, int lumaBands);
+  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
+         int lumaBands);
 
   // Evaluate the irradiance of the caches [begin, end), which have just been lit, for their own normals.
   void colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end);
-  // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets what
-  // `job` needs of it.
+  // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets
+  // what `job` needs of it.
   void setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job);
   // e += bounceScale * last frame's irradiance at the surfels of a block.
-  void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count, float* e) const;
+  void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
+           float* e) const;
   std::size_t bytes() const;
 
  private:
@@ -39,7 +40,7 @@ class Bounce {
 
   const Caches& caches_;
   bool shaped_, normalsCount_;
-  std::vector<BlockBegin> begin_;            // [Size blocks + 1]
+  std::vector<BlockBegin> begin_;  // [Size blocks + 1]
   std::vector<TiltedSurfel> tilted_;
   std::vector<GriddedSurfel> gridded_;
   std::vector<std::uint32_t> griddedCache_;  // appendGridShares()

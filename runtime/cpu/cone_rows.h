@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Rows of links with a cone, of any number of bands, many links at a time (PIC 4.6, Eq. (5), (6)). A row is cut into chunks;
-// for each chunk
-//   A. lanes are links: w_i = band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and f times
+// Rows of links with a cone, of any number of bands, many links at a time (PIC 4.6, Eq. (5), (6)). A row is cut into
+// chunks; for each chunk
+//   A. lanes are links: w_i = band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and f
+//   times
 //      the nodes' radiosity b = (4 Y, 2 Co, 4 Cg) beside it;
 //   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
 #pragma once
@@ -112,8 +113,9 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
 
 using ConeRow = void (*)(const LightCachesJob&, std::uint32_t cache, float* coefficients);
 template <class Links>
-constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>, lightConeRow<Links, 4>,
-                                 lightConeRow<Links, 5>, lightConeRow<Links, 6>, lightConeRow<Links, 7>, lightConeRow<Links, 8>};
+constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>,
+                                 lightConeRow<Links, 4>, lightConeRow<Links, 5>, lightConeRow<Links, 6>,
+                                 lightConeRow<Links, 7>, lightConeRow<Links, 8>};
 
 }  // namespace
 }  // namespace relume::cpu

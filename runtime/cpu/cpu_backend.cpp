@@ -10,11 +10,13 @@
 
 namespace relume::cpu {
 
-CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays)
-    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays, leafOrder(bake.hierarchy, bake.surfels.count())) {}
+CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
+                       bool surfelArrays)
+    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays,
+                 leafOrder(bake.hierarchy, bake.surfels.count())) {}
 
-CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       std::vector<std::uint32_t> order)
+CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
+                       bool surfelArrays, std::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links),
       lumaBands_(lumaBands),
@@ -68,7 +70,8 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
           {"links", links_.bytes()},
           {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
           {"bounce", bounce_.bytes()},
-          {"index", bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
+          {"index", bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) +
+                        bytes(grid.depth)}};
 }
 
 }  // namespace relume::cpu

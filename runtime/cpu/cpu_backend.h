@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The CPU backend: steps 2 to 4 in order. Step 5 is nothing here, because step 6 reads the light map's cache indices itself.
-// Surfels, hierarchy and links are kept packed; caches stay the bake's own arrays.
+// The CPU backend: steps 2 to 4 in order. Step 5 is nothing here, because step 6 reads the light map's cache indices
+// itself. Surfels, hierarchy and links are kept packed; caches stay the bake's own arrays.
 #pragma once
 
 #include "formats/bake.h"
@@ -29,7 +29,9 @@ class CpuBackend {
   void relight(const LightSetup& setup);
   void reset();
 
-  CacheLight cacheLight() const { return {lumaBands_, chromaBands_, {coefficients_.data(), coefficientCount_}, links_.kind() == LinkKind::irradiance}; }
+  CacheLight cacheLight() const {
+    return {lumaBands_, chromaBands_, {coefficients_.data(), coefficientCount_}, links_.kind() == LinkKind::irradiance};
+  }
   std::span<const std::uint32_t> nodes() const { return node_; }  // radiosity [W/m²] (runtime/pack_color.h)
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;

@@ -6,9 +6,12 @@
 
 namespace relume::cpu {
 
-void lightCachesAvx2(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) { lightCachesOf(job, begin, end); }
+void lightCachesAvx2(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  lightCachesOf(job, begin, end);
+}
 
-const LightSurfelsKernel kLightSurfelsAvx2 = {lightDirectly, colorCaches, colorTexels, addFlatBounce, addTiltedBounce,
-                                              addGriddedBounce, listBits, storeSurfels, pullNodes};
+const LightSurfelsKernel kLightSurfelsAvx2 = {lightDirectly, colorCaches,     colorTexels,
+                                              addFlatBounce, addTiltedBounce, addGriddedBounce,
+                                              listBits,      storeSurfels,    pullNodes};
 
 }  // namespace relume::cpu

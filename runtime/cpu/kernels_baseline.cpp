@@ -6,9 +6,12 @@
 
 namespace relume::cpu {
 
-void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) { lightCachesOf(job, begin, end); }
+void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  lightCachesOf(job, begin, end);
+}
 
-const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches, colorTexels, addFlatBounce, addTiltedBounce,
-                                                  addGriddedBounce, listBits, storeSurfels, pullNodes};
+const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches,     colorTexels,
+                                                  addFlatBounce, addTiltedBounce, addGriddedBounce,
+                                                  listBits,      storeSurfels,    pullNodes};
 
 }  // namespace relume::cpu

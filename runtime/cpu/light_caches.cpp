@@ -38,7 +38,8 @@ std::array<float, kMaxCoefficients> makeMonicScale() {
 std::array<float, 3 * kMaxCoefficients> makeConeScale(int lumaBands, int chromaBands) {
   static const std::array<float, kMaxCoefficients> kMonicScale = makeMonicScale();
   std::array<float, 3 * kMaxCoefficients> scale{};
-  const auto luma = static_cast<std::size_t>(lumaBands * lumaBands), chroma = static_cast<std::size_t>(chromaBands * chromaBands);
+  const auto luma = static_cast<std::size_t>(lumaBands * lumaBands),
+             chroma = static_cast<std::size_t>(chromaBands * chromaBands);
   for (std::size_t i = 0; i < luma; ++i) scale[i] = 0.25f * kMonicScale[i];
   for (std::size_t i = 0; i < chroma; ++i) scale[luma + i] = 0.5f * kMonicScale[i];
   for (std::size_t i = 0; i < chroma; ++i) scale[luma + chroma + i] = 0.25f * kMonicScale[i];
@@ -61,11 +62,15 @@ std::array<float, kMaxCoefficients> makeSh8Scale() {
 LightCachesKernel lightCachesKernel(Simd simd) {
   switch (chooseSimd(simd)) {
 #if defined(RELUME_X86_KERNELS)
-    case Simd::avx512: return lightCachesAvx512;
-    case Simd::avx2: return lightCachesAvx2;
+    case Simd::avx512:
+      return lightCachesAvx512;
+    case Simd::avx2:
+      return lightCachesAvx2;
 #endif
-    case Simd::baseline: return lightCachesBaseline;
-    default: return nullptr;
+    case Simd::baseline:
+      return lightCachesBaseline;
+    default:
+      return nullptr;
   }
 }
 

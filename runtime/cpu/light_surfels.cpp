@@ -64,15 +64,18 @@ void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightS
 }
 
 // Radiosity by emission of a block; false when it has none.
-bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first, std::uint32_t count, BlockColors& radiosity) {
+bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first, std::uint32_t count,
+          BlockColors& radiosity) {
   if (!setup.surfelEmission.empty()) {
-    for (std::uint32_t i = 0; i < count; ++i) radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
+    for (std::uint32_t i = 0; i < count; ++i)
+      radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
     return true;
   }
   const std::span<const SurfelSet::Emitter> emitters = surfels.emitters(first, first + count);
   if (emitters.empty() || setup.emissionScale == glm::vec3(0.0f)) return false;
   std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
-  for (const SurfelSet::Emitter& each : emitters) radiosity.put(each.surfel - first, kPi * each.emission * setup.emissionScale);
+  for (const SurfelSet::Emitter& each : emitters)
+    radiosity.put(each.surfel - first, kPi * each.emission * setup.emissionScale);
   return true;
 }
 
@@ -104,8 +107,9 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
   return light.intensity * factor;
 }
 
-void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup, const Bounce* bounce,
-                  LightSurfelsJob job, std::span<std::uint32_t> node, const ParallelFor& parallelFor) {
+void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
+                  const Bounce* bounce, LightSurfelsJob job, std::span<std::uint32_t> node,
+                  const ParallelFor& parallelFor) {
   std::vector<PreparedLight> lights;
   for (const Light& light : setup.lights) lights.push_back(prepare(light));
   surfels.describe(job);
@@ -137,11 +141,15 @@ void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, co
 const LightSurfelsKernel* lightSurfelsKernel(Simd simd) {
   switch (chooseSimd(simd)) {
 #if defined(RELUME_X86_KERNELS)
-    case Simd::avx512: return &kLightSurfelsAvx512;
-    case Simd::avx2: return &kLightSurfelsAvx2;
+    case Simd::avx512:
+      return &kLightSurfelsAvx512;
+    case Simd::avx2:
+      return &kLightSurfelsAvx2;
 #endif
-    case Simd::baseline: return &kLightSurfelsBaseline;
-    default: return nullptr;
+    case Simd::baseline:
+      return &kLightSurfelsBaseline;
+    default:
+      return nullptr;
   }
 }
 

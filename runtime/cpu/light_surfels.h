@@ -16,9 +16,11 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 // Writes the leaves of `node` (runtime/pack_color.h): radiosity [W/m²]
 //   surfel:     albedo * (direct + bounceScale * last frame's irradiance at its receiver) + pi * emission
 //   sky patch:  pi * radiance
-// `bounce` is null before there is any light; `job` has what Bounce::setLight() set. [Size node = hierarchy.nodeCount()]
-void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup, const Bounce* bounce,
-                  LightSurfelsJob job, std::span<std::uint32_t> node, const ParallelFor& parallelFor);
+// `bounce` is null before there is any light; `job` has what Bounce::setLight() set. [Size node =
+// hierarchy.nodeCount()]
+void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
+                  const Bounce* bounce, LightSurfelsJob job, std::span<std::uint32_t> node,
+                  const ParallelFor& parallelFor);
 
 // The kernels of an instruction set; null when this processor, or this build, lacks it.
 const LightSurfelsKernel* lightSurfelsKernel(Simd simd);

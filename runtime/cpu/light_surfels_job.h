@@ -13,11 +13,11 @@ constexpr std::uint32_t kAtRoom = 16;
 
 // A light with what every surfel would compute again.
 struct PreparedLight {
-  std::uint32_t kind = 0;       // LightKind
-  float position[3] = {};       // [m]
-  float direction[3] = {};      // unit
+  std::uint32_t kind = 0;   // LightKind
+  float position[3] = {};   // [m]
+  float direction[3] = {};  // unit
   float intensity[3] = {};
-  float inverseRange2 = 0.0f;   // [1/m²] 0 = no range
+  float inverseRange2 = 0.0f;               // [1/m²] 0 = no range
   float cosOuter = 0.0f, coneScale = 0.0f;  // a spot's smooth edge: 1 inside the inner angle, 0 outside the outer
 };
 
@@ -30,9 +30,9 @@ struct LightSurfelsJob {
   const std::uint32_t* texel = nullptr;  // irradiance of each texel's cache for its own normal (runtime/pack_color.h)
   std::int32_t mapWidth = 0, mapHeight = 0;
   const std::uint32_t* mapCache = nullptr;  // cache of each texel, all ones = none
-  const float* lobe = nullptr;           // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
-  bool thirdBand = false;                // whether lobes have more than four coefficients
-  const float* coefficients = nullptr;   // of the caches, followed by 8 numbers more
+  const float* lobe = nullptr;          // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
+  bool thirdBand = false;               // whether lobes have more than four coefficients
+  const float* coefficients = nullptr;  // of the caches, followed by 8 numbers more
   std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
 };
 
@@ -40,16 +40,16 @@ struct LightSurfelsJob {
 struct ColorCachesJob {
   const float* coefficients = nullptr;
   std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
-  const float* normal = nullptr;    // of each cache, x, y, z; zeros in the grid
-  bool normalsCount = false;        // the linear form for a cache's normal; without, coefficient 0 alone counts:
-  float constant[2] = {};           // times this, for caches without and with a normal
-  std::uint32_t* color = nullptr;   // out, packed
+  const float* normal = nullptr;                 // of each cache, x, y, z; zeros in the grid
+  bool normalsCount = false;       // the linear form for a cache's normal; without, coefficient 0 alone counts:
+  float constant[2] = {};          // times this, for caches without and with a normal
+  std::uint32_t* color = nullptr;  // out, packed
 };
 
 // A surfel that reads the light map for a normal that is not the map's.
 struct TiltedSurfel {
-  std::uint8_t slot;    // within its block
-  std::uint8_t angle;   // between its normal and the light map's: 255 = pi
+  std::uint8_t slot;   // within its block
+  std::uint8_t angle;  // between its normal and the light map's: 255 = pi
 };
 
 // A surfel that reads the grid.
@@ -66,22 +66,23 @@ struct LightSurfelsKernel {
   // Colours of the caches [begin, end); of those without a normal, black if normals count.
   void (*colorCaches)(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end);
   // texel[t] = color[cache[t]], kNoColor where that is all ones.
-  void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel);
+  void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count,
+                      std::uint32_t* texel);
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
-  // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's under
-  // their lobes. before: kSurfelBlock numbers each of red, green, blue,
-  // by place in `tilted`.
-  void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
-                          const float* before, float* e);
-  // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the other.
-  void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
-                           const std::uint32_t* share, float* e);
+  // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's
+  // under their lobes. before: kSurfelBlock numbers each of red, green, blue, by place in `tilted`.
+  void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted,
+                          std::uint32_t count, const float* before, float* e);
+  // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the
+  // other.
+  void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
+                           std::uint32_t count, const std::uint32_t* share, float* e);
   // at = the numbers of the `wanted` bits that are set from `first` on, and anything in kAtRoom places behind them.
   void (*listBits)(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at);
   // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
-  void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e, const float* emitted,
-                const std::uint32_t* at, std::uint32_t* node);
+  void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e,
+                const float* emitted, const std::uint32_t* at, std::uint32_t* node);
   // node[at[i]] = weight of child 2 i times it, plus the rest of child 2 i + 1, at most kSurfelBlock nodes at a time.
   // weight: 16 bits over 65534.
   void (*pull)(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at, std::uint32_t count,

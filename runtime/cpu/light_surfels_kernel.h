@@ -19,7 +19,9 @@ inline Floats dot(const Floats3& a, const Floats3& b) { return a.x * b.x + a.y *
 
 inline Floats3 splat3(const float* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
 
-inline Ints loadWord(const LightSurfelsJob& job, int word, std::uint32_t first) { return load<Ints>(job.word[word] + first); }
+inline Ints loadWord(const LightSurfelsJob& job, int word, std::uint32_t first) {
+  return load<Ints>(job.word[word] + first);
+}
 
 // Unsigned halves of words.
 inline Floats lowHalf(Ints v) { return toFloats(v & 0xFFFF); }
@@ -37,7 +39,8 @@ inline Floats3 normals(const LightSurfelsJob& job, std::uint32_t first) {
   return n;
 }
 
-// What a light's intensity is multiplied with. KHR_lights_punctual: E = I cos / d², with a window that ends at the range.
+// What a light's intensity is multiplied with. KHR_lights_punctual: E = I cos / d², with a window that ends at the
+// range.
 inline Floats lightFactor(const PreparedLight& light, const Floats3& p, const Floats3& n) {
   const Floats zero{}, one = splat(1.0f);
   const Floats3 direction = splat3(light.direction);
@@ -114,7 +117,8 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
   }
 }
 
-inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count, std::uint32_t* texel) {
+inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count,
+                        std::uint32_t* texel) {
   std::uint32_t t = 0;
   for (; t + kLanes <= count; t += kLanes) {
     const Ints found = load<Ints>(cache + t), isThere = found != -1;
@@ -125,7 +129,8 @@ inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, 
 }
 
 // Adds the colours of these texels, and their weights, where there are any.
-inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b, Floats& total) {
+inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b,
+                      Floats& total) {
   const Ints bits = gather(job.texel, texel);
   weight = asFloats(asInts(weight) & (bits != -1));
   Floats tr, tg, tb;
@@ -196,9 +201,10 @@ struct LobeSum {
       rest[c] += weight * load<Eight>(channel[c] + 1);
     }
   }
-  // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another channel's.
-  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y, float& co,
-                                             float& cg) const {
+  // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another
+  // channel's.
+  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y,
+                                             float& co, float& cg) const {
     const Eight others = load<Eight>(lobe + 1);
     y = lobe[0] * first[0] + sumEight(others * rest[0]);
     if (job.chromaCount == 1 && job.lumaCount > 1) {
@@ -311,7 +317,8 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     }
     const Floats share = 1.0f / most(total, splat(1e-20f));
     Floats vectors[9];
-    writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share, asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
+    writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share,
+              asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);
     writeTransposed(vectors, lobe);
     for (std::uint32_t i = 0; i < here; ++i) {
       Sum each;
@@ -328,8 +335,8 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
   }
 }
 
-inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
-                            const float* before, float* e) {
+inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted,
+                            std::uint32_t count, const float* before, float* e) {
 #if RELUME_LANES == 16
   if (job.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
 #endif
@@ -338,8 +345,8 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
 
 // The same for surfels of the grid, whose caches are known.
 template <class Sum>
-inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
-                       const std::uint32_t* share, float* e) {
+inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
+                       std::uint32_t count, const std::uint32_t* share, float* e) {
   const Eight chroma = storedChroma(job);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
     const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
@@ -365,8 +372,8 @@ inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const Gr
   }
 }
 
-inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded, std::uint32_t count,
-                             const std::uint32_t* share, float* e) {
+inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
+                             std::uint32_t count, const std::uint32_t* share, float* e) {
 #if RELUME_LANES == 16
   if (job.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
 #endif
@@ -400,7 +407,8 @@ inline void scatter(Ints colors, const std::uint32_t* at, std::uint32_t count, s
   const auto there = static_cast<__mmask16>(count < kLanes ? (1u << count) - 1 : 0xFFFFu);
   _mm512_mask_i32scatter_epi32(node, there, load<__m512i>(at), (__m512i)colors, 4);
 #else
-  for (std::uint32_t i = 0; i < (count < kLanes ? count : kLanes); ++i) node[at[i]] = static_cast<std::uint32_t>(colors[i]);
+  for (std::uint32_t i = 0; i < (count < kLanes ? count : kLanes); ++i)
+    node[at[i]] = static_cast<std::uint32_t>(colors[i]);
 #endif
 }
 
@@ -436,8 +444,8 @@ inline void separate(Ints a, Ints b, Ints& even, Ints& odd) {
 #endif
 }
 
-inline void pullNodes(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at, std::uint32_t count,
-                      std::uint32_t* node) {
+inline void pullNodes(const std::uint32_t* child, const std::uint16_t* weight, const std::uint32_t* at,
+                      std::uint32_t count, std::uint32_t* node) {
   for (std::uint32_t i = 0; i < count; i += kLanes) {
     Ints pair[2] = {};
     Halves share{};

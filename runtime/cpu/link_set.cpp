@@ -29,7 +29,8 @@ bool canPackAgain(const Links& links) {
 // that are denormal halves, which kernels need not know then.)
 std::uint32_t packTransfer8(float f) {
   constexpr std::uint32_t kLeast = 16;
-  const std::uint32_t below = packTransfer(f) >> 4, low = below < kLeast ? 0 : below, high = std::clamp(low + 1, kLeast, 255u);
+  const std::uint32_t below = packTransfer(f) >> 4, low = below < kLeast ? 0 : below,
+                      high = std::clamp(low + 1, kLeast, 255u);
   return f - unpackTransfer(low << 4) < unpackTransfer(high << 4) - f ? low : high;
 }
 
@@ -94,8 +95,8 @@ float LinkSet::rounding(const Links& baked, std::uint32_t i) const {
 
 std::size_t LinkSet::bytes() const {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(*array.data()); };
-  return bytes(links_.rowBegin) + bytes(links_.cone) + bytes(links_.shNode) + bytes(links_.shCoefficients) + bytes(links_.head) +
-         bytes(links_.shape) + bytes(word_) + bytes(transfer_) + bytes(nodeStep_);
+  return bytes(links_.rowBegin) + bytes(links_.cone) + bytes(links_.shNode) + bytes(links_.shCoefficients) +
+         bytes(links_.head) + bytes(links_.shape) + bytes(word_) + bytes(transfer_) + bytes(nodeStep_);
 }
 
 }  // namespace relume::cpu

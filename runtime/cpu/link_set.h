@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The links as both backends keep them (the GPU four to a unit, runtime/gl/upload.cpp). oct6 links are packed once more, into
-// 5 bytes: nodes ascend within a row, so that 16 bits of a node do, with the places in the row where the rest of it grows;
-// and rows hand rounding errors of f from link to link, so that 8 bits of it do. All other kinds stay the bake's own arrays.
+// The links as both backends keep them (the GPU four to a unit, runtime/gl/upload.cpp). oct6 links are packed once
+// more, into 5 bytes: nodes ascend within a row, so that 16 bits of a node do, with the places in the row where the
+// rest of it grows; and rows hand rounding errors of f from link to link, so that 8 bits of it do. All other kinds stay
+// the bake's own arrays.
 #pragma once
 
 #include "formats/links.h"
@@ -29,10 +30,11 @@ class LinkSet {
  private:
   void packAgain();
 
-  Links links_;                          // without what is packed again
-  std::vector<std::uint32_t> word_;      // node modulo 2^16, shape of oct6 in the high half
-  std::vector<std::uint8_t> transfer_;   // f: the high 8 bits of a head's 12
-  std::vector<std::uint16_t> nodeStep_;  // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
+  Links links_;                         // without what is packed again
+  std::vector<std::uint32_t> word_;     // node modulo 2^16, shape of oct6 in the high half
+  std::vector<std::uint8_t> transfer_;  // f: the high 8 bits of a head's 12
+  std::vector<std::uint16_t>
+      nodeStep_;  // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
   std::uint32_t steps_ = 0;
 };
 

@@ -32,7 +32,8 @@ inline void loadLinks(const std::uint32_t* link, Ints& packed, Ints& direction) 
 }
 
 // Y, Co, Cg of the nodes of kLanes links.
-__attribute__((always_inline)) inline void loadNodes(const std::uint32_t* node, Ints links, Floats& y, Floats& co, Floats& cg) {
+__attribute__((always_inline)) inline void loadNodes(const std::uint32_t* node, Ints links, Floats& y, Floats& co,
+                                                     Floats& cg) {
   Floats r, g, b;
   unpackColors(gather(node, links), r, g, b);
   toYCoCg(r, g, b, y, co, cg);
@@ -62,10 +63,10 @@ __attribute__((always_inline)) inline V loadFirst(const Word* from, int count) {
   return v;
 }
 
-// The links from `at` on of one group: transfers f, ratios of bands for their cones, directions. Lanes past the `count` that
-// are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `place` is the group's within it.
-// writeNodes() writes the nodes of any number of links, and zeros up to a whole vector. One struct a way of storing them
-// (formats/links.h).
+// The links from `at` on of one group: transfers f, ratios of bands for their cones, directions. Lanes past the `count`
+// that are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `place` is the group's within
+// it. writeNodes() writes the nodes of any number of links, and zeros up to a whole vector. One struct a way of storing
+// them (formats/links.h).
 struct PlainLinks {
   struct Row {
     Row(const LightCachesJob&, std::uint32_t) {}
@@ -97,8 +98,12 @@ struct PlainLinks {
     scaledColors(gather(node, nodes(row, place, count)), transfer(), color);
   }
   template <int kBands>
-  __attribute__((always_inline)) void ratios(Floats* g) const { bandRatios<kBands>(halfToFloat(packed >> 16), g); }
-  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<16>(direction, x, y, z); }
+  __attribute__((always_inline)) void ratios(Floats* g) const {
+    bandRatios<kBands>(halfToFloat(packed >> 16), g);
+  }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
+    unpackDirections<16>(direction, x, y, z);
+  }
 };
 
 struct Heads {
@@ -107,7 +112,8 @@ struct Heads {
   };
   Ints head;
 
-  __attribute__((always_inline)) Heads(const LightCachesJob& job, std::size_t at, int count) : head(loadFirst<Ints>(job.head + at, count)) {}
+  __attribute__((always_inline)) Heads(const LightCachesJob& job, std::size_t at, int count)
+      : head(loadFirst<Ints>(job.head + at, count)) {}
   static void writeNodes(const LightCachesJob& job, std::uint32_t, std::size_t at, int count, std::uint32_t* node) {
     for (int i = 0; i < count; i += kLanes) {
       const Ints each = loadFirst<Ints>(job.head + at + i, count - i) & 0xFFFFF;
@@ -117,7 +123,8 @@ struct Heads {
   Ints nodes() const { return head & 0xFFFFF; }
   Floats transfer() const { return halfToFloat((head >> 18) & 0x3FFC); }
   static constexpr float kColorUnit = 1.0f;
-  __attribute__((always_inline)) void colors(const std::uint32_t* node, const Row&, std::int32_t, int, Floats* color) const {
+  __attribute__((always_inline)) void colors(const std::uint32_t* node, const Row&, std::int32_t, int,
+                                             Floats* color) const {
     scaledColors(gather(node, nodes()), transfer(), color);
   }
 };
@@ -126,7 +133,8 @@ template <class Word, int kUvBits, int kConeBits>
 struct CompactLinks : Heads {
   Ints shape;
 
-  __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::size_t at, int count) : Heads(job, at, count) {
+  __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::size_t at, int count)
+      : Heads(job, at, count) {
     typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
     shape = __builtin_convertvector(loadFirst<Words>(reinterpret_cast<const Word*>(job.shape) + at, count), Ints);
   }
@@ -136,7 +144,9 @@ struct CompactLinks : Heads {
     constexpr float kMost = static_cast<float>((1 << kConeBits) - 1);
     bandRatios<kBands>(1.0f - q * q * (2.0f / (kMost * kMost)), g);
   }
-  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<kUvBits>(shape, x, y, z); }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
+    unpackDirections<kUvBits>(shape, x, y, z);
+  }
 };
 using Oct8Links = CompactLinks<std::uint32_t, 12, 8>;
 using Oct6Links = CompactLinks<std::uint16_t, 6, 4>;
@@ -173,7 +183,9 @@ struct RepackedLinks {
     Ints high{};        // of the nodes before it
 
     __attribute__((always_inline)) Row(const LightCachesJob& job, std::uint32_t cache)
-        : step(job.nodeStep + std::size_t{job.nodeSteps} * cache), end(step + job.nodeSteps), next(step < end ? *step : kNever) {}
+        : step(job.nodeStep + std::size_t{job.nodeSteps} * cache),
+          end(step + job.nodeSteps),
+          next(step < end ? *step : kNever) {}
     __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t place) {
       Ints node = low | high;
       while (next < place + kLanes) {
@@ -186,7 +198,8 @@ struct RepackedLinks {
     }
     static constexpr std::int32_t kNever = INT32_MAX;
   };
-  static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count, std::uint32_t* node) {
+  static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
+                         std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
     const int place = static_cast<int>(at - job.rowBegin[cache]);
     int i = 0;
@@ -205,10 +218,11 @@ struct RepackedLinks {
   }
   Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
 #if RELUME_LANES == 16
-  // What carries nothing is not read. The bits of f, put where a float has them, add to the exponent of a colour's unit: a
-  // product without a multiplication, 2^8 too small (f never is a denormal half: link_set.cpp).
+  // What carries nothing is not read. The bits of f, put where a float has them, add to the exponent of a colour's
+  // unit: a product without a multiplication, 2^8 too small (f never is a denormal half: link_set.cpp).
   static constexpr float kColorUnit = 256.0f;
-  __attribute__((always_inline)) void colors(const std::uint32_t* node, Row& row, std::int32_t place, int, Floats* color) const {
+  __attribute__((always_inline)) void colors(const std::uint32_t* node, Row& row, std::int32_t place, int,
+                                             Floats* color) const {
     const Ints at = row.nodes(word & 0xFFFF, place);
     const __mmask16 carries = _mm_test_epi8_mask((__m128i)f, (__m128i)f);
     const auto bits = (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), carries, (__m512i)at, node, 4);
@@ -222,14 +236,17 @@ struct RepackedLinks {
     if constexpr (kBands <= 4) {
       const __m512i cone = _mm512_maskz_srli_epi32(kAll, (__m512i)word, 28);
       g[0] = splat(1.0f);
-      for (int l = 1; l < kBands; ++l) g[l] = (Floats)_mm512_maskz_permutexvar_ps(kAll, cone, _mm512_load_ps(kRatioTable.band[l - 1]));
+      for (int l = 1; l < kBands; ++l)
+        g[l] = (Floats)_mm512_maskz_permutexvar_ps(kAll, cone, _mm512_load_ps(kRatioTable.band[l - 1]));
       return;
     }
 #endif
     const Floats q = toFloats((word >> 28) & 15);
     bandRatios<kBands>(1.0f - q * q * (2.0f / 225.0f), g);
   }
-  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const { unpackDirections<6, 16>(word, x, y, z); }
+  __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
+    unpackDirections<6, 16>(word, x, y, z);
+  }
 };
 
 }  // namespace

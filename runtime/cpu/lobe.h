@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The lobe of resolve.cpp as the nine coefficients of three bands, written out: A_l y_l^m(n) and (4 pi / 3) y_1^m(n). In an
-// anonymous namespace for the same reason as vectors.h.
+// The lobe of resolve.cpp as the nine coefficients of three bands, written out: A_l y_l^m(n) and (4 pi / 3) y_1^m(n).
+// In an anonymous namespace for the same reason as vectors.h.
 #pragma once
 
 namespace relume::cpu {

@@ -14,7 +14,8 @@ class NodeSet {
  public:
   // `contains(node)` for all nodes below count; `block`: members of a block.
   template <class Contains>
-  NodeSet(std::uint32_t count, std::uint32_t block, const Contains& contains) : bits_((count + 63) / 64, 0), block_(block) {
+  NodeSet(std::uint32_t count, std::uint32_t block, const Contains& contains)
+      : bits_((count + 63) / 64, 0), block_(block) {
     for (std::uint32_t node = 0; node < count; ++node) {
       if (!contains(node)) continue;
       if (size_ % block == 0) begin_.push_back(node);
@@ -30,7 +31,8 @@ class NodeSet {
     if (wanted == 0) return;
     std::uint32_t skip = first % block_, word = begin_[first / block_] / 64;
     std::uint64_t bits = bits_[word] & (~std::uint64_t{0} << (begin_[first / block_] % 64));
-    for (auto here = static_cast<std::uint32_t>(std::popcount(bits)); here <= skip; here = static_cast<std::uint32_t>(std::popcount(bits))) {
+    for (auto here = static_cast<std::uint32_t>(std::popcount(bits)); here <= skip;
+         here = static_cast<std::uint32_t>(std::popcount(bits))) {
       skip -= here;
       bits = bits_[++word];
     }

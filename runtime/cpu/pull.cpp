@@ -15,18 +15,21 @@ constexpr std::uint32_t kGrain = 65536;
 }  // namespace
 
 PullTree::PullTree(const Hierarchy& hierarchy)
-    : inner_(hierarchy.nodeCount(), kSurfelBlock, [&hierarchy](std::uint32_t node) { return !hierarchy.isLeaf(node); }) {
+    : inner_(hierarchy.nodeCount(), kSurfelBlock,
+             [&hierarchy](std::uint32_t node) { return !hierarchy.isLeaf(node); }) {
   weight_.reserve(inner_.size());
   for (std::uint32_t level = 0; level < hierarchy.levelCount(); ++level) {
     innerBegin_.push_back(static_cast<std::uint32_t>(weight_.size()));
     for (std::uint32_t node = hierarchy.levelBegin[level]; node < hierarchy.levelBegin[level + 1]; ++node) {
-      if (!hierarchy.isLeaf(node)) weight_.push_back(static_cast<std::uint16_t>(std::lrint(65534.0f * hierarchy.firstWeight[node])));
+      if (!hierarchy.isLeaf(node))
+        weight_.push_back(static_cast<std::uint16_t>(std::lrint(65534.0f * hierarchy.firstWeight[node])));
     }
   }
   innerBegin_.push_back(static_cast<std::uint32_t>(weight_.size()));
 }
 
-void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node, const ParallelFor& parallelFor) const {
+void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node,
+                    const ParallelFor& parallelFor) const {
   for (std::size_t level = innerBegin_.size() - 1; level-- > 0;) {
     const std::uint32_t begin = innerBegin_[level], end = innerBegin_[level + 1];
     forChunks(parallelFor, end - begin, kGrain, [&](std::uint32_t first, std::uint32_t last) {

@@ -25,8 +25,8 @@ class PullTree {
 
  private:
   NodeSet inner_;
-  std::vector<std::uint16_t> weight_;       // [Size inner nodes] of the first child, over 65534
-  std::vector<std::uint32_t> innerBegin_;   // [Size levels + 1] inner nodes above each level
+  std::vector<std::uint16_t> weight_;      // [Size inner nodes] of the first child, over 65534
+  std::vector<std::uint32_t> innerBegin_;  // [Size levels + 1] inner nodes above each level
 };
 
 }  // namespace relume::cpu

@@ -86,7 +86,8 @@ FirstBands firstBands(const CacheLight& light, const Stencil& stencil, float sca
 // Co and Cg in proportion to Y, by least squares over coefficients 0 to 3.
 glm::vec2 chromaOverLuma(const FirstBands& first) {
   const auto product = [&first](int channel) {
-    return first.constant.x * first.constant[channel] + glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
+    return first.constant.x * first.constant[channel] +
+           glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
   };
   const float square = product(0);
   return square > 0.0f ? glm::vec2(product(1), product(2)) / square : glm::vec2(0.0f);
@@ -95,7 +96,8 @@ glm::vec2 chromaOverLuma(const FirstBands& first) {
 glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, const glm::vec3& n, float scale) {
   const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
   const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
-  const bool guessLuma = lobe.guessed > 0.0f && light.lumaBands == 2, guessChroma = lobe.guessed > 0.0f && light.chromaBands == 2;
+  const bool guessLuma = lobe.guessed > 0.0f && light.lumaBands == 2,
+             guessChroma = lobe.guessed > 0.0f && light.chromaBands == 2;
   glm::vec3 e(0.0f);   // irradiance as Y, Co, Cg
   float upper = 0.0f;  // of Y, by bands 2 and up
   for (int k = 0; k < stencil.count; ++k) {
@@ -129,8 +131,8 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 
 }  // namespace
 
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal,
-                              const glm::vec3& geometricNormal) {
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+                               const glm::vec3& normal, const glm::vec3& geometricNormal) {
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);

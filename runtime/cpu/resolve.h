@@ -6,10 +6,10 @@
 // the receiver's lobe: the clamped cosine for grid caches; on the light map irradianceLinear(), exact for the cache's
 // own normal, blending to the clamped cosine as the normals part, both made up for what the cache has not seen
 // (formats/sh.h, surfaceLobe()).
-// The host's receivers get what two bands lack, guessed: luma's third band by zonalIrradiance() (formats/sh.h); chroma's
-// light of bands 2 and up is to luma's as their coefficients 0 to 3 are, by least squares.
-// With one chroma band beside more luma bands, chroma follows luma: E_Co = E_Y Co_0 / Y_0, so that colours keep their
-// saturation whatever the lobe.
+// The host's receivers get what two bands lack, guessed: luma's third band by zonalIrradiance() (formats/sh.h);
+// chroma's light of bands 2 and up is to luma's as their coefficients 0 to 3 are, by least squares. With one chroma
+// band beside more luma bands, chroma follows luma: E_Co = E_Y Co_0 / Y_0, so that colours keep their saturation
+// whatever the lobe.
 #pragma once
 
 #include "formats/caches.h"
@@ -25,9 +25,10 @@ namespace relume::cpu {
 struct CacheLight {
   int lumaBands = 1, chromaBands = 1;
   std::span<const float> coefficients;  // [W/m²/sr]
-  bool irradianceOnMap = false;  // caches on a surface hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance)
-  bool guessBands = false;       // guess what two bands of luma or chroma lack of the clamped lobe
-  float deringing = 0.0f;        // lambda of deringingFactor() on the clamped lobe
+  bool irradianceOnMap =
+      false;                // caches on a surface hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance)
+  bool guessBands = false;  // guess what two bands of luma or chroma lack of the clamped lobe
+  float deringing = 0.0f;   // lambda of deringingFactor() on the clamped lobe
 
   std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
   std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }
@@ -37,8 +38,8 @@ struct CacheLight {
 // Irradiance [W/m²], never negative, zero where there are no caches. `uv` is a point of the light map, whichever of its
 // coordinate sets (front or back sides) it came from. Texels without a cache have weight 0, the others share it.
 // `normal` is the shading normal, `geometricNormal` that of the receiver's plane (formats/sh.h, surfaceLobe()).
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv, const glm::vec3& normal,
-                               const glm::vec3& geometricNormal);
+glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+                               const glm::vec3& normal, const glm::vec3& geometricNormal);
 inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
                                       const glm::vec3& normal) {
   return irradianceOnLightmap(caches, light, uv, normal, normal);

@@ -24,8 +24,8 @@ bool has(Simd simd) {
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && convertsHalves();
   }
   if (simd == Simd::avx512) {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && has(Simd::avx2);
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") && has(Simd::avx2);
   }
 #endif
   return simd == Simd::baseline;

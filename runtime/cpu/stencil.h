@@ -75,9 +75,9 @@ inline glm::vec3 stencilNormal(const Caches& caches, const Stencil& stencil) {
 // What the corners of a receiver's cell weigh before it is known which of their caches it sees: bit 0 of a corner is x.
 struct CornerWeights {
   std::array<float, 8> lattice{}, brick{};
-  glm::uvec3 cell{0};                    // of the lattice
-  glm::uvec3 middle{0};                  // which half of the brick along each axis
-  const std::uint32_t* points = nullptr; // of the brick; null = none here
+  glm::uvec3 cell{0};                     // of the lattice
+  glm::uvec3 middle{0};                   // which half of the brick along each axis
+  const std::uint32_t* points = nullptr;  // of the brick; null = none here
 };
 
 // Weights of a cube's corners at f within it.
@@ -95,11 +95,14 @@ inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& posit
   CornerWeights corners;
   const glm::uvec3 cells = grid.cells();
   const glm::vec3 safeSpacing = glm::max(grid.spacing, glm::vec3(1e-20f));
-  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing), glm::vec3(grid.resolution - 1u));
+  const glm::vec3 p = glm::min(glm::max(glm::vec3(0.0f), (positionWorld - grid.originWorld) / safeSpacing),
+                               glm::vec3(grid.resolution - 1u));
   corners.cell = glm::min(glm::uvec3(p), cells - 1u);
   const glm::vec3 f = p - glm::vec3(corners.cell);
   const std::uint32_t brick =
-      grid.brick.empty() ? kNoBrick : grid.brick[(std::size_t{corners.cell.z} * cells.y + corners.cell.y) * cells.x + corners.cell.x];
+      grid.brick.empty()
+          ? kNoBrick
+          : grid.brick[(std::size_t{corners.cell.z} * cells.y + corners.cell.y) * cells.x + corners.cell.x];
   if (brick == kNoBrick) {
     corners.lattice = trilinear(f);
     return corners;
@@ -117,8 +120,8 @@ inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& posit
   return corners;
 }
 
-// The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind the
-// receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
+// The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind
+// the receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
 // without a cache are left out.
 inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
   Stencil stencil;
@@ -132,12 +135,14 @@ inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld,
     const float distance = glm::length(toward);
     const float wrap = std::max(0.05f, 0.5f + 0.5f * (distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f));
     w *= wrap * wrap;
-    if (!grid.depth.empty()) w *= depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
+    if (!grid.depth.empty())
+      w *= depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
     stencil.add(cache, w);
   };
   const glm::uvec3 r = grid.resolution;
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const glm::uvec3 offset = cornerOffset(c), at = glm::min(corners.cell + offset, r - 1u), fine = corners.middle + offset;
+    const glm::uvec3 offset = cornerOffset(c), at = glm::min(corners.cell + offset, r - 1u),
+                     fine = corners.middle + offset;
     if (corners.lattice[c] > 0.0f) add(grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x], corners.lattice[c]);
     if (corners.brick[c] > 0.0f) add(corners.points[(fine.z * 3 + fine.y) * 3 + fine.x], corners.brick[c]);
   }

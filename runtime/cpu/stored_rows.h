@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Rows of links that need no projection: irradiance links, lanes are links; and links with stored coefficients, sh and sh8,
-// a link at a time, lanes are coefficients.
+// Rows of links that need no projection: irradiance links, lanes are links; and links with stored coefficients, sh and
+// sh8, a link at a time, lanes are coefficients.
 #pragma once
 
 #include "runtime/cpu/link_vectors.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Rows of links with a cone of up to four bands (PIC 4.6, Eq. (5), (6)), with all sums in registers: lanes are links. For
-// processors of 32 registers; cone_rows.h is for the others, and for more bands.
+// Rows of links with a cone of up to four bands (PIC 4.6, Eq. (5), (6)), with all sums in registers: lanes are links.
+// For processors of 32 registers; cone_rows.h is for the others, and for more bands.
 #pragma once
 
 #include "runtime/cpu/cone_rows.h"
@@ -11,7 +11,9 @@ namespace relume::cpu {
 namespace {
 
 // Bands and colours whose sums fit the registers.
-constexpr bool sumsFit(int luma, int chroma) { return kLanes == 16 && luma <= 4 && luma * luma + 2 * chroma * chroma <= 27; }
+constexpr bool sumsFit(int luma, int chroma) {
+  return kLanes == 16 && luma <= 4 && luma * luma + 2 * chroma * chroma <= 27;
+}
 
 // Sums over links of band ratio * y_i(direction) * (4 Y, 2 Co, 4 Cg), monic polynomials as in cone_rows.h.
 template <int kLuma, int kChroma>
@@ -78,8 +80,8 @@ __attribute__((always_inline)) inline Floats addPairs(Floats a, Floats b, std::i
          __builtin_shufflevector(a, b, (kLane & kBit ? 16 + (kLane ^ kBit) : kLane ^ kBit)...);
 }
 
-// Lane i: sum over the lanes of v[i], i < kCount, in the order of sumLanes(). All indices are constants, without which the sums
-// would be kept in memory.
+// Lane i: sum over the lanes of v[i], i < kCount, in the order of sumLanes(). All indices are constants, without which
+// the sums would be kept in memory.
 template <int kCount, int kIndex = 0, int kBit = 1>
 __attribute__((always_inline)) inline Floats sumsOf(const Floats* v) {
   if constexpr (kBit == 16) {

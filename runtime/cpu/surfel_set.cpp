@@ -19,7 +19,8 @@ std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t s
   return order;
 }
 
-SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order, bool keepOrder)
+SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order,
+                     bool keepOrder)
     : box_(boxOf(surfels.positionWorld)),
       leaf_(hierarchy.nodeCount(), kSurfelBlock,
             [&](std::uint32_t node) { return hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels.count(); }),
@@ -29,8 +30,8 @@ SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::ve
   for (auto& word : word_) word.assign(padded, 0);
   for (std::uint32_t i = 0; i < order_.size(); ++i) {
     const std::uint32_t s = order_[i];
-    const SurfelWords words =
-        packSurfel(box_, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s], ditherOf(i));
+    const SurfelWords words = packSurfel(box_, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s],
+                                         surfels.receiver[s], ditherOf(i));
     for (std::size_t k = 0; k < 4; ++k) word_[k][i] = words[k];
     if (surfels.emission[s] != glm::vec3(0.0f)) emitter_.push_back({i, surfels.emission[s]});
   }
@@ -53,8 +54,8 @@ std::span<const SurfelSet::Emitter> SurfelSet::emitters(std::uint32_t begin, std
 }
 
 std::size_t SurfelSet::bytes() const {
-  return 4 * sizeof(std::uint32_t) * word_[0].size() + leaf_.bytes() + sizeof(std::uint32_t) * (order_.size() + skyLeaf_.size()) +
-         sizeof(Emitter) * emitter_.size();
+  return 4 * sizeof(std::uint32_t) * word_[0].size() + leaf_.bytes() +
+         sizeof(std::uint32_t) * (order_.size() + skyLeaf_.size()) + sizeof(Emitter) * emitter_.size();
 }
 
 glm::vec3 surfelPosition(const LightSurfelsJob& job, std::uint32_t i) {

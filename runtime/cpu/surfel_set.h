@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The surfels as the CPU backend keeps them: packed (runtime/pack_surfel.h), in the order of their leaves in the hierarchy,
-// which lie near each other in space when they are near in order. So neighbours read the same caches, and leaves are
-// written in order.
+// The surfels as the CPU backend keeps them: packed (runtime/pack_surfel.h), in the order of their leaves in the
+// hierarchy, which lie near each other in space when they are near in order. So neighbours read the same caches, and
+// leaves are written in order.
 #pragma once
 
 #include "formats/bake.h"
@@ -26,7 +26,8 @@ class SurfelSet {
   };
 
   // keepOrder: whether bakedSurfel() will be asked for.
-  SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order, bool keepOrder = true);
+  SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order,
+            bool keepOrder = true);
 
   std::uint32_t count() const { return leaf_.size(); }
   // Places and words of `job`.
@@ -46,7 +47,7 @@ class SurfelSet {
   SurfelBox box_;
   std::array<std::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
   NodeSet leaf_;
-  std::vector<std::uint32_t> order_;                // [Size n_S], or 0
+  std::vector<std::uint32_t> order_;  // [Size n_S], or 0
   std::vector<Emitter> emitter_;
   std::vector<std::uint32_t> skyLeaf_;
 };

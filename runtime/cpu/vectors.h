@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Vectors of RELUME_LANES (4, 8 or 16) floats for the kernels: each kernel is built once for each instruction set, by the
-// file kernels_<set>.cpp, which defines RELUME_LANES and is compiled for that set. Everything is in an anonymous namespace
-// and nothing comes from other headers' inline functions, so that no code for a newer processor is linked into an older's
-// path.
+// Vectors of RELUME_LANES (4, 8 or 16) floats for the kernels: each kernel is built once for each instruction set, by
+// the file kernels_<set>.cpp, which defines RELUME_LANES and is compiled for that set. Everything is in an anonymous
+// namespace and nothing comes from other headers' inline functions, so that no code for a newer processor is linked
+// into an older's path.
 #pragma once
 
 #include <cstddef>
@@ -211,7 +211,8 @@ inline Ints packColors(Floats r, Floats g, Floats b, Floats dither) {
   const auto part = [&dither](Floats v, float limit) __attribute__((always_inline)) {
     return __builtin_convertvector(least(most(v + dither, Floats{}), splat(limit)), Ints);
   };
-  return part(r * scale, 511.0f) | part(g * scale, 511.0f) << 9 | part(b * (0.5f * scale), 255.0f) << 18 | exponent << 26;
+  return part(r * scale, 511.0f) | part(g * scale, 511.0f) << 9 | part(b * (0.5f * scale), 255.0f) << 18 |
+         exponent << 26;
 }
 
 // Y, Co, Cg of red, green, blue (formats/color.h).
@@ -242,8 +243,10 @@ __attribute__((always_inline)) inline void unpackDirections(Ints bits, Floats& x
   const Ints signBit = Ints{} + INT32_MIN;
   constexpr float kOne = static_cast<float>((1 << (kBits - 1)) - 1);
   constexpr int kRest = 32 - kBits;
-  const Floats u = toFloats((bits << (kRest - kFrom)) >> kRest), v = toFloats((bits << (kRest - kBits - kFrom)) >> kRest);
-  const Floats sizeV = asFloats(asInts(v) & ~signBit), restU = kOne - asFloats(asInts(u) & ~signBit), restV = kOne - sizeV;
+  const Floats u = toFloats((bits << (kRest - kFrom)) >> kRest),
+               v = toFloats((bits << (kRest - kBits - kFrom)) >> kRest);
+  const Floats sizeV = asFloats(asInts(v) & ~signBit), restU = kOne - asFloats(asInts(u) & ~signBit),
+               restV = kOne - sizeV;
   const Floats w = restU - sizeV;
   // The lower half is folded outward: |u| becomes what |v| leaves, and |v| what |u| leaves, where that is less.
   const Floats foldedU = limitSize(u, restV), foldedV = limitSize(v, restU);

@@ -35,9 +35,10 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
                                                      std::string_view visibilityGlsl, float deringing) {
   const int version = contextVersion();
   if (version < 43 || !epoxy_is_desktop_gl()) {
-    return Error{ErrorCode::unsupported, "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
-                                             (version == 0 ? std::string("none") : std::to_string(version / 10) + "." +
-                                                                                       std::to_string(version % 10))};
+    return Error{
+        ErrorCode::unsupported,
+        "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
+            (version == 0 ? std::string("none") : std::to_string(version / 10) + "." + std::to_string(version % 10))};
   }
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved;
@@ -60,7 +61,8 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);
   if (!copy) return copy.error();
   backend->copy_ = std::move(*copy);
-  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
+  Result<std::string> resolve =
+      expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   // Before the first frame the light map is black, not undefined.

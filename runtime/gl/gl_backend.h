@@ -44,10 +44,10 @@ class GlBackend {
   CachePass caches_;
   CopyPass copy_;
   std::string resolveGlsl_;
-  bool lit_ = false;                           // whether the caches hold a frame
+  bool lit_ = false;  // whether the caches hold a frame
   mutable FrameTimer<4> timer_;
-  mutable std::vector<float> coefficients_;    // read back
-  mutable bool readBack_ = false;              // whether coefficients_ are this frame's
+  mutable std::vector<float> coefficients_;  // read back
+  mutable bool readBack_ = false;            // whether coefficients_ are this frame's
 };
 
 }  // namespace relume::gl

@@ -238,7 +238,8 @@ void CachePass::run(const GpuBake& gpu, const Links& links) const {
   bindStorage(RELUME_SLOT_ROWS, gpu.rows);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
-  glProgramUniform1ui(program, shapeStride_, links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
+  glProgramUniform1ui(program, shapeStride_,
+                      links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
   glProgramUniform1ui(program, gridLinks_, static_cast<GLuint>(links.shape.size()));
   for (const LinkBatch& batch : gpu.batches) {
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);

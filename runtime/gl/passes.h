@@ -17,9 +17,10 @@ struct CacheGroup {
 // What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
 
-// Definitions that fix bands (and, for light_caches.comp, link kind, group and GpuBake::nodeSteps) when a shader is compiled.
-// irradianceOnMap: see cpu::CacheLight.
-std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap = false);
+// Definitions that fix bands (and, for light_caches.comp, link kind, group and GpuBake::nodeSteps) when a shader is
+// compiled. irradianceOnMap: see cpu::CacheLight.
+std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands,
+                                                             bool irradianceOnMap = false);
 // The same for the host's receivers: with what two bands lack guessed, and de-ringing.
 std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
                                                                 float deringing = 0.0f);
@@ -54,8 +55,8 @@ class SurfelPass {
  private:
   Program program_;
   Buffer lights_, host_;
-  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatCount_ = -1, surfelCount_ = -1, senderCount_ = -1, lightCount_ = -1,
-        mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
+  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatCount_ = -1, surfelCount_ = -1, senderCount_ = -1,
+        lightCount_ = -1, mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
 
 class PullPass {

@@ -38,7 +38,8 @@ Status expandFile(Expansion& out, std::string_view path, std::string_view from) 
   const auto all = embeddedShaders();
   const auto file = std::find_if(all.begin(), all.end(), [&](const EmbeddedShader& each) { return each.path == path; });
   if (file == all.end()) {
-    return Error{ErrorCode::failed, "shader " + std::string(from) + " includes " + std::string(path) + ", which does not exist"};
+    return Error{ErrorCode::failed,
+                 "shader " + std::string(from) + " includes " + std::string(path) + ", which does not exist"};
   }
   for (std::string_view rest = file->text; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size() - 1);
@@ -84,7 +85,9 @@ Result<Program> makeComputeProgram(std::string_view path, Defines defines, std::
   glGetShaderiv(shader.get(), GL_COMPILE_STATUS, &ok);
   if (!ok) {
     return Error{ErrorCode::failed, "shader " + std::string(path) + " does not compile: " +
-                                        logOf(shader.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) { glGetShaderInfoLog(n, s, l, t); })};
+                                        logOf(shader.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) {
+                                          glGetShaderInfoLog(n, s, l, t);
+                                        })};
   }
   Program program(glCreateProgram());
   glAttachShader(program.get(), shader.get());
@@ -93,7 +96,9 @@ Result<Program> makeComputeProgram(std::string_view path, Defines defines, std::
   glGetProgramiv(program.get(), GL_LINK_STATUS, &ok);
   if (!ok) {
     return Error{ErrorCode::failed, "shader " + std::string(path) + " does not link: " +
-                                        logOf(program.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) { glGetProgramInfoLog(n, s, l, t); })};
+                                        logOf(program.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) {
+                                          glGetProgramInfoLog(n, s, l, t);
+                                        })};
   }
   return program;
 }

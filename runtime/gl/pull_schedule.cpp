@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See pull_schedule.h. Rounds follow a node's height over its deepest leaf, not its depth: a good half of what is left is
-// ready each time (docs/GPU.md), so that the first rounds are wide and few are narrow.
+// See pull_schedule.h. Rounds follow a node's height over its deepest leaf, not its depth: a good half of what is left
+// is ready each time (docs/GPU.md), so that the first rounds are wide and few are narrow.
 #include "runtime/gl/pull_schedule.h"
 
 #include <algorithm>
@@ -38,7 +38,8 @@ void collect(const Hierarchy& hierarchy, std::uint32_t root, std::vector<std::ui
 }
 
 // Close a group: order its nodes by height, a round each.
-void addGroup(const Hierarchy& hierarchy, const Shape& shape, std::vector<std::uint32_t>& nodes, PullSchedule& schedule) {
+void addGroup(const Hierarchy& hierarchy, const Shape& shape, std::vector<std::uint32_t>& nodes,
+              PullSchedule& schedule) {
   std::sort(nodes.begin(), nodes.end(), [&](std::uint32_t a, std::uint32_t b) {
     return shape.height[a] != shape.height[b] ? shape.height[a] < shape.height[b] : a < b;
   });

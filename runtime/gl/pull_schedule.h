@@ -20,9 +20,11 @@ struct PullSchedule {
     std::uint32_t node, firstChild;
     float firstWeight;  // [0..1] share of the first child in the node's radiosity
   };
-  std::vector<Node> node;                    // [Size inner nodes]
-  std::vector<std::uint32_t> roundBegin; // [Size rounds + 1] round r is node[roundBegin[r]] .. node[roundBegin[r + 1] - 1]
-  std::vector<std::uint32_t> groupBegin; // [Size groups + 1] group g has the rounds groupBegin[g] .. groupBegin[g + 1] - 1
+  std::vector<Node> node;  // [Size inner nodes]
+  std::vector<std::uint32_t>
+      roundBegin;  // [Size rounds + 1] round r is node[roundBegin[r]] .. node[roundBegin[r + 1] - 1]
+  std::vector<std::uint32_t>
+      groupBegin;  // [Size groups + 1] group g has the rounds groupBegin[g] .. groupBegin[g + 1] - 1
 
   std::uint32_t groupCount() const { return static_cast<std::uint32_t>(groupBegin.size() - 1); }
 };

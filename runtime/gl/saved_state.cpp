@@ -9,8 +9,8 @@ namespace {
 
 constexpr GLenum kFirstUnit = GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y;
 constexpr GLuint kUniformSlot = RELUME_RESOLVE_SLOT_UNIFORMS;
-constexpr std::array<GLenum, 8> kUnpack = {GL_UNPACK_SWAP_BYTES,  GL_UNPACK_LSB_FIRST,   GL_UNPACK_ROW_LENGTH,
-                                           GL_UNPACK_SKIP_ROWS,   GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT,
+constexpr std::array<GLenum, 8> kUnpack = {GL_UNPACK_SWAP_BYTES,   GL_UNPACK_LSB_FIRST,   GL_UNPACK_ROW_LENGTH,
+                                           GL_UNPACK_SKIP_ROWS,    GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT,
                                            GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES};
 constexpr std::array<GLint, 8> kUnpackDefault = {0, 0, 0, 0, 0, 4, 0, 0};
 
@@ -54,13 +54,14 @@ SavedState::SavedState()
       pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
       activeUnit_(getInteger(GL_ACTIVE_TEXTURE)) {
   for (GLuint i = 0; i < kStorageSlots; ++i) {
-    storageSlot_[i] = queryRange(GL_SHADER_STORAGE_BUFFER_BINDING, GL_SHADER_STORAGE_BUFFER_START,
-                                 GL_SHADER_STORAGE_BUFFER_SIZE, i);
+    storageSlot_[i] =
+        queryRange(GL_SHADER_STORAGE_BUFFER_BINDING, GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE, i);
   }
   uniformSlot_ = queryRange(GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE, kUniformSlot);
   for (GLuint i = 0; i < unit_.size(); ++i) {
     glActiveTexture(kFirstUnit + i);
-    unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY), getInteger(GL_SAMPLER_BINDING)};
+    unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY),
+                getInteger(GL_SAMPLER_BINDING)};
     glBindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
   }
   for (GLuint i = 0; i < image_.size(); ++i) {

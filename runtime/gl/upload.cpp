@@ -49,7 +49,8 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   gpu.tiltedEnd = gpu.flatCount + static_cast<GLuint>(byKind[1].size());
 
   gpu.box = boxOf(surfels.positionWorld);
-  gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(),
+                          [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
   std::vector<SurfelWords> words;
   std::vector<std::uint32_t> emission, leafNode;
   words.reserve(count);
@@ -58,8 +59,8 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   for (const std::vector<Placed>& kind : byKind) {
     for (const Placed& each : kind) {
       const std::uint32_t s = each.surfel;
-      words.push_back(packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s],
-                                 ditherOf(each.place)));
+      words.push_back(packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s],
+                                 surfels.receiver[s], ditherOf(each.place)));
       if (gpu.emits) emission.push_back(packColor(surfels.emission[s], ditherOf(s)));
       leafNode.push_back(each.node);
       gpu.surfelOrder.push_back(s);
@@ -84,18 +85,23 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
 // Bytes of a link in GpuBake::linkShape.
 std::size_t shapeBytes(const Links& links) {
   switch (links.kind) {
-    case LinkKind::sh: return 2 * std::size_t{links.bands} * links.bands;
-    case LinkKind::cone: return 0;
-    case LinkKind::oct6: return 2;
-    case LinkKind::sh8: return 4 * std::size_t{sh8Words(links.bands)};
-    default: return 4;
+    case LinkKind::sh:
+      return 2 * std::size_t{links.bands} * links.bands;
+    case LinkKind::cone:
+      return 0;
+    case LinkKind::oct6:
+      return 2;
+    case LinkKind::sh8:
+      return 4 * std::size_t{sh8Words(links.bands)};
+    default:
+      return 4;
   }
 }
 
-// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape: of a
-// link in GpuBake::links and linkShape.
-Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::size_t linkBytes, std::size_t shape,
-                                           std::size_t limit, std::size_t alignment) {
+// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape:
+// of a link in GpuBake::links and linkShape.
+Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::size_t linkBytes,
+                                           std::size_t shape, std::size_t limit, std::size_t alignment) {
   const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
   const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::vector<LinkBatch> batches;
@@ -128,10 +134,10 @@ Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBeg
 
 // The arrays of links packed again, in GpuBake's layout.
 struct FourfoldLinks {
-  std::vector<std::uint32_t> rowBegin;  // [Size caches + 1] in units of four links
-  std::vector<std::uint32_t> rows;      // RELUME_SLOT_ROWS
-  std::vector<std::uint32_t> words;     // [Size 4 units]
-  std::vector<std::uint32_t> transfers; // [Size units]
+  std::vector<std::uint32_t> rowBegin;   // [Size caches + 1] in units of four links
+  std::vector<std::uint32_t> rows;       // RELUME_SLOT_ROWS
+  std::vector<std::uint32_t> words;      // [Size 4 units]
+  std::vector<std::uint32_t> transfers;  // [Size units]
   int nodeSteps = 0;
 };
 
@@ -232,7 +238,8 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   const Lightmap& map = caches.lightmap;
   if (map.width > static_cast<GLuint>(most) || map.height > static_cast<GLuint>(most)) {
-    return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " + std::to_string(map.height) +
+    return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " +
+                                             std::to_string(map.height) +
                                              " texels exceeds this OpenGL's largest texture, " + std::to_string(most)};
   }
   if (!map.cache.empty()) {
@@ -252,8 +259,8 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
   const std::vector<std::int8_t> normals = packNormals(caches);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
                   normals.data());
-  gpu.textureBytes = std::size_t{width} * height *
-                     (8 * static_cast<std::size_t>(layers(lumaBands) + 2 * layers(chromaBands)) + 4);
+  gpu.textureBytes =
+      std::size_t{width} * height * (8 * static_cast<std::size_t>(layers(lumaBands) + 2 * layers(chromaBands)) + 4);
   return done();
 }
 
@@ -263,7 +270,9 @@ bool isSoftware(const char* renderer) {
   return renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
 }
 
-PullGroup choosePullGroup(const char* renderer) { return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 512}; }
+PullGroup choosePullGroup(const char* renderer) {
+  return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 512};
+}
 
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
   GLuint name = 0;
@@ -290,19 +299,23 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 
   GpuBake gpu;
   // A unit of repacked links has 16 bytes.
-  if (Status ok = makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu); !ok) {
+  if (Status ok =
+          makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu);
+      !ok) {
     return ok.error();
   }
   if (hierarchy.nodeCount() > kMostPulledNodes) {
     return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
-                                             " nodes, the OpenGL backend takes at most " + std::to_string(kMostPulledNodes)};
+                                             " nodes, the OpenGL backend takes at most " +
+                                             std::to_string(kMostPulledNodes)};
   }
   const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
-  const std::size_t largest = std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(),
-                                        hierarchy.nodeCount() * sizeof(std::uint32_t), bake.caches.lightmap.cache.size() * 4});
+  const std::size_t largest =
+      std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(), hierarchy.nodeCount() * sizeof(std::uint32_t),
+                bake.caches.lightmap.cache.size() * 4});
   if (largest > static_cast<std::size_t>(limit)) {
-    return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) + " bytes is needed, this OpenGL binds at most " +
-                                             std::to_string(limit)};
+    return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) +
+                                             " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
   }
 
   makeSurfels(bake, lumaBands, gpu);
@@ -322,8 +335,8 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   const PackedGrid grid = packGrid(bake.caches);
   gpu.gridCache = makeArray<std::uint32_t>(grid.words);
   gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
-  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu);
-      !ok) return ok.error();
+  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu); !ok)
+    return ok.error();
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);

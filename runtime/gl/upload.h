@@ -13,8 +13,9 @@
 
 namespace relume::gl {
 
-// Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer. Repacked
-// links (runtime/cpu/link_set.h) are four to a unit, rows padded with links that carry nothing: a "link" is then such a unit.
+// Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer.
+// Repacked links (runtime/cpu/link_set.h) are four to a unit, rows padded with links that carry nothing: a "link" is
+// then such a unit.
 struct LinkBatch {
   GLuint firstCache = 0, endCache = 0;
   GLuint firstLink = 0;
@@ -33,20 +34,21 @@ struct GpuBake {
   // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf; leafNode: theirs, then
   // the sky's.
   Buffer surfels, emission, leafNode;
-  Buffer gridded;                                          // RELUME_SLOT_GRIDDED
-  Buffer nodes;                                            // runtime/pack_color.h, written every frame
-  Buffer pullNode, pullRounds, pullGroups;                 // PullSchedule
-  Buffer rows, links, linkShape;                           // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
-  Buffer caches;                                           // coefficients, written every frame
+  Buffer gridded;                           // RELUME_SLOT_GRIDDED
+  Buffer nodes;                             // runtime/pack_color.h, written every frame
+  Buffer pullNode, pullRounds, pullGroups;  // PullSchedule
+  Buffer rows, links, linkShape;            // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
+  Buffer caches;                            // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
-  Buffer texels;                                           // RELUME_SLOT_TEXELS, written every frame
+  Buffer texels;  // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
-  int nodeSteps = -1;                  // repacked links: places a row where nodes step; -1 = links as they are baked
-  std::vector<std::uint32_t> surfelOrder;  // the bake's number of each surfel; in main memory, for what the host hands over
-  GLuint flatCount = 0, tiltedEnd = 0;     // surfels up to the last flat and up to the last tilted one
-  SurfelBox box;                       // of the surfels' positions
-  bool emits = false;                  // whether any surfel has emission
+  int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
+  std::vector<std::uint32_t>
+      surfelOrder;  // the bake's number of each surfel; in main memory, for what the host hands over
+  GLuint flatCount = 0, tiltedEnd = 0;  // surfels up to the last flat and up to the last tilted one
+  SurfelBox box;                        // of the surfels' positions
+  bool emits = false;                   // whether any surfel has emission
   PullGroup pullGroup;
   GLuint pullGroupCount = 0;
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
@@ -55,7 +57,8 @@ struct GpuBake {
   std::size_t textureBytes = 0;
 };
 
-// What suits this driver: software rasterisers run a thread after the other, pay dearly for barriers, and have few cores.
+// What suits this driver: software rasterisers run a thread after the other, pay dearly for barriers, and have few
+// cores.
 PullGroup choosePullGroup(const char* renderer);
 bool isSoftware(const char* renderer);
 

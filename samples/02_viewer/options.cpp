@@ -66,8 +66,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
   if (!bands.empty()) {
     const std::optional<Bands> named = bandsByName(bands);
-    if (!named)
-      return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
+    if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
     o.bands = *named;
   }
   return o;

@@ -100,8 +100,7 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& names, V
 
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize,
-                              const Bands& bands) {
+Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands) {
   auto level = GlLevel::create(scene, &bake.caches.lightmap);
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(shadowSize);

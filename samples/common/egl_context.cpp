@@ -62,7 +62,8 @@ std::vector<EGLDisplay> headlessDisplays() {
     EGLint count = 0;
     if (!eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count)) count = 0;
     for (EGLint i = 0; i < count; ++i) {
-      displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr));
+      displays.push_back(
+          eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr));
     }
   }
   return displays;
@@ -85,7 +86,8 @@ EGLContext createContext(EGLDisplay display, int major, int minor, bool debug) {
 std::string tryDisplay(EGLDisplay display, const EglContext::Options& options, EGLContext& made) {
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return "the display does not initialise";
   const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
-  if (!hasExtension(extensions, "EGL_KHR_no_config_context") && !hasExtension(extensions, "EGL_MESA_configless_context")) {
+  if (!hasExtension(extensions, "EGL_KHR_no_config_context") &&
+      !hasExtension(extensions, "EGL_MESA_configless_context")) {
     return "no contexts without a config";
   }
   if (!hasExtension(extensions, "EGL_KHR_surfaceless_context")) return "no contexts without a surface";
@@ -101,7 +103,8 @@ std::string tryDisplay(EGLDisplay display, const EglContext::Options& options, E
   return {};
 }
 
-void GLAPIENTRY onDebugMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text, const void* user) {
+void GLAPIENTRY onDebugMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text,
+                               const void* user) {
   if (type != GL_DEBUG_TYPE_ERROR && type != GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR) return;
   auto* log = static_cast<DebugLog*>(const_cast<void*>(user));
   ++log->errors;
@@ -123,8 +126,9 @@ Result<EglContext> EglContext::create(const Options& options) {
     tried += (tried.empty() ? "" : "; ") + reason;
   }
   if (state->context == EGL_NO_CONTEXT) {
-    return Error{ErrorCode::unsupported, "no headless OpenGL: expected EGL with a surfaceless or device platform, found " +
-                                             (tried.empty() ? std::string("neither") : tried)};
+    return Error{ErrorCode::unsupported,
+                 "no headless OpenGL: expected EGL with a surfaceless or device platform, found " +
+                     (tried.empty() ? std::string("neither") : tried)};
   }
   if (options.debug) {
     glEnable(GL_DEBUG_OUTPUT);

@@ -182,9 +182,7 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   return level;
 }
 
-void GlLevel::draw(const glm::mat4& clipFromWorld) const {
-  drawBatches(clipFromWorld, glm::mat4(1.0f), false);
-}
+void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, glm::mat4(1.0f), false); }
 
 void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, const glm::mat4& moved) const {
   drawBatches(clipFromWorld, moved, true);

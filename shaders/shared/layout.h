@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: MIT
-// What C++ and GLSL must agree on: slots, sizes and structs of the OpenGL backend. Valid as both. Slots are macros because
-// GLSL 4.30 takes only literals in layout qualifiers; no pass uses more than the 8 storage blocks every driver has.
+// What C++ and GLSL must agree on: slots, sizes and structs of the OpenGL backend. Valid as both. Slots are macros
+// because GLSL 4.30 takes only literals in layout qualifiers; no pass uses more than the 8 storage blocks every driver
+// has.
 #ifndef RELUME_LAYOUT_H
 #define RELUME_LAYOUT_H
 
 // Storage buffers of the passes.
-#define RELUME_SLOT_SURFELS 0     // bounce, surfels: words (runtime/pack_surfel.h)
-#define RELUME_SLOT_LEAF_NODE 1   // bounce, surfels: node of each sender
-#define RELUME_SLOT_GRIDDED 2     // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
-#define RELUME_SLOT_LIGHTS 2      // surfels: RelumeLight[]
-#define RELUME_SLOT_HOST 3        // surfels: what the host hands over a frame, four floats each
-#define RELUME_SLOT_NODES 4       // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
-#define RELUME_SLOT_TEXELS 5      // surfels: packed irradiance of each texel's cache for its own normal
-#define RELUME_SLOT_EMISSION 6    // surfels: packed emission of each, if any emits
-#define RELUME_SLOT_PULL 0        // pull: two words an inner node (runtime/gl/pull_schedule.h)
-#define RELUME_SLOT_ROUNDS 1      // pull: first of them of each round
-#define RELUME_SLOT_GROUPS 2      // pull: first round of each work group
-#define RELUME_SLOT_ROWS 0        // caches: first link of each cache; repacked links: and where its nodes step
-#define RELUME_SLOT_LINKS 1       // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
-#define RELUME_SLOT_LINK_SHAPE 2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
-#define RELUME_SLOT_MAP_CACHE 0   // copy: cache of each texel
-#define RELUME_SLOT_COPY_TEXELS 1 // copy (out): what surfels read from RELUME_SLOT_TEXELS
+#define RELUME_SLOT_SURFELS 0    // bounce, surfels: words (runtime/pack_surfel.h)
+#define RELUME_SLOT_LEAF_NODE 1  // bounce, surfels: node of each sender
+#define RELUME_SLOT_GRIDDED \
+  2  // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
+#define RELUME_SLOT_LIGHTS 2    // surfels: RelumeLight[]
+#define RELUME_SLOT_HOST 3      // surfels: what the host hands over a frame, four floats each
+#define RELUME_SLOT_NODES 4     // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
+#define RELUME_SLOT_TEXELS 5    // surfels: packed irradiance of each texel's cache for its own normal
+#define RELUME_SLOT_EMISSION 6  // surfels: packed emission of each, if any emits
+#define RELUME_SLOT_PULL 0      // pull: two words an inner node (runtime/gl/pull_schedule.h)
+#define RELUME_SLOT_ROUNDS 1    // pull: first of them of each round
+#define RELUME_SLOT_GROUPS 2    // pull: first round of each work group
+#define RELUME_SLOT_ROWS 0      // caches: first link of each cache; repacked links: and where its nodes step
+#define RELUME_SLOT_LINKS 1     // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
+#define RELUME_SLOT_LINK_SHAPE \
+  2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
+#define RELUME_SLOT_MAP_CACHE 0    // copy: cache of each texel
+#define RELUME_SLOT_COPY_TEXELS 1  // copy (out): what surfels read from RELUME_SLOT_TEXELS
 
 // Images of the copy pass.
 #define RELUME_IMAGE_Y 0
@@ -29,7 +32,7 @@
 
 // Resolve: in the host's shaders and in the bounce. A host may define these before resolveGlsl().
 #ifndef RELUME_RESOLVE_UNIT_Y
-#define RELUME_RESOLVE_UNIT_Y 12       // texture unit of the light map's Y coefficients
+#define RELUME_RESOLVE_UNIT_Y 12  // texture unit of the light map's Y coefficients
 #endif
 #ifndef RELUME_RESOLVE_UNIT_CO
 #define RELUME_RESOLVE_UNIT_CO 13
@@ -41,13 +44,13 @@
 #define RELUME_RESOLVE_UNIT_NORMAL 15  // normal of the texel's cache; w = 1 where there is one
 #endif
 #ifndef RELUME_RESOLVE_SLOT_CACHES
-#define RELUME_RESOLVE_SLOT_CACHES 5   // storage buffer: coefficients of the unique caches, four halves a uvec2
+#define RELUME_RESOLVE_SLOT_CACHES 5  // storage buffer: coefficients of the unique caches, four halves a uvec2
 #endif
 #ifndef RELUME_RESOLVE_SLOT_GRID
-#define RELUME_RESOLVE_SLOT_GRID 6     // storage buffer: the grid, runtime/gl/pack_grid.h
+#define RELUME_RESOLVE_SLOT_GRID 6  // storage buffer: the grid, runtime/gl/pack_grid.h
 #endif
 #ifndef RELUME_RESOLVE_SLOT_UNIFORMS
-#define RELUME_RESOLVE_SLOT_UNIFORMS 7 // uniform buffer: RelumeResolve
+#define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve
 #endif
 
 // Threads of a work group.
@@ -68,19 +71,19 @@ using glm::vec3;
 using glm::vec4;
 #endif
 
-const uint kRelumeNone = 0xFFFFFFFFu;     // no cache; a surfel that reads the grid
+const uint kRelumeNone = 0xFFFFFFFFu;  // no cache; a surfel that reads the grid
 
 // Grid: formats/caches.h and formats/grid_depth.h.
 const uint kRelumeBrickWords = 27u;
 const uint kRelumeHanging = 0xFFFFFFFEu;
 const int kRelumeDepthSide = 17;
 
-// Pull: bits of a node in its first word; its number among the inner nodes has one less in the second. The rest of both is
-// the weight of the first child, over kRelumePullWeightOne.
+// Pull: bits of a node in its first word; its number among the inner nodes has one less in the second. The rest of both
+// is the weight of the first child, over kRelumePullWeightOne.
 const uint kRelumePullNodeBits = 25u;
 const uint kRelumePullWeightOne = 32767u;
 
-const uint kRelumeCacheBits = 22u;        // runtime/receivers.h: bits of a cache beside its share
+const uint kRelumeCacheBits = 22u;  // runtime/receivers.h: bits of a cache beside its share
 
 // std430
 struct RelumeLight {
@@ -91,22 +94,23 @@ struct RelumeLight {
 
 // std140
 struct RelumeResolve {
-  vec3 gridOriginWorld;  // [m]
-  uint gridBricks;       // first word in the grid's buffer: brick of each cell; kRelumeNone = no bricks
-  vec3 gridSpacing;      // [m]
-  uint gridFine;         // the bricks
-  uvec3 gridResolution;  // 0 = no grid
-  uint gridCaches;       // the caches: 3 + gridDepthWords words each
-  uint gridDepthWords;   // 0 = it is not known how far caches see
-  float gridDepthUnit;   // [m]
+  vec3 gridOriginWorld;     // [m]
+  uint gridBricks;          // first word in the grid's buffer: brick of each cell; kRelumeNone = no bricks
+  vec3 gridSpacing;         // [m]
+  uint gridFine;            // the bricks
+  uvec3 gridResolution;     // 0 = no grid
+  uint gridCaches;          // the caches: 3 + gridDepthWords words each
+  uint gridDepthWords;      // 0 = it is not known how far caches see
+  float gridDepthUnit;      // [m]
   float gridFinestSpacing;  // [m]
   uint unused;
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 && offsetof(RelumeLight, intensity) == 32);
-static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
-              offsetof(RelumeResolve, gridResolution) == 32);
+static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
+              offsetof(RelumeLight, intensity) == 32);
+static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 &&
+              offsetof(RelumeResolve, gridSpacing) == 16 && offsetof(RelumeResolve, gridResolution) == 32);
 }  // namespace relume::gl
 #endif
 

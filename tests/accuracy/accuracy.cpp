@@ -67,7 +67,8 @@ Result<View> parseName(const std::string& stem) {
   for (std::size_t at; (at = stem.find("__", begin)) != std::string::npos; begin = at + 2)
     parts.push_back(stem.substr(begin, at - begin));
   parts.push_back(stem.substr(begin));
-  if (parts.size() == 3 && parts[2] == "1bounce") parts.pop_back();
+  if (parts.size() == 3 && parts[2] == "1bounce")
+    parts.pop_back();
   else if (parts.size() != 2)
     return Error{ErrorCode::invalidFile, "\"" + stem + "\": <camera>__<lights>[__1bounce] expected"};
   View view{parts[0], parts[1]};
@@ -105,7 +106,8 @@ Status compareView(const Arguments& arguments, const AccuracyLevel& level, const
   if (view->emissive) quantities = {{"bounced", {"DiffInd"}}, {"indirect", {"DiffDir", "DiffInd"}}};
 
   for (const auto& [aov, layers] : quantities) {
-    const fs::path image = fs::path(arguments.work) / (std::string(level.name) + "." + setting.name + "." + referencePath.stem().string() + "." + aov + ".exr");
+    const fs::path image = fs::path(arguments.work) / (std::string(level.name) + "." + setting.name + "." +
+                                                       referencePath.stem().string() + "." + aov + ".exr");
     const std::string size = std::to_string(reference->width) + "x" + std::to_string(reference->height);
     Status drawn = runRelume(arguments, {"render", scene.string(), "--bake", bake.string(), "--camera", view->camera,
                                          "--lights", view->lights, "--bounces", view->bounces, "--aov", aov, "--size",
@@ -134,7 +136,8 @@ Result<AccuracyBake> readBakeReport(const std::string& level, const fs::path& pa
   }
   AccuracyBake bake{level, json["seconds"], json["peakMemoryMiB"], json["surfels"], json["caches"], json["links"], 0};
   for (const nlohmann::json& stage : json["stages"]) {
-    if (stage["figures"].contains("triangles")) bake.triangles = static_cast<std::uint64_t>(stage["figures"]["triangles"].get<double>());
+    if (stage["figures"].contains("triangles"))
+      bake.triangles = static_cast<std::uint64_t>(stage["figures"]["triangles"].get<double>());
   }
   return bake;
 }
@@ -155,10 +158,11 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, cons
   std::sort(references.begin(), references.end());
 
   const std::string stem = std::string(level.name) + "." + setting.name;
-  const fs::path bake = fs::path(arguments.work) / (stem + ".relume"), report = fs::path(arguments.work) / (stem + ".json");
+  const fs::path bake = fs::path(arguments.work) / (stem + ".relume"),
+                 report = fs::path(arguments.work) / (stem + ".json");
   if (!arguments.reuse || !fs::exists(bake) || !fs::exists(report)) {
-    std::vector<std::string> words{"bake", scene.string(), "-o", bake.string(), "--report", report.string(), "--force",
-                                   "--progress", "none"};
+    std::vector<std::string> words{"bake",          scene.string(), "-o",         bake.string(), "--report",
+                                   report.string(), "--force",      "--progress", "none"};
     const std::vector<std::string> options = bakeOptionsOf(level, setting);
     words.insert(words.end(), options.begin(), options.end());
     if (Status baked = runRelume(arguments, words); !baked) return baked;

@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-constexpr double kPlaneTolerance = 0.02;   // of the nearer depth
+constexpr double kPlaneTolerance = 0.02;  // of the nearer depth
 constexpr double kCosTolerance = 0.9;
 constexpr double kTrimmedShare = 0.01;
 constexpr double kPercentileFloor = 0.05;  // of the mean, added to b
@@ -145,8 +145,8 @@ std::vector<std::uint8_t> edgePixels(const ChannelImage& reference) {
   const auto compare = [&](std::size_t a, std::size_t b) {
     const glm::dvec3 step = glm::dvec3(position[b]) - glm::dvec3(position[a]);
     const double depthA = depth->second[a], depthB = depth->second[b];
-    const double off = std::max(std::abs(glm::dot(step, glm::dvec3(normal[a]))),
-                                std::abs(glm::dot(step, glm::dvec3(normal[b]))));
+    const double off =
+        std::max(std::abs(glm::dot(step, glm::dvec3(normal[a]))), std::abs(glm::dot(step, glm::dvec3(normal[b]))));
     const bool differ = off > kPlaneTolerance * std::min(depthA, depthB) ||
                         glm::dot(glm::dvec3(normal[a]), glm::dvec3(normal[b])) < kCosTolerance ||
                         (depthA > 0) != (depthB > 0);

@@ -15,10 +15,10 @@ namespace relume {
 struct CompareOptions {
   std::vector<std::string> layers{"DiffInd"};  // of the reference, summed
   std::string candidateLayer;                  // "" = channels R, G, B
-  double minAlbedo = 0.02;    // [0..1] channels of a darker DiffCol do not count
-  std::uint32_t block = 4;    // [1..64] pixels a side of the blocks
-  bool keepEdges = false;     // count pixels beside discontinuities of depth and normal
-  bool keepEmitters = false;  // count pixels that show emitters
+  double minAlbedo = 0.02;                     // [0..1] channels of a darker DiffCol do not count
+  std::uint32_t block = 4;                     // [1..64] pixels a side of the blocks
+  bool keepEdges = false;                      // count pixels beside discontinuities of depth and normal
+  bool keepEmitters = false;                   // count pixels that show emitters
 };
 
 // a = candidate, b = reference, v = variance of b estimated from its halves; means over all channels of valid pixels.

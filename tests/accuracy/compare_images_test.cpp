@@ -99,9 +99,9 @@ TEST(CompareImages, skyDarkAlbedoEmittersAndBrokenPixelsDoNotCount) {
   ChannelImage reference = wall(10, 10, 1.0f);
   CompareOptions options;
   options.keepEdges = true;
-  reference.channels["Depth.Z"][0] = 0.0f;      // sky
-  reference.channels["DiffCol.R"][1] = 0.01f;   // one channel too dark
-  reference.channels["Emit.B"][2] = 1.0f;       // an emitter
+  reference.channels["Depth.Z"][0] = 0.0f;     // sky
+  reference.channels["DiffCol.R"][1] = 0.01f;  // one channel too dark
+  reference.channels["Emit.B"][2] = 1.0f;      // an emitter
   ChannelImage candidate = plain(10, 10, 1.0f);
   candidate.channels["G"][3] = std::numeric_limits<float>::quiet_NaN();
   for (const std::size_t i : {0u, 2u}) candidate.channels["R"][i] = 100.0f;

@@ -69,8 +69,8 @@ TEST_P(AgainstCycles, energyAgreesWithinTheNoise) {
     const auto difference = compareImages(*reference, candidate, compare);
     ASSERT_TRUE(difference) << difference.error().message;
     const double limit = direct ? c.directEnergy : c.indirectEnergy;
-    for (const double energy : {difference->energy, difference->energyRgb[0], difference->energyRgb[1],
-                                difference->energyRgb[2]}) {
+    for (const double energy :
+         {difference->energy, difference->energyRgb[0], difference->energyRgb[1], difference->energyRgb[2]}) {
       EXPECT_NEAR(energy, 1.0, limit) << (direct ? "direct" : "indirect");
     }
     // What blocks of 4 x 4 pixels differ by is our own noise (samples are few), and no bias.
@@ -78,13 +78,12 @@ TEST_P(AgainstCycles, energyAgreesWithinTheNoise) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Cornell, AgainstCycles,
-    testing::Values(Case{"cornell", "cam_corner", "spot", "", 12, 16, 0.002, 0.01},
-                    Case{"cornell", "cam_corner", "spot", "__1bounce", 1, 16, 0.002, 0.01},
-                    Case{"cornell", "cam_front", "spot", "", 12, 16, 0.002, 0.01},
-                    Case{"cornell", "cam_corner", "emissive", "", 12, 16, 0.003, 0.01},
-                    Case{"cornell", "cam_front", "emissive", "__1bounce", 1, 16, 0.003, 0.01}));
+INSTANTIATE_TEST_SUITE_P(Cornell, AgainstCycles,
+                         testing::Values(Case{"cornell", "cam_corner", "spot", "", 12, 16, 0.002, 0.01},
+                                         Case{"cornell", "cam_corner", "spot", "__1bounce", 1, 16, 0.002, 0.01},
+                                         Case{"cornell", "cam_front", "spot", "", 12, 16, 0.002, 0.01},
+                                         Case{"cornell", "cam_corner", "emissive", "", 12, 16, 0.003, 0.01},
+                                         Case{"cornell", "cam_front", "emissive", "__1bounce", 1, 16, 0.003, 0.01}));
 
 INSTANTIATE_TEST_SUITE_P(Levels, AgainstCycles,
                          testing::Values(Case{"sponza", "cam_arcade", "torch", "", 12, 4, 0.003, 0.03},

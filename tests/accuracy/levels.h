@@ -37,14 +37,26 @@ inline std::vector<std::string> bakeOptionsOf(const AccuracyLevel& level, const 
 }
 
 inline const std::vector<AccuracyLevel> kAccuracyLevels{
-    {"two_rooms", "samples/level/two_rooms.glb", true, true,
+    {"two_rooms",
+     "samples/level/two_rooms.glb",
+     true,
+     true,
      {"--preset", "high", "--surfels", "32768", "--lightmap-caches", "16384"}},
-    {"cornell", "scenes/cornell/cornell.glb", false, true,
+    {"cornell",
+     "scenes/cornell/cornell.glb",
+     false,
+     true,
      {"--preset", "high", "--surfels", "32768", "--lightmap-caches", "16384"}},
     {"sponza", "scenes/sponza/sponza.glb", false, false, {"--preset", "high", "--lightmap-caches", "65536"}},
-    {"breakfast_room", "scenes/breakfast_room/breakfast_room.glb", false, false,
+    {"breakfast_room",
+     "scenes/breakfast_room/breakfast_room.glb",
+     false,
+     false,
      {"--preset", "high", "--lightmap-caches", "65536"}},
-    {"gas_station", "scenes/gas_station/gas_station.glb", false, false,
+    {"gas_station",
+     "scenes/gas_station/gas_station.glb",
+     false,
+     false,
      {"--preset", "high", "--lightmap-caches", "65536"}},
     {"pandora", "scenes/pandora/pandora.glb", false, false, {"--preset", "high", "--lightmap-caches", "65536"}},
     {"fortitude", "scenes/fortitude/fortitude.glb", false, false, {"--preset", "high", "--lightmap-caches", "65536"}},
@@ -101,9 +113,12 @@ struct AccuracyNote {
 
 inline const std::vector<AccuracyNote> kAccuracyNotes{
     {"sponza",
-     "`cam_balcony__sun` is a dark gallery that reads clusters whose leaves are lit in part. Clusters that keep apart what does "
-     "not see the same brought its energy from 1.178 to what it is; preset `best`, which has four times the links, has t1 8 % "
-     "there. `cam_atrium__torch` sees light through the arcade's arches only: its error is that of caches on the arches' "
+     "`cam_balcony__sun` is a dark gallery that reads clusters whose leaves are lit in part. Clusters that keep apart "
+     "what does "
+     "not see the same brought its energy from 1.178 to what it is; preset `best`, which has four times the links, has "
+     "t1 8 % "
+     "there. `cam_atrium__torch` sees light through the arcade's arches only: its error is that of caches on the "
+     "arches' "
      "edges, and more links do not mend it."},
     {"house",
      "The mesh holds 2506 triangles twice, in the same place. In the reference the two shade each other at random, so "

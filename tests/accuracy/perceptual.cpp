@@ -16,7 +16,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 // Linear sRGB to XYZ, a column a primary (IEC 61966-2-1).
-const glm::dmat3 kToXyz(0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522, 0.1191920, 0.1804375, 0.0721750, 0.9503041);
+const glm::dmat3 kToXyz(0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522, 0.1191920, 0.1804375, 0.0721750,
+                        0.9503041);
 const glm::dvec3 kWhite = kToXyz * glm::dvec3(1.0);
 
 glm::dvec3 clampUnit(const glm::dvec3& c) { return glm::clamp(c, glm::dvec3(0.0), glm::dvec3(1.0)); }
@@ -57,7 +58,8 @@ Kernel sensitivity(double a1, double b1, double a2, double b2, double pixelsPerD
   const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(kWidest / (2.0 * kPi * kPi)) * pixelsPerDegree));
   Kernel kernel = makeKernel(radius, [&](int x, int y) {
     const double d2 = (x * x + y * y) / (pixelsPerDegree * pixelsPerDegree);
-    return a1 * std::sqrt(kPi / b1) * std::exp(-kPi * kPi * d2 / b1) + a2 * std::sqrt(kPi / b2) * std::exp(-kPi * kPi * d2 / b2);
+    return a1 * std::sqrt(kPi / b1) * std::exp(-kPi * kPi * d2 / b1) +
+           a2 * std::sqrt(kPi / b2) * std::exp(-kPi * kPi * d2 / b2);
   });
   double sum = 0.0;
   for (const double w : kernel.weight) sum += w;
@@ -154,8 +156,8 @@ double labRmse(std::span<const glm::vec3> a, std::span<const glm::vec3> b) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(a.size(), 1)));
 }
 
-std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<const glm::vec3> a, std::span<const glm::vec3> b,
-                        double pixelsPerDegree) {
+std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<const glm::vec3> a,
+                        std::span<const glm::vec3> b, double pixelsPerDegree) {
   const int w = static_cast<int>(width), h = static_cast<int>(height);
   const Opponent first = opponentOf(w, h, a), second = opponentOf(w, h, b);
   const Kernel filters[3] = {sensitivity(1.0, 0.0047, 0.0, 1e-5, pixelsPerDegree),

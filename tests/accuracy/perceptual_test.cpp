@@ -2,8 +2,8 @@
 // Perceptual differences against published values and properties.
 #include "tests/accuracy/perceptual.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <numeric>
@@ -15,7 +15,9 @@ using Picture = std::vector<glm::vec3>;
 constexpr std::uint32_t kSide = 32;
 
 Picture uniform(const glm::vec3& color) { return Picture(kSide * kSide, color); }
-double mean(const std::vector<float>& e) { return std::accumulate(e.begin(), e.end(), 0.0) / static_cast<double>(e.size()); }
+double mean(const std::vector<float>& e) {
+  return std::accumulate(e.begin(), e.end(), 0.0) / static_cast<double>(e.size());
+}
 std::vector<float> flipOf(const Picture& a, const Picture& b) { return flip(kSide, kSide, a, b); }
 
 // A bright square, moved right by `by` pixels.
@@ -64,7 +66,8 @@ TEST(Flip, OfBlackAndWhiteFollowsFromTheFormula) {
 }
 
 TEST(Flip, IsSymmetric) {
-  const std::vector<float> there = flipOf(square(0, 0.9f), square(3, 0.5f)), back = flipOf(square(3, 0.5f), square(0, 0.9f));
+  const std::vector<float> there = flipOf(square(0, 0.9f), square(3, 0.5f)),
+                           back = flipOf(square(3, 0.5f), square(0, 0.9f));
   for (std::size_t i = 0; i < there.size(); ++i) EXPECT_NEAR(there[i], back[i], 1e-6f);
 }
 

@@ -34,7 +34,8 @@ std::string bakeRows(const AccuracyTable& table) {
     std::string options;
     for (const AccuracyLevel& level : kAccuracyLevels) {
       if (bake.level != level.name) continue;
-      for (const std::string& word : bakeOptionsOf(level, *table.setting)) options += (options.empty() ? "" : " ") + word;
+      for (const std::string& word : bakeOptionsOf(level, *table.setting))
+        options += (options.empty() ? "" : " ") + word;
     }
     text += "| `" + bake.level + "` | `" + options + "` | " + std::to_string(bake.triangles) + " | " +
             std::to_string(bake.surfels) + " | " + std::to_string(bake.caches) + " | " + std::to_string(bake.links) +
@@ -60,8 +61,8 @@ std::string accuracyRows(const AccuracyTable& table) {
       "| --- | --- | ---: | ---: | ---: | ---: | ---: | --- | --- |\n";
   for (const AccuracyRow& row : table.rows) {
     const ImageDifference& d = row.difference;
-    text += "| `" + row.image + "` | " + row.aov + " | " + percent(d.rmseClean) + " | " + percent(d.rmseTrimmed) + " | " +
-            format("%.3f", d.energy) + " | " + percent(d.blockP95) + " | " + percent(d.noise) + " | " +
+    text += "| `" + row.image + "` | " + row.aov + " | " + percent(d.rmseClean) + " | " + percent(d.rmseTrimmed) +
+            " | " + format("%.3f", d.energy) + " | " + percent(d.blockP95) + " | " + percent(d.noise) + " | " +
             boundText(row.bound) + " | " + (row.passed ? (row.bound ? "ok" : "") : "**above**") + " |\n";
   }
   return text;
@@ -71,10 +72,13 @@ std::string accuracyReport(const std::vector<AccuracyTable>& tables, const std::
   std::string text =
       "# Accuracy\n\n"
       "Relume's light against path-traced references (Cycles; `two_rooms`: `relume reference`), made by "
-      "`tests/accuracy`" + (date.empty() ? std::string() : " on " + date) + ".\n\n"
+      "`tests/accuracy`" +
+      (date.empty() ? std::string() : " on " + date) +
+      ".\n\n"
       "`rmse` is the relative root mean square error with the reference's own noise removed, `t1` the same without the "
       "worst 1 % of the pixels, `energy` the sum of light over the reference's, `p95` the 95th percentile of the "
-      "relative error of 4 x 4 pixel blocks, `noise` what the reference itself is off by. `indirect` is reflected light "
+      "relative error of 4 x 4 pixel blocks, `noise` what the reference itself is off by. `indirect` is reflected "
+      "light "
       "(of emitters: all their light), `bounced` only what was reflected. Pixels at edges, of emitters and of nearly "
       "black surfaces do not count. Seconds and memory are those of the bakes, with reading the level, as they ran.\n";
   for (const AccuracyTable& table : tables) {

@@ -48,7 +48,8 @@ Status Stages::prepare() {
   Result<PlacedSurfels> placed = placeSurfels(*tracer, space, options.surfels, options.seed, context);
   if (!placed) return placed.error();
   surfels = std::move(*placed);
-  Result<Hierarchy> tree = clusterSurfels(*tracer, surfels.surfels, options.links.skyPatches, options.clustering, context);
+  Result<Hierarchy> tree =
+      clusterSurfels(*tracer, surfels.surfels, options.links.skyPatches, options.clustering, context);
   if (!tree) return tree.error();
   hierarchy = std::move(*tree);
   Result<Caches> receivers = placeCaches(*tracer, space, options.caches, options.seed, context);
@@ -58,9 +59,7 @@ Status Stages::prepare() {
 }
 
 // A typical edge over the instances, in metres an object unit: what unwrapMesh() is told.
-float scaleOf(const Instance& instance) {
-  return std::cbrt(std::abs(glm::determinant(glm::mat3(instance.toWorld))));
-}
+float scaleOf(const Instance& instance) { return std::cbrt(std::abs(glm::determinant(glm::mat3(instance.toWorld)))); }
 
 using Work = std::function<bool(Stages&)>;
 

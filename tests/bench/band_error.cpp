@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What few bands of spherical harmonics cost: irradiance from the first bands of every cache of a bake against that from
-// eight, by receivers of many normals, for plain series, windowed ones, and zonal bands (ZH3). Prints a table of
+// What few bands of spherical harmonics cost: irradiance from the first bands of every cache of a bake against that
+// from eight, by receivers of many normals, for plain series, windowed ones, and zonal bands (ZH3). Prints a table of
 // docs/BANDS.md.
 //   bench_band_error LEVEL.glb BAKE.relume [threads]
 #include "bake/options.h"
@@ -74,7 +74,8 @@ float windowed(int bands, const Receiver& r, const std::array<float, kMaxBands>&
 
 float hann(int bands, const Receiver& r) {
   std::array<float, kMaxBands> w{};
-  for (int l = 0; l < bands; ++l) w[static_cast<std::size_t>(l)] = 0.5f * (1.0f + std::cos(kPi * static_cast<float>(l) / static_cast<float>(bands)));
+  for (int l = 0; l < bands; ++l)
+    w[static_cast<std::size_t>(l)] = 0.5f * (1.0f + std::cos(kPi * static_cast<float>(l) / static_cast<float>(bands)));
   return windowed(bands, r, w);
 }
 
@@ -92,7 +93,8 @@ template <int kLambda1000>
 float penalised(int bands, const Receiver& r) {
   std::array<float, kMaxBands> w{};
   for (int l = 0; l < bands; ++l) {
-    w[static_cast<std::size_t>(l)] = 1.0f / (1.0f + 1e-3f * kLambda1000 * static_cast<float>(l * l * (l + 1) * (l + 1)));
+    w[static_cast<std::size_t>(l)] =
+        1.0f / (1.0f + 1e-3f * kLambda1000 * static_cast<float>(l * l * (l + 1) * (l + 1)));
   }
   return windowed(bands, r, w);
 }
@@ -115,8 +117,9 @@ float leastWindow(int bands, const Receiver& r) {
     };
     const auto negative = [&](float lambda) {
       make(lambda);
-      return std::any_of(directions.begin(), directions.end(),
-                         [&](const glm::vec3& d) { return windowed(bands, {r.c, d, r.cacheNormal}, window) < 0.0f; });
+      return std::any_of(directions.begin(), directions.end(), [&](const glm::vec3& d) {
+        return windowed(bands, {r.c, d, r.cacheNormal}, window) < 0.0f;
+      });
     };
     float low = 0.0f, high = 0.0f;
     if (negative(0.0f)) {
@@ -128,8 +131,8 @@ float leastWindow(int bands, const Receiver& r) {
   return windowed(bands, r, window);
 }
 
-// ZH3 (Roughton et al. 2024): two bands and the zonal coefficient of the third around the second one's direction; stored, or
-// guessed from the ratio of the two bands by the paper's own fit.
+// ZH3 (Roughton et al. 2024): two bands and the zonal coefficient of the third around the second one's direction;
+// stored, or guessed from the ratio of the two bands by the paper's own fit.
 float zh3(const Receiver& r, bool stored) {
   const Coefficients& c = *r.c;
   const glm::vec3 linear(c[3], c[1], c[2]);
@@ -219,7 +222,8 @@ std::vector<Coefficients> relight(const Bake& bake, const RayTracer& tracer, con
   const std::vector<float> all = relighter->cacheCoefficients();
   const auto stride = static_cast<std::size_t>(relighter->coefficientsPerCache());
   std::vector<Coefficients> caches(bake.caches.count());
-  for (std::size_t i = 0; i < caches.size(); ++i) std::copy_n(all.data() + i * stride, kMaxCoefficients, caches[i].begin());
+  for (std::size_t i = 0; i < caches.size(); ++i)
+    std::copy_n(all.data() + i * stride, kMaxCoefficients, caches[i].begin());
   return caches;
 }
 
@@ -252,14 +256,19 @@ int run(const char* level, const char* file, int threads) {
         if (const float cosine = glm::dot(d, m); cosine > 0.5f && cosine < 0.99f) bent.push_back({&caches[i], d, m});
       }
     }
-    std::printf("\n%s:\n\n| | coefficients | grid: RMSE %% | negative %% | their light %% | own normal: RMSE %% | bent normal: RMSE %% | negative %% |\n", name.c_str());
+    std::printf(
+        "\n%s:\n\n| | coefficients | grid: RMSE %% | negative %% | their light %% | own normal: RMSE %% | bent normal: "
+        "RMSE %% | negative %% |\n",
+        name.c_str());
     std::printf("|---|---:|---:|---:|---:|---:|---:|---:|\n");
     for (const Method& method : kMethods) {
       const Score g = score(method, grid), o = score(method, own), b = score(method, bent);
       const auto rmse = [](const Score& s) { return 100.0 * std::sqrt(s.error / std::max(s.square, 1e-30)); };
-      const auto share = [](const Score& s) { return 100.0 * static_cast<double>(s.negatives) / static_cast<double>(std::max<std::size_t>(s.count, 1)); };
-      std::printf("| %s | %d | %.2f | %.2f | %.3f | %.2f | %.2f | %.2f |\n", method.name, method.coefficients, rmse(g), share(g),
-                  100.0 * g.negative / std::max(g.total, 1e-30), rmse(o), rmse(b), share(b));
+      const auto share = [](const Score& s) {
+        return 100.0 * static_cast<double>(s.negatives) / static_cast<double>(std::max<std::size_t>(s.count, 1));
+      };
+      std::printf("| %s | %d | %.2f | %.2f | %.3f | %.2f | %.2f | %.2f |\n", method.name, method.coefficients, rmse(g),
+                  share(g), 100.0 * g.negative / std::max(g.total, 1e-30), rmse(o), rmse(b), share(b));
     }
   }
   return 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// PIC Table 3: milliseconds of cache lighting and resolve for every pair of luma and chroma bands, least of some frames,
-// on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/BANDS.md.
+// PIC Table 3: milliseconds of cache lighting and resolve for every pair of luma and chroma bands, least of some
+// frames, on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/BANDS.md.
 //   bench_band_times BAKE.relume [frames [receivers]]
 #include "formats/bake_file.h"
 #include "runtime/bands.h"
@@ -22,9 +22,12 @@ namespace relume {
 namespace {
 
 // PIC Table 3, GTX 980: rows chroma 2..8, columns luma 2..8.
-constexpr double kPaper[7][7] = {{2.48, 2.69, 2.95, 3.59, 3.78, 4.50, 5.35}, {0, 3.21, 3.41, 4.01, 4.07, 5.22, 5.83},
-                                 {0, 0, 3.33, 4.14, 4.39, 5.35, 6.31},       {0, 0, 0, 4.69, 5.67, 6.26, 6.78},
-                                 {0, 0, 0, 0, 5.95, 6.94, 7.80},             {0, 0, 0, 0, 0, 7.61, 11.89},
+constexpr double kPaper[7][7] = {{2.48, 2.69, 2.95, 3.59, 3.78, 4.50, 5.35},
+                                 {0, 3.21, 3.41, 4.01, 4.07, 5.22, 5.83},
+                                 {0, 0, 3.33, 4.14, 4.39, 5.35, 6.31},
+                                 {0, 0, 0, 4.69, 5.67, 6.26, 6.78},
+                                 {0, 0, 0, 0, 5.95, 6.94, 7.80},
+                                 {0, 0, 0, 0, 0, 7.61, 11.89},
                                  {0, 0, 0, 0, 0, 0, 10.35}};
 
 // A point of the light map and a normal 35 degrees off its cache's: both forms of the lobe would be needed nowhere, all
@@ -46,7 +49,8 @@ std::vector<Receiver> makeReceivers(const Caches& caches, std::size_t count) {
   while (!filled.empty() && receivers.size() < count) {
     const std::uint32_t t = filled[receivers.size() * filled.size() / count];
     const glm::vec3 m = caches.normal[map.cache[t]];
-    const glm::vec3 side = glm::normalize(glm::cross(m, std::abs(m.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0)));
+    const glm::vec3 side =
+        glm::normalize(glm::cross(m, std::abs(m.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0)));
     receivers.push_back({{(static_cast<float>(t % map.width) + uniform(random)) / static_cast<float>(map.width),
                           (static_cast<float>(t / map.width) + uniform(random)) / static_cast<float>(map.height)},
                          glm::normalize(m + 0.7f * side)});
@@ -127,13 +131,15 @@ Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<
   const Result<GLuint> program = resolveProgram(*relighter);
   if (!program) return program.error();
   std::vector<float> in;
-  for (const Receiver& r : receivers) in.insert(in.end(), {r.uv.x, r.uv.y, 0, 0, r.normal.x, r.normal.y, r.normal.z, 0});
+  for (const Receiver& r : receivers)
+    in.insert(in.end(), {r.uv.x, r.uv.y, 0, 0, r.normal.x, r.normal.y, r.normal.z, 0});
   GLuint buffers[2], queries[2];
   glGenBuffers(2, buffers);
   glGenQueries(2, queries);
   for (int k = 0; k < 2; ++k) {
     glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[k]);
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * sizeof(float)), k == 0 ? in.data() : nullptr, GL_STATIC_DRAW);
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * sizeof(float)),
+                 k == 0 ? in.data() : nullptr, GL_STATIC_DRAW);
   }
   std::array<Light, 1> lights;
   const LightSetup setup = someLight(lights);
@@ -188,17 +194,22 @@ int run(const char* file, int frames, std::size_t count) {
   const std::vector<Receiver> receivers = makeReceivers(bake->caches, count);
   std::printf("%u caches, %u links, %zu receivers; caches + resolve, ms, least of %d frames\n", bake->caches.count(),
               bake->links.count(), receivers.size(), frames);
-  if (table("CPU, one thread", [&](const Bands& bands) { return measureCpu(*bake, bands, receivers, frames); })) return 1;
+  if (table("CPU, one thread", [&](const Bands& bands) { return measureCpu(*bake, bands, receivers, frames); }))
+    return 1;
   const Result<EglContext> context = EglContext::create();
   if (!context) {
     std::printf("\nno OpenGL: %s\n", context.error().message.c_str());
-  } else if (table(context->renderer().c_str(), [&](const Bands& bands) { return measureGl(*bake, bands, receivers, frames); })) {
+  } else if (table(context->renderer().c_str(),
+                   [&](const Bands& bands) { return measureGl(*bake, bands, receivers, frames); })) {
     return 1;
   }
-  std::printf("\nPIC Table 3 (GTX 980), caches + shading:\n\n| chroma \\ luma | 2 | 3 | 4 | 5 | 6 | 7 | 8 |\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
+  std::printf(
+      "\nPIC Table 3 (GTX 980), caches + shading:\n\n| chroma \\ luma | 2 | 3 | 4 | 5 | 6 | 7 | 8 "
+      "|\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
   for (int chroma = 2; chroma <= 8; ++chroma) {
     std::printf("| %d |", chroma);
-    for (int luma = 2; luma <= 8; ++luma) luma < chroma ? std::printf(" |") : std::printf(" %.2f |", kPaper[chroma - 2][luma - 2]);
+    for (int luma = 2; luma <= 8; ++luma)
+      luma < chroma ? std::printf(" |") : std::printf(" %.2f |", kPaper[chroma - 2][luma - 2]);
     std::printf("\n");
   }
   return 0;
@@ -209,5 +220,6 @@ int run(const char* file, int frames, std::size_t count) {
 
 int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "usage: bench_band_times BAKE.relume [frames [receivers]]\n"), 1;
-  return relume::run(argv[1], argc > 2 ? std::atoi(argv[2]) : 10, argc > 3 ? static_cast<std::size_t>(std::atoi(argv[3])) : 57600);
+  return relume::run(argv[1], argc > 2 ? std::atoi(argv[2]) : 10,
+                     argc > 3 ? static_cast<std::size_t>(std::atoi(argv[3])) : 57600);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Caches with directions against caches of irradiance alone, many of them: error of indirect light on surfaces, time and
-// memory of the runtime, from 8192 to 131072 caches on the light map. Receivers are surfels that read the light map, spread
-// evenly over its area, against path-traced light. Prints a table of docs/LINKS.md.
+// Caches with directions against caches of irradiance alone, many of them: error of indirect light on surfaces, time
+// and memory of the runtime, from 8192 to 131072 caches on the light map. Receivers are surfels that read the light
+// map, spread evenly over its area, against path-traced light. Prints a table of docs/LINKS.md.
 //   bench_cache_error LEVEL.glb LIGHTS[;LIGHTS..] [RECEIVERS [PATHS [SURFELS [LINKS [RAYS [MOST_CACHES]]]]]]
 #include "bake/bake.h"
 #include "bake/parallel.h"
@@ -17,8 +17,8 @@
 namespace relume {
 namespace {
 
-using test::errorOf, test::lightsNamed, test::shadowedLight, test::traceIrradiance, test::TracedError, test::TracedLevel,
-    test::TracedReceiver;
+using test::errorOf, test::lightsNamed, test::shadowedLight, test::traceIrradiance, test::TracedError,
+    test::TracedLevel, test::TracedReceiver;
 
 struct Sizes {
   std::size_t receivers;
@@ -36,14 +36,15 @@ std::vector<std::uint32_t> chooseSurfels(const Surfels& surfels, std::size_t wan
   return chosen;
 }
 
-std::vector<TracedReceiver> traceReceivers(const TracedLevel& level, const Surfels& surfels, std::span<const std::uint32_t> chosen, int paths,
-                                           Context& context) {
+std::vector<TracedReceiver> traceReceivers(const TracedLevel& level, const Surfels& surfels,
+                                           std::span<const std::uint32_t> chosen, int paths, Context& context) {
   std::vector<TracedReceiver> receivers(chosen.size());
   parallelChunks(context, "", receivers.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t s = chosen[i];
       receivers[i].normal = surfels.normal[s];
-      receivers[i].position = surfels.positionWorld[s] + surfels.normal[s] * level.tracer.epsilonAt(surfels.positionWorld[s]);
+      receivers[i].position =
+          surfels.positionWorld[s] + surfels.normal[s] * level.tracer.epsilonAt(surfels.positionWorld[s]);
       RandomStream random(13, 0x63616368, i);
       traceIrradiance(level, paths, random, receivers[i]);
     }
@@ -52,11 +53,13 @@ std::vector<TracedReceiver> traceReceivers(const TracedLevel& level, const Surfe
 }
 
 // Receivers under each lighting. Left out: where no light arrives, buried in another surface, which nobody sees.
-void chooseReceivers(const std::vector<TracedLevel>& levels, const Surfels& surfels, const Sizes& sizes, Context& context,
-                     std::vector<std::uint32_t>& chosen, std::vector<std::vector<TracedReceiver>>& receivers) {
+void chooseReceivers(const std::vector<TracedLevel>& levels, const Surfels& surfels, const Sizes& sizes,
+                     Context& context, std::vector<std::uint32_t>& chosen,
+                     std::vector<std::vector<TracedReceiver>>& receivers) {
   const std::vector<std::uint32_t> candidates = chooseSurfels(surfels, sizes.receivers);
   std::vector<std::vector<TracedReceiver>> traced;
-  for (const TracedLevel& level : levels) traced.push_back(traceReceivers(level, surfels, candidates, sizes.paths, context));
+  for (const TracedLevel& level : levels)
+    traced.push_back(traceReceivers(level, surfels, candidates, sizes.paths, context));
   receivers.resize(levels.size());
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const auto isLit = [i](const std::vector<TracedReceiver>& all) { return all[i].truth() != glm::vec3(0.0f); };
@@ -154,8 +157,9 @@ int measure(const std::string& path, const std::string& lightings, const Sizes& 
       if (chosen.empty()) chooseReceivers(levels, baked->surfels, sizes, quiet, chosen, receivers);
       const auto cost = costOf(*baked);
       if (!cost) return 1;
-      std::printf("| %u | %s | %u | %.1f | %.1f | %.2f | %.2f |", baked->caches.count(), kind == LinkKind::oct6 ? "oct6" : "irradiance",
-                  baked->links.count(), cost->linksMiB, cost->allMiB, cost->cachesMs, cost->frameMs);
+      std::printf("| %u | %s | %u | %.1f | %.1f | %.2f | %.2f |", baked->caches.count(),
+                  kind == LinkKind::oct6 ? "oct6" : "irradiance", baked->links.count(), cost->linksMiB, cost->allMiB,
+                  cost->cachesMs, cost->frameMs);
       for (std::size_t i = 0; i < levels.size(); ++i) {
         const auto error = lightError(*baked, levels[i], chosen, receivers[i]);
         if (!error) return 1;
@@ -172,7 +176,15 @@ int measure(const std::string& path, const std::string& lightings, const Sizes& 
 }  // namespace relume
 
 int main(int argc, char** argv) {
-  if (argc < 3) return std::fprintf(stderr, "usage: bench_cache_error LEVEL.glb LIGHTS[;LIGHTS..] [RECEIVERS [PATHS [SURFELS [LINKS [RAYS [MOST_CACHES]]]]]]\n"), 1;
-  const auto number = [&](int i, int otherwise) { return static_cast<std::uint32_t>(argc > i ? std::atoi(argv[i]) : otherwise); };
-  return relume::measure(argv[1], argv[2], {number(3, 2000), static_cast<int>(number(4, 1024)), number(5, 131072), number(6, 96), number(7, 1024), number(8, 131072)});
+  if (argc < 3)
+    return std::fprintf(stderr,
+                        "usage: bench_cache_error LEVEL.glb LIGHTS[;LIGHTS..] [RECEIVERS [PATHS [SURFELS [LINKS [RAYS "
+                        "[MOST_CACHES]]]]]]\n"),
+           1;
+  const auto number = [&](int i, int otherwise) {
+    return static_cast<std::uint32_t>(argc > i ? std::atoi(argv[i]) : otherwise);
+  };
+  return relume::measure(argv[1], argv[2],
+                         {number(3, 2000), static_cast<int>(number(4, 1024)), number(5, 131072), number(6, 96),
+                          number(7, 1024), number(8, 131072)});
 }

@@ -133,8 +133,8 @@ void budgetTable(const CutLevel& level, Context& context) {
   std::printf("\n|---|---|---|---|---|---|---|---|");
   const auto row = [&](const CutLimit& limit, const char* name) {
     const CutReads cut = cutCaches(level, {CutKey::readError, PullWeight::importance, limit});
-    std::printf("\n| %.1f | %s | %zu | %zu |", static_cast<double>(cut.links) / static_cast<double>(cut.reads.size()), name,
-                cut.fewest, cut.most);
+    std::printf("\n| %.1f | %s | %zu | %zu |", static_cast<double>(cut.links) / static_cast<double>(cut.reads.size()),
+                name, cut.fewest, cut.most);
     printMedians(level, truth, cut);
     std::fflush(stdout);
     return cut.links;
@@ -154,8 +154,8 @@ void errorTable(const CutLevel& level, Context& context) {
   std::printf("\n| asked for %% | links a cache | suns: median RMSE %% | spots | torch | all | found / asked |");
   std::printf("\n|---|---|---|---|---|---|---|");
   for (const float error : {0.4f, 0.2f, 0.1f, 0.05f, 0.025f}) {
-    const CutReads cut = cutCaches(
-        level, {CutKey::readError, PullWeight::importance, CutLimit{65535, -1.0f, keySumOf(error, radius)}});
+    const CutReads cut =
+        cutCaches(level, {CutKey::readError, PullWeight::importance, CutLimit{65535, -1.0f, keySumOf(error, radius)}});
     std::printf("\n| %g | %.1f |", 100.0 * double{error},
                 static_cast<double>(cut.links) / static_cast<double>(cut.reads.size()));
     std::printf(" %.2f |", printMedians(level, truth, cut) / double{error});
@@ -168,8 +168,7 @@ void errorTable(const CutLevel& level, Context& context) {
 void noiseTable(const CutLevel& level, std::uint32_t rays, Context& context) {
   const LitSenders lit = ownLights(level, context).lit;
   std::printf("\n| rays |");
-  for (const std::string& name : lit.name)
-    std::printf(" %s: irradiance %% | band 0 %% | band 1 %% |", name.c_str());
+  for (const std::string& name : lit.name) std::printf(" %s: irradiance %% | band 0 %% | band 1 %% |", name.c_str());
   std::printf("\n|---|");
   for (std::size_t l = 0; l < lit.count(); ++l) std::printf("---|---|---|");
   for (const std::uint32_t k : {rays / 4, rays}) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and sizes:
-// points of the play space with random normals, the level's own lights. Prints the tables of docs/GRID.md.
+// How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and
+// sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/GRID.md.
 //   bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
 #include "bake/bake.h"
+#include "bake/parallel.h"
 #include "bake/scene/play_space.h"
 #include "bake/scene/ray_tracer.h"
-#include "bake/parallel.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
 #include "tests/bench/traced_light.h"
@@ -18,11 +18,13 @@
 namespace relume {
 namespace {
 
-using test::errorOf, test::lightsNamed, test::shadowedLight, test::sphereDirection, test::traceIrradiance, test::TracedError;
+using test::errorOf, test::lightsNamed, test::shadowedLight, test::sphereDirection, test::traceIrradiance,
+    test::TracedError;
 using Receiver = test::TracedReceiver;
 using Level = test::TracedLevel;
 
-std::vector<Receiver> traceReceivers(const Level& level, const PlaySpace& playSpace, std::size_t count, int paths, Context& context) {
+std::vector<Receiver> traceReceivers(const Level& level, const PlaySpace& playSpace, std::size_t count, int paths,
+                                     Context& context) {
   std::vector<Receiver> receivers(count);
   parallelChunks(context, "", count, 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -74,11 +76,15 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
   const Level level{*scene, *tracer, lightsNamed(*scene, lights), lights == "emissive"};
   const std::vector<Receiver> receivers = traceReceivers(level, *playSpace, count, paths, context);
 
-  std::vector<GridKind> kinds{{"uniform, small", {12, 5, 8}, 0}, {"uniform, 24 x 8 x 12", {24, 8, 12}, 0}, {"uniform, large", {40, 15, 24}, 0}};
-  for (const std::uint32_t n : {300u, 1150u, 2304u, 8192u}) kinds.push_back({"two levels, about " + std::to_string(n), {}, n});
+  std::vector<GridKind> kinds{
+      {"uniform, small", {12, 5, 8}, 0}, {"uniform, 24 x 8 x 12", {24, 8, 12}, 0}, {"uniform, large", {40, 15, 24}, 0}};
+  for (const std::uint32_t n : {300u, 1150u, 2304u, 8192u})
+    kinds.push_back({"two levels, about " + std::to_string(n), {}, n});
   std::printf("\n%s, %s: %zu receivers, %d paths each\n", scene->name.c_str(), lights.c_str(), receivers.size(), paths);
-  std::printf("\n| grid | caches | bytes | RMSE %% | t1 %% | energy | dark excess %% | without visibility: RMSE %% | t1 %% | energy | dark excess %% |\n"
-              "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n");
+  std::printf(
+      "\n| grid | caches | bytes | RMSE %% | t1 %% | energy | dark excess %% | without visibility: RMSE %% | t1 %% | "
+      "energy | dark excess %% |\n"
+      "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n");
   for (const GridKind& kind : kinds) {
     options.caches.gridResolution = kind.resolution;
     options.caches.gridCaches = kind.count;
@@ -93,7 +99,8 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     setup.emissionScale = glm::vec3(level.emissive ? 1.0f : 0.0f);
     relightUntilConverged(*relighter, setup);
     const std::vector<float> coefficients = relighter->cacheCoefficients();
-    const cpu::CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients, baked->links.kind == LinkKind::irradiance};
+    const cpu::CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients,
+                                baked->links.kind == LinkKind::irradiance};
     const CacheGrid& grid = baked->caches.grid;
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
@@ -101,8 +108,9 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     Caches blind = baked->caches;
     blind.grid.depth = {};
     const Figures without = compare(receivers, blind, light);
-    std::printf("| %s | %td | %zu | %.1f | %.1f | %.3f | %.1f | %.1f | %.1f | %.3f | %.1f |\n", kind.name.c_str(), gridCaches, bytes, 100 * with.rmse,
-                100 * with.trimmed, with.energy, 100 * with.tooBright, 100 * without.rmse, 100 * without.trimmed, without.energy, 100 * without.tooBright);
+    std::printf("| %s | %td | %zu | %.1f | %.1f | %.3f | %.1f | %.1f | %.1f | %.3f | %.1f |\n", kind.name.c_str(),
+                gridCaches, bytes, 100 * with.rmse, 100 * with.trimmed, with.energy, 100 * with.tooBright,
+                100 * without.rmse, 100 * without.trimmed, without.energy, 100 * without.tooBright);
     std::fflush(stdout);
   }
   return 0;
@@ -112,7 +120,9 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
 }  // namespace relume
 
 int main(int argc, char** argv) {
-  if (argc < 3) return std::fprintf(stderr, "usage: bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]\n"), 1;
+  if (argc < 3)
+    return std::fprintf(stderr, "usage: bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]\n"), 1;
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
-  return relume::measure(argv[1], argv[2], static_cast<std::size_t>(number(3, 1000)), number(4, 1024), static_cast<std::uint32_t>(number(5, 65536)));
+  return relume::measure(argv[1], argv[2], static_cast<std::size_t>(number(3, 1000)), number(4, 1024),
+                         static_cast<std::uint32_t>(number(5, 65536)));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the kinds of links cost in error, bytes and time, on the same links of one level. Prints the table of docs/LINKS.md.
+// What the kinds of links cost in error, bytes and time, on the same links of one level. Prints the table of
+// docs/LINKS.md.
 //   bench_link_error SH.relume CONE.relume [repetitions]
 // Two bakes of one scene by the same options and seed but --link-kind sh (4 bands) and cone. The other kinds are packed
 // from these. Light: a sun, a point light and three bounces, then all else is still.
@@ -40,8 +41,11 @@ T orExit(Result<T> result) {
 std::vector<std::uint32_t> lightNodes(const Bake& bake) {
   Relighter relighter = orExit(Relighter::create(bake, {}));
   std::vector<Light> lights(2);
-  lights[0] = {.kind = LightKind::directional, .intensity = glm::vec3(30, 28, 25), .direction = glm::normalize(glm::vec3(0.3f, -1, 0.2f))};
-  lights[1] = {.kind = LightKind::point, .intensity = glm::vec3(40, 20, 5),
+  lights[0] = {.kind = LightKind::directional,
+               .intensity = glm::vec3(30, 28, 25),
+               .direction = glm::normalize(glm::vec3(0.3f, -1, 0.2f))};
+  lights[1] = {.kind = LightKind::point,
+               .intensity = glm::vec3(40, 20, 5),
                .positionWorld = bake.caches.positionWorld[bake.caches.count() / 3]};
   LightSetup setup;
   setup.lights = lights;
@@ -85,8 +89,8 @@ struct Error2 {
   std::vector<double> links, caches, irradiance;  // relative
 };
 
-// Distances of coefficients, relative to the size of the exact ones: of every 7th link, and of every cache's light; and of
-// surface caches' irradiance.
+// Distances of coefficients, relative to the size of the exact ones: of every 7th link, and of every cache's light; and
+// of surface caches' irradiance.
 Error2 compare(const Bake& bake, const Links& exact, const Links& links, const std::vector<float>& want,
                const std::vector<float>& found) {
   Error2 e;
@@ -128,21 +132,26 @@ int run(int argc, char** argv) {
   const int repetitions = argc > 3 ? std::atoi(argv[3]) : 50;
   Bake sh = orExit(readBake(argv[1]));
   const Bake cone = orExit(readBake(argv[2]));
-  const std::pair<const char*, Links> kinds[] = {{"sh", sh.links},
-                                                 {"cone", cone.links},
-                                                 {"oct8", orExit(compactLinks(cone.links, LinkKind::oct8))},
-                                                 {"oct6", orExit(compactLinks(sh.links, LinkKind::oct6))},
-                                                 {"sh8", orExit(compactLinks(sh.links, LinkKind::sh8))},
-                                                 {"irradiance", orExit(irradianceLinks(sh.caches, sh.links, cone.links))}};
+  const std::pair<const char*, Links> kinds[] = {
+      {"sh", sh.links},
+      {"cone", cone.links},
+      {"oct8", orExit(compactLinks(cone.links, LinkKind::oct8))},
+      {"oct6", orExit(compactLinks(sh.links, LinkKind::oct6))},
+      {"sh8", orExit(compactLinks(sh.links, LinkKind::sh8))},
+      {"irradiance", orExit(irradianceLinks(sh.caches, sh.links, cone.links))}};
   const std::vector<std::uint32_t> nodes = lightNodes(sh);
   const Measured exact = measure(sh.links, nodes, 1);
   std::printf("n_S %u, n_C %u (%.0f %% on the light map), %u links\n\n", sh.surfels.count(), sh.caches.count(),
-              100.0 - 100.0 * static_cast<double>(countGridLinks(sh.caches, sh.links)) / sh.links.count(), sh.links.count());
-  std::printf("| kind | bytes a link | MiB | link error %%: median | p95 | L_SH error %%: median | p95 | irradiance error %%: median "
-              "| p95 | ms, one thread |\n|---|---|---|---|---|---|---|---|---|---|\n");
+              100.0 - 100.0 * static_cast<double>(countGridLinks(sh.caches, sh.links)) / sh.links.count(),
+              sh.links.count());
+  std::printf(
+      "| kind | bytes a link | MiB | link error %%: median | p95 | L_SH error %%: median | p95 | irradiance error %%: "
+      "median "
+      "| p95 | ms, one thread |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [name, links] : kinds) {
     const double bytes = 4.0 * static_cast<double>(links.shNode.size() + links.head.size() + links.shape.size()) +
-                         2.0 * static_cast<double>(links.shCoefficients.size()) + 12.0 * static_cast<double>(links.cone.size());
+                         2.0 * static_cast<double>(links.shCoefficients.size()) +
+                         12.0 * static_cast<double>(links.cone.size());
     const Measured m = measure(links, nodes, repetitions);
     const Error2 e = compare(sh, sh.links, links, exact.coefficients, m.coefficients);
     std::printf("| %s | %.1f | %.1f | %.2f | %.2f | %.3f | %.3f | %.3f | %.3f | %.2f |\n", name, bytes / links.count(),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How different pictures look from a reference, a row of a table each: RMSE in CIE Lab, mean and 95th percentile of FLIP.
+// How different pictures look from a reference, a row of a table each: RMSE in CIE Lab, mean and 95th percentile of
+// FLIP.
 //   bench_picture_error EXPOSURE REFERENCE.exr PICTURE.exr...        EXPOSURE [stops]
 #include "bake/tools/image_io.h"
 #include "tests/accuracy/perceptual.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Milliseconds of each runtime pass, named stage/scene/n_S/n_L/bands. Scenes: the synthetic room at PIC's high and moderate
-// settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
+// Milliseconds of each runtime pass, named stage/scene/n_S/n_L/bands. Scenes: the synthetic room at PIC's high and
+// moderate settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
 #include "bake/tools/worker_threads.h"
 #include "formats/bake_file.h"
 #include "runtime/bands.h"
@@ -98,7 +98,8 @@ int main(int argc, char** argv) {
       std::cerr << bake.error().message << "\n";
       return exitCode(bake.error().code);
     }
-    const auto luma = static_cast<int>(bake->provenance.lumaBands), chroma = static_cast<int>(bake->provenance.chromaBands);
+    const auto luma = static_cast<int>(bake->provenance.lumaBands),
+               chroma = static_cast<int>(bake->provenance.chromaBands);
     registerScene({"file", share(std::move(*bake)), {luma, chroma}}, gl);
   }
   benchmark::Initialize(&argc, argv);

@@ -53,7 +53,8 @@ inline glm::vec3 radiance(const TracedLevel& level, glm::vec3 origin, glm::vec3 
     const Instance& instance = level.scene.instances[p.instance];
     const auto c = level.scene.corners(instance, p.triangle);
     glm::vec3 n = geometricNormal(level.scene, p);
-    if (level.emissive && (!hit.back || level.scene.material(instance).doubleSided)) sum += throughput * emissionAt(level.scene, p);
+    if (level.emissive && (!hit.back || level.scene.material(instance).doubleSided))
+      sum += throughput * emissionAt(level.scene, p);
     if (hit.back) n = -n;
     origin = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;
     origin += n * level.tracer.epsilonAt(origin);
@@ -73,7 +74,8 @@ inline glm::vec3 radiance(const TracedLevel& level, glm::vec3 origin, glm::vec3 
 inline void traceIrradiance(const TracedLevel& level, int paths, RandomStream& random, TracedReceiver& r) {
   for (glm::vec3& half : r.half) {
     glm::vec3 sum(0.0f);
-    for (int k = 0; k < paths / 2; ++k) sum += radiance(level, r.position, cosineDirection(r.normal, random.uniform2()), random);
+    for (int k = 0; k < paths / 2; ++k)
+      sum += radiance(level, r.position, cosineDirection(r.normal, random.uniform2()), random);
     half = kPathPi * sum / static_cast<float>(paths / 2);
   }
 }
@@ -120,7 +122,8 @@ inline TracedError errorOf(std::span<const TracedReceiver> receivers, std::span<
     total += error[i];
     if (static_cast<double>(i) < 0.99 * static_cast<double>(error.size())) kept += error[i];
   }
-  return {std::sqrt(std::max(0.0, total - noise) / square), std::sqrt(std::max(0.0, kept - noise) / square), sum / truth};
+  return {std::sqrt(std::max(0.0, total - noise) / square), std::sqrt(std::max(0.0, kept - noise) / square),
+          sum / truth};
 }
 
 }  // namespace relume::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A level of any number of triangles that anyone can make: terrain with hills, cliffs and noise, and pillars on it by the
-// hundred, one mesh in many places.
+// A level of any number of triangles that anyone can make: terrain with hills, cliffs and noise, and pillars on it by
+// the hundred, one mesh in many places.
 #pragma once
 
 #include "tests/caches/meshes.h"
@@ -14,7 +14,8 @@ namespace relume::test {
 inline float terrainHeight(float x, float z) {
   const float hills = 6.0f * std::sin(0.05f * x) * std::cos(0.043f * z) + 2.5f * std::sin(0.13f * x + 0.09f * z);
   const float terraces = 1.5f * std::tanh(6.0f * std::sin(0.11f * z - 0.05f * x));
-  std::uint32_t h = static_cast<std::uint32_t>(static_cast<int>(x * 16.0f)) * 2654435761u ^ static_cast<std::uint32_t>(static_cast<int>(z * 16.0f)) * 40503u;
+  std::uint32_t h = static_cast<std::uint32_t>(static_cast<int>(x * 16.0f)) * 2654435761u ^
+                    static_cast<std::uint32_t>(static_cast<int>(z * 16.0f)) * 40503u;
   h = (h ^ (h >> 15)) * 2246822519u;
   return hills + terraces + 0.05f * static_cast<float>(h >> 16) / 65536.0f;
 }
@@ -24,7 +25,8 @@ inline Mesh displacedTerrain(std::uint32_t side) {
   Mesh mesh;
   for (std::uint32_t z = 0; z <= side; ++z) {
     for (std::uint32_t x = 0; x <= side; ++x) {
-      const float px = 200.0f * static_cast<float>(x) / static_cast<float>(side) - 100.0f, pz = 200.0f * static_cast<float>(z) / static_cast<float>(side) - 100.0f;
+      const float px = 200.0f * static_cast<float>(x) / static_cast<float>(side) - 100.0f,
+                  pz = 200.0f * static_cast<float>(z) / static_cast<float>(side) - 100.0f;
       mesh.position.emplace_back(px, terrainHeight(px, pz), pz);
     }
   }
@@ -49,7 +51,8 @@ inline Scene bigLevel(std::uint32_t side, std::uint32_t rows) {
   for (std::uint32_t i = 0; i < rows * rows; ++i) {
     const float x = 190.0f * (static_cast<float>(i % rows) + 0.5f) / static_cast<float>(rows) - 95.0f;
     const float z = 190.0f * (static_cast<float>(i / rows) + 0.5f) / static_cast<float>(rows) - 95.0f;
-    const glm::mat4 place = glm::rotate(glm::translate(glm::mat4(1.0f), glm::vec3(x, terrainHeight(x, z), z)), 0.7f * static_cast<float>(i), glm::vec3(0, 1, 0));
+    const glm::mat4 place = glm::rotate(glm::translate(glm::mat4(1.0f), glm::vec3(x, terrainHeight(x, z), z)),
+                                        0.7f * static_cast<float>(i), glm::vec3(0, 1, 0));
     if (mesh == kNone) {
       mesh = scene.instances[addInstance(scene, pillar, "pillar", place)].mesh;
       continue;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Whole levels: every point of a side that is seen reads filled texels of caches around it, and the count is what was asked for.
+// Whole levels: every point of a side that is seen reads filled texels of caches around it, and the count is what was
+// asked for.
 #include "bake/caches/caches.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/reads.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +22,10 @@ namespace {
 constexpr int kLattice = 6;
 
 struct LevelReads {
-  double lit = 0.0, seen = 0.0;         // [m²]
-  double unfilled = 0.0;                // sum of weights on texels without a cache, over all points
-  std::uint64_t scanned = 0;            // points
-  std::vector<float> distance;          // [m] point to the position its caches interpolate
+  double lit = 0.0, seen = 0.0;  // [m²]
+  double unfilled = 0.0;         // sum of weights on texels without a cache, over all points
+  std::uint64_t scanned = 0;     // points
+  std::vector<float> distance;   // [m] point to the position its caches interpolate
   Caches caches;
   double seconds = 0.0;
 };
@@ -50,7 +51,8 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
         // Corners, edges and a lattice between them: filters reach farthest there.
         for (int y = 0; y <= kLattice; ++y) {
           for (int x = 0; x + y <= kLattice; ++x) {
-            const auto read = test::readLightmap(placed.caches, i, t, glm::vec2(x, y) / static_cast<float>(kLattice), back);
+            const auto read =
+                test::readLightmap(placed.caches, i, t, glm::vec2(x, y) / static_cast<float>(kLattice), back);
             result.unfilled += static_cast<double>(read.unfilled);
             ++result.scanned;
           }
@@ -66,7 +68,8 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
           if (read.gridLit) continue;
           result.lit += area / points;
           result.unfilled += read.unfilled;
-          result.distance.push_back(glm::distance(read.position, c[0] + (c[1] - c[0]) * world.x + (c[2] - c[0]) * world.y));
+          result.distance.push_back(
+              glm::distance(read.position, c[0] + (c[1] - c[0]) * world.x + (c[2] - c[0]) * world.y));
         }
       }
     }
@@ -74,7 +77,9 @@ void readLevel(const std::string& path, const CacheOptions& options, LevelReads&
   result.caches = std::move(placed.caches);
 }
 
-std::string level(const std::string& name) { return std::string(RELUME_SHARED_DIR) + "/scenes/" + name + "/" + name + ".glb"; }
+std::string level(const std::string& name) {
+  return std::string(RELUME_SHARED_DIR) + "/scenes/" + name + "/" + name + ".glb";
+}
 
 float quantile(std::vector<float>& values, double q) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
@@ -92,10 +97,12 @@ class Scan : public testing::TestWithParam<ScanLevel> {};
 
 TEST_P(Scan, NoVisiblePointReadsAnUnfilledTexel) {
   const auto& [name, large] = GetParam();
-  const std::string path = std::string(name) == "two_rooms" ? std::string(RELUME_SOURCE_DIR) + "/samples/level/two_rooms.glb" : level(name);
+  const std::string path =
+      std::string(name) == "two_rooms" ? std::string(RELUME_SOURCE_DIR) + "/samples/level/two_rooms.glb" : level(name);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
   const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  if (large && (longTests == nullptr || std::string(longTests) != "1")) GTEST_SKIP() << "a long test: RELUME_LONG_TESTS=1";
+  if (large && (longTests == nullptr || std::string(longTests) != "1"))
+    GTEST_SKIP() << "a long test: RELUME_LONG_TESTS=1";
   // Few texels and many: charts of one texel, and charts with borders of their own.
   for (const std::uint32_t caches : {500u, 8281u}) {
     LevelReads reads;
@@ -109,8 +116,9 @@ TEST_P(Scan, NoVisiblePointReadsAnUnfilledTexel) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Scan,
-                         testing::Values(ScanLevel{"two_rooms", false}, ScanLevel{"cornell", false}, ScanLevel{"house", true},
-                                         ScanLevel{"breakfast_room", true}, ScanLevel{"gas_station", true}, ScanLevel{"pandora", true},
+                         testing::Values(ScanLevel{"two_rooms", false}, ScanLevel{"cornell", false},
+                                         ScanLevel{"house", true}, ScanLevel{"breakfast_room", true},
+                                         ScanLevel{"gas_station", true}, ScanLevel{"pandora", true},
                                          ScanLevel{"fortitude", true}, ScanLevel{"sponza", true}),
                          [](const auto& each) { return std::string(each.param.name); });
 

@@ -33,7 +33,8 @@ Scene roomScene() {
   return scene;
 }
 
-void place(Placed& p, const CacheOptions& options, int threads = 0, PlaySpaceOptions::Mode mode = PlaySpaceOptions::Mode::seen) {
+void place(Placed& p, const CacheOptions& options, int threads = 0,
+           PlaySpaceOptions::Mode mode = PlaySpaceOptions::Mode::seen) {
   Context context;
   context.threads = threads;
   PlaySpaceOptions space = test::walks(1u << 16);
@@ -73,7 +74,8 @@ TEST(PlaceCaches, RoomHasItsCachesOnTheWallsLookingIn) {
   }
 }
 
-// Interpolating the caches' own positions must give the point that is read: the test of texel centres, corners, packing.
+// Interpolating the caches' own positions must give the point that is read: the test of texel centres, corners,
+// packing.
 TEST(PlaceCaches, ReadsInterpolateBetweenCachesAroundThePoint) {
   Placed p{roomScene(), {}, {}, {}};
   place(p, fewCaches(1000));
@@ -155,12 +157,14 @@ TEST(PlaceCaches, NoCacheLiesInsideASolid) {
   }
 }
 
-// The gap over a one-sided lamp is in sight and dark: what lies in it reads caches in it, not the bright ceiling beside it.
+// The gap over a one-sided lamp is in sight and dark: what lies in it reads caches in it, not the bright ceiling beside
+// it.
 TEST(PlaceCaches, GapBehindAOneSidedLampHasCachesOfItsOwn) {
   Placed p{roomScene(), {}, {}, {}};
   constexpr float kHalf = 0.8f, kGap = 0.1f;
   Mesh lamp;
-  addQuad(lamp, {-kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, kHalf}, {-kHalf, 3.0f - kGap, kHalf});
+  addQuad(lamp, {-kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, -kHalf}, {kHalf, 3.0f - kGap, kHalf},
+          {-kHalf, 3.0f - kGap, kHalf});
   addInstance(p.scene, std::move(lamp), "lamp");
   ASSERT_LT(geometricNormal(p.scene, {1, 0, {0.3f, 0.3f}}).y, -0.99f);
   place(p, fewCaches(6000));
@@ -192,7 +196,8 @@ TEST(PlaceCaches, BothSidesOfACurtainHaveTheirOwnCaches) {
   place(p, fewCaches(1000));
   ASSERT_FALSE(p.caches.lightmap.backCornerUv.empty());
   for (std::uint32_t t = 0; t < 2; ++t) {
-    const auto front = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, false), back = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, true);
+    const auto front = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, false),
+               back = readLightmap(p.caches, instance, t, {0.2f, 0.5f}, true);
     ASSERT_FALSE(front.gridLit);
     ASSERT_FALSE(back.gridLit);
     EXPECT_NEAR(front.normal.z, 1.0f, 1e-3);
@@ -212,7 +217,8 @@ TEST(PlaceCaches, TinyTrianglesShareCachesNearBy) {
   for (int i = 0; i < 20000; ++i) {
     const glm::vec3 c = glm::vec3(0, 1, 0) + 0.6f * glm::vec3(uniform(random), uniform(random), uniform(random));
     const glm::vec3 a = glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)) + 1e-3f) * 0.01f;
-    const glm::vec3 b = glm::normalize(glm::cross(a, glm::vec3(uniform(random), uniform(random), uniform(random)) + 1e-3f)) * 0.01f;
+    const glm::vec3 b =
+        glm::normalize(glm::cross(a, glm::vec3(uniform(random), uniform(random), uniform(random)) + 1e-3f)) * 0.01f;
     addTriangle(leaves, c - a, c + a, c + b);
   }
   p.scene.materials.emplace_back();
@@ -359,7 +365,9 @@ TEST(PlaceCaches, SurfelsReadCachesAtTheirOwnPlace) {
   for (std::size_t i = 0; i < seeds.size(); i += 2) {
     ASSERT_NE(receivers[i], kGridReceiver);
     const glm::vec2 texel = unpackUnorm16x2(receivers[i]) * static_cast<float>(p.caches.lightmap.width);
-    const std::uint32_t cache = p.caches.lightmap.cache[static_cast<std::size_t>(texel.y) * p.caches.lightmap.width + static_cast<std::size_t>(texel.x)];
+    const std::uint32_t cache =
+        p.caches.lightmap
+            .cache[static_cast<std::size_t>(texel.y) * p.caches.lightmap.width + static_cast<std::size_t>(texel.x)];
     ASSERT_NE(cache, kNoCache);
     EXPECT_LT(glm::distance(p.caches.positionWorld[cache], seeds[i].positionWorld), 0.4f);
     EXPECT_EQ(receivers[i + 1], kGridReceiver) << "the outside has no light map";

@@ -6,8 +6,8 @@
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 
-#include <glm/ext/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
 
 #include <algorithm>
 #include <functional>
@@ -49,15 +49,17 @@ Scene twoRooms(float wall) {
 }
 
 // What receivers read of caches whose value is valueAt(their position).
-float readGrid(const Caches& caches, const glm::vec3& p, const glm::vec3& n, const std::function<float(const glm::vec3&)>& valueAt) {
+float readGrid(const Caches& caches, const glm::vec3& p, const glm::vec3& n,
+               const std::function<float(const glm::vec3&)>& valueAt) {
   const cpu::Stencil stencil = cpu::gridStencil(caches, p, n);
   float sum = 0.0f;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) sum += stencil.weight[k] * valueAt(caches.positionWorld[stencil.cache[k]]);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k)
+    sum += stencil.weight[k] * valueAt(caches.positionWorld[stencil.cache[k]]);
   return sum / stencil.total();
 }
 
-// The largest share of the lit room's light that a receiver in the dark one reads: from 1 cm off its walls, whichever way
-// it looks.
+// The largest share of the lit room's light that a receiver in the dark one reads: from 1 cm off its walls, whichever
+// way it looks.
 float leak(const Caches& caches, float wall) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
@@ -68,7 +70,8 @@ float leak(const Caches& caches, float wall) {
     glm::vec3 u(uniform(random), uniform(random), uniform(random));
     if (i % 2) u.x *= 0.25f;  // most of them near the wall
     const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)) + 1e-6f);
-    most = std::max(most, readGrid(caches, low + (high - low) * u, n, [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
+    most = std::max(most, readGrid(caches, low + (high - low) * u, n,
+                                   [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
   }
   return most;
 }
@@ -136,10 +139,12 @@ TEST(PlaceGrid, PointsHoldCachesOfTheirPlaces) {
   const glm::uvec3 cells = grid.cells(), r = grid.resolution;
   const auto moved = [&](std::uint32_t cache, const glm::vec3& lattice, float most) {
     if (cache >= kHangingPoint) return;
-    const glm::vec3 away = glm::abs(caches.positionWorld[cache] - grid.originWorld - lattice * grid.spacing) / grid.spacing;
+    const glm::vec3 away =
+        glm::abs(caches.positionWorld[cache] - grid.originWorld - lattice * grid.spacing) / grid.spacing;
     EXPECT_LT(std::max({away.x, away.y, away.z}), most + 1e-4f) << lattice.x << ' ' << lattice.y << ' ' << lattice.z;
   };
-  for (std::uint32_t i = 0; i < grid.cache.size(); ++i) moved(grid.cache[i], glm::vec3(i % r.x, i / r.x % r.y, i / r.x / r.y), 0.4f);
+  for (std::uint32_t i = 0; i < grid.cache.size(); ++i)
+    moved(grid.cache[i], glm::vec3(i % r.x, i / r.x % r.y, i / r.x / r.y), 0.4f);
   int shared = 0;
   for (std::uint32_t c = 0; c < grid.brick.size(); ++c) {
     if (grid.brick[c] == kNoBrick) continue;
@@ -171,7 +176,9 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
   ASSERT_GT(grid.brickCount(), 0u);
   ASSERT_GT(std::count(grid.brick.begin(), grid.brick.end(), kNoBrick), 0);
   ASSERT_GT(std::count(grid.fine.begin(), grid.fine.end(), kHangingPoint), 0);
-  const auto value = [](const glm::vec3& x) { return std::fmod(std::abs(13.7f * x.x + 5.3f * x.y + 29.1f * x.z), 1.0f); };
+  const auto value = [](const glm::vec3& x) {
+    return std::fmod(std::abs(13.7f * x.x + 5.3f * x.y + 29.1f * x.z), 1.0f);
+  };
   std::mt19937 random(9);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   std::normal_distribution<float> gauss;
@@ -182,7 +189,8 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
     u[axis] = 0.5f * std::round(2.0f * u[axis]);
     glm::vec3 step(0.0f);
     step[axis] = 2e-5f;
-    const glm::vec3 p = grid.originWorld + u * grid.spacing, n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
+    const glm::vec3 p = grid.originWorld + u * grid.spacing,
+                    n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
     // Inside the column nobody stands.
     if (std::abs(p.x + 2.6f) < 0.51f && std::abs(p.z - 1.4f) < 0.51f) continue;
     most = std::max(most, std::abs(readGrid(caches, p - step, n, value) - readGrid(caches, p + step, n, value)));
@@ -207,7 +215,8 @@ TEST(PlaceGrid, CachesSeeUpToWallsAtAnyAngle) {
       // Away from the other walls, where maps round the corner.
       if (onWall.y < 0.4f || onWall.y > 2.6f || std::abs(onWall.z) > 2.6f) continue;
       const auto weight = [&](float off) {
-        return depthWeight(grid.depth.data() + kDepthWords * c, onWall + glm::vec3(off, 0, 0) - x, grid.depthUnit(), grid.finestSpacing());
+        return depthWeight(grid.depth.data() + kDepthWords * c, onWall + glm::vec3(off, 0, 0) - x, grid.depthUnit(),
+                           grid.finestSpacing());
       };
       ++total;
       near += weight(-0.01f) > 0.9f;

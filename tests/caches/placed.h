@@ -5,8 +5,8 @@
 #include "bake/caches/caches.h"
 #include "bake/context.h"
 
-#include <glm/ext/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
 
 #include <optional>
 

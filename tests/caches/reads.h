@@ -13,14 +13,15 @@ namespace relume::test {
 
 struct Read {
   bool gridLit = true;
-  float unfilled = 0.0f;        // weight that fell on texels without a cache
-  glm::vec3 position{0.0f};     // [m] interpolated from the caches
-  glm::vec3 normal{0.0f};       // likewise, not unit
+  float unfilled = 0.0f;             // weight that fell on texels without a cache
+  glm::vec3 position{0.0f};          // [m] interpolated from the caches
+  glm::vec3 normal{0.0f};            // likewise, not unit
   std::uint32_t nearest = kNoCache;  // the cache of largest weight
 };
 
 // What a point of a side reads. barycentric weighs corners 1 and 2 in glTF order.
-inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint32_t triangle, const glm::vec2& barycentric, bool back) {
+inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint32_t triangle,
+                         const glm::vec2& barycentric, bool back) {
   const Lightmap& map = caches.lightmap;
   Read read;
   const std::span<const std::uint32_t> corners = back ? map.backCornerUv : map.cornerUv;
@@ -29,7 +30,8 @@ inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint
   if (corners[first] == kGridLit || corners[first + 1] == kGridLit || corners[first + 2] == kGridLit) return read;
   read.gridLit = false;
   const glm::vec2 uv = (1.0f - barycentric.x - barycentric.y) * unpackUnorm16x2(corners[first]) +
-                       barycentric.x * unpackUnorm16x2(corners[first + 1]) + barycentric.y * unpackUnorm16x2(corners[first + 2]);
+                       barycentric.x * unpackUnorm16x2(corners[first + 1]) +
+                       barycentric.y * unpackUnorm16x2(corners[first + 2]);
   const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
   const glm::vec2 p = glm::clamp(uv * size - 0.5f, glm::vec2(0.0f), size - 1.0f);
   const glm::uvec2 base(p);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Seams of the light map: edges of meshes whose two triangles lie on different charts though they look the same way. What
-// both sides read there should be the same.
+// Seams of the light map: edges of meshes whose two triangles lie on different charts though they look the same way.
+// What both sides read there should be the same.
 #pragma once
 
 #include "bake/scene/scene.h"
@@ -60,11 +60,14 @@ inline std::vector<SeamPoint> findSeams(const Scene& scene, const Lightmap& map,
         const std::uint64_t first = map.parts[i].firstCorner + 3ull * t;
         const int a = sides[s].corner, b = (a + 1) % 3;
         turned[s] = key(mesh.position[mesh.triangle[t][a]]) != ends.first;
-        uv[s] = {map.cornerUv[first + static_cast<std::uint64_t>(turned[s] ? b : a)], map.cornerUv[first + static_cast<std::uint64_t>(turned[s] ? a : b)]};
+        uv[s] = {map.cornerUv[first + static_cast<std::uint64_t>(turned[s] ? b : a)],
+                 map.cornerUv[first + static_cast<std::uint64_t>(turned[s] ? a : b)]};
         lit = lit && uv[s][0] != kGridLit && uv[s][1] != kGridLit;
       }
       if (!lit || glm::dot(normal[0], normal[1]) < minCosine || uv[0] == uv[1]) continue;
-      const auto world = [&](const Point& p) { return glm::vec3(instance.toWorld * glm::vec4(std::get<0>(p), std::get<1>(p), std::get<2>(p), 1.0f)); };
+      const auto world = [&](const Point& p) {
+        return glm::vec3(instance.toWorld * glm::vec4(std::get<0>(p), std::get<1>(p), std::get<2>(p), 1.0f));
+      };
       const glm::vec3 a = world(ends.first), b = world(ends.second);
       const float length = glm::distance(a, b);
       const int count = std::clamp(static_cast<int>(length / step), 1, 64);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Where charts meet: both sides of a seam take their light from nearly the same place, and every cache lies on the surface
-// it lights.
+// Where charts meet: both sides of a seam take their light from nearly the same place, and every cache lies on the
+// surface it lights.
+#include "tests/caches/seams.h"
 #include "bake/caches/caches.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
-#include "tests/caches/seams.h"
 
-#include <glm/ext/matrix_transform.hpp>
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
 
 #include <cmath>
 #include <random>
@@ -38,7 +38,7 @@ Scene roomWithBall() {
 }
 
 struct Placed : test::Placed {
-  double texel = 0.0;  // [m]
+  double texel = 0.0;                       // [m]
   double unstitched = 0.0, stitched = 0.0;  // [texel]
 };
 
@@ -87,7 +87,8 @@ TEST(Seams, CachesLieOnTheTrianglesThemselves) {
       if (!(area > 1e-9f) || glm::dot(g / area, n) < 0.9999f) continue;
       const float off = glm::dot(x - corner[0], g / area);
       const glm::vec3 on = x - off * g / area - corner[0];
-      const float u = glm::dot(glm::cross(on, f), g) / (area * area), v = glm::dot(glm::cross(e, on), g) / (area * area);
+      const float u = glm::dot(glm::cross(on, f), g) / (area * area),
+                  v = glm::dot(glm::cross(e, on), g) / (area * area);
       if (std::min({u, v, 1.0f - u - v}) > -1e-3f) nearest = std::min(nearest, std::abs(off));
     }
     EXPECT_LT(nearest, 0.011f) << "cache " << c;

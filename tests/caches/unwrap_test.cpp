@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <string>
 #include <random>
 #include <set>
+#include <string>
 
 namespace relume {
 namespace {
@@ -24,7 +24,8 @@ TEST(ChartQuality, KnowsStretchAngleAndArea) {
   test::addQuad(mesh, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
   Chart chart;
   chart.triangle = {0, 1};
-  chart.uv = {{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 0.5f)}, {glm::vec2(0, 0), glm::vec2(1, 0.5f), glm::vec2(0, 0.5f)}};
+  chart.uv = {{glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 0.5f)},
+              {glm::vec2(0, 0), glm::vec2(1, 0.5f), glm::vec2(0, 0.5f)}};
   ChartQuality q = measureCharts(mesh, std::span(&chart, 1), 1.0f);
   EXPECT_NEAR(q.surface, 1.0, 1e-6);
   EXPECT_NEAR(q.stretchRms(), std::sqrt(2.5), 1e-6);
@@ -39,7 +40,8 @@ TEST(ChartQuality, KnowsStretchAngleAndArea) {
   EXPECT_NEAR(q.surface, 0.5, 1e-6);
 }
 
-// Terrain of a million triangles and 400 pillars of one mesh: whole charts, little stretch, and light-map places for all.
+// Terrain of a million triangles and 400 pillars of one mesh: whole charts, little stretch, and light-map places for
+// all.
 TEST(BigLevel, AMillionTrianglesAreUnwrapped) {
   const char* longTests = std::getenv("RELUME_LONG_TESTS");
   const bool whole = longTests != nullptr && std::string(longTests) == "1";
@@ -104,7 +106,8 @@ double overlapOf(const Chart& chart) {
   return total ? static_cast<double>(twice) / total : 0.0;
 }
 
-void expectEachTriangleOnce(const std::vector<Chart>& charts, std::size_t triangles, const std::set<std::uint32_t>& none = {}) {
+void expectEachTriangleOnce(const std::vector<Chart>& charts, std::size_t triangles,
+                            const std::set<std::uint32_t>& none = {}) {
   std::vector<int> seen(triangles, 0);
   for (const Chart& chart : charts) {
     ASSERT_EQ(chart.triangle.size(), chart.uv.size());
@@ -160,7 +163,8 @@ TEST(Unwrap, SphereStretchesLittleAndNeverOverlaps) {
     EXPECT_LT(overlapOf(chart), 0.005);
     for (std::size_t i = 0; i < chart.uv.size(); ++i) {
       const glm::uvec3& t = mesh.triangle[chart.triangle[i]];
-      const float area3 = 0.5f * glm::length(glm::cross(mesh.position[t.y] - mesh.position[t.x], mesh.position[t.z] - mesh.position[t.x]));
+      const float area3 = 0.5f * glm::length(glm::cross(mesh.position[t.y] - mesh.position[t.x],
+                                                        mesh.position[t.z] - mesh.position[t.x]));
       const float area2 = 0.5f * cross2(chart.uv[i][1] - chart.uv[i][0], chart.uv[i][2] - chart.uv[i][0]);
       EXPECT_GT(area2 / area3, 0.35f);
       EXPECT_LT(area2 / area3, 2.5f);
@@ -179,7 +183,9 @@ TEST(Unwrap, RoundColumnIsMappedWithoutLosingArea) {
     return glm::vec3(std::cos(a), y, -std::sin(a));
   };
   for (int i = 0; i < kSides; ++i) {
-    for (int y = 0; y < 4; ++y) addQuad(mesh, at(i, static_cast<float>(y)), at(i + 1, static_cast<float>(y)), at(i + 1, static_cast<float>(y + 1)), at(i, static_cast<float>(y + 1)));
+    for (int y = 0; y < 4; ++y)
+      addQuad(mesh, at(i, static_cast<float>(y)), at(i + 1, static_cast<float>(y)),
+              at(i + 1, static_cast<float>(y + 1)), at(i, static_cast<float>(y + 1)));
   }
   Context context;
   double uv = 0.0, surface = 0.0;
@@ -197,8 +203,10 @@ TEST(Unwrap, EdgesOfManyFacesAndFlippedNeighboursAreNoObstacle) {
   for (int i = 0; i < 12; ++i) {
     const float angle = 0.5f * static_cast<float>(i);
     const glm::vec3 c(std::cos(angle), 0.5f, std::sin(angle));
-    if (i % 3 == 0) addTriangle(mesh, b, a, c);
-    else addTriangle(mesh, a, b, c);
+    if (i % 3 == 0)
+      addTriangle(mesh, b, a, c);
+    else
+      addTriangle(mesh, a, b, c);
   }
   Context context;
   const auto charts = unwrapMesh(mesh, 1.0f, context);

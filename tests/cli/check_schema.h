@@ -43,7 +43,8 @@ class SchemaCheck {
       } else if (keyword == "const") {
         if (value != rule) fail(path, "expected " + rule.dump());
       } else if (keyword == "enum") {
-        if (std::find(rule.begin(), rule.end(), value) == rule.end()) fail(path, value.dump() + " is none of " + rule.dump());
+        if (std::find(rule.begin(), rule.end(), value) == rule.end())
+          fail(path, value.dump() + " is none of " + rule.dump());
       } else if (keyword == "required") {
         for (const Json& name : rule) {
           if (!value.contains(name.get<std::string>())) fail(path, "lacks " + name.dump());

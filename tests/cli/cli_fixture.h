@@ -38,8 +38,9 @@ class CliFixture : public testing::Test {
   // The smallest options that bake the room.
   std::vector<std::string> bakeArguments(const std::string& scene, const std::string& output,
                                          std::vector<std::string> more = {}) const {
-    std::vector<std::string> list = {"bake",   scene, "-o",     output, "--surfels",          "256", "--links", "32",
-                                     "--rays", "64",  "--walks", "1000", "--lightmap-caches", "64",  "--grid",  "2,2,2"};
+    std::vector<std::string> list = {
+        "bake",   scene, "-o",      output, "--surfels",         "256", "--links", "32",
+        "--rays", "64",  "--walks", "1000", "--lightmap-caches", "64",  "--grid",  "2,2,2"};
     list.insert(list.end(), more.begin(), more.end());
     return list;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line as a user meets it: exit status and message of each kind of bad input, what a good run leaves behind,
-// and Ctrl-C.
+// The command line as a user meets it: exit status and message of each kind of bad input, what a good run leaves
+// behind, and Ctrl-C.
 #include "tests/cli/make_gltf.h"
 #include "tests/cli/run_program.h"
 
@@ -34,8 +34,9 @@ class Cli : public testing::Test {
 
   // The smallest options that bake the room.
   std::vector<std::string> bakeArguments(const std::string& scene, std::vector<std::string> more = {}) const {
-    std::vector<std::string> list = {"bake",   scene, "-o",     out_, "--surfels",          "256", "--links", "32",
-                                     "--rays", "64",  "--walks", "1000", "--lightmap-caches", "64",  "--grid",  "2,2,2"};
+    std::vector<std::string> list = {
+        "bake",   scene, "-o",      out_,   "--surfels",         "256", "--links", "32",
+        "--rays", "64",  "--walks", "1000", "--lightmap-caches", "64",  "--grid",  "2,2,2"};
     list.insert(list.end(), more.begin(), more.end());
     return list;
   }
@@ -94,8 +95,8 @@ TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
   EXPECT_EQ(run({"--help"}).status, 0);
   const ProgramResult help = run({"bake", "--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* text : {"--surfels [131072]", "[2..16777216]", "halton|relaxed|eliminated", "--grid [0,0,0]", " texel]",
-                           "--threads", "--play-space", "--cut-key", "--sky-patches", "--pull"})
+  for (const char* text : {"--surfels [131072]", "[2..16777216]", "halton|relaxed|eliminated", "--grid [0,0,0]",
+                           " texel]", "--threads", "--play-space", "--cut-key", "--sky-patches", "--pull"})
     EXPECT_NE(help.out.find(text), std::string::npos) << text << "\n" << help.out;
 }
 
@@ -114,7 +115,8 @@ TEST_F(Cli, absurdOptionsNameOptionRangeAndValue) {
   };
   expectFailure(with("--surfels", "0"), 1, "surfels.count (--surfels) is 0, expected 2..16777216");
   expectFailure(with("--surfels", "1000000000"), 1, "surfels.count (--surfels) is 1000000000, expected 2..16777216");
-  expectFailure(with("--surfels", "-5"), 1, "surfels.count (--surfels): expected a whole number, 2..16777216, found -5");
+  expectFailure(with("--surfels", "-5"), 1,
+                "surfels.count (--surfels): expected a whole number, 2..16777216, found -5");
   expectFailure(with("--surfels", "many"), 1, "found \"many\"");
   expectFailure(with("--bands", "9"), 1, "links.bands (--link-bands) is 9, expected 1..8");
   expectFailure(with("--links", "9000"), 1, "links.linksPerCache (--links) is 9000, expected at most surfels.count");
@@ -234,7 +236,8 @@ TEST_F(Cli, scenesWithNothingToBakeFailByName) {
 TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
   std::ofstream(out_) << "old";
   // Enough rays for minutes, so that the signal comes in the middle.
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}), folder_);
+  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
+               folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGINT);
   const ProgramResult result = bake.wait();
@@ -247,7 +250,8 @@ TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
 TEST_F(Cli, killedBakesLeaveTheOldFileAndTheNextRunCleansUp) {
   std::ofstream(out_) << "old";
   std::ofstream(out_ + ".4242-0.tmp") << "left by a killed run";
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}), folder_);
+  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
+               folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGKILL);
   EXPECT_EQ(bake.wait().status, 128 + SIGKILL);

@@ -23,7 +23,8 @@ class CompareCli : public CliFixture {
 
 TEST_F(CompareCli, sameBytesSaySoAndExitWith0) {
   std::filesystem::copy_file(at("a.relume"), at("copy.relume"));
-  const ProgramResult same = run({"compare", at("a.relume"), at("copy.relume"), "--max-rmse", "0", "--max-cache-change", "0"});
+  const ProgramResult same =
+      run({"compare", at("a.relume"), at("copy.relume"), "--max-rmse", "0", "--max-cache-change", "0"});
   EXPECT_EQ(same.status, 0) << same.err;
   EXPECT_NE(same.out.find("same bytes"), std::string::npos) << same.out;
   const ProgramResult json = run({"compare", at("a.relume"), at("copy.relume"), "--json"});
@@ -70,9 +71,9 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
   for (const char* folder : {"levels", "accepted"}) fs::create_directories(at(folder));
   fs::copy_file(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", at("levels/two_rooms.glb"));
   const auto check = [&](const std::string& out) {
-    const std::string command = "RELUME='" RELUME_BINARY "' PRESET=draft MAX_RMSE=0.0001 '" RELUME_SOURCE_DIR
-                                "/samples/ci/check_bakes.sh' '" + at("levels") + "' '" + at("accepted") + "' '" + at(out) +
-                                "' >'" + at("ci.txt") + "' 2>&1";
+    const std::string command =
+        "RELUME='" RELUME_BINARY "' PRESET=draft MAX_RMSE=0.0001 '" RELUME_SOURCE_DIR "/samples/ci/check_bakes.sh' '" +
+        at("levels") + "' '" + at("accepted") + "' '" + at(out) + "' >'" + at("ci.txt") + "' 2>&1";
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
@@ -82,8 +83,10 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
   EXPECT_EQ(check("second"), 0) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("up to date"), std::string::npos) << "an accepted bake saves the work";
   EXPECT_NE(readAll(at("ci.txt")).find("same bytes"), std::string::npos);
-  ASSERT_EQ(run({"bake", at("levels/two_rooms.glb"), "-o", at("accepted/two_rooms.relume"), "--preset", "draft", "--seed", "2",
-                 "--progress", "none"}).status, 0);
+  ASSERT_EQ(run({"bake", at("levels/two_rooms.glb"), "-o", at("accepted/two_rooms.relume"), "--preset", "draft",
+                 "--seed", "2", "--progress", "none"})
+                .status,
+            0);
   EXPECT_EQ(check("third"), 7) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("third/two_rooms.html")).find("a bound is passed"), std::string::npos);
 }
@@ -95,10 +98,11 @@ TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
                                      at("a.json"), "--progress", "none"});
   ASSERT_EQ(written.status, 0) << written.err;
   for (const char* width : {"1200", "390"}) {
-    const std::string command = "timeout 100 chromium --headless --no-sandbox --disable-gpu --enable-logging=stderr "
-                                "--user-data-dir='" + at("profile") + "' --window-size=" + width + ",2000 --screenshot='" +
-                                at("page.png") + "' --dump-dom 'file://" + at("page.html") + "' >'" + at("dom.txt") +
-                                "' 2>'" + at("log.txt") + "'";
+    const std::string command =
+        "timeout 100 chromium --headless --no-sandbox --disable-gpu --enable-logging=stderr "
+        "--user-data-dir='" +
+        at("profile") + "' --window-size=" + width + ",2000 --screenshot='" + at("page.png") + "' --dump-dom 'file://" +
+        at("page.html") + "' >'" + at("dom.txt") + "' 2>'" + at("log.txt") + "'";
     const int status = std::system(command.c_str());
     const std::string log = readAll(at("log.txt"));
     ASSERT_EQ(status, 0) << log;

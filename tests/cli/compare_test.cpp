@@ -61,26 +61,25 @@ BakeFile fileOf(const Bake& bake, const std::string& name) {
 TEST(CompareParts, eachChangeIsToldApartByName) {
   const auto part = [](const char* node, const char* material, std::uint64_t transform, std::uint64_t geometry,
                        std::uint64_t surface, std::uint64_t settings = 0) {
-    return BakedInstance{node, "mesh", material, transform * 1000 + geometry * 100 + surface * 10 + settings, transform,
-                         geometry, surface};
+    return BakedInstance{node,      "mesh",   material, transform * 1000 + geometry * 100 + surface * 10 + settings,
+                         transform, geometry, surface};
   };
-  const std::vector<BakedInstance> before = {part("same", "m", 1, 1, 1),   part("moved", "m", 1, 1, 1),
-                                             part("reshaped", "m", 1, 1, 1), part("painted", "m", 1, 1, 1),
-                                             part("swapped", "m", 1, 1, 1), part("tuned", "m", 1, 1, 1),
-                                             part("gone", "m", 1, 1, 1),    part("twin", "m", 1, 1, 1),
-                                             part("twin", "m", 2, 1, 1)};
-  const std::vector<BakedInstance> now = {part("twin", "m", 1, 1, 1),    part("twin", "m", 3, 1, 1),
-                                          part("same", "m", 1, 1, 1),    part("moved", "m", 2, 1, 1),
-                                          part("reshaped", "m", 1, 2, 1), part("painted", "m", 1, 1, 2),
-                                          part("swapped", "n", 1, 1, 3), part("tuned", "m", 1, 1, 1, 1),
-                                          part("new", "m", 1, 1, 1)};
+  const std::vector<BakedInstance> before = {
+      part("same", "m", 1, 1, 1),    part("moved", "m", 1, 1, 1),   part("reshaped", "m", 1, 1, 1),
+      part("painted", "m", 1, 1, 1), part("swapped", "m", 1, 1, 1), part("tuned", "m", 1, 1, 1),
+      part("gone", "m", 1, 1, 1),    part("twin", "m", 1, 1, 1),    part("twin", "m", 2, 1, 1)};
+  const std::vector<BakedInstance> now = {
+      part("twin", "m", 1, 1, 1),    part("twin", "m", 3, 1, 1),     part("same", "m", 1, 1, 1),
+      part("moved", "m", 2, 1, 1),   part("reshaped", "m", 1, 2, 1), part("painted", "m", 1, 1, 2),
+      part("swapped", "n", 1, 1, 3), part("tuned", "m", 1, 1, 1, 1), part("new", "m", 1, 1, 1)};
   std::vector<std::string> texts;
   for (const PartChange& change : compareParts(before, now)) texts.push_back(toString(change));
-  EXPECT_EQ(texts, (std::vector<std::string>{
-                       "node \"twin\" moved", "node \"moved\" moved", "node \"reshaped\": geometry of mesh \"mesh\" changed",
-                       "node \"painted\": material \"m\" changed", "node \"swapped\": material was \"m\", is \"n\"",
-                       "node \"tuned\": extras.relume (bake mode or texel density) changed", "node \"new\" added",
-                       "node \"gone\" removed"}));
+  EXPECT_EQ(texts,
+            (std::vector<std::string>{
+                "node \"twin\" moved", "node \"moved\" moved", "node \"reshaped\": geometry of mesh \"mesh\" changed",
+                "node \"painted\": material \"m\" changed", "node \"swapped\": material was \"m\", is \"n\"",
+                "node \"tuned\": extras.relume (bake mode or texel density) changed", "node \"new\" added",
+                "node \"gone\" removed"}));
   EXPECT_TRUE(compareParts(before, before).empty());
 }
 
@@ -244,7 +243,8 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
     EXPECT_NE(page.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
   EXPECT_EQ(page.find("<script"), std::string::npos);
-  for (const char* outside : {"http:", "https:", "url(", "@import"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  for (const char* outside : {"http:", "https:", "url(", "@import"})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
   std::size_t images = 0;
   for (std::size_t at = page.find("src=\""); at != std::string::npos; at = page.find("src=\"", at + 1), ++images)
     EXPECT_EQ(page.substr(at + 5, 22), "data:image/png;base64,");

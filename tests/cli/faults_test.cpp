@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a bake leaves behind when something fails around it: the old file or the new one, whole; and nothing else once the
-// next run is through.
+// What a bake leaves behind when something fails around it: the old file or the new one, whole; and nothing else once
+// the next run is through.
 #include "tests/cli/cli_fixture.h"
 
 #include <sys/mount.h>
@@ -30,7 +30,8 @@ class Faults : public CliFixture {
   std::vector<std::string> rebake() const { return bakeArguments(room_, out_, {"--seed", "2", "--force"}); }
   void expectWhole(const std::string& where) const {
     const std::string bytes = readAll(out_);
-    EXPECT_TRUE(bytes == old_ || bytes == new_) << where << ": " << bytes.size() << " bytes, neither the old nor the new bake";
+    EXPECT_TRUE(bytes == old_ || bytes == new_)
+        << where << ": " << bytes.size() << " bytes, neither the old nor the new bake";
   }
   void expectOldAlone() const {
     EXPECT_TRUE(readAll(out_) == old_);
@@ -145,7 +146,8 @@ TEST_F(Faults, twoBakesOfTheSameOutputAtOnce) {
 
 // Memory runs out at one place after another: an error or a whole bake, never a crash.
 TEST_F(Faults, theAddressSpaceIsSmall) {
-  if (std::string(RELUME_SANITIZE) != "") GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs terabytes of addresses";
+  if (std::string(RELUME_SANITIZE) != "")
+    GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs terabytes of addresses";
   int refused = 0, baked = 0;
   for (rlim_t mebibytes = 32; mebibytes <= 1024; mebibytes += mebibytes < 256 ? 16 : 128) {
     std::ofstream(out_, std::ios::binary) << old_;
@@ -157,9 +159,10 @@ TEST_F(Faults, theAddressSpaceIsSmall) {
     });
     if (result.status == 127 || result.err.find("error while loading shared libraries") != std::string::npos)
       continue;  // not even the program fits
-    EXPECT_TRUE(result.status == 0 || result.status == 4)
-        << mebibytes << " MiB: status " << result.status << "\n" << result.err;
-    EXPECT_EQ(result.err.find("relume: error: ") != std::string::npos, result.status == 4) << mebibytes << " MiB\n" << result.err;
+    EXPECT_TRUE(result.status == 0 || result.status == 4) << mebibytes << " MiB: status " << result.status << "\n"
+                                                          << result.err;
+    EXPECT_EQ(result.err.find("relume: error: ") != std::string::npos, result.status == 4) << mebibytes << " MiB\n"
+                                                                                           << result.err;
     (result.status == 0 ? baked : refused) += 1;
     expectWhole(std::to_string(mebibytes) + " MiB");
     EXPECT_EQ(filesIn(folder_ / "out"), 1u) << mebibytes << " MiB";

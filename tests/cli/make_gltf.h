@@ -40,8 +40,8 @@ inline BoxRoom makeBoxRoom(float size) {
         room.position.push_back(p);
       }
       // Fronts look inward.
-      const std::array<std::uint16_t, 6> order = side ? std::array<std::uint16_t, 6>{0, 2, 1, 0, 3, 2}
-                                                      : std::array<std::uint16_t, 6>{0, 1, 2, 0, 2, 3};
+      const std::array<std::uint16_t, 6> order =
+          side ? std::array<std::uint16_t, 6>{0, 2, 1, 0, 3, 2} : std::array<std::uint16_t, 6>{0, 1, 2, 0, 2, 3};
       for (const std::uint16_t i : order) room.index.push_back(static_cast<std::uint16_t>(first + i));
     }
   }
@@ -50,11 +50,11 @@ inline BoxRoom makeBoxRoom(float size) {
 
 struct GltfParts {
   BoxRoom room = makeBoxRoom(4.0f);
-  std::string nodeExtras;                 // e.g. "\"extras\":{\"relume\":{\"bake\":\"ignore\"}},"
-  std::string extraTop;                   // e.g. "\"extensionsRequired\":[\"X\"],"
+  std::string nodeExtras;  // e.g. "\"extras\":{\"relume\":{\"bake\":\"ignore\"}},"
+  std::string extraTop;    // e.g. "\"extensionsRequired\":[\"X\"],"
   std::string material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.7,0.6,0.5,1]}}";
-  long indexCount = -1;                   // claimed by the accessor; -1 = the truth
-  long byteLength = -1;                   // claimed by the buffer view of the indices; -1 = the truth
+  long indexCount = -1;  // claimed by the accessor; -1 = the truth
+  long byteLength = -1;  // claimed by the buffer view of the indices; -1 = the truth
 };
 
 inline std::string makeGltf(const GltfParts& parts) {
@@ -69,14 +69,18 @@ inline std::string makeGltf(const GltfParts& parts) {
          "\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],\"nodes\":[{\"name\":\"Room\"," + parts.nodeExtras +
          "\"mesh\":0},{\"name\":\"Eye\",\"camera\":0,\"translation\":[2,2,3.5]}],"
          "\"cameras\":[{\"name\":\"cam\",\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":0.1}}],"
-         "\"materials\":[" + parts.material + "],"
+         "\"materials\":[" +
+         parts.material +
+         "],"
          "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0}]}],"
-         "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":" + text(parts.room.position.size()) +
-         ",\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[4,4,4]},{\"bufferView\":1,\"componentType\":5123,\"count\":" + count +
+         "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":" +
+         text(parts.room.position.size()) +
+         ",\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[4,4,4]},{\"bufferView\":1,\"componentType\":5123,\"count\":" +
+         count +
          ",\"type\":\"SCALAR\"}],\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":" + text(split) +
          "},{\"buffer\":0,\"byteOffset\":" + text(split) + ",\"byteLength\":" + length +
-         "}],\"buffers\":[{\"byteLength\":" + text(bytes.size()) +
-         ",\"uri\":\"data:application/octet-stream;base64," + base64(bytes) + "\"}]}";
+         "}],\"buffers\":[{\"byteLength\":" + text(bytes.size()) + ",\"uri\":\"data:application/octet-stream;base64," +
+         base64(bytes) + "\"}]}";
 }
 
 }  // namespace relume

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The same level and options give the same bytes: at any number of threads, in a fresh process, wherever the system puts
-// its memory, with whatever vectors the ray tracer uses.
+// The same level and options give the same bytes: at any number of threads, in a fresh process, wherever the system
+// puts its memory, with whatever vectors the ray tracer uses.
 #include "formats/bake_file.h"
 #include "tests/cli/cli_fixture.h"
 
@@ -15,8 +15,8 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
   const std::string level = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
   const auto baked = [&](const std::string& threads, bool fixedAddresses) {
     const ProgramResult result =
-        runProgram({"bake", level, "-o", out_, "--force", "--preset", "draft", "--surfels", "4096", "--lightmap-caches", "400",
-                    "--rays", "256", "--walks", "20000", "--threads", threads, "--progress", "none"},
+        runProgram({"bake", level, "-o", out_, "--force", "--preset", "draft", "--surfels", "4096", "--lightmap-caches",
+                    "400", "--rays", "256", "--walks", "20000", "--threads", threads, "--progress", "none"},
                    folder_, [&] {
                      if (fixedAddresses) ::personality(ADDR_NO_RANDOMIZE);
                    });
@@ -27,7 +27,8 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
   ASSERT_GT(first.size(), 100000u);
   EXPECT_NE(first.find("isa=avx2"), std::string::npos) << "the ray tracer's instruction set is fixed and recorded";
   for (const char* threads : {"1", "2", "7"}) EXPECT_TRUE(baked(threads, false) == first) << threads << " threads";
-  for (const char* threads : {"1", "7"}) EXPECT_TRUE(baked(threads, true) == first) << threads << " threads, fixed addresses";
+  for (const char* threads : {"1", "7"})
+    EXPECT_TRUE(baked(threads, true) == first) << threads << " threads, fixed addresses";
 }
 
 // Embree's approximate reciprocals differ between instruction sets as they do between makers of processors. All that
@@ -35,8 +36,9 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
 // (docs/DETERMINISM.md): of the three million cast here none does.
 TEST_F(SameBytes, instructionSetsOfTheRayTracerDoNotMatter) {
   const auto chunksOf = [&](const std::string& isa) {
-    const ProgramResult result = run({"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", out_, "--preset", "draft",
-                                      "--surfels", "2048", "--walks", "131072", "--isa", isa, "--progress", "none"});
+    const ProgramResult result =
+        run({"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", out_, "--preset", "draft", "--surfels",
+             "2048", "--walks", "131072", "--isa", isa, "--progress", "none"});
     EXPECT_EQ(result.status, 0) << result.err;
     const auto chunks = listChunks(out_);
     EXPECT_TRUE(chunks);

@@ -45,8 +45,8 @@ std::string errorOf(const Bytes& file) {
 }
 
 void write(const fs::path& path, const Bytes& bytes) {
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()),
-                                              static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
 TEST_F(BakeFile, roundTripKeepsEveryByteOfAllLinkKinds) {
@@ -237,7 +237,8 @@ TEST_F(BakeFile, missingAndUnknownChunksAreNamed) {
   Bytes file = smallFile();
   putAt<char>(file, rowOffset(findRow(file, "provenance")), 'q');
   reseal(file);
-  EXPECT_NE(errorOf(file).find("chunk provenance: missing, found chunk qrovenance"), std::string::npos) << errorOf(file);
+  EXPECT_NE(errorOf(file).find("chunk provenance: missing, found chunk qrovenance"), std::string::npos)
+      << errorOf(file);
 
   std::vector<Chunk> chunks = *readChunks(smallFile());
   const Bytes keep = smallFile();
@@ -249,7 +250,8 @@ TEST_F(BakeFile, missingAndUnknownChunksAreNamed) {
 
   chunks.resize(chunks.size() - 2);
   Bytes fewer;
-  writeChunks(chunks, [&](std::span<const std::byte> b) { return fewer.insert(fewer.end(), b.begin(), b.end()), true; });
+  writeChunks(chunks,
+              [&](std::span<const std::byte> b) { return fewer.insert(fewer.end(), b.begin(), b.end()), true; });
   EXPECT_NE(errorOf(fewer).find("chunk provenance: missing"), std::string::npos) << errorOf(fewer);
 }
 

@@ -5,8 +5,8 @@
 #include "formats/sh.h"
 #include "tests/formats/small_bake.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <array>
 #include <cmath>
@@ -88,7 +88,8 @@ Links randomLinks(LinkKind kind, std::uint32_t bands, std::uint32_t count) {
   std::vector<ConeLink> cone;
   std::vector<std::uint16_t> sh;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const float f = 0.02f * static_cast<float>(random() % 100 + 1) / 100.0f, cosAlpha = 1.0f - static_cast<float>(random() % 1000) / 700.0f;
+    const float f = 0.02f * static_cast<float>(random() % 100 + 1) / 100.0f,
+                cosAlpha = 1.0f - static_cast<float>(random() % 1000) / 700.0f;
     const glm::vec3 d = randomDirection(random);
     node.push_back(7 * i);
     cone.push_back({7 * i, packHalf(f), packHalf(cosAlpha), packOctahedral(d)});
@@ -137,7 +138,8 @@ TEST(CompactLinks, packedLinksStandForNearlyTheSameCoefficients) {
     // Steps of sqrt(2l+1) / 127, evenly rounded, on coefficients whose squares add up to 1 at least, relative to f.
     double steps = 0.0;
     for (std::uint32_t l = 0; l < bands; ++l) steps += (2.0 * l + 1) * (2.0 * l + 1) / (127.0 * 127.0 * 12.0);
-    EXPECT_LT(rmsError(sh, *compactLinks(sh, LinkKind::sh8), static_cast<int>(bands)), std::sqrt(steps) + 0.001) << bands;
+    EXPECT_LT(rmsError(sh, *compactLinks(sh, LinkKind::sh8), static_cast<int>(bands)), std::sqrt(steps) + 0.001)
+        << bands;
   }
 }
 

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <sys/file.h>
-#include <sys/resource.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <array>
@@ -75,7 +75,9 @@ TEST_F(FileIo, fullDiskKeepsTheOldFile) {
   struct rlimit before {};
   getrlimit(RLIMIT_FSIZE, &before);
   signal(SIGXFSZ, SIG_IGN);
-  struct rlimit small {1000, before.rlim_max};
+  struct rlimit small {
+    1000, before.rlim_max
+  };
   setrlimit(RLIMIT_FSIZE, &small);
   const Status status = writeText(path_, std::string(100000, 'x'));
   setrlimit(RLIMIT_FSIZE, &before);

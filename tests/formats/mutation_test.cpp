@@ -27,9 +27,15 @@ std::uint64_t nastyNumber(std::mt19937& random) {
 void mutate(Bytes& file, std::mt19937& random) {
   const std::size_t words = file.size() / 4;
   switch (random() % 6) {
-    case 0: file[random() % file.size()] ^= static_cast<std::byte>(1u << (random() % 8)); break;
-    case 1: putAt<std::uint32_t>(file, 4 * (random() % words), static_cast<std::uint32_t>(nastyNumber(random))); break;
-    case 2: putAt<std::uint64_t>(file, 4 * (random() % (words - 1)), nastyNumber(random)); break;
+    case 0:
+      file[random() % file.size()] ^= static_cast<std::byte>(1u << (random() % 8));
+      break;
+    case 1:
+      putAt<std::uint32_t>(file, 4 * (random() % words), static_cast<std::uint32_t>(nastyNumber(random)));
+      break;
+    case 2:
+      putAt<std::uint64_t>(file, 4 * (random() % (words - 1)), nastyNumber(random));
+      break;
     case 3: {  // in header or table
       const std::size_t tableWords = std::min(rowOffset(28) / 4, words - 1);
       putAt<std::uint64_t>(file, 4 * (random() % tableWords), nastyNumber(random));
@@ -40,7 +46,9 @@ void mutate(Bytes& file, std::mt19937& random) {
       std::memmove(&file[random() % (file.size() - size)], &file[random() % (file.size() - size)], size);
       break;
     }
-    default: file.resize(file.size() - random() % std::min<std::size_t>(file.size() - kHeaderBytes, 200)); break;
+    default:
+      file.resize(file.size() - random() % std::min<std::size_t>(file.size() - kHeaderBytes, 200));
+      break;
   }
 }
 

@@ -2,8 +2,8 @@
 // Spherical harmonics against quadrature, and the formulas of PIC that the print has wrong.
 #include "formats/sh.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <array>
 #include <cmath>
@@ -71,8 +71,8 @@ TEST(Sh, ConeRatiosAgreeWithQuadratureForAllBands) {
     std::array<float, kMaxBands> ratio;
     coneBandRatios(kMaxBands, cosAlpha, ratio);
     for (int l = 0; l < kMaxBands; ++l) {
-      const double z = integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); },
-                                       cosAlpha);
+      const double z =
+          integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); }, cosAlpha);
       EXPECT_NEAR(ratio[l], z / coneSolidAngle(cosAlpha), 1e-4) << "band " << l << " cos " << cosAlpha;
     }
   }
@@ -85,7 +85,9 @@ TEST(Sh, CosineLobeFactorsAgreeWithQuadrature) {
     cosineLobeFactors(kMaxBands, n, s);
     for (int l = 0; l < kMaxBands; ++l) {
       const double integral = integrateSphere(
-          [&](const glm::vec3& d) { return std::pow(static_cast<double>(d.z), n) * std::legendre(l, static_cast<double>(d.z)); },
+          [&](const glm::vec3& d) {
+            return std::pow(static_cast<double>(d.z), n) * std::legendre(l, static_cast<double>(d.z));
+          },
           0.0);
       EXPECT_NEAR(s[l], (n + 1) / (2 * kPi) * integral, 2e-3) << "band " << l << " n " << n;
     }
@@ -109,11 +111,13 @@ TEST(Sh, LinearIrradianceIsExactForTheHemisphere) {
   }
 }
 
-// A cache that has seen the upper half of a uniform world; receivers tilted against it see a part of the lower half too.
+// A cache that has seen the upper half of a uniform world; receivers tilted against it see a part of the lower half
+// too.
 TEST(Sh, SurfaceIrradianceOfAUniformWorldIsPiForTiltedReceivers) {
   std::array<float, kMaxCoefficients> c{};
   for (int l = 0; l < kMaxBands; ++l) {
-    const double legendre = integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); }, 0.0);
+    const double legendre =
+        integrateSphere([&](const glm::vec3& d) { return std::legendre(l, static_cast<double>(d.z)); }, 0.0);
     c[l * l + l] = static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi)) * legendre);
   }
   const glm::vec3 cacheNormal(0, 0, 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The smallest bake that has one of everything: reflectors, an emitter pair and sky in a tree of 15 nodes, a grid of
-// two points and a brick, a light map of four caches, two parts of a scene. Valid: validateBake() finds nothing. Tests corrupt it.
+// two points and a brick, a light map of four caches, two parts of a scene. Valid: validateBake() finds nothing. Tests
+// corrupt it.
 //
 //   level 0   0 -> 1 2
 //   level 1   1 (reflectors) -> 3 4     2 (join) -> 5 6
@@ -21,7 +22,8 @@ namespace relume {
 inline Surfels makeSmallSurfels() {
   const std::uint32_t floorPoint = packUnorm16x2({0.3f, 0.6f});
   Surfels s;
-  s.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}, {0.4f, 2, 0.5f}, {0.6f, 2, 0.5f}};
+  s.positionWorld =
+      std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}, {0.4f, 2, 0.5f}, {0.6f, 2, 0.5f}};
   s.normal = std::vector<glm::vec3>{{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, -1, 0}, {0, -1, 0}};
   s.albedo = std::vector<glm::vec3>(6, glm::vec3(0.5f, 0.25f, 1.0f));
   s.emission = std::vector<glm::vec3>{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {5, 5, 4}, {5, 5, 4}};
@@ -49,7 +51,7 @@ inline Hierarchy makeSmallHierarchy() {
 
 inline Caches makeSmallCaches() {
   Caches c;
-  c.positionWorld = std::vector<glm::vec3>{{0.2f, 1, 0.5f},  {0.8f, 1, 0.5f},  {0.25f, 0, 0.25f},
+  c.positionWorld = std::vector<glm::vec3>{{0.2f, 1, 0.5f},   {0.8f, 1, 0.5f},   {0.25f, 0, 0.25f},
                                            {0.75f, 0, 0.25f}, {0.25f, 0, 0.75f}, {0.75f, 0, 0.75f}};
   c.normal = std::vector<glm::vec3>{{0, 0, 0}, {0, 0, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}};
   c.grid.resolution = {2, 1, 1};
@@ -74,7 +76,8 @@ inline Caches makeSmallCaches() {
   const std::uint32_t a = packUnorm16x2({0, 0}), b = packUnorm16x2({1, 0}), d = packUnorm16x2({0.99f, 0.99f}),
                       e = packUnorm16x2({0, 1});
   c.lightmap.cornerUv = std::vector<std::uint32_t>{a, b, d, a, d, e, kGridLit, kGridLit, kGridLit};
-  c.lightmap.backCornerUv = std::vector<std::uint32_t>{kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, a, b, d};
+  c.lightmap.backCornerUv =
+      std::vector<std::uint32_t>{kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, kGridLit, a, b, d};
   return c;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: any bytes as a bake file. What parses must validate without a crash and be written again as the same bytes.
-// The mutator changes one chunk (also its size), or header and table, and makes offsets and checksums fit again, so that
-// mutations reach what lies behind them; some it leaves broken.
+// libFuzzer: any bytes as a bake file. What parses must validate without a crash and be written again as the same
+// bytes. The mutator changes one chunk (also its size), or header and table, and makes offsets and checksums fit again,
+// so that mutations reach what lies behind them; some it leaves broken.
 #include "formats/bake_file.h"
 #include "formats/chunks.h"
 #include "formats/validate.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: any bytes as a scene alone in its folder; those that begin with "glTF" as .glb, others as .gltf. Built with
-// RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
+// libFuzzer: any bytes as a scene alone in its folder; those that begin with "glTF" as .glb, others as .gltf. Built
+// with RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
 #include "bake/context.h"
 #include "bake/scene/scene.h"
 #include "tests/fuzz/mutate.h"
@@ -66,9 +66,14 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   if (!kWithFiles) return relume::fuzz::store(relume::fuzz::mutateGltf({data, size}, most, random), data, most);
   relume::fuzz::FileSet files = relume::fuzz::splitFiles({data, size});
   switch (random() % 8) {
-    case 0: relume::fuzz::mutateBytes(files.buffer, files.buffer.size() + 64); break;
-    case 1: relume::fuzz::mutateBytes(files.image, files.image.size() + 64); break;
-    default: files.scene = relume::fuzz::mutateGltf(files.scene, files.scene.size() + 256, random);
+    case 0:
+      relume::fuzz::mutateBytes(files.buffer, files.buffer.size() + 64);
+      break;
+    case 1:
+      relume::fuzz::mutateBytes(files.image, files.image.size() + 64);
+      break;
+    default:
+      files.scene = relume::fuzz::mutateGltf(files.scene, files.scene.size() + 256, random);
   }
   const Bytes joined = relume::fuzz::joinFiles(files);
   return joined.size() <= most ? relume::fuzz::store(joined, data, most) : size;

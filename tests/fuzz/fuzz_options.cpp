@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: text that begins with '{' as an options file, other text as the value of one option of the command line, which
-// its first byte chooses. What is read must come back from its own JSON unchanged.
+// libFuzzer: text that begins with '{' as an options file, other text as the value of one option of the command line,
+// which its first byte chooses. What is read must come back from its own JSON unchanged.
 #include "bake/options.h"
 #include "tests/fuzz/mutate.h"
 
@@ -10,15 +10,58 @@ using namespace relume;
 
 namespace {
 
-constexpr const char* kNames[] = {"surfels.count",  "caches.gridResolution", "links.kind",    "embreeIsa", "caches.gridSpacing",
-                                  "playSpace.mode", "caches.useTexcoord1",   "seed",          "lumaBands", "links.raysPerCache",
-                                  "no.such.option"};
-constexpr const char* kWords[] = {
-    "surfels", "count", "placement", "halton", "relaxed", "eliminated", "relaxIterations", "candidateFactor", "clustering",
-    "method", "exact", "kd", "caches", "gridResolution", "gridSpacing", "gridCaches", "lightmapSize", "lightmapCaches",
-    "minChartTexels", "useTexcoord1", "links", "kind", "cone", "sh", "oct8", "oct6", "sh8", "irradiance", "bands",
-    "linksPerCache", "raysPerCache", "skyPatches", "pull", "importance", "area", "key", "playSpace", "mode", "seen", "all",
-    "walks", "maxBounces", "seed", "lumaBands", "chromaBands", "embreeIsa", "avx2", "avx512", "sse2"};
+constexpr const char* kNames[] = {"surfels.count",      "caches.gridResolution", "links.kind",          "embreeIsa",
+                                  "caches.gridSpacing", "playSpace.mode",        "caches.useTexcoord1", "seed",
+                                  "lumaBands",          "links.raysPerCache",    "no.such.option"};
+constexpr const char* kWords[] = {"surfels",
+                                  "count",
+                                  "placement",
+                                  "halton",
+                                  "relaxed",
+                                  "eliminated",
+                                  "relaxIterations",
+                                  "candidateFactor",
+                                  "clustering",
+                                  "method",
+                                  "exact",
+                                  "kd",
+                                  "caches",
+                                  "gridResolution",
+                                  "gridSpacing",
+                                  "gridCaches",
+                                  "lightmapSize",
+                                  "lightmapCaches",
+                                  "minChartTexels",
+                                  "useTexcoord1",
+                                  "links",
+                                  "kind",
+                                  "cone",
+                                  "sh",
+                                  "oct8",
+                                  "oct6",
+                                  "sh8",
+                                  "irradiance",
+                                  "bands",
+                                  "linksPerCache",
+                                  "raysPerCache",
+                                  "skyPatches",
+                                  "pull",
+                                  "importance",
+                                  "area",
+                                  "key",
+                                  "playSpace",
+                                  "mode",
+                                  "seen",
+                                  "all",
+                                  "walks",
+                                  "maxBounces",
+                                  "seed",
+                                  "lumaBands",
+                                  "chromaBands",
+                                  "embreeIsa",
+                                  "avx2",
+                                  "avx512",
+                                  "sse2"};
 
 void readFile(const std::string& text) {
   const Result<BakeOptions> options = optionsFromJson(text, presetOptions(Preset::high));

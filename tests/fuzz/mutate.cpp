@@ -18,27 +18,175 @@ using nlohmann::json;
 constexpr std::size_t kMostValues = 4000;  // of a document that are looked at
 
 // Numbers that sit on the edges of the types a reader may use.
-constexpr double kNumbers[] = {0,    1,     -1,    2,     3,          4,          5,            7,          8,
-                               15,   16,    17,    63,    64,         127,        128,          255,        256,
-                               257,  1024,  4096,  65535, 65536,      16777216.0, 2147483647.0, 2147483648.0, 4294967295.0,
-                               4294967296.0, 9007199254740992.0, 1e18, 1.8446744073709552e19, 1e30, 1e300, -1e300, 1e-30,
-                               1e-300, 0.5, -0.5, 0.001, -0.0, 1.5, 3.14159265358979, 5120, 5121, 5122, 5123, 5125, 5126};
+constexpr double kNumbers[] = {0,
+                               1,
+                               -1,
+                               2,
+                               3,
+                               4,
+                               5,
+                               7,
+                               8,
+                               15,
+                               16,
+                               17,
+                               63,
+                               64,
+                               127,
+                               128,
+                               255,
+                               256,
+                               257,
+                               1024,
+                               4096,
+                               65535,
+                               65536,
+                               16777216.0,
+                               2147483647.0,
+                               2147483648.0,
+                               4294967295.0,
+                               4294967296.0,
+                               9007199254740992.0,
+                               1e18,
+                               1.8446744073709552e19,
+                               1e30,
+                               1e300,
+                               -1e300,
+                               1e-30,
+                               1e-300,
+                               0.5,
+                               -0.5,
+                               0.001,
+                               -0.0,
+                               1.5,
+                               3.14159265358979,
+                               5120,
+                               5121,
+                               5122,
+                               5123,
+                               5125,
+                               5126};
 
-constexpr const char* kGltfWords[] = {
-    "accessors", "alphaCutoff", "alphaMode", "asset", "attributes", "BLEND", "MASK", "OPAQUE", "bake", "baseColorFactor",
-    "baseColorTexture", "buffer", "bufferView", "bufferViews", "buffers", "byteLength", "byteOffset", "byteStride", "camera",
-    "cameras", "children", "color", "COLOR_0", "componentType", "count", "diffuseFactor", "diffuseTexture", "directional",
-    "doubleSided", "emissiveFactor", "emissiveStrength", "emissiveTexture", "EXPONENTIAL", "extensions", "extensionsRequired",
-    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "extras", "fallback", "filter", "images", "index", "indices",
-    "INDICES", "innerConeAngle", "intensity", "KHR_draco_mesh_compression", "KHR_lights_punctual",
-    "KHR_materials_emissive_strength", "KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit", "KHR_mesh_quantization",
-    "KHR_texture_transform", "light", "lights", "magFilter", "material", "materials", "matrix", "mesh", "meshes", "metallicFactor",
-    "mode", "name", "node", "nodes", "NORMAL", "normalized", "NONE", "OCTAHEDRAL", "offset", "orthographic", "outerConeAngle",
-    "pbrMetallicRoughness", "perspective", "point", "POSITION", "primitives", "QUATERNION", "range", "relume", "rotation",
-    "ROTATION", "sampler", "samplers", "SCALAR", "scale", "SCALE", "scene", "scenes", "skin", "source", "sparse", "spot",
-    "texCoord", "TEXCOORD_0", "TEXCOORD_1", "texelDensity", "textures", "translation", "TRANSLATION", "TRIANGLES", "type", "uri",
-    "values", "VEC2", "VEC3", "VEC4", "MAT4", "version", "volume", "wrapS", "wrapT", "yfov", "zfar", "znear", "b.bin", "i.png",
-    "../b.bin", "data:application/octet-stream;base64,AAAA"};
+constexpr const char* kGltfWords[] = {"accessors",
+                                      "alphaCutoff",
+                                      "alphaMode",
+                                      "asset",
+                                      "attributes",
+                                      "BLEND",
+                                      "MASK",
+                                      "OPAQUE",
+                                      "bake",
+                                      "baseColorFactor",
+                                      "baseColorTexture",
+                                      "buffer",
+                                      "bufferView",
+                                      "bufferViews",
+                                      "buffers",
+                                      "byteLength",
+                                      "byteOffset",
+                                      "byteStride",
+                                      "camera",
+                                      "cameras",
+                                      "children",
+                                      "color",
+                                      "COLOR_0",
+                                      "componentType",
+                                      "count",
+                                      "diffuseFactor",
+                                      "diffuseTexture",
+                                      "directional",
+                                      "doubleSided",
+                                      "emissiveFactor",
+                                      "emissiveStrength",
+                                      "emissiveTexture",
+                                      "EXPONENTIAL",
+                                      "extensions",
+                                      "extensionsRequired",
+                                      "EXT_mesh_gpu_instancing",
+                                      "EXT_meshopt_compression",
+                                      "extras",
+                                      "fallback",
+                                      "filter",
+                                      "images",
+                                      "index",
+                                      "indices",
+                                      "INDICES",
+                                      "innerConeAngle",
+                                      "intensity",
+                                      "KHR_draco_mesh_compression",
+                                      "KHR_lights_punctual",
+                                      "KHR_materials_emissive_strength",
+                                      "KHR_materials_pbrSpecularGlossiness",
+                                      "KHR_materials_unlit",
+                                      "KHR_mesh_quantization",
+                                      "KHR_texture_transform",
+                                      "light",
+                                      "lights",
+                                      "magFilter",
+                                      "material",
+                                      "materials",
+                                      "matrix",
+                                      "mesh",
+                                      "meshes",
+                                      "metallicFactor",
+                                      "mode",
+                                      "name",
+                                      "node",
+                                      "nodes",
+                                      "NORMAL",
+                                      "normalized",
+                                      "NONE",
+                                      "OCTAHEDRAL",
+                                      "offset",
+                                      "orthographic",
+                                      "outerConeAngle",
+                                      "pbrMetallicRoughness",
+                                      "perspective",
+                                      "point",
+                                      "POSITION",
+                                      "primitives",
+                                      "QUATERNION",
+                                      "range",
+                                      "relume",
+                                      "rotation",
+                                      "ROTATION",
+                                      "sampler",
+                                      "samplers",
+                                      "SCALAR",
+                                      "scale",
+                                      "SCALE",
+                                      "scene",
+                                      "scenes",
+                                      "skin",
+                                      "source",
+                                      "sparse",
+                                      "spot",
+                                      "texCoord",
+                                      "TEXCOORD_0",
+                                      "TEXCOORD_1",
+                                      "texelDensity",
+                                      "textures",
+                                      "translation",
+                                      "TRANSLATION",
+                                      "TRIANGLES",
+                                      "type",
+                                      "uri",
+                                      "values",
+                                      "VEC2",
+                                      "VEC3",
+                                      "VEC4",
+                                      "MAT4",
+                                      "version",
+                                      "volume",
+                                      "wrapS",
+                                      "wrapT",
+                                      "yfov",
+                                      "zfar",
+                                      "znear",
+                                      "b.bin",
+                                      "i.png",
+                                      "../b.bin",
+                                      "data:application/octet-stream;base64,AAAA"};
 
 // A place in a document: a value and, where it has one, its parent.
 struct Place {
@@ -61,25 +209,42 @@ const auto& pick(const List& list, Random& random) {
 
 json randomValue(std::span<const char* const> words, Random& random) {
   switch (random() % 8) {
-    case 0: return nullptr;
-    case 1: return random() % 2 == 0;
-    case 2: return json::array();
-    case 3: return json::object();
-    case 4: return pick(words, random);
-    case 5: return json::array({pick(kNumbers, random), pick(kNumbers, random), pick(kNumbers, random)});
-    case 6: return static_cast<unsigned>(random() % 8);
-    default: return pick(kNumbers, random);
+    case 0:
+      return nullptr;
+    case 1:
+      return random() % 2 == 0;
+    case 2:
+      return json::array();
+    case 3:
+      return json::object();
+    case 4:
+      return pick(words, random);
+    case 5:
+      return json::array({pick(kNumbers, random), pick(kNumbers, random), pick(kNumbers, random)});
+    case 6:
+      return static_cast<unsigned>(random() % 8);
+    default:
+      return pick(kNumbers, random);
   }
 }
 
 void changeNumber(json& value, Random& random) {
   const double old = value.get<double>();
   switch (random() % 5) {
-    case 0: value = old + 1; break;
-    case 1: value = old - 1; break;
-    case 2: value = old * (random() % 2 ? 2.0 : -1.0); break;
-    case 3: value = static_cast<unsigned>(random() % 8); break;
-    default: value = pick(kNumbers, random);
+    case 0:
+      value = old + 1;
+      break;
+    case 1:
+      value = old - 1;
+      break;
+    case 2:
+      value = old * (random() % 2 ? 2.0 : -1.0);
+      break;
+    case 3:
+      value = static_cast<unsigned>(random() % 8);
+      break;
+    default:
+      value = pick(kNumbers, random);
   }
   // Whole numbers are written without a point, as files have them.
   const double number = value.get<double>();
@@ -127,8 +292,11 @@ void changeOnce(json& root, std::span<const char* const> words, Random& random) 
         return;
       }
       break;
-    case 3: value = randomValue(words, random); return;
-    default: break;
+    case 3:
+      value = randomValue(words, random);
+      return;
+    default:
+      break;
   }
   if (value.is_number()) return changeNumber(value, random);
   if (value.is_string()) return changeText(value, words, random);
@@ -221,7 +389,8 @@ Bytes joinFiles(const FileSet& files) {
   Bytes out;
   putU32(out, files.scene.size());
   putU32(out, files.buffer.size());
-  for (const Bytes* part : {&files.scene, &files.buffer, &files.image}) out.insert(out.end(), part->begin(), part->end());
+  for (const Bytes* part : {&files.scene, &files.buffer, &files.image})
+    out.insert(out.end(), part->begin(), part->end());
   return out;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Structure-aware mutations for the fuzz targets: a JSON value changed in one place so that the text stays JSON, a GLB cut
-// into its chunks and put together again, and a scene with the files it refers to in one input.
+// Structure-aware mutations for the fuzz targets: a JSON value changed in one place so that the text stays JSON, a GLB
+// cut into its chunks and put together again, and a scene with the files it refers to in one input.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ using Random = std::minstd_rand;
 // libFuzzer's own mutation of some bytes; the result has at most `most` bytes.
 void mutateBytes(Bytes& bytes, std::size_t most);
 
-// Change one value, member or element of a JSON text; `words` are names and strings to draw from. Text that is not JSON is
-// changed as bytes.
+// Change one value, member or element of a JSON text; `words` are names and strings to draw from. Text that is not JSON
+// is changed as bytes.
 std::string mutateJson(std::string_view text, std::size_t most, std::span<const char* const> words, Random& random);
 
 // Change a .glb (in its JSON, its binary chunk or as bytes) or a .gltf.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The fixtures of every format version ever written load, or are refused by name; the writer of the current version still
-// writes them byte for byte. Remade by tests/golden/remake.sh.
+// The fixtures of every format version ever written load, or are refused by name; the writer of the current version
+// still writes them byte for byte. Remade by tests/golden/remake.sh.
 #include "formats/bake_file.h"
 #include "formats/validate.h"
 #include "tests/formats/small_bake.h"
@@ -57,15 +57,16 @@ TEST(GoldenOld, version1IsRefusedByName) {
     const Result<Bake> bake = mapBake(kFolder + "v1_" + kind + ".relume");
     ASSERT_FALSE(bake);
     EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-    EXPECT_NE(bake.error().message.find("format version 1, this program reads version 2"), std::string::npos) << bake.error().message;
+    EXPECT_NE(bake.error().message.find("format version 1, this program reads version 2"), std::string::npos)
+        << bake.error().message;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, Golden,
-                         testing::Values(Fixture{"v2_cone.relume", LinkKind::cone}, Fixture{"v2_sh.relume", LinkKind::sh},
-                                         Fixture{"v2_oct8.relume", LinkKind::oct8}, Fixture{"v2_oct6.relume", LinkKind::oct6},
-                                         Fixture{"v2_sh8.relume", LinkKind::sh8},
-                                         Fixture{"v2_irradiance.relume", LinkKind::irradiance}));
+INSTANTIATE_TEST_SUITE_P(
+    , Golden,
+    testing::Values(Fixture{"v2_cone.relume", LinkKind::cone}, Fixture{"v2_sh.relume", LinkKind::sh},
+                    Fixture{"v2_oct8.relume", LinkKind::oct8}, Fixture{"v2_oct6.relume", LinkKind::oct6},
+                    Fixture{"v2_sh8.relume", LinkKind::sh8}, Fixture{"v2_irradiance.relume", LinkKind::irradiance}));
 
 }  // namespace
 }  // namespace relume

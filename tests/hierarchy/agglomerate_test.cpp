@@ -331,7 +331,8 @@ TEST(ClusterSearch, findsTheNearestAmongTiedValues) {
     for (std::uint32_t other = 0; other < 3000; ++other) {
       if (other == asked) continue;
       const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
-      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked)) expected = {d, other};
+      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
+        expected = {d, other};
     }
     const ClusterSearch::Nearest found = search.nearest(asked);
     ASSERT_EQ(found.id, expected.id) << asked;

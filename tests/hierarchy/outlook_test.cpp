@@ -3,8 +3,8 @@
 #include "bake/hierarchy/outlook.h"
 #include "bake/hierarchy/hierarchy.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <vector>
@@ -31,8 +31,8 @@ Surfels floorSurfels(std::uint32_t along) {
   for (std::uint32_t y = 0; y < along; ++y) {
     for (std::uint32_t x = 0; x < along; ++x) {
       const float step = 20.0f / static_cast<float>(along);
-      position.push_back({-10.0f + (static_cast<float>(x) + 0.5f) * step, 0.0f,
-                          -10.0f + (static_cast<float>(y) + 0.5f) * step});
+      position.push_back(
+          {-10.0f + (static_cast<float>(x) + 0.5f) * step, 0.0f, -10.0f + (static_cast<float>(y) + 0.5f) * step});
     }
   }
   surfels.normal = std::vector<glm::vec3>(position.size(), glm::vec3(0, 1, 0));

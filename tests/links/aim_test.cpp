@@ -100,8 +100,7 @@ TEST(EmitterAim, densitiesAddUpToOneOverTheArea) {
     aim.prepare({0, 0, 0}, {0, 1, 0}, chances);
     const float area = 4.0f / static_cast<float>(cellsAlong * cellsAlong) / 2.0f;  // of a triangle
     double sum = 0;
-    for (std::uint32_t side = 0; side < map.sides.size(); ++side)
-      sum += double{aim.density(chances, side)} * area;
+    for (std::uint32_t side = 0; side < map.sides.size(); ++side) sum += double{aim.density(chances, side)} * area;
     EXPECT_NEAR(sum, 1.0, 1e-4);
 
     // And point() follows it: the share of points on the nearer panel.

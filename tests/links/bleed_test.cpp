@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Light that clusters carry to where it cannot go (PIC Fig. 9): a corridor that must stay black above a lit room, for the
-// walls run through both and the floor between them has a lit and a dark face; and neighbouring caches that read
+// Light that clusters carry to where it cannot go (PIC Fig. 9): a corridor that must stay black above a lit room, for
+// the walls run through both and the floor between them has a lit and a dark face; and neighbouring caches that read
 // different averages of one small patch of light.
 #include "tests/links/cut_level.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +86,8 @@ TwoParts corridorAbove() {
   return level;
 }
 
-// A court without a roof and a corridor beside it on the same floor. The sun in the court, down to the foot of the wall.
+// A court without a roof and a corridor beside it on the same floor. The sun in the court, down to the foot of the
+// wall.
 TwoParts corridorBeside() {
   const float end = kWidth + kSlab + kCorridorHeight, wall = 0.2f, top = kRoomHeight;
   TwoParts level{greyScene("corridor beside"), {}, {0.0f, 0.0f, kWidth + 0.5f * kSlab}, 2};
@@ -177,8 +178,8 @@ TEST(Bleed, corridorIsNotBlackUnderThePapersChoices) {
   }
 }
 
-// What two neighbours err differently by, root mean square over the pairs on the lit part's surfaces, over the mean of what
-// they receive: how much of a step shows where light is smooth.
+// What two neighbours err differently by, root mean square over the pairs on the lit part's surfaces, over the mean of
+// what they receive: how much of a step shows where light is smooth.
 double banding(const CutLevel& level, const LitSenders& lit, const CutChoice& choice) {
   const CutReads cut = cutCaches(level, choice);
   const std::vector<double> read = irradiance(level, cut.reads, cut.firstWeight, lit);
@@ -202,8 +203,8 @@ double banding(const CutLevel& level, const LitSenders& lit, const CutChoice& ch
   return std::sqrt(square / static_cast<double>(pairs)) / (sum / static_cast<double>(pairs));
 }
 
-// PIC Fig. 9b: neighbours choose their links each on its own. Figures at hand: 0.010 (the paper's choices: 0.015), and 0.27
-// (0.31) under the small patch.
+// PIC Fig. 9b: neighbours choose their links each on its own. Figures at hand: 0.010 (the paper's choices: 0.015), and
+// 0.27 (0.31) under the small patch.
 TEST(Banding, neighboursReadSmoothLightAlike) {
   TwoParts parts = corridorAbove();
   BakeOptions paper = smallBake();

@@ -17,7 +17,8 @@ namespace {
 // Arrivals of a leaf become one; ascending by leaf.
 std::vector<Arrival> joinByLeaf(std::vector<Arrival>& arrivals) {
   std::vector<Arrival> joined;
-  std::stable_sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.leaf < b.leaf; });
+  std::stable_sort(arrivals.begin(), arrivals.end(),
+                   [](const Arrival& a, const Arrival& b) { return a.leaf < b.leaf; });
   for (std::size_t i = 0; i < arrivals.size();) {
     Arrival sum{arrivals[i].leaf, 0.0f, 0.0f, 0.0f, glm::vec3(0.0f)};
     for (; i < arrivals.size() && arrivals[i].leaf == sum.leaf; ++i) {
@@ -132,7 +133,8 @@ std::vector<LightSuite> untrainedLights(const CutLevel& level, Context& context)
 Reads leafReads(const CutLevel& level) {
   Reads leaves(level.arrivals.size());
   for (std::size_t c = 0; c < leaves.size(); ++c) {
-    for (const Arrival& a : level.arrivals[c]) leaves[c].push_back({a.leaf, a.weight * a.cosine * level.receivedScale(c)});
+    for (const Arrival& a : level.arrivals[c])
+      leaves[c].push_back({a.leaf, a.weight * a.cosine * level.receivedScale(c)});
   }
   return leaves;
 }

@@ -48,11 +48,13 @@ struct LightSuite {
   LitSenders lit;
 };
 
-LightSuite makeSuite(const CutLevel& level, const std::string& name, const std::vector<SceneLight>& lights, Context& context);
+LightSuite makeSuite(const CutLevel& level, const std::string& name, const std::vector<SceneLight>& lights,
+                     Context& context);
 // The level's own lights, each alone.
 LightSuite ownLights(const CutLevel& level, Context& context);
-// 16 suns from all around, 30 to 90 degrees above the horizon; 16 spots at random free places, in random directions, half
-// cones of 15 to 40 degrees; a torch at 16 places along the longest way through the level, at about a man's height.
+// 16 suns from all around, 30 to 90 degrees above the horizon; 16 spots at random free places, in random directions,
+// half cones of 15 to 40 degrees; a torch at 16 places along the longest way through the level, at about a man's
+// height.
 std::vector<LightSuite> untrainedLights(const CutLevel& level, Context& context);
 
 // What a cache reads: node, and the share of irradiance it weighs.
@@ -73,7 +75,8 @@ struct CutError {
   double energy = 0.0;  // sum over that of the exact
 };
 // One a light.
-std::vector<CutError> compareCaches(const std::vector<double>& read, const std::vector<double>& exact, std::size_t lights);
+std::vector<CutError> compareCaches(const std::vector<double>& read, const std::vector<double>& exact,
+                                    std::size_t lights);
 
 struct CutChoice {
   LinkOptions::CutKey key = LinkOptions::CutKey::readError;

@@ -21,9 +21,7 @@ constexpr float kClearance = 0.008f;       // lights keep this share of the leve
 constexpr float kNearGround = 0.05f;       // a torch is at most that share of the diagonal above what is below it
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-float diagonalOf(const RayTracer& tracer) {
-  return glm::length(tracer.boundsMax() - tracer.boundsMin());
-}
+float diagonalOf(const RayTracer& tracer) { return glm::length(tracer.boundsMax() - tracer.boundsMin()); }
 
 glm::vec3 sphereDirection(float u, float turns) {
   const float z = 1.0f - 2.0f * u, r = std::sqrt(std::max(0.0f, 1.0f - z * z));
@@ -131,7 +129,8 @@ float directIrradiance(const RayTracer& tracer, const SceneLight& light, const g
   }
   if (light.type == LightType::spot) {
     const double inner = std::cos(light.innerConeRad), outer = std::cos(light.outerConeRad);
-    const double t = std::clamp((-glm::dot(toLight, light.direction) - outer) / std::max(inner - outer, 1e-4), 0.0, 1.0);
+    const double t =
+        std::clamp((-glm::dot(toLight, light.direction) - outer) / std::max(inner - outer, 1e-4), 0.0, 1.0);
     irradiance *= t * t;
   }
   irradiance *= std::max(0.0f, glm::dot(toLight, normal));

@@ -18,7 +18,8 @@ float directIrradiance(const RayTracer& tracer, const SceneLight& light, const g
 std::vector<SceneLight> makeSuns(std::uint32_t count);
 // Spots at random places in the open, looking at random, half cones of 15 to 40 degrees.
 std::vector<SceneLight> makeSpots(const RayTracer& tracer, const PlaySpace& space, std::uint32_t count);
-// A point light at equal distances along the longest of all shortest ways between places in the open that are near the ground.
+// A point light at equal distances along the longest of all shortest ways between places in the open that are near the
+// ground.
 std::vector<SceneLight> makeTorchPath(const RayTracer& tracer, const PlaySpace& space, std::uint32_t count);
 
 }  // namespace relume::test

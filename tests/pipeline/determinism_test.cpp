@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The whole bake, end to end: the same scene, options and seed give the same bytes at 1 and 2 threads and twice over, and
-// what comes out keeps every invariant.
+// The whole bake, end to end: the same scene, options and seed give the same bytes at 1 and 2 threads and twice over,
+// and what comes out keeps every invariant.
 #include "bake/bake.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"

@@ -74,7 +74,8 @@ TEST(PlaySpace, aVolumeIsAStartToo) {
   const PlaySpace space = spaceOf(tracerOf(scene), walks(100000));
   const double room = 2 * (4 * 3 + 4 * 3 + 4 * 4);
   EXPECT_NEAR(seenOf(scene, space, 1, false), room, 0.03 * room);
-  EXPECT_LT(seenOf(scene, space, 0, false) + seenOf(scene, space, 0, true) + seenOf(scene, space, 1, true), 1e-3 * room);
+  EXPECT_LT(seenOf(scene, space, 0, false) + seenOf(scene, space, 0, true) + seenOf(scene, space, 1, true),
+            1e-3 * room);
 }
 
 TEST(PlaySpace, receiversWalkAroundCorners) {

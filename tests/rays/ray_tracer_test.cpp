@@ -93,7 +93,8 @@ TEST(RayTracer, frontsAndBacksAlsoOnMirroredInstances) {
   }
 }
 
-// Bit for bit: Embree's own numbers differ in the last bits between instruction sets, packets, and makers of processors.
+// Bit for bit: Embree's own numbers differ in the last bits between instruction sets, packets, and makers of
+// processors.
 TEST(RayTracer, hitsAreTheSameInPacketsAndWithEveryInstructionSet) {
   const Scene scene = clutter();
   const auto rays = randomRays(20003, glm::vec3(-3.9f), glm::vec3(3.9f));  // not a multiple of a packet
@@ -130,7 +131,8 @@ TEST(RayTracer, hitsOfSliversHaveAFinitePlaceWithinTheRay) {
     const glm::vec3 at = 10.0f * sphereDirection(random), along = sphereDirection(random);
     const float width = std::pow(10.0f, -1.0f - 7.0f * random.uniform());
     const auto first = static_cast<std::uint32_t>(slivers.position.size());
-    slivers.position.insert(slivers.position.end(), {at, at + along, at + 0.5f * along + width * sphereDirection(random)});
+    slivers.position.insert(slivers.position.end(),
+                            {at, at + along, at + 0.5f * along + width * sphereDirection(random)});
     slivers.triangle.emplace_back(first, first + 1, first + 2);
   }
   addInstance(scene, slivers);
@@ -301,8 +303,8 @@ TEST(RayTracer, hitsAreTheSameAtAnyThreadCount) {
 // every instruction set. One sheet over itself: the first counts.
 TEST(RayTracer, surfacesInOnePlaceAreToldApartByRule) {
   Scene scene;
-  addInstance(scene, quad({-1, 0.3f, 1}, {2, 0, 0}, {0, 0, -2}));      // front up
-  addInstance(scene, quad({-1, 0.3f, -1}, {0.7f, 0, 0}, {0, 0, 2}));   // front down, a part of it
+  addInstance(scene, quad({-1, 0.3f, 1}, {2, 0, 0}, {0, 0, -2}));     // front up
+  addInstance(scene, quad({-1, 0.3f, -1}, {0.7f, 0, 0}, {0, 0, 2}));  // front down, a part of it
   addInstance(scene, quad({-0.3f, 0.3f, -1}, {1.3f, 0, 0}, {0, 0, 2}));
   addInstance(scene, quad({-0.9f, 0.3f, 0.9f}, {1.5f, 0, 0}, {0, 0, -1.4f}));  // front up again
   finish(scene);

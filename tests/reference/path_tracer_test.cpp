@@ -155,11 +155,12 @@ TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
 }
 
 TEST(Reference, emitterOverAFloorGivesItsFormFactorAndNothingBehindIt) {
-  // A 1 x 1 m emitter of radiance 5, 1 m above the floor, facing down. Point below its centre: four corner rectangles of
-  // form factor F(a, b, h); E = L pi 4 F.
+  // A 1 x 1 m emitter of radiance 5, 1 m above the floor, facing down. Point below its centre: four corner rectangles
+  // of form factor F(a, b, h); E = L pi 4 F.
   Scene scene;
   addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, glm::vec3(0.5f))));
-  addInstance(scene, quad({-0.5f, 1, -0.5f}, {1, 0, 0}, {0, 0, 1}, addMaterial(scene, glm::vec3(0.0f), glm::vec3(5.0f))));
+  addInstance(scene,
+              quad({-0.5f, 1, -0.5f}, {1, 0, 0}, {0, 0, 1}, addMaterial(scene, glm::vec3(0.0f), glm::vec3(5.0f))));
   finish(scene);
   ReferenceOptions options = kSmall;
   options.emissive = true;
@@ -223,9 +224,9 @@ TEST(Reference, optionsOutOfRangeAreRefused) {
   const Scene scene = floorScene();
   const RayTracer tracer = tracerOf(scene);
   Context context;
-  for (const auto& change : {+[](ReferenceOptions& o) { o.width = 0; }, +[](ReferenceOptions& o) { o.height = 16385; },
-                             +[](ReferenceOptions& o) { o.samplesPerPixel = 0; },
-                             +[](ReferenceOptions& o) { o.maxBounces = 1025; }}) {
+  for (const auto& change :
+       {+[](ReferenceOptions& o) { o.width = 0; }, +[](ReferenceOptions& o) { o.height = 16385; },
+        +[](ReferenceOptions& o) { o.samplesPerPixel = 0; }, +[](ReferenceOptions& o) { o.maxBounces = 1025; }}) {
     ReferenceOptions options = kSmall;
     change(options);
     const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, options, context);

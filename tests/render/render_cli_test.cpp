@@ -137,7 +137,8 @@ TEST_F(RenderCommand, addsTheLightsOfAFile) {
   for (const auto& [text, what] : kWrong) {
     expectRefused(render({"--aov", "direct", "--lights", "none", "--lights-file", file(text)}), 3, {what});
   }
-  expectRefused(render({"--aov", "direct", "--lights-file", "nowhere.json"}), 2, {"nowhere.json"});}
+  expectRefused(render({"--aov", "direct", "--lights-file", "nowhere.json"}), 2, {"nowhere.json"});
+}
 
 TEST_F(RenderCommand, knowsOnlyDirectLightWithoutABake) {
   expectRefused(render({"--aov", "indirect"}), 1, {"--bake"});

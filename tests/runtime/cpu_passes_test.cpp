@@ -6,16 +6,16 @@
 #include "runtime/cpu/resolve.h"
 #include "runtime/pack_color.h"
 
-#include "formats/compact_links.h"
 #include "formats/color.h"
+#include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/random_tree.h"
 #include "tests/runtime/synthetic_bake.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
@@ -42,7 +42,8 @@ TEST(Pull, rootIsTheMeanOfEqualAreas) {
 }
 
 TEST(Pull, roundingLosesNoEnergy) {
-  const Bake bake = test::makeSyntheticBake({.surfels = 20000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
+  const Bake bake =
+      test::makeSyntheticBake({.surfels = 20000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
   const Hierarchy& h = bake.hierarchy;
   std::vector<std::uint32_t> nodes(h.nodeCount(), 0);
   const glm::vec3 color(0.7001f, 0.33333f, 0.0251f);
@@ -51,7 +52,8 @@ TEST(Pull, roundingLosesNoEnergy) {
   for (const std::uint32_t level : {6u, 8u, 10u}) {
     glm::dvec3 mean(0.0);
     const double count = h.levelBegin[level + 1] - h.levelBegin[level];
-    for (std::uint32_t i = h.levelBegin[level]; i < h.levelBegin[level + 1]; ++i) mean += glm::dvec3(unpackColor(nodes[i])) / count;
+    for (std::uint32_t i = h.levelBegin[level]; i < h.levelBegin[level + 1]; ++i)
+      mean += glm::dvec3(unpackColor(nodes[i])) / count;
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean[k], color[k], 0.002 * 0.7) << "level " << level << " channel " << k;
   }
 }
@@ -84,7 +86,8 @@ TEST(NodeSet, readsAnyPartOfWhatItHolds) {
     for (std::uint32_t i = 0; i < 5000; ++i) {
       if (random() % density == 0) members.push_back(i);
     }
-    const cpu::NodeSet set(5000, 16, [&](std::uint32_t node) { return std::binary_search(members.begin(), members.end(), node); });
+    const cpu::NodeSet set(
+        5000, 16, [&](std::uint32_t node) { return std::binary_search(members.begin(), members.end(), node); });
     ASSERT_EQ(set.size(), members.size());
     for (int i = 0; i < 200; ++i) {
       const auto first = static_cast<std::uint32_t>(random() % (members.size() + 1));
@@ -114,7 +117,8 @@ TEST(PackColor, isRightToAStepForAllSizesAndToMuchLessInTheMean) {
 }
 
 // L_SH of one cache in double precision from the stored links.
-std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> nodes, std::uint32_t cache, int luma, int chroma) {
+std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> nodes, std::uint32_t cache, int luma,
+                           int chroma) {
   const Links& links = bake.links;
   const cpu::LinkSet set(links);
   std::vector<double> sum(static_cast<std::size_t>(luma * luma + 2 * chroma * chroma), 0.0);
@@ -135,7 +139,8 @@ std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> node
           const double x = cosAlpha + (1.0 - cosAlpha) * (s + 0.5) / steps;
           integral += std::legendre(static_cast<unsigned>(l), x) / steps;
         }
-        for (int i = l * l; i < (l + 1) * (l + 1); ++i) c[static_cast<std::size_t>(i)] = f * integral * y[static_cast<std::size_t>(i)] / y[0];
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i)
+          c[static_cast<std::size_t>(i)] = f * integral * y[static_cast<std::size_t>(i)] / y[0];
       }
     } else if (linkHasHead(links.kind)) {
       std::array<float, 64> stored;
@@ -148,7 +153,8 @@ std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> node
       const std::size_t stride = links.bands * links.bands;
       for (std::size_t i = 0; i < stride; ++i) c[i] = unpackHalf(links.shCoefficients[k * stride + i]);
     }
-    const auto lumaCount = static_cast<std::size_t>(luma * luma), chromaCount = static_cast<std::size_t>(chroma * chroma);
+    const auto lumaCount = static_cast<std::size_t>(luma * luma),
+               chromaCount = static_cast<std::size_t>(chroma * chroma);
     const glm::vec3 color = rgbToYCoCg(unpackColor(nodes[node]));
     for (std::size_t i = 0; i < lumaCount; ++i) sum[i] += color.x * c[i];
     for (std::size_t i = 0; i < chromaCount; ++i) sum[lumaCount + i] += color.y * c[i];
@@ -171,12 +177,17 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
   const auto kernel = cpu::lightCachesKernel(GetParam().simd);
   if (!kernel) GTEST_SKIP() << "this processor lacks the instruction set";
   // Row lengths that fill no vector evenly.
-  const Bake bake = test::makeSyntheticBake({.surfels = 700, .grid = {2, 1, 1}, .lightmapCaches = 3, .linksPerCache = 117,
-                                             .kind = GetParam().kind, .bands = 8});
+  const Bake bake = test::makeSyntheticBake({.surfels = 700,
+                                             .grid = {2, 1, 1},
+                                             .lightmapCaches = 3,
+                                             .linksPerCache = 117,
+                                             .kind = GetParam().kind,
+                                             .bands = 8});
   const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
   for (int luma = 1; luma <= 8; ++luma) {
     std::vector<std::vector<double>> expected;
-    for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) expected.push_back(oracle(bake, nodes, cache, luma, luma));
+    for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache)
+      expected.push_back(oracle(bake, nodes, cache, luma, luma));
     for (int chroma = 1; chroma <= luma; ++chroma) {
       const auto y = static_cast<std::size_t>(luma * luma), c = static_cast<std::size_t>(chroma * chroma);
       const std::size_t stride = y + 2 * c;
@@ -186,7 +197,8 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
         const std::vector<double>& all = expected[i / stride];
         const std::size_t k = i % stride;
         const double want = k < y ? all[k] : (k < y + c ? all[y + (k - y)] : all[2 * y + (k - y - c)]);
-        ASSERT_NEAR(found[i], want, precision(bake.links.kind) * all[0]) << "l_Y " << luma << " l_C " << chroma << " coefficient " << k;
+        ASSERT_NEAR(found[i], want, precision(bake.links.kind) * all[0])
+            << "l_Y " << luma << " l_C " << chroma << " coefficient " << k;
       }
     }
   }
@@ -204,8 +216,8 @@ INSTANTIATE_TEST_SUITE_P(Kernels, LightCaches, testing::ValuesIn(allKernels()));
 
 // Nodes of more than 16 bits, whose high part is told by their place in the row; and f of 8 bits.
 TEST(LightCachesOfManyNodes, findTheirNodes) {
-  const Bake bake = test::makeSyntheticBake({.surfels = 110000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = 117,
-                                             .kind = LinkKind::oct6});
+  const Bake bake = test::makeSyntheticBake(
+      {.surfels = 110000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = 117, .kind = LinkKind::oct6});
   std::uint32_t last = 0;
   for (std::uint32_t i = 0; i < bake.links.count(); ++i) last = std::max(last, bake.links.node(i));
   ASSERT_GT(last, 2u << 16);
@@ -231,7 +243,8 @@ TEST(LightCachesOfManyNodes, findTheirNodes) {
     cpu::lightCaches(kernel, set, nodes, 4, 4, found, {});
     for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
       const std::vector<double> want = oracle(bake, nodes, cache, 4, 4);
-      for (std::size_t i = 0; i < 48; ++i) ASSERT_NEAR(found[cache * 48 + i], want[i], precision(LinkKind::oct6) * want[0]) << "cache " << cache;
+      for (std::size_t i = 0; i < 48; ++i)
+        ASSERT_NEAR(found[cache * 48 + i], want[i], precision(LinkKind::oct6) * want[0]) << "cache " << cache;
     }
   }
 }
@@ -241,8 +254,12 @@ class LightCachesRows : public testing::TestWithParam<LinkKind> {};
 TEST_P(LightCachesRows, ofOddSizesAndShort) {
   for (std::uint32_t bands = 1; bands <= 8; ++bands) {
     for (const std::uint32_t perCache : {1u, 2u, 5u}) {
-      const Bake bake = test::makeSyntheticBake({.surfels = 16, .grid = {1, 1, 1}, .lightmapCaches = 2, .linksPerCache = perCache,
-                                                 .kind = GetParam(), .bands = bands});
+      const Bake bake = test::makeSyntheticBake({.surfels = 16,
+                                                 .grid = {1, 1, 1},
+                                                 .lightmapCaches = 2,
+                                                 .linksPerCache = perCache,
+                                                 .kind = GetParam(),
+                                                 .bands = bands});
       const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
       const auto stride = static_cast<std::size_t>(3 * bands * bands);
       for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
@@ -253,7 +270,8 @@ TEST_P(LightCachesRows, ofOddSizesAndShort) {
         cpu::lightCaches(kernel, cpu::LinkSet(bake.links), nodes, b, b, found, {});
         for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
-          for (std::size_t i = 0; i < stride; ++i) ASSERT_NEAR(found[cache * stride + i], want[i], precision(GetParam()) * (1 + want[0]));
+          for (std::size_t i = 0; i < stride; ++i)
+            ASSERT_NEAR(found[cache * stride + i], want[i], precision(GetParam()) * (1 + want[0]));
         }
       }
     }
@@ -290,17 +308,24 @@ TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
   EXPECT_NEAR(cpu::directIrradiance(point, origin, up).y, 10.0f * 2.0f / std::pow(5.0f, 1.5f), 1e-5f);
   // The window of a range of 4 at distance sqrt 5: 1 - (5/16)².
   point.range = 4.0f;
-  EXPECT_NEAR(cpu::directIrradiance(point, origin, up).y, 20.0f / std::pow(5.0f, 1.5f) * (1.0f - 25.0f / 256.0f), 1e-5f);
+  EXPECT_NEAR(cpu::directIrradiance(point, origin, up).y, 20.0f / std::pow(5.0f, 1.5f) * (1.0f - 25.0f / 256.0f),
+              1e-5f);
   point.range = 2.0f;
   EXPECT_EQ(cpu::directIrradiance(point, origin, up), glm::vec3(0.0f));
-  // A spot straight above: inside the inner cone like a point light, outside the outer cone nothing, the square between.
-  Light spot{.kind = LightKind::spot, .intensity = glm::vec3(10), .positionWorld = {0, 0, 2}, .direction = -up,
-             .innerConeRad = 0.3f, .outerConeRad = 0.6f};
+  // A spot straight above: inside the inner cone like a point light, outside the outer cone nothing, the square
+  // between.
+  Light spot{.kind = LightKind::spot,
+             .intensity = glm::vec3(10),
+             .positionWorld = {0, 0, 2},
+             .direction = -up,
+             .innerConeRad = 0.3f,
+             .outerConeRad = 0.6f};
   EXPECT_NEAR(cpu::directIrradiance(spot, origin, up).x, 2.5f, 1e-5f);
   EXPECT_EQ(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(0.61f), 0, 0), up), glm::vec3(0.0f));
   const float angle = 0.45f, d = 2.0f / std::cos(angle);
   const float t = (std::cos(angle) - std::cos(0.6f)) / (std::cos(0.3f) - std::cos(0.6f));
-  EXPECT_NEAR(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(angle), 0, 0), up).x, 10.0f * std::cos(angle) / (d * d) * t * t, 1e-5f);
+  EXPECT_NEAR(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(angle), 0, 0), up).x,
+              10.0f * std::cos(angle) / (d * d) * t * t, 1e-5f);
 }
 
 TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
@@ -322,10 +347,15 @@ TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
 TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
   std::vector<Light> lights(3);
-  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[0] = {
+      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
   lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot, .intensity = {90, 30, 10}, .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  lights[2] = {.kind = LightKind::spot,
+               .intensity = {90, 30, 10},
+               .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
+               .innerConeRad = 0.3f,
+               .outerConeRad = 0.7f};
   LightSetup setup;
   setup.lights = lights;
   const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
@@ -337,7 +367,8 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
     glm::dvec3 energy(0.0), wanted(0.0);
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
       glm::vec3 e(0.0f);
-      for (const Light& light : lights) e += cpu::directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
+      for (const Light& light : lights)
+        e += cpu::directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
       const glm::vec3 want = bake.surfels.albedo[s] * e + static_cast<float>(kPi) * bake.surfels.emission[s];
       const glm::vec3 found = unpackColor(nodes[bake.hierarchy.leafNode[s]]);
       lit += e != glm::vec3(0.0f) ? 1 : 0;

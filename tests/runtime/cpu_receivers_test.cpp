@@ -12,8 +12,8 @@
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/synthetic_bake.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <array>
 #include <cmath>
@@ -40,7 +40,8 @@ struct TwoTexels {
       std::array<double, 64> c = hemisphere();
       for (int channel = 0; channel < 3; ++channel) {
         const int bands = channel == 0 ? luma : chroma;
-        for (int i = 0; i < bands * bands; ++i) coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
+        for (int i = 0; i < bands * bands; ++i)
+          coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
       }
     }
     light = {luma, chroma, coefficients, false};
@@ -135,7 +136,8 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
   // Facing +X from the middle: weight 1 ahead, 0.05² behind.
   const float behind = 0.05f * 0.05f;
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind), 1e-3f);
+  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind),
+              1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
   EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
@@ -148,7 +150,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260, .kind = kind});
     // Some normals that are no longer the map's.
     std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
-    for (std::size_t s = 0; s < normal.size(); s += 5) normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
+    for (std::size_t s = 0; s < normal.size(); s += 5)
+      normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
     bake.surfels.normal = std::move(normal);
     const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
     const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, order);
@@ -171,19 +174,28 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
           const std::uint32_t slot = i % cpu::kSurfelBlock, s = order[i];
           if (slot == 0) {
             e.fill(0.25f);
-            bounce.add(*kernel, job, i / cpu::kSurfelBlock, std::min<std::uint32_t>(cpu::kSurfelBlock, static_cast<std::uint32_t>(order.size()) - i), e.data());
+            bounce.add(*kernel, job, i / cpu::kSurfelBlock,
+                       std::min<std::uint32_t>(cpu::kSurfelBlock, static_cast<std::uint32_t>(order.size()) - i),
+                       e.data());
           }
           const Surfels& surfels = bake.surfels;
           const bool grid = surfels.receiver[s] == kGridReceiver;
           gridLit += grid ? 1 : 0;
           const glm::vec3 want =
               grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
-                   : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
-          const glm::vec3 found = 2.0f * (glm::vec3(e[slot], e[cpu::kSurfelBlock + slot], e[2 * cpu::kSurfelBlock + slot]) - 0.25f);
+                   : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]),
+                                               surfels.normal[s]);
+          const glm::vec3 found =
+              2.0f * (glm::vec3(e[slot], e[cpu::kSurfelBlock + slot], e[2 * cpu::kSurfelBlock + slot]) - 0.25f);
           // Up to 14 degrees a surfel takes the light of its caches' own normals.
-          const float cosine = grid ? 0.0f : glm::dot(surfels.normal[s], cpu::stencilNormal(bake.caches, cpu::lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
+          const float cosine =
+              grid ? 0.0f
+                   : glm::dot(surfels.normal[s],
+                              cpu::stencilNormal(bake.caches, cpu::lightmapStencil(
+                                                                  bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
           const float tolerance = cosine > 0.97f && cosine < 0.9999f ? 0.1f : 0.02f;
-          ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f) << "surfel " << s << " bands " << luma << " " << chroma;
+          ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f)
+              << "surfel " << s << " bands " << luma << " " << chroma;
         }
         EXPECT_GT(gridLit, 0u);
         EXPECT_LT(gridLit, 2000u);

@@ -34,10 +34,15 @@ Relighter make(const Bake& bake, Backend backend, int luma, int chroma, float de
 // Lights of opposed colours from opposed sides: chroma has a direction of its own.
 std::array<Light, 3> opposedLights() {
   std::array<Light, 3> lights;
-  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[0] = {
+      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
   lights[1] = {.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot, .intensity = {1, 90, 3}, .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  lights[2] = {.kind = LightKind::spot,
+               .intensity = {1, 90, 3},
+               .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
+               .innerConeRad = 0.3f,
+               .outerConeRad = 0.7f};
   return lights;
 }
 
@@ -102,13 +107,15 @@ void expectLayers(GLuint texture, int bands) {
 }
 
 TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
-  const Bake bake = test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct8});
+  const Bake bake =
+      test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct8});
   const std::array<Light, 3> lights = opposedLights();
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.2f, 0.3f, 0.4f};
   const std::vector<float> in = receivers(300);
-  // A software driver takes a second or two to compile the shaders of many bands: the default run takes a part of the pairs.
+  // A software driver takes a second or two to compile the shaders of many bands: the default run takes a part of the
+  // pairs.
   const char* longTests = std::getenv("RELUME_LONG_TESTS");
   const bool all = longTests != nullptr && std::string(longTests) == "1";
   for (int luma = 1; luma <= 8; ++luma) {
@@ -135,7 +142,8 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
 }
 
 TEST_F(GlBands, deringingAgreesAndChangesBentReceiversOnly) {
-  const Bake bake = test::makeSyntheticBake({.surfels = 4000, .skyPatches = 12, .linksPerCache = 61, .kind = LinkKind::oct8});
+  const Bake bake =
+      test::makeSyntheticBake({.surfels = 4000, .skyPatches = 12, .linksPerCache = 61, .kind = LinkKind::oct8});
   const std::array<Light, 3> lights = opposedLights();
   LightSetup setup;
   setup.lights = lights;
@@ -174,7 +182,8 @@ TEST(BandNames, goBothWaysForAllPairsAndNothingElse) {
     }
   }
   EXPECT_EQ(pairs, 36);
-  for (const char* name : {"", "Y3Co1Cg2", "y3Co1Cg1", "Y3Co1Cg", "Y3Co1Cg11", "Y3Cg1Co1", "Y3Co1Cx1"}) EXPECT_FALSE(bandsByName(name)) << name;
+  for (const char* name : {"", "Y3Co1Cg2", "y3Co1Cg1", "Y3Co1Cg", "Y3Co1Cg11", "Y3Cg1Co1", "Y3Co1Cx1"})
+    EXPECT_FALSE(bandsByName(name)) << name;
 }
 
 TEST_F(GlBands, deringingOutOfRangeIsRefused) {

@@ -16,8 +16,8 @@ namespace {
 
 class GlGrid : public test::GlTest {};
 
-// A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches see
-// any distance.
+// A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches
+// see any distance.
 Bake bakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {
   Bake bake = test::makeSyntheticBake({.surfels = 200, .grid = resolution, .lightmapCaches = 12, .linksPerCache = 16});
   CacheGrid& grid = bake.caches.grid;
@@ -38,7 +38,8 @@ Bake bakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {
   if (depths) {
     std::vector<std::uint32_t> depth(std::size_t{kDepthWords} * caches, 0);
     for (std::uint32_t c = 0; c < caches; ++c) {
-      for (std::uint32_t n = 0; n < kDepthSide * kDepthSide; ++n) depth[kDepthWords * c + n / 4] |= (random() % 140u) << (8 * (n % 4));
+      for (std::uint32_t n = 0; n < kDepthSide * kDepthSide; ++n)
+        depth[kDepthWords * c + n / 4] |= (random() % 140u) << (8 * (n % 4));
     }
     grid.depth = depth;
   }
@@ -52,8 +53,10 @@ Relighter light(const Bake& bake, Backend backend) {
   options.chromaBands = 2;
   Result<Relighter> made = Relighter::create(bake, options);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
-  const std::array<Light, 2> lights{Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
-                                    Light{.kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
+  const std::array<Light, 2> lights{
+      Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
+      Light{
+          .kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
   LightSetup setup;
   setup.lights = lights;
   EXPECT_TRUE(made->relight(setup));
@@ -67,7 +70,8 @@ std::vector<float> receivers(const CacheGrid& grid) {
   std::normal_distribution<float> gauss;
   std::vector<float> in;
   for (int i = 0; i < 600; ++i) {
-    glm::vec3 p = grid.originWorld + glm::vec3(uniform(random), uniform(random), uniform(random)) * grid.spacing * glm::vec3(grid.resolution - 1u);
+    glm::vec3 p = grid.originWorld + glm::vec3(uniform(random), uniform(random), uniform(random)) * grid.spacing *
+                                         glm::vec3(grid.resolution - 1u);
     if (i % 5 == 0) p = grid.originWorld + grid.spacing * glm::vec3(i % 3, i % 2, i % 4);
     const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
     in.insert(in.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
@@ -80,11 +84,12 @@ void expectSame(const Bake& bake) {
   const std::vector<float> in = receivers(bake.caches.grid);
   const std::size_t count = in.size() / 6;
   gl.bindResolveInputs();
-  const std::vector<float> found = test::runCompute(
-      gl.resolveGlsl(),
-      "uint k = 6u * i; vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), vec3(inData[k+3u], inData[k+4u], inData[k+5u]));\n"
-      "for (int j = 0; j < 3; ++j) outData[3u*i+uint(j)] = e[j];\n",
-      in, count, count * 3);
+  const std::vector<float> found =
+      test::runCompute(gl.resolveGlsl(),
+                       "uint k = 6u * i; vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), "
+                       "vec3(inData[k+3u], inData[k+4u], inData[k+5u]));\n"
+                       "for (int j = 0; j < 3; ++j) outData[3u*i+uint(j)] = e[j];\n",
+                       in, count, count * 3);
   double mean = 0.0;
   std::vector<glm::vec3> expected;
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,7 +101,8 @@ void expectSame(const Bake& bake) {
   double largest = 0.0, square = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
-      const double d = std::abs(static_cast<double>(found[3 * i + static_cast<std::size_t>(k)]) - static_cast<double>(expected[i][k]));
+      const double d = std::abs(static_cast<double>(found[3 * i + static_cast<std::size_t>(k)]) -
+                                static_cast<double>(expected[i][k]));
       largest = std::max(largest, d / mean);
       square += d * d / (mean * mean) / static_cast<double>(3 * count);
     }

@@ -46,10 +46,15 @@ Relighter make(const Bake& bake, Backend backend, int luma = 0, int chroma = 0, 
 // A light of each kind.
 std::vector<Light> someLights() {
   std::vector<Light> lights(3);
-  lights[0] = {.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
+  lights[0] = {
+      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
   lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot, .intensity = {90, 30, 10}, .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)), .innerConeRad = 0.3f, .outerConeRad = 0.7f};
+  lights[2] = {.kind = LightKind::spot,
+               .intensity = {90, 30, 10},
+               .positionWorld = {9, 3, 3},
+               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
+               .innerConeRad = 0.3f,
+               .outerConeRad = 0.7f};
   return lights;
 }
 
@@ -67,9 +72,7 @@ test::SyntheticOptions room(LinkKind kind, std::uint32_t bands) {
 TEST(GlRelighterWithoutContext, isRefused) {
   const Result<EglContext> probe = EglContext::create();
   if (!probe) GTEST_SKIP() << probe.error().message;
-  {
-    const EglContext ended = *EglContext::create();
-  }
+  { const EglContext ended = *EglContext::create(); }
   RelightOptions options;
   options.backend = Backend::gl;
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
@@ -132,7 +135,8 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
     std::array<int, 3> ofKind{};
     std::array<glm::dvec3, 3> sum{}, error{};
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
-      const auto kind = static_cast<std::size_t>(receiverKind(bake.caches, bake.surfels, s, normalsCount(bake.links.kind, luma)));
+      const auto kind =
+          static_cast<std::size_t>(receiverKind(bake.caches, bake.surfels, s, normalsCount(bake.links.kind, luma)));
       const std::uint32_t leaf = bake.hierarchy.leafNode[s];
       ++ofKind[kind];
       sum[kind] += expected[leaf];
@@ -167,14 +171,16 @@ void expectPullAgrees(const Bake& bake, const char* what) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     const float largest = std::max({expected[i].r, expected[i].g, expected[i].b});
     for (int k = 0; k < 3; ++k) {
-      ASSERT_NEAR(found[i][k], expected[i][k], 0.02f * largest + 1e-5f) << bake.surfels.count() << " surfels, " << what << ", node " << i;
+      ASSERT_NEAR(found[i][k], expected[i][k], 0.02f * largest + 1e-5f)
+          << bake.surfels.count() << " surfels, " << what << ", node " << i;
     }
   }
 }
 
 TEST_F(GlRelighter, pullPassAgrees) {
   for (const std::uint32_t surfels : {1u, 2u, 37u, 20000u}) {
-    Bake bake = test::makeSyntheticBake({.surfels = surfels, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
+    Bake bake =
+        test::makeSyntheticBake({.surfels = surfels, .grid = {1, 1, 1}, .lightmapCaches = 6, .linksPerCache = 8});
     expectPullAgrees(bake, "a balanced tree");
     bake.hierarchy = test::makeRandomTree(surfels, 0.05f, 5);
     expectPullAgrees(bake, "a random tree");
@@ -203,7 +209,8 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
 TEST_F(GlRelighter, cachePassAgreesForAllKindsAndManyBands) {
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake({.surfels = 600, .linksPerCache = 61, .kind = kind, .bands = 8});
-    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 3}, {8, 6}}) expectCachesAgree(bake, luma, chroma);
+    for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 3}, {8, 6}})
+      expectCachesAgree(bake, luma, chroma);
   }
 }
 
@@ -288,9 +295,10 @@ TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
 
 TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
   const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
-  Relighter gl = make(bake, Backend::gl, 0, 0,
-                      "uniform float hostShadow;\n"
-                      "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
+  Relighter gl =
+      make(bake, Backend::gl, 0, 0,
+           "uniform float hostShadow;\n"
+           "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
   std::vector<Light> lights(2);
   for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
   LightSetup setup;
@@ -395,7 +403,8 @@ TEST_F(GlRelighter, bindingsOfTheHostAreAsTheyWere) {
       }
       glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, i, &value);
       state.push_back(value);
-      for (const GLenum what : {GL_IMAGE_BINDING_NAME, GL_IMAGE_BINDING_LAYERED, GL_IMAGE_BINDING_LAYER, GL_IMAGE_BINDING_ACCESS}) {
+      for (const GLenum what :
+           {GL_IMAGE_BINDING_NAME, GL_IMAGE_BINDING_LAYERED, GL_IMAGE_BINDING_LAYER, GL_IMAGE_BINDING_ACCESS}) {
         glGetIntegeri_v(what, i, &value);
         state.push_back(value);
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The shaders' libraries against their C++ twins, and all shaders against the reference compiler.
-#include "runtime/pack_color.h"
 #include "runtime/gl/passes.h"
+#include "runtime/pack_color.h"
 #include "tests/runtime/gl_test_support.h"
 
 #include "formats/color.h"
@@ -52,13 +52,14 @@ TEST_F(GlLibrary, sphericalHarmonicsAgreeInAllBands) {
   const std::vector<float> in = randomDirections(count);
   for (int bands = 1; bands <= 8; ++bands) {
     const auto n = static_cast<std::size_t>(bands * bands), words = (n + 3) / 4 * 4;
-    const std::vector<float> out = runCompute(
-        library("lib/sh.glsl", bands),
-        "vec4 y[RELUME_SH_WORDS]; float scale[RELUME_SH_BANDS];\n"
-        "for (int l = 0; l < RELUME_SH_BANDS; ++l) scale[l] = 1.0;\n"
-        "relumeEvaluateSh(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), scale, y);\n"
-        "for (int k = 0; k < 4 * RELUME_SH_WORDS; ++k) outData[i * uint(4 * RELUME_SH_WORDS) + uint(k)] = y[k >> 2][k & 3];\n",
-        in, count, count * words);
+    const std::vector<float> out =
+        runCompute(library("lib/sh.glsl", bands),
+                   "vec4 y[RELUME_SH_WORDS]; float scale[RELUME_SH_BANDS];\n"
+                   "for (int l = 0; l < RELUME_SH_BANDS; ++l) scale[l] = 1.0;\n"
+                   "relumeEvaluateSh(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), scale, y);\n"
+                   "for (int k = 0; k < 4 * RELUME_SH_WORDS; ++k) outData[i * uint(4 * RELUME_SH_WORDS) + uint(k)] = "
+                   "y[k >> 2][k & 3];\n",
+                   in, count, count * words);
     for (std::size_t i = 0; i < count; ++i) {
       std::array<float, kMaxCoefficients> y;
       evaluateSh(bands, {in[3 * i], in[3 * i + 1], in[3 * i + 2]}, y);
@@ -72,10 +73,10 @@ TEST_F(GlLibrary, sphericalHarmonicsAgreeInAllBands) {
 TEST_F(GlLibrary, coneRatiosAgree) {
   std::vector<float> in;
   for (int i = 0; i <= 200; ++i) in.push_back(-1.0f + 0.01f * static_cast<float>(i));
-  const std::vector<float> out = runCompute(
-      library("lib/sh.glsl", 8),
-      "float r[8]; relumeConeBandRatios(inData[i], 2.0, r); for (int k = 0; k < 8; ++k) outData[i * 8u + uint(k)] = r[k];\n", in,
-      in.size(), in.size() * 8);
+  const std::vector<float> out = runCompute(library("lib/sh.glsl", 8),
+                                            "float r[8]; relumeConeBandRatios(inData[i], 2.0, r); for (int k = 0; k < "
+                                            "8; ++k) outData[i * 8u + uint(k)] = r[k];\n",
+                                            in, in.size(), in.size() * 8);
   for (std::size_t i = 0; i < in.size(); ++i) {
     std::array<float, 8> ratio;
     coneBandRatios(8, in[i], ratio);
@@ -96,11 +97,12 @@ TEST_F(GlLibrary, packedDirectionsAndPointsAgree) {
     in.push_back(bitsAsFloat(packOctahedral({directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]})));
   }
   in.push_back(bitsAsFloat(kNoDirection));
-  const std::vector<float> out = runCompute(library("lib/pack.glsl"),
-                                            "uint bits = floatBitsToUint(inData[i]); vec3 d = relumeUnpackOctahedral(bits);\n"
-                                            "outData[5u*i] = d.x; outData[5u*i+1u] = d.y; outData[5u*i+2u] = d.z;\n"
-                                            "vec2 p = relumeUnpackUnorm16x2(bits); outData[5u*i+3u] = p.x; outData[5u*i+4u] = p.y;\n",
-                                            in, in.size(), in.size() * 5);
+  const std::vector<float> out =
+      runCompute(library("lib/pack.glsl"),
+                 "uint bits = floatBitsToUint(inData[i]); vec3 d = relumeUnpackOctahedral(bits);\n"
+                 "outData[5u*i] = d.x; outData[5u*i+1u] = d.y; outData[5u*i+2u] = d.z;\n"
+                 "vec2 p = relumeUnpackUnorm16x2(bits); outData[5u*i+3u] = p.x; outData[5u*i+4u] = p.y;\n",
+                 in, in.size(), in.size() * 5);
   for (std::size_t i = 0; i < in.size(); ++i) {
     const auto bits = std::bit_cast<std::uint32_t>(in[i]);
     const glm::vec3 d = unpackOctahedral(bits);
@@ -116,15 +118,16 @@ TEST_F(GlLibrary, partsOfCompactLinksAgree) {
   for (int i = 0; i < 2000; ++i) in.push_back(bitsAsFloat(static_cast<std::uint32_t>(random())));
   // NaNs may change on the way: keep the exponent's lowest bit clear.
   for (float& each : in) each = bitsAsFloat(std::bit_cast<std::uint32_t>(each) & ~0x00800000u);
-  const std::vector<float> out = runCompute(library("lib/pack.glsl"),
-                                            "uint b = floatBitsToUint(inData[i]); vec3 d = relumeUnpackDirection(b, 12);\n"
-                                            "vec3 e = relumeUnpackDirection(b & 0xFFFFu, 6); uint o = 9u * i;\n"
-                                            "outData[o] = d.x; outData[o+1u] = d.y; outData[o+2u] = d.z;\n"
-                                            "outData[o+3u] = e.x; outData[o+4u] = e.y; outData[o+5u] = e.z;\n"
-                                            "outData[o+6u] = relumeUnpackCone(b, 24, 8);\n"
-                                            "outData[o+7u] = relumeUnpackCone(b & 0xFFFFu, 12, 4);\n"
-                                            "outData[o+8u] = relumeUnpackTransfer(b);\n",
-                                            in, in.size(), in.size() * 9);
+  const std::vector<float> out =
+      runCompute(library("lib/pack.glsl"),
+                 "uint b = floatBitsToUint(inData[i]); vec3 d = relumeUnpackDirection(b, 12);\n"
+                 "vec3 e = relumeUnpackDirection(b & 0xFFFFu, 6); uint o = 9u * i;\n"
+                 "outData[o] = d.x; outData[o+1u] = d.y; outData[o+2u] = d.z;\n"
+                 "outData[o+3u] = e.x; outData[o+4u] = e.y; outData[o+5u] = e.z;\n"
+                 "outData[o+6u] = relumeUnpackCone(b, 24, 8);\n"
+                 "outData[o+7u] = relumeUnpackCone(b & 0xFFFFu, 12, 4);\n"
+                 "outData[o+8u] = relumeUnpackTransfer(b);\n",
+                 in, in.size(), in.size() * 9);
   for (std::size_t i = 0; i < in.size(); ++i) {
     const auto bits = std::bit_cast<std::uint32_t>(in[i]);
     const LinkDirection eight = unpackShape8(bits), six = unpackShape6(bits & 0xFFFFu);
@@ -146,12 +149,12 @@ TEST_F(GlLibrary, packedColorsAgreeAndKeepAnyUnit) {
     for (int k = 0; k < 3; ++k) in.push_back(scale * static_cast<float>(random() % 10001) / 10000.0f);
   }
   const std::size_t count = in.size() / 3;
-  const std::vector<float> out = runCompute(
-      library("lib/pack.glsl") + library("lib/color.glsl"),
-      "uint p = relumePackColor(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), relumeDither(i));\n"
-      "vec3 c = relumeUnpackColor(p);\n"
-      "for (int k = 0; k < 3; ++k) outData[3u*i+uint(k)] = c[k];\n",
-      in, count, in.size());
+  const std::vector<float> out =
+      runCompute(library("lib/pack.glsl") + library("lib/color.glsl"),
+                 "uint p = relumePackColor(vec3(inData[3u*i], inData[3u*i+1u], inData[3u*i+2u]), relumeDither(i));\n"
+                 "vec3 c = relumeUnpackColor(p);\n"
+                 "for (int k = 0; k < 3; ++k) outData[3u*i+uint(k)] = c[k];\n",
+                 in, count, in.size());
   for (std::size_t i = 0; i < count; ++i) {
     const glm::vec3 color(in[3 * i], in[3 * i + 1], in[3 * i + 2]);
     const glm::vec3 back = unpackColor(packColor(color, ditherOf(static_cast<std::uint32_t>(i))));
@@ -195,14 +198,16 @@ TEST(Shaders, passTheReferenceCompiler) {
       }
       add("copy_lightmap.comp", "comp", bands);
       add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap, 0.02f),
-          "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); }\n");
+          "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); "
+          "}\n");
     }
     for (const LinkKind kind : kLinkKinds) {
       for (const char* renderer : {"llvmpipe", "hardware"}) {
         const gl::CacheGroup group = gl::chooseCacheGroup(renderer, luma, chroma);
         add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group));
         if (kind != LinkKind::oct6) continue;
-        for (const int steps : {0, 5}) add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps));
+        for (const int steps : {0, 5})
+          add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps));
       }
     }
   }

@@ -32,8 +32,8 @@ class GlTest : public testing::Test {
   std::optional<EglContext> context_;
 };
 
-// Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body` knows
-// its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).
+// Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body`
+// knows its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
                               std::size_t count, std::size_t outFloats);
 

@@ -16,7 +16,7 @@ struct Case {
   float evenness;
   std::uint32_t nodesPerGroup;
 };
-const Case kCases[] = {{1, 0.5f, 8},  {2, 0.5f, 8},     {3, 0.5f, 1},       {500, 0.5f, 1},
+const Case kCases[] = {{1, 0.5f, 8},   {2, 0.5f, 8},     {3, 0.5f, 1},        {500, 0.5f, 1},
                        {500, 0.5f, 8}, {3000, 0.0f, 64}, {20000, 0.05f, 512}, {20000, 0.5f, 4096}};
 
 TEST(PullSchedule, hasEveryInnerNodeOnceWithItsChildAndWeight) {

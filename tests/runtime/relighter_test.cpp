@@ -5,8 +5,8 @@
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/synthetic_bake.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <limits>
@@ -35,7 +35,8 @@ TEST(Furnace, bouncesFollowTheGeometricSeries) {
       ASSERT_TRUE(relighter.relight({}));
       // B_k+1 = pi Le + rho B_k.
       radiosity = kPi * emission + rho * radiosity;
-      ASSERT_NEAR(relighter.nodeRadiosity()[0].g, radiosity, 0.004f * radiosity) << "bands " << bands << " frame " << frame;
+      ASSERT_NEAR(relighter.nodeRadiosity()[0].g, radiosity, 0.004f * radiosity)
+          << "bands " << bands << " frame " << frame;
     }
     // In the limit irradiance is the radiosity pi Le / (1 - rho).
     const float limit = kPi * emission / (1.0f - rho);
@@ -235,8 +236,9 @@ TEST(Setup, whatCannotBeLitIsRefusedByName) {
 TEST(Options, bandsAreHeldAgainstLinksAndEachOther) {
   const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 3);
   EXPECT_EQ(make(bake).lumaBands(), 3);
-  for (const RelightOptions& options : {RelightOptions{.lumaBands = 4}, RelightOptions{.lumaBands = -1},
-                                        RelightOptions{.lumaBands = 2, .chromaBands = 3}, RelightOptions{.chromaBands = 9}}) {
+  for (const RelightOptions& options :
+       {RelightOptions{.lumaBands = 4}, RelightOptions{.lumaBands = -1},
+        RelightOptions{.lumaBands = 2, .chromaBands = 3}, RelightOptions{.chromaBands = 9}}) {
     const Result<Relighter> made = Relighter::create(bake, options);
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().code, ErrorCode::usage);

@@ -165,7 +165,9 @@ std::vector<Cluster> buildHierarchy(const Surfels& surfels, std::uint32_t skyPat
     const float phi = static_cast<float>(i) * 2.39996323f, r = std::sqrt(1.0f - z * z);
     sky.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
   }
-  const auto place = [&](std::uint32_t s) { return s < surfelCount ? surfels.positionWorld[s] : 1000.0f * sky[s - surfelCount]; };
+  const auto place = [&](std::uint32_t s) {
+    return s < surfelCount ? surfels.positionWorld[s] : 1000.0f * sky[s - surfelCount];
+  };
   std::vector<std::uint32_t> order(n), child(1), leafNode(n), levelBegin{0};
   for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
   struct Range {
@@ -269,7 +271,8 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
     // Refine the largest until the row is full.
     std::priority_queue<Candidate> heap;
     std::vector<std::uint32_t> row;
-    for (const std::uint32_t root : hierarchy.groupRoot) heap.push({solidAngle(clusters[root], position, normal, direction) + 1.0f, root});
+    for (const std::uint32_t root : hierarchy.groupRoot)
+      heap.push({solidAngle(clusters[root], position, normal, direction) + 1.0f, root});
     while (!heap.empty() && heap.size() + row.size() < options.linksPerCache) {
       const std::uint32_t node = heap.top().node;
       heap.pop();
@@ -289,7 +292,8 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
     for (const std::uint32_t node : row) total += solidAngle(clusters[node], position, normal, direction);
     const double all = normal == glm::vec3(0.0f) ? 4.0 * kPi : 2.0 * kPi;
     for (const std::uint32_t node : row) {
-      const float omega = solidAngle(clusters[node], position, normal, direction) * static_cast<float>(all / std::max(total, 1e-6));
+      const float omega =
+          solidAngle(clusters[node], position, normal, direction) * static_cast<float>(all / std::max(total, 1e-6));
       const float f = y0 * omega / kPi, cosAlpha = std::max(1.0f - omega / (2.0f * kPi), -1.0f);
       if (options.kind == LinkKind::irradiance && normal != glm::vec3(0.0f)) {
         // The cosine of a cap, so that a white furnace gives one.

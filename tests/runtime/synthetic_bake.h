@@ -11,11 +11,11 @@ struct SyntheticOptions {
   std::uint32_t surfels = 2048;
   std::uint32_t skyPatches = 0;
   glm::uvec3 grid{4, 3, 4};
-  std::uint32_t lightmapSize = 24;      // [texel] a side
-  std::uint32_t lightmapCaches = 300;   // at most what the walls' texels offer
+  std::uint32_t lightmapSize = 24;     // [texel] a side
+  std::uint32_t lightmapCaches = 300;  // at most what the walls' texels offer
   std::uint32_t linksPerCache = 64;
   LinkKind kind = LinkKind::cone;
-  std::uint32_t bands = 4;              // of SH links
+  std::uint32_t bands = 4;  // of SH links
   std::uint32_t seed = 1;
 };
 

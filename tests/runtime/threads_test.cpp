@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Two threads share one bake: each relights by a Relighter of its own, with helpers from a pool of the host's; and both read
-// the same bytes of a file. Nothing here links Embree, oneTBB or OpenGL, which are not built for ThreadSanitizer: the preset
-// `tsan` runs this program.
+// Two threads share one bake: each relights by a Relighter of its own, with helpers from a pool of the host's; and both
+// read the same bytes of a file. Nothing here links Embree, oneTBB or OpenGL, which are not built for ThreadSanitizer:
+// the preset `tsan` runs this program.
 #include "formats/bake_file.h"
 #include "formats/validate.h"
 #include "runtime/relighter.h"
@@ -44,7 +44,9 @@ Seen relightAndRead(const Bake& bake, const RelightOptions& options, const glm::
   LightSetup setup;
   setup.lights = std::span(&light, 1);
   setup.skyRadiance = glm::vec3(0.5f);
-  setup.visibility = [](std::uint32_t, const glm::vec3& position, const glm::vec3&) { return position.y > 1.0f ? 1.0f : 0.5f; };
+  setup.visibility = [](std::uint32_t, const glm::vec3& position, const glm::vec3&) {
+    return position.y > 1.0f ? 1.0f : 0.5f;
+  };
   Seen seen;
   for (int frame = 0; frame < 3; ++frame) {
     EXPECT_TRUE(relighter->relight(setup));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// samples/01_hello_relight on a bake of the sample level: it prints light, and valgrind finds no error and no leak in it.
+// samples/01_hello_relight on a bake of the sample level: it prints light, and valgrind finds no error and no leak in
+// it.
 #include "tests/cli/run_program.h"
 
 #include <gtest/gtest.h>
@@ -16,9 +17,10 @@ class Hello : public testing::Test {
     folder_ = fs::path(testing::TempDir()) / ("relume_hello_" + std::string(info->name()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
-    const ProgramResult baked =
-        runProgram({"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", bake(), "--preset", "draft", "--surfels", "512",
-                    "--lightmap-caches", "200", "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"}, folder_);
+    const ProgramResult baked = runProgram(
+        {"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", bake(), "--preset", "draft", "--surfels",
+         "512", "--lightmap-caches", "200", "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"},
+        folder_);
     ASSERT_EQ(baked.status, 0) << baked.err;
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -44,8 +46,11 @@ TEST_F(Hello, printsSixteenFramesOfLight) {
 TEST_F(Hello, valgrindFindsNoErrorAndNoLeak) {
   if (std::string(RELUME_SANITIZE) != "") GTEST_SKIP() << "built with " RELUME_SANITIZE ", which valgrind cannot run";
   if (std::system("command -v valgrind >/dev/null 2>&1") != 0) GTEST_SKIP() << "valgrind is not installed";
-  EXPECT_EQ(shell("valgrind --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite '" RELUME_HELLO "' '" + bake() +
-                  "'"), 0) << log();
+  EXPECT_EQ(
+      shell("valgrind --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite '" RELUME_HELLO "' '" +
+            bake() + "'"),
+      0)
+      << log();
   EXPECT_NE(log().find("ERROR SUMMARY: 0 errors"), std::string::npos) << log();
   EXPECT_NE(log().find("frame 15"), std::string::npos) << log();
 }

@@ -86,8 +86,9 @@ TEST(CheckMesh, aFaceAgainstItsNormalsIsFlipped) {
 
 TEST(CheckMesh, degenerateTrianglesAreThoseWithoutAreaWithinRounding) {
   Mesh mesh = cube();
-  mesh.position.insert(mesh.position.end(), {{0.5f, 0, 0}, {1000, 1000, 1000}, {1001, 1001, 1001}, {1002, 1002, 1002.0001f},
-                                             {1e-6f, 0, 0}, {0, 1e-6f, 0}});
+  mesh.position.insert(
+      mesh.position.end(),
+      {{0.5f, 0, 0}, {1000, 1000, 1000}, {1001, 1001, 1001}, {1002, 1002, 1002.0001f}, {1e-6f, 0, 0}, {0, 1e-6f, 0}});
   mesh.triangle.insert(mesh.triangle.end(), {{3, 3, 5}, {0, 8, 1}, {9, 10, 11}});
   const auto found = check(mesh);
   EXPECT_EQ(found.at(Kind::degenerateTriangle).count, 3u);

@@ -15,8 +15,8 @@
 #pragma GCC diagnostic pop
 #endif
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 
@@ -41,16 +41,21 @@ int compressedView(GltfBuilder& b, const Bytes& data, std::size_t count, std::si
   const int raw = b.view(data);
   const json source = b.root["bufferViews"][raw];
   b.root["bufferViews"][raw] = {{"buffer", 1}, {"byteLength", count * stride}};
-  b.root["bufferViews"][raw]["extensions"]["EXT_meshopt_compression"] = {
-      {"buffer", 0}, {"byteOffset", source["byteOffset"]}, {"byteLength", data.size()}, {"byteStride", stride},
-      {"count", count}, {"mode", mode}, {"filter", filter}};
+  b.root["bufferViews"][raw]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
+                                                                         {"byteOffset", source["byteOffset"]},
+                                                                         {"byteLength", data.size()},
+                                                                         {"byteStride", stride},
+                                                                         {"count", count},
+                                                                         {"mode", mode},
+                                                                         {"filter", filter}};
   b.root["extensionsRequired"] = {"EXT_meshopt_compression"};
   return raw;
 }
 
 void addFallback(GltfBuilder& b) {
-  b.root["buffers"] = json::array({{{"byteLength", b.binary.size()}},
-                                   {{"byteLength", 1000}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+  b.root["buffers"] =
+      json::array({{{"byteLength", b.binary.size()}},
+                   {{"byteLength", 1000}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
 }
 
 TEST(Compression, meshoptVerticesAndTrianglesRoundTrip) {
@@ -59,8 +64,10 @@ TEST(Compression, meshoptVerticesAndTrianglesRoundTrip) {
     Bytes indices(1000);
     indices.resize(triangles ? meshopt_encodeIndexBuffer(indices.data(), indices.size(), kIndices.data(), 6)
                              : meshopt_encodeIndexSequence(indices.data(), indices.size(), kIndices.data(), 6));
-    const int position = b.accessor(compressedView(b, encodeVertices(kSquare.data(), 4, 12), 4, 12, "ATTRIBUTES"), 5126, 4, "VEC3");
-    const int index = b.accessor(compressedView(b, indices, 6, 2, triangles ? "TRIANGLES" : "INDICES"), 5123, 6, "SCALAR");
+    const int position =
+        b.accessor(compressedView(b, encodeVertices(kSquare.data(), 4, 12), 4, 12, "ATTRIBUTES"), 5126, 4, "VEC3");
+    const int index =
+        b.accessor(compressedView(b, indices, 6, 2, triangles ? "TRIANGLES" : "INDICES"), 5123, 6, "SCALAR");
     b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", position}}}, {"indices", index}})}});
     addFallback(b);
     const Result<Scene> scene = b.import();
@@ -82,10 +89,12 @@ TEST(Compression, meshoptFiltersAreUndone) {
   meshopt_encodeFilterOct(octahedral.data(), 4, 4, 8, normals.data());
   std::vector<float> exponential(12);
   meshopt_encodeFilterExp(exponential.data(), 4, 12, 20, kSquare.data());
-  const int position = b.accessor(
-      compressedView(b, encodeVertices(exponential.data(), 4, 12), 4, 12, "ATTRIBUTES", "EXPONENTIAL"), 5126, 4, "VEC3");
-  const int normal = b.accessor(
-      compressedView(b, encodeVertices(octahedral.data(), 4, 4), 4, 4, "ATTRIBUTES", "OCTAHEDRAL"), 5120, 4, "VEC3", true);
+  const int position =
+      b.accessor(compressedView(b, encodeVertices(exponential.data(), 4, 12), 4, 12, "ATTRIBUTES", "EXPONENTIAL"), 5126,
+                 4, "VEC3");
+  const int normal =
+      b.accessor(compressedView(b, encodeVertices(octahedral.data(), 4, 4), 4, 4, "ATTRIBUTES", "OCTAHEDRAL"), 5120, 4,
+                 "VEC3", true);
   b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", position}, {"NORMAL", normal}}},
                            {"indices", b.indices({0, 1, 2, 0, 2, 3})}})}});
   addFallback(b);
@@ -108,7 +117,8 @@ TEST(Compression, meshoptClaimsAreBoundedByTheirBytes) {
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().code, ErrorCode::invalidFile);
   EXPECT_NE(scene.error().message.find("bufferViews[0].extensions.EXT_meshopt_compression: claims 2147483646"),
-            std::string::npos) << scene.error().message;
+            std::string::npos)
+      << scene.error().message;
 }
 
 // Found by fuzzing: 4294967295 became -1 on its way through tinygltf.
@@ -121,7 +131,8 @@ TEST(Compression, meshoptNumbersBeyond31BitsAreRefused) {
     const Result<Scene> scene = b.import();
     ASSERT_FALSE(scene);
     EXPECT_NE(scene.error().message.find("EXT_meshopt_compression." + std::string(name) + ": expected a whole number"),
-              std::string::npos) << scene.error().message;
+              std::string::npos)
+        << scene.error().message;
   }
 }
 
@@ -146,7 +157,8 @@ Bytes encodeDraco(int method = draco::MESH_EDGEBREAKER_ENCODING) {
     const std::uint32_t* v = &kIndices[3 * static_cast<std::size_t>(f)];
     builder.SetAttributeValuesForFace(position, draco::FaceIndex(static_cast<std::uint32_t>(f)), &kSquare[3 * v[0]],
                                       &kSquare[3 * v[1]], &kSquare[3 * v[2]]);
-    builder.SetAttributeValuesForFace(uv, draco::FaceIndex(static_cast<std::uint32_t>(f)), uvs[v[0]], uvs[v[1]], uvs[v[2]]);
+    builder.SetAttributeValuesForFace(uv, draco::FaceIndex(static_cast<std::uint32_t>(f)), uvs[v[0]], uvs[v[1]],
+                                      uvs[v[2]]);
   }
   const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
   draco::Encoder encoder;
@@ -200,8 +212,8 @@ TEST(Compression, brokenDracoDataIsNamedWhereverItBreaks) {
   }
 }
 
-// Byte of the count of triangles: after "DRACO", version, encoder, method and flags come, for edgebreaker, the traversal and
-// the vertices, for sequential the triangles themselves.
+// Byte of the count of triangles: after "DRACO", version, encoder, method and flags come, for edgebreaker, the
+// traversal and the vertices, for sequential the triangles themselves.
 TEST(Compression, dracoClaimsAreBoundedBeforeAnythingIsDecoded) {
   for (const bool sequential : {false, true}) {
     const Bytes good = encodeDraco(sequential ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
@@ -230,14 +242,16 @@ TEST(Compression, dracoClaimsAreBoundedBeforeAnythingIsDecoded) {
 
 TEST(Compression, dracoAttributesOfManyComponentsAreRefused) {
   Bytes bomb = encodeDraco(draco::MESH_SEQUENTIAL_ENCODING);
-  // After the indices (method, six bytes): one decoder of two attributes, each type, data type, components, normalized, id.
+  // After the indices (method, six bytes): one decoder of two attributes, each type, data type, components, normalized,
+  // id.
   const std::uint8_t attributes[] = {2, 0, 9, 3, 0, 0};
   const auto at = std::search(bomb.begin(), bomb.end(), std::begin(attributes), std::end(attributes));
   ASSERT_NE(at, bomb.end());
   at[3] = 255;
   const Result<Scene> scene = dracoQuad(bomb).import();
   ASSERT_FALSE(scene);
-  EXPECT_NE(scene.error().message.find("claims 1028 bytes a point, expected at most 512"), std::string::npos) << scene.error().message;
+  EXPECT_NE(scene.error().message.find("claims 1028 bytes a point, expected at most 512"), std::string::npos)
+      << scene.error().message;
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 const fs::path kScenes = fs::path(RELUME_SHARED_DIR) / "scenes";
 
 // Files that must be refused: those the set's own description lists, and bad_*.
-constexpr std::array<std::string_view, 9> kRefused = {"IndexOutOfRange", "MissingBin",          "RecursiveNodes",
-                                                      "SchemaFailures",  "wrongTypes",          "IncorrectVertexArrays",
-                                                      "BoxWithInfinites", "notfound",           "encoded-uris"};
+constexpr std::array<std::string_view, 9> kRefused = {"IndexOutOfRange",  "MissingBin", "RecursiveNodes",
+                                                      "SchemaFailures",   "wrongTypes", "IncorrectVertexArrays",
+                                                      "BoxWithInfinites", "notfound",   "encoded-uris"};
 
 bool mustBeRefused(const fs::path& file) {
   const std::string path = fs::relative(file, kScenes).string();
@@ -32,9 +32,10 @@ bool mustBeRefused(const fs::path& file) {
 // Files that must be imported: ours are all good but bad_*, and so are those of exporters.
 bool mustBeImported(const fs::path& file) {
   const std::string path = fs::relative(file, kScenes).string();
-  return !mustBeRefused(file) && (path.find("/made/") != std::string::npos || path.find("gltf-blender-io") != std::string::npos ||
-                                  path.find("gltf-transform") != std::string::npos || path.find("playcanvas") != std::string::npos ||
-                                  path.find("glTF-Asset-Generator") != std::string::npos);
+  return !mustBeRefused(file) &&
+         (path.find("/made/") != std::string::npos || path.find("gltf-blender-io") != std::string::npos ||
+          path.find("gltf-transform") != std::string::npos || path.find("playcanvas") != std::string::npos ||
+          path.find("glTF-Asset-Generator") != std::string::npos);
 }
 
 std::vector<fs::path> sceneFiles(const fs::path& folder) {
@@ -79,8 +80,8 @@ TEST(Conformance, levelsHaveTheirTrianglesCamerasAndLights) {
     const char* file;
     std::uint32_t triangles;
     std::size_t cameras, lights;
-  } levels[] = {{"cornell", 36, 2, 1},          {"sponza", 262087, 3, 3},  {"breakfast_room", 262687, 3, 3},
-                {"gas_station", 99002, 2, 1},   {"pandora", 60810, 2, 2},  {"fortitude", 48358, 2, 1},
+  } levels[] = {{"cornell", 36, 2, 1},        {"sponza", 262087, 3, 3}, {"breakfast_room", 262687, 3, 3},
+                {"gas_station", 99002, 2, 1}, {"pandora", 60810, 2, 2}, {"fortitude", 48358, 2, 1},
                 {"house", 10497, 2, 1}};
   for (const auto& level : levels) {
     const fs::path file = kScenes / level.file / (std::string(level.file) + ".glb");

@@ -2,9 +2,9 @@
 // Normals and corners under the transforms that break them.
 #include "tests/scene/gltf_builder.h"
 
+#include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -68,8 +68,9 @@ TEST(Normals, interpolateWithTheWeightsOfCorners) {
     const glm::vec2 ends[3] = {{0, 0}, {1, 0}, {0, 1}};
     for (int k = 0; k < 3; ++k) {
       const glm::vec3 at = glm::vec3(corner[k].x * mirror, corner[k].y, corner[k].z);
-      const glm::vec3 expected = at == glm::vec3(1, 0, 0) ? glm::vec3(0, 1, 0)
-                                 : at == glm::vec3(0, 0, 0) ? glm::vec3(0, 0, 1) : glm::vec3(0, 0.6f, 0.8f);
+      const glm::vec3 expected = at == glm::vec3(1, 0, 0)   ? glm::vec3(0, 1, 0)
+                                 : at == glm::vec3(0, 0, 0) ? glm::vec3(0, 0, 1)
+                                                            : glm::vec3(0, 0.6f, 0.8f);
       EXPECT_LT(glm::length(shadingNormal(scene, {0, 0, ends[k]}) - expected), 1e-5f) << k;
     }
   }

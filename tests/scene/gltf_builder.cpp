@@ -62,8 +62,8 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
 fs::path writeFile(const std::string& name, const std::vector<std::uint8_t>& bytes) {
   const fs::path path = testFolder() / name;
   fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()),
-                                              static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   return path;
 }
 

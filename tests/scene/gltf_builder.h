@@ -54,9 +54,9 @@ class GltfBuilder {
 
   json root;
   std::vector<std::uint8_t> binary;
-  int threads = 0;                                              // of import()
-  std::function<bool(std::string_view, double)> onProgress;     // of import()
-  mutable std::vector<std::string> messages;                    // of the last import
+  int threads = 0;                                           // of import()
+  std::function<bool(std::string_view, double)> onProgress;  // of import()
+  mutable std::vector<std::string> messages;                 // of the last import
 };
 
 // Write bytes or text to a file of the test's folder.

@@ -34,7 +34,8 @@ TEST(HostileFiles, missingFilesFoldersAndPipesAreNamed) {
 
 TEST(HostileFiles, emptyAndForeignFilesAreNamed) {
   expectRefused(importFile(writeFile("a.glb", Bytes{})), ErrorCode::invalidFile, "a.glb: empty file");
-  expectRefused(importFile(writeFile("b.glb", std::string("PK\3\4 something"))), ErrorCode::invalidFile, "neither a .glb");
+  expectRefused(importFile(writeFile("b.glb", std::string("PK\3\4 something"))), ErrorCode::invalidFile,
+                "neither a .glb");
   expectRefused(importFile(writeFile("c.gltf", std::string("{\"asset\": "))), ErrorCode::invalidFile, "not valid JSON");
   expectRefused(importFile(writeFile("d.gltf", std::string("[1, 2]"))), ErrorCode::invalidFile, "neither a .glb");
   expectRefused(importFile(writeFile("e.gltf", std::string("{\"a\": \"\xff\xfe\"}"))), ErrorCode::invalidFile, "JSON");
@@ -75,8 +76,8 @@ TEST(HostileFiles, jsonTwentyThousandDeepIsRefused) {
 }
 
 TEST(HostileFiles, bracketsInStringsAreNotDepth) {
-  const std::string text =
-      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"" + std::string(20000, '[') + "\\\"" + std::string(500, '{') + "\"}}";
+  const std::string text = "{\"asset\":{\"version\":\"2.0\",\"generator\":\"" + std::string(20000, '[') + "\\\"" +
+                           std::string(500, '{') + "\"}}";
   EXPECT_TRUE(importFile(writeFile("flat.gltf", text)));
 }
 
@@ -94,9 +95,10 @@ TEST(HostileFiles, urisDoNotLeaveTheFolder) {
   EXPECT_TRUE(importWithBuffer("%69nside.bin"));
   EXPECT_TRUE(importWithBuffer("..trap/x.bin"));
   const std::string outside = (testFolder() / "secret.bin").string();
-  for (const std::string& uri : {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("..%2Fsecret.bin"),
-                                 std::string("..\\secret.bin"), std::string("%2E%2E%5Csecret.bin"),
-                                 std::string("scene/../../secret.bin"), outside, "%2F" + outside.substr(1)})
+  for (const std::string& uri :
+       {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("..%2Fsecret.bin"),
+        std::string("..\\secret.bin"), std::string("%2E%2E%5Csecret.bin"), std::string("scene/../../secret.bin"),
+        outside, "%2F" + outside.substr(1)})
     expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "leaves the scene's folder");
   expectRefused(importWithBuffer("file://" + outside), ErrorCode::invalidFile, "has a scheme");
   expectRefused(importWithBuffer("http://example.org/a.bin"), ErrorCode::invalidFile, "has a scheme");

@@ -3,8 +3,8 @@
 #include "formats/color.h"
 #include "tests/scene/gltf_builder.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 
@@ -36,8 +36,8 @@ Scene importOrFail(const GltfBuilder& b) {
 }
 
 void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-4f) {
-  EXPECT_LT(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' '
-                                           << b.z;
+  EXPECT_LT(glm::length(a - b), tolerance)
+      << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
 }
 
 TEST(ImportMaterials, albedoIsFactorTimesDecodedTexture) {
@@ -99,7 +99,9 @@ TEST(ImportMaterials, wrapModesRepeatMirrorAndClamp) {
     GltfBuilder b;
     const int texture = b.texture(redGreen(), {{"magFilter", 9728}, {"wrapS", c.wrap}});
     // u runs from -1 to 3 over the quad.
-    b.quad({{"material", b.material(textured(texture, {{"extensions", {{"KHR_texture_transform", {{"offset", {-1, 0}}, {"scale", {4, 1}}}}}}}))}});
+    b.quad({{"material",
+             b.material(textured(
+                 texture, {{"extensions", {{"KHR_texture_transform", {{"offset", {-1, 0}}, {"scale", {4, 1}}}}}}}))}});
     const Scene scene = importOrFail(b);
     const float us[4] = {-0.25f, 0.25f, 1.25f, 1.75f};
     for (int i = 0; i < 4; ++i) expectNear(albedoAt(scene, quadPoint((us[i] + 1.0f) / 4.0f, 0.1f)), c.at[i]);
@@ -110,14 +112,14 @@ TEST(ImportMaterials, textureTransformScalesThenTurnsThenOffsets) {
   GltfBuilder b;
   const double turn = std::acos(-1.0) / 2.0;
   const int texture = b.texture(redGreen());
-  b.quad({{"material", b.material(textured(texture, {{"extensions", {{"KHR_texture_transform",
-      {{"offset", {0.1, 0.2}}, {"rotation", turn}, {"scale", {2, 3}}}}}}}))}});
+  b.quad({{"material",
+           b.material(textured(texture, {{"extensions",
+                                          {{"KHR_texture_transform",
+                                            {{"offset", {0.1, 0.2}}, {"rotation", turn}, {"scale", {2, 3}}}}}}}))}});
   const Scene scene = importOrFail(b);
   const auto& t = scene.materials[0].albedoTexture.transform;
   // A quarter turn counter-clockwise, as seen with v downward: (u, v) to (v, -u).
-  const auto map = [&](float u, float v) {
-    return glm::vec2(t[0] * u + t[1] * v + t[2], t[3] * u + t[4] * v + t[5]);
-  };
+  const auto map = [&](float u, float v) { return glm::vec2(t[0] * u + t[1] * v + t[2], t[3] * u + t[4] * v + t[5]); };
   EXPECT_LT(glm::length(map(1, 0) - glm::vec2(0.1f, -1.8f)), 1e-5f);
   EXPECT_LT(glm::length(map(0, 1) - glm::vec2(3.1f, 0.2f)), 1e-5f);
 }
@@ -130,8 +132,10 @@ TEST(ImportMaterials, texturesReadTheSetTheyName) {
   const json attributes = {{"TEXCOORD_1", second}, {"TEXCOORD_2", third}};
   b.quad({{"attributes", attributes}, {"material", b.material(textured(texture, {{"texCoord", 1}}))}});
   b.quad({{"attributes", attributes}, {"material", b.material(textured(texture, {{"texCoord", 2}}))}});
-  b.quad({{"attributes", attributes},
-          {"material", b.material(textured(texture, {{"texCoord", 0}, {"extensions", {{"KHR_texture_transform", {{"texCoord", 1}}}}}}))}});
+  b.quad(
+      {{"attributes", attributes},
+       {"material", b.material(textured(
+                        texture, {{"texCoord", 0}, {"extensions", {{"KHR_texture_transform", {{"texCoord", 1}}}}}}))}});
   const Scene scene = importOrFail(b);
   expectNear(albedoAt(scene, {0, 0, {0.2f, 0.1f}}), {0, 1, 0});
   expectNear(albedoAt(scene, {1, 0, {0.2f, 0.1f}}), {1, 0, 0});  // TEXCOORD_2 takes the place of TEXCOORD_0
@@ -141,9 +145,10 @@ TEST(ImportMaterials, texturesReadTheSetTheyName) {
 TEST(ImportMaterials, emissionIsFactorTimesStrengthTimesTexture) {
   GltfBuilder b;
   const int texture = b.texture(png(1, 1, {188, 255, 0, 255}));
-  b.quad({{"material", b.material({{"emissiveFactor", {1, 0.5, 1}},
-                                   {"emissiveTexture", {{"index", texture}}},
-                                   {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 10}}}}}})}});
+  b.quad(
+      {{"material", b.material({{"emissiveFactor", {1, 0.5, 1}},
+                                {"emissiveTexture", {{"index", texture}}},
+                                {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 10}}}}}})}});
   const Scene scene = importOrFail(b);
   expectNear(emissionAt(scene, quadPoint(0.5f, 0.5f)), {5.029f, 5.0f, 0.0f}, 2e-3f);
   expectNear(scene.materials[0].emission, {10, 5, 10});

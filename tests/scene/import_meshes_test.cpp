@@ -2,8 +2,8 @@
 // Primitives: topologies, index sizes, sparse and quantised accessors, missing and broken attributes.
 #include "tests/scene/gltf_builder.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <limits>
@@ -55,7 +55,8 @@ TEST(ImportMeshes, withoutIndicesVerticesAreTakenInOrder) {
 TEST(ImportMeshes, pointsAndLinesAreLeftOutAndSaidSo) {
   for (const int mode : {0, 1, 2, 3}) {
     GltfBuilder b;
-    const Result<Scene> scene = importPrimitive(b, {{"mode", mode}, {"attributes", {{"POSITION", b.floats(kSquare, "VEC3")}}}});
+    const Result<Scene> scene =
+        importPrimitive(b, {{"mode", mode}, {"attributes", {{"POSITION", b.floats(kSquare, "VEC3")}}}});
     ASSERT_TRUE(scene) << scene.error().message;
     EXPECT_TRUE(scene->instances.empty());
     ASSERT_EQ(b.messages.size(), 1u);
@@ -93,7 +94,8 @@ TEST(ImportMeshes, interleavedAttributesAreReadByStrideAndOffset) {
       b, {{"attributes", {{"POSITION", position}, {"TEXCOORD_0", uv}}}, {"indices", b.indices({0, 1, 2, 0, 2, 3})}});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_NEAR(facingArea(*scene), 1.0, 1e-6);
-  for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(scene->meshes[0].uv[0][v], glm::vec2(0.25f * static_cast<float>(v), 0.5f));
+  for (std::size_t v = 0; v < 4; ++v)
+    EXPECT_EQ(scene->meshes[0].uv[0][v], glm::vec2(0.25f * static_cast<float>(v), 0.5f));
 }
 
 TEST(ImportMeshes, sparseAccessorsReplaceElementsOfTheirBaseOrOfZeros) {
@@ -108,8 +110,8 @@ TEST(ImportMeshes, sparseAccessorsReplaceElementsOfTheirBaseOrOfZeros) {
     b.root["accessors"][position]["sparse"] = {{"count", 2},
                                                {"indices", {{"bufferView", indexView}, {"componentType", 5123}}},
                                                {"values", {{"bufferView", valueView}}}};
-    const Result<Scene> scene = importPrimitive(
-        b, {{"attributes", {{"POSITION", position}}}, {"indices", b.indices({0, 1, 2, 0, 2, 3})}});
+    const Result<Scene> scene =
+        importPrimitive(b, {{"attributes", {{"POSITION", position}}}, {"indices", b.indices({0, 1, 2, 0, 2, 3})}});
     ASSERT_TRUE(scene) << scene.error().message;
     const auto& p = scene->meshes[0].position;
     EXPECT_EQ(p[0], glm::vec3(0, 0, 0));
@@ -214,7 +216,8 @@ TEST(ImportMeshes, verticesNobodyUsesAreDropped) {
   GltfBuilder b;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const int position = b.floats({nan, nan, nan, 0, 0, 0, 9, 9, 9, 1, 0, 0, 1, 1, 0}, "VEC3");
-  const Result<Scene> scene = importPrimitive(b, {{"attributes", {{"POSITION", position}}}, {"indices", b.indices({1, 3, 4})}});
+  const Result<Scene> scene =
+      importPrimitive(b, {{"attributes", {{"POSITION", position}}}, {"indices", b.indices({1, 3, 4})}});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->meshes[0].position.size(), 3u);
   EXPECT_EQ(scene->meshes[0].triangle[0], glm::uvec3(0, 1, 2));
@@ -222,8 +225,8 @@ TEST(ImportMeshes, verticesNobodyUsesAreDropped) {
 
 TEST(ImportMeshes, degenerateTrianglesAreKept) {
   GltfBuilder b;
-  const Result<Scene> scene = importPrimitive(
-      b, {{"attributes", {{"POSITION", b.floats(kSquare, "VEC3")}}}, {"indices", b.indices({0, 0, 0, 0, 1, 1, 0, 1, 2})}});
+  const Result<Scene> scene = importPrimitive(b, {{"attributes", {{"POSITION", b.floats(kSquare, "VEC3")}}},
+                                                  {"indices", b.indices({0, 0, 0, 0, 1, 1, 0, 1, 2})}});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->triangleCount(), 3u);
   EXPECT_EQ(geometricNormal(*scene, {0, 1, {0.3f, 0.3f}}), glm::vec3(0.0f));

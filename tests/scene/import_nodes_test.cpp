@@ -2,8 +2,8 @@
 // The node graph: transforms, scenes, cameras, lights, play volumes, bake modes.
 #include "tests/scene/gltf_builder.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 
@@ -17,8 +17,8 @@ constexpr float kSqrtHalf = 0.70710678f;
 glm::vec3 origin(const glm::mat4& m) { return glm::vec3(m[3]); }
 
 void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-5f) {
-  EXPECT_LT(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' '
-                                           << b.z;
+  EXPECT_LT(glm::length(a - b), tolerance)
+      << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
 }
 
 TEST(ImportNodes, childrenInheritTheirParentsTransforms) {
@@ -124,7 +124,9 @@ TEST(ImportNodes, trianglesAreNumberedThroughAllInstances) {
 TEST(ImportNodes, perspectiveAndOrthographicCamerasComeWithTheirNodes) {
   GltfBuilder b;
   b.root["cameras"] = json::array(
-      {{{"name", "eye"}, {"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.05}, {"aspectRatio", 1.5}}}},
+      {{{"name", "eye"},
+        {"type", "perspective"},
+        {"perspective", {{"yfov", 0.8}, {"znear", 0.05}, {"aspectRatio", 1.5}}}},
        {{"type", "orthographic"}, {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0}, {"zfar", 9}}}}});
   b.node({{"camera", 0}, {"translation", {1, 2, 3}}, {"scale", {-2, 3, 5}}});
   b.node({{"camera", 1}, {"name", "plan"}, {"rotation", {-kSqrtHalf, 0, 0, kSqrtHalf}}});
@@ -172,7 +174,11 @@ TEST(ImportNodes, lightsHaveTheExtensionsDefaults) {
 
 TEST(ImportNodes, intensityIsColourTimesIntensityAndEqualConesAreTolerated) {
   GltfBuilder b;
-  json node = withLight(b, {{"type", "spot"}, {"name", "s"}, {"color", {1, 0.5, 0.25}}, {"intensity", 8}, {"range", 3},
+  json node = withLight(b, {{"type", "spot"},
+                            {"name", "s"},
+                            {"color", {1, 0.5, 0.25}},
+                            {"intensity", 8},
+                            {"range", 3},
                             {"spot", {{"innerConeAngle", 0.4}, {"outerConeAngle", 0.4}}}});
   node["translation"] = {5, 6, 7};
   b.node(node);

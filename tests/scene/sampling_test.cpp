@@ -4,8 +4,8 @@
 #include "formats/color.h"
 #include "tests/scene/gltf_builder.h"
 
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <random>
@@ -77,7 +77,8 @@ GltfBuilder checkerQuad() {
   }
   GltfBuilder b;
   const int texture = b.texture(png(64, 64, rgba), {{"magFilter", 9728}});
-  const int quad = b.quad({{"material", b.material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}})}});
+  const int quad =
+      b.quad({{"material", b.material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}})}});
   b.root["nodes"][static_cast<std::size_t>(quad)]["scale"] = {4, 4, 4};
   return b;
 }
@@ -90,7 +91,8 @@ TEST(Footprint, widerThanATexelSeesTheMean) {
   const float sharp = albedoAt(*scene, p, 0.0f).r;
   EXPECT_TRUE(sharp == 0.0f || sharp == 1.0f);
   EXPECT_EQ(albedoAt(*scene, p, 0.5f * texel).r, sharp);  // never finer than the image
-  for (const float wide : {2.0f, 3.0f, 8.0f, 64.0f, 1e6f}) EXPECT_NEAR(albedoAt(*scene, p, wide * texel).r, 0.5f, 0.005f) << wide;
+  for (const float wide : {2.0f, 3.0f, 8.0f, 64.0f, 1e6f})
+    EXPECT_NEAR(albedoAt(*scene, p, wide * texel).r, 0.5f, 0.005f) << wide;
 }
 
 TEST(Footprint, isMeasuredInTheWorldNotInTheMesh) {
@@ -133,8 +135,9 @@ TEST(Footprint, meanOverTheSurfaceDoesNotDependOnIt) {
 TEST(Sampling, coordinatesOfAnySizeStayInTheImage) {
   GltfBuilder b;
   const int texture = b.texture(png(3, 5, Bytes(60, 255)));
-  json primitive = {{"attributes", {{"TEXCOORD_0", b.floats({1e30f, -1e30f, -1e9f, 1e9f, 16777217.0f, 0.5f, -3.0f, 7.25f}, "VEC2")}}},
-                    {"material", b.material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}})}};
+  json primitive = {
+      {"attributes", {{"TEXCOORD_0", b.floats({1e30f, -1e30f, -1e9f, 1e9f, 16777217.0f, 0.5f, -3.0f, 7.25f}, "VEC2")}}},
+      {"material", b.material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}})}};
   b.quad(primitive);
   const Result<Scene> scene = b.import();
   ASSERT_TRUE(scene) << scene.error().message;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What placement is made of: points by area, the grid of points, elimination.
+#include "bake/point_grid.h"
 #include "bake/random.h"
 #include "bake/surfels/eliminate.h"
-#include "bake/point_grid.h"
 #include "bake/surfels/surface_sampler.h"
 #include "tests/surfels/make_level.h"
 
@@ -196,7 +196,8 @@ TEST(EliminateSamples, prefixesStayWellSpreadWhereStepsAreTaken) {
     std::array<int, 16> share{};
     for (std::size_t i = 0; i < prefix; ++i) {
       const glm::vec3 p = candidates[(*order)[i]].positionWorld;
-      const auto x = std::min(3u, static_cast<unsigned>(p.x / 2.5f)), z = std::min(3u, static_cast<unsigned>(p.z / 2.5f));
+      const auto x = std::min(3u, static_cast<unsigned>(p.x / 2.5f)),
+                 z = std::min(3u, static_cast<unsigned>(p.z / 2.5f));
       ++share[x + 4 * z];
     }
     const double fair = static_cast<double>(prefix) / 16.0;

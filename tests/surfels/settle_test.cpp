@@ -37,7 +37,8 @@ std::vector<SurfelSeed> settle(const HalfCoveredFloor& scene, std::span<const Su
 // One surfel for the floor under the shelf, and enough on the shelf that rays are cast.
 std::vector<SurfaceSample> surfelsOf(HalfCoveredFloor& scene) {
   std::vector<SurfaceSample> surfels{sampleOf(scene.level.scene(), 0, {0.2f, 0.1f})};
-  for (int i = 0; i < 63; ++i) surfels.push_back(sampleOf(scene.level.scene(), i % 2 == 0 ? 4 : 6, {0.01f * static_cast<float>(i), 0.2f}));
+  for (int i = 0; i < 63; ++i)
+    surfels.push_back(sampleOf(scene.level.scene(), i % 2 == 0 ? 4 : 6, {0.01f * static_cast<float>(i), 0.2f}));
   return surfels;
 }
 
