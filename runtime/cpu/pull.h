@@ -24,9 +24,16 @@ class PullTree {
   std::size_t bytes() const;
 
  private:
+  void cutUp(const Hierarchy& hierarchy, std::span<const std::uint32_t> innerBefore);
+  // Inner nodes [begin, end), all of one level.
+  void pullNodes(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node, std::uint32_t begin,
+                 std::uint32_t end) const;
+
   NodeSet inner_;
   std::vector<std::uint16_t> weight_;      // [Size inner nodes] of the first child, over 65534
   std::vector<std::uint32_t> innerBegin_;  // [Size levels + 1] inner nodes above each level
+  std::uint32_t cut_ = 0, parts_ = 0;      // the level at which the tree is cut, and into how many
+  std::vector<std::uint32_t> bound_;  // [Size (parts + 1) * levels from the cut on] first inner node of a part's level
 };
 
 }  // namespace relume::cpu

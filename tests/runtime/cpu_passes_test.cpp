@@ -59,8 +59,8 @@ TEST(Pull, roundingLosesNoEnergy) {
 }
 
 TEST(Pull, weightsOtherThanAreasAreObeyedAndThreadsChangeNothing) {
-  Bake bake = test::makeSyntheticBake({.surfels = 40000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
-  bake.hierarchy = test::makeRandomTree(40000, 0.05f, 3);
+  Bake bake = test::makeSyntheticBake({.surfels = 120000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
+  bake.hierarchy = test::makeRandomTree(120000, 0.05f, 3);
   const Hierarchy& h = bake.hierarchy;
   const cpu::PullTree tree(h);
   std::vector<std::uint32_t> first;
