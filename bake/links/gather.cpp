@@ -67,9 +67,14 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
       strata_(raysPerCache),
       aim_(tracer.scene(), surfels, map),
       aimedCount_(aim_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
-      sky_(hierarchy.skyDirection) {}
+      sky_(hierarchy.skyDirection) {
+  leafOfCell_.reserve(map.cell.size());
+  for (const std::uint32_t surfel : map.cell) {
+    leafOfCell_.push_back(surfel == kNone ? kNone : hierarchy.leafNode[surfel]);
+  }
+}
 
-// The map is larger than the second-level cache: ask for all entries before the first is read.
+// Both are larger than the second-level cache: ask for all entries before the first is read.
 void Gatherer::lookUp(Scratch& scratch) const {
   const std::size_t count = scratch.hits.size();
   scratch.sides.resize(count);
@@ -84,7 +89,7 @@ void Gatherer::lookUp(Scratch& scratch) const {
   for (std::size_t i = 0; i < count; ++i) {
     const Hit& hit = scratch.hits[i];
     scratch.cells[i] = hit ? map_.cellOf(scratch.sides[i], hit.barycentric) : kNone;
-    if (scratch.cells[i] != kNone) prefetch(&map_.cell[scratch.cells[i]]);
+    if (scratch.cells[i] != kNone) prefetch(&leafOfCell_[scratch.cells[i]]);
   }
 }
 
@@ -123,19 +128,24 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
     for (std::uint32_t i = 0; i < size; ++i) {
       const DirectionStrata::Sample& sample = scratch.samples[i];
       const Hit& hit = scratch.hits[i];
-      std::uint32_t sender = kNone;
+      std::uint32_t leaf = kNone;
       float weight = sample.weight;
       if (hit) {
         weight = weigh(scratch.sides[i], hit.distance, sample.direction, scratch.chances, weight);
-        if (scratch.cells[i] != kNone) sender = map_.cell[scratch.cells[i]];
+        if (scratch.cells[i] != kNone) leaf = leafOfCell_[scratch.cells[i]];
         count.backFaces += hit.back;
-        count.unmapped += sender == kNone;
+        count.unmapped += leaf == kNone;
       } else {
         count.misses += 1;
-        if (!sky_.empty()) sender = surfelCount_ + sky_.nearest(sample.direction);
+        if (!sky_.empty()) leaf = hierarchy_.leafNode[surfelCount_ + sky_.nearest(sample.direction)];
       }
-      if (sender == kNone) continue;
-      arrivals.push_back({hierarchy_.leafNode[sender], weight, sample.cosine, hit.distance, sample.direction});
+      if (leaf == kNone) continue;
+      Arrival& arrival = arrivals.emplace_back();
+      arrival.leaf = leaf;
+      arrival.weight = weight;
+      arrival.cosine = sample.cosine;
+      arrival.distance = hit.distance;
+      arrival.direction = sample.direction;
     }
   }
   if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) gatherAimed(cache, origin, normal, scratch, arrivals, count);
@@ -170,9 +180,9 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
       const float even = strata_.weight(cosine, onSurface);
       const float weight = weigh(scratch.sides[i], hit.distance, direction, scratch.chances, even);
-      const std::uint32_t sender = scratch.cells[i] == kNone ? kNone : map_.cell[scratch.cells[i]];
-      if (weight == even || sender == kNone) continue;  // not an emitter
-      arrivals.push_back({hierarchy_.leafNode[sender], weight, cosine, hit.distance, direction});
+      const std::uint32_t leaf = scratch.cells[i] == kNone ? kNone : leafOfCell_[scratch.cells[i]];
+      if (weight == even || leaf == kNone) continue;  // not an emitter
+      arrivals.push_back({leaf, weight, cosine, hit.distance, direction});
     }
   }
 }

@@ -70,7 +70,7 @@ class Gatherer {
  private:
   void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                    std::vector<Arrival>& arrivals, RayCount& count) const;
-  // Find the cells of the surfel map that were hit.
+  // Find the sides and the cells of the surfel map that were hit.
   void lookUp(Scratch& scratch) const;
   // The weight of a hit that both kinds of rays can make, which is one of an emitter; else the even one.
   float weigh(std::uint32_t side, float distance, const glm::vec3& direction, const EmitterAim::Chances& chances,
@@ -79,6 +79,7 @@ class Gatherer {
   const RayTracer& tracer_;
   const SurfelMap& map_;
   const Hierarchy& hierarchy_;
+  std::vector<std::uint32_t> leafOfCell_;  // [Size map cells] node, kNone: no surfel
   std::uint32_t surfelCount_;
   std::uint64_t seed_;
   DirectionStrata strata_;

@@ -48,6 +48,8 @@ void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId,
     const auto* first = reinterpret_cast<const char*>(vertices[ids[i]] + 9 * static_cast<std::size_t>(triangle[i]));
     _mm_prefetch(first, _MM_HINT_T0);
     _mm_prefetch(first + sizeof(Corners) - 1, _MM_HINT_T0);
+    if (!overlaps[ids[i]].empty())
+      _mm_prefetch(reinterpret_cast<const char*>(&overlaps[ids[i]][triangle[i]]), _MM_HINT_T0);
 #endif
   }
   HitPlaces<Width> places;
