@@ -33,8 +33,8 @@ inline constexpr int kClusterDimensions = 9;
 
 // A cluster as the metric sees it.
 struct ClusterPoint {
-  std::array<float, kClusterDimensions>
-      p{};                   // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
+  // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
+  std::array<float, kClusterDimensions> p{};
   float area = 1.0f;         // [leaves]
   float inverseArea = 1.0f;  // 1 / area
 };

@@ -44,11 +44,10 @@ struct GpuBake {
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
-  std::vector<std::uint32_t>
-      surfelOrder;  // the bake's number of each surfel; in main memory, for what the host hands over
-  GLuint flatCount = 0, tiltedEnd = 0;  // surfels up to the last flat and up to the last tilted one
-  SurfelBox box;                        // of the surfels' positions
-  bool emits = false;                   // whether any surfel has emission
+  std::vector<std::uint32_t> surfelOrder;  // the bake's number of each surfel, for what the host hands over
+  GLuint flatCount = 0, tiltedEnd = 0;     // surfels up to the last flat and up to the last tilted one
+  SurfelBox box;                           // of the surfels' positions
+  bool emits = false;                      // whether any surfel has emission
   PullGroup pullGroup;
   GLuint pullGroupCount = 0;
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
