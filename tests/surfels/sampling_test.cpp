@@ -125,9 +125,17 @@ TEST(PointGrid, neighbourhoodsHoldAllPointsWithinACell) {
       });
     }
     EXPECT_EQ(cube, shells);
+    const float reach = 0.1f + 0.9f * r.uniform();
+    std::multiset<std::uint32_t> box;
+    grid.forEachRunIn(grid.boxAround(p, reach), [&](std::uint32_t b, std::uint32_t e) {
+      for (std::uint32_t i = b; i < e; ++i) box.insert(grid.order()[i]);
+    });
     for (std::uint32_t i = 0; i < 3000; ++i) {
       if (glm::length(points[i] - p) < 2 * grid.cellSize()) {
         EXPECT_EQ(cube.count(i), 1u);
+      }
+      if (glm::length(points[i] - p) < reach) {
+        EXPECT_EQ(box.count(i), 1u);
       }
     }
   }
