@@ -185,7 +185,7 @@ class Sharer {
     return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
-  // Visit the points of a grid no farther than a radius: visit(i), points in the grid's order.
+  // Visit the points of a grid no farther than a radius. [neighbour: in the grid's order]
   template <class Visit>
   static void forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p, float radius,
                           const Visit& visit) {

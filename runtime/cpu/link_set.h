@@ -33,8 +33,8 @@ class LinkSet {
   Links links_;                         // without what is packed again
   std::vector<std::uint32_t> word_;     // node modulo 2^16, shape of oct6 in the high half
   std::vector<std::uint8_t> transfer_;  // f: the high 8 bits of a head's 12, zero or at least 16
-  std::vector<std::uint16_t>
-      nodeStep_;  // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
+  // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
+  std::vector<std::uint16_t> nodeStep_;
   std::uint32_t steps_ = 0;
 };
 

@@ -176,6 +176,26 @@ struct RepackedLinks {
   // LinkSet has room behind the last link.
   __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
       : word(load<Ints>(job.word + at)), f(loadFirstBytes(job.transfer + at, count)) {}
+  static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
+                         std::uint32_t* node) {
+    const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
+    const int place = static_cast<int>(at - job.rowBegin[cache]);
+    int i = 0;
+    for (std::uint32_t k = 0; k <= job.nodeSteps; ++k) {
+      const int next = k < job.nodeSteps ? step[k] - place : count, last = next < count ? next : count;
+      if (last <= i) continue;
+      // What is written past the step's last is written again by the next step.
+      for (int j = i; j < last; j += kLanes) {
+        const Ints each = (load<Ints>(job.word + at + j) & 0xFFFF) + static_cast<std::int32_t>(k << 16);
+        __builtin_memcpy(node + j, &each, sizeof each);
+      }
+      i = last;
+    }
+    const Ints zero{};
+    __builtin_memcpy(node + count, &zero, sizeof zero);
+  }
+  Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
+#if RELUME_LANES == 16
   // The high bits of a row's nodes, which grow by 2^16 from some places on, for vectors read in their order.
   struct Row {
     const std::uint16_t *step, *end;
@@ -198,26 +218,6 @@ struct RepackedLinks {
     }
     static constexpr std::int32_t kNever = INT32_MAX;
   };
-  static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
-                         std::uint32_t* node) {
-    const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
-    const int place = static_cast<int>(at - job.rowBegin[cache]);
-    int i = 0;
-    for (std::uint32_t k = 0; k <= job.nodeSteps; ++k) {
-      const int next = k < job.nodeSteps ? step[k] - place : count, last = next < count ? next : count;
-      if (last <= i) continue;
-      // What is written past the step's last is written again by the next step.
-      for (int j = i; j < last; j += kLanes) {
-        const Ints each = (load<Ints>(job.word + at + j) & 0xFFFF) + static_cast<std::int32_t>(k << 16);
-        __builtin_memcpy(node + j, &each, sizeof each);
-      }
-      i = last;
-    }
-    const Ints zero{};
-    __builtin_memcpy(node + count, &zero, sizeof zero);
-  }
-  Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
-#if RELUME_LANES == 16
   // What carries nothing is not read. The bits of f, put where a float has them, add to the exponent of a colour's
   // unit: a product without a multiplication, 2^8 too small (f never is a denormal half: link_set.cpp).
   static constexpr float kColorUnit = 256.0f;

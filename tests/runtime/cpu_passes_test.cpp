@@ -12,6 +12,7 @@
 #include "formats/sh.h"
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/random_tree.h"
+#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <gtest/gtest.h>
@@ -346,16 +347,7 @@ TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
 // Every kernel against directIrradiance(), at what the packed surfels are.
 TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
-  std::vector<Light> lights(3);
-  lights[0] = {
-      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
-  lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot,
-               .intensity = {90, 30, 10},
-               .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
-               .innerConeRad = 0.3f,
-               .outerConeRad = 0.7f};
+  const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());

@@ -11,6 +11,7 @@
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/random_tree.h"
+#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include "formats/color.h"
@@ -43,21 +44,6 @@ Relighter make(const Bake& bake, Backend backend, int luma = 0, int chroma = 0, 
   return std::move(*made);
 }
 
-// A light of each kind.
-std::vector<Light> someLights() {
-  std::vector<Light> lights(3);
-  lights[0] = {
-      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
-  lights[1] = {.kind = LightKind::point, .intensity = {5, 9, 20}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot,
-               .intensity = {90, 30, 10},
-               .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
-               .innerConeRad = 0.3f,
-               .outerConeRad = 0.7f};
-  return lights;
-}
-
 std::vector<float> flatten(const std::vector<glm::vec3>& v) {
   std::vector<float> flat;
   for (const glm::vec3& each : v) flat.insert(flat.end(), {each.x, each.y, each.z});
@@ -83,7 +69,7 @@ TEST(GlRelighterWithoutContext, isRefused) {
 
 TEST_F(GlRelighter, surfelPassAgrees) {
   const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
-  const std::vector<Light> lights = someLights();
+  const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.5f, 0.7f, 1.0f};
@@ -123,7 +109,7 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
       normals[s] = glm::normalize(normals[s] + (0.3f + static_cast<float>(s % 5)) * glm::vec3(0.3f, 0.5f, -0.2f));
     }
     bake.surfels.normal = normals;
-    const std::vector<Light> lights = someLights();
+    const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
     Relighter cpu = make(bake, Backend::cpu, luma, chroma), gl = make(bake, Backend::gl, luma, chroma);
@@ -156,7 +142,7 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
 
 // Radiosity of all nodes after a frame, against the CPU's pull of the same leaves.
 void expectPullAgrees(const Bake& bake, const char* what) {
-  const std::vector<Light> lights = someLights();
+  const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   Relighter gl = make(bake, Backend::gl);
@@ -192,7 +178,7 @@ TEST_F(GlRelighter, pullPassAgrees) {
 
 // Coefficients of a frame, against the CPU's from the same nodes.
 void expectCachesAgree(const Bake& bake, int luma, int chroma) {
-  const std::vector<Light> lights = someLights();
+  const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   Relighter gl = make(bake, Backend::gl, luma, chroma);
@@ -267,7 +253,7 @@ TEST_F(GlRelighter, copyPassFillsEachTexelFromItsCache) {
 TEST_F(GlRelighter, framesWithBouncesAgree) {
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake(room(kind, 4));
-    const std::vector<Light> lights = someLights();
+    const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
     setup.skyRadiance = glm::vec3(0.3f);
@@ -422,7 +408,7 @@ TEST_F(GlRelighter, bindingsOfTheHostAreAsTheyWere) {
   const std::vector<GLint64> before = snapshot();
   Relighter gl = make(test::makeSyntheticBake(room(LinkKind::sh, 4)), Backend::gl);
   EXPECT_EQ(snapshot(), before) << "create()";
-  const std::vector<Light> lights = someLights();
+  const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   gl.relight(setup);
