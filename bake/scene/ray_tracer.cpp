@@ -36,31 +36,37 @@ Corners RayTracer::State::cornersOf(unsigned id, std::uint32_t triangle) const {
   return c;
 }
 
+// Ask for the memory of which toHits() makes hits. [Size ids >= count]
+void RayTracer::State::prefetch([[maybe_unused]] unsigned count, [[maybe_unused]] const unsigned* geomId,
+                                [[maybe_unused]] const unsigned* instanceId,
+                                [[maybe_unused]] const unsigned* triangle) const {
+#if defined(__SSE2__)
+  for (unsigned i = 0; i < count; ++i) {
+    const unsigned id = idOf(geomId[i], instanceId[i]);
+    if (id == RTC_INVALID_GEOMETRY_ID || vertices[id] == nullptr) continue;
+    const auto* first = reinterpret_cast<const char*>(vertices[id] + 9 * static_cast<std::size_t>(triangle[i]));
+    _mm_prefetch(first, _MM_HINT_T0);
+    _mm_prefetch(first + sizeof(Corners) - 1, _MM_HINT_T0);
+    if (!overlaps[id].empty()) _mm_prefetch(reinterpret_cast<const char*>(&overlaps[id][triangle[i]]), _MM_HINT_T0);
+  }
+#endif
+}
+
 // [Size rays <= Width] [Size ids = Width]
 template <unsigned Width>
 void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId, const unsigned* instanceId,
                               const unsigned* triangle, std::span<Hit> hits) const {
   unsigned ids[Width];
-  for (unsigned i = 0; i < rays.size(); ++i) {
-    ids[i] = instanceId[i] != RTC_INVALID_GEOMETRY_ID ? instanceId[i] : geomId[i];
-#if defined(__SSE2__)
-    if (geomId[i] == RTC_INVALID_GEOMETRY_ID || vertices[ids[i]] == nullptr) continue;
-    const auto* first = reinterpret_cast<const char*>(vertices[ids[i]] + 9 * static_cast<std::size_t>(triangle[i]));
-    _mm_prefetch(first, _MM_HINT_T0);
-    _mm_prefetch(first + sizeof(Corners) - 1, _MM_HINT_T0);
-    if (!overlaps[ids[i]].empty())
-      _mm_prefetch(reinterpret_cast<const char*>(&overlaps[ids[i]][triangle[i]]), _MM_HINT_T0);
-#endif
-  }
+  for (unsigned i = 0; i < rays.size(); ++i) ids[i] = idOf(geomId[i], instanceId[i]);
   HitPlaces<Width> places;
   for (unsigned i = 0; i < Width; ++i) {
     const unsigned k = std::min<unsigned>(i, static_cast<unsigned>(rays.size()) - 1);
-    const Corners c = geomId[k] != RTC_INVALID_GEOMETRY_ID ? cornersOf(ids[k], triangle[k]) : Corners{};
+    const Corners c = ids[k] != RTC_INVALID_GEOMETRY_ID ? cornersOf(ids[k], triangle[k]) : Corners{};
     places.put(i, c, rays[k].origin - shift, rays[k].direction, rays[k].tMin, rays[k].tMax);
   }
   findHitPlaces(places);
   for (unsigned i = 0; i < rays.size(); ++i) {
-    if (geomId[i] == RTC_INVALID_GEOMETRY_ID) {
+    if (ids[i] == RTC_INVALID_GEOMETRY_ID) {
       hits[i] = {};
     } else if (places.edge[i] < 0.0f || (!overlaps[ids[i]].empty() && overlaps[ids[i]][triangle[i]] != 0)) {
       hits[i] = settle(rays[i], ids[i], triangle[i], places.distance[i]);
@@ -91,24 +97,32 @@ Hit RayTracer::trace(const Ray& ray) const {
 
 namespace {
 
-template <class RayHit, auto Intersect, unsigned Width, class ToHits>
+// Triangles that rays hit lie all over memory: they are asked for, and read once the next packet is traced.
+template <class RayHit, auto Intersect, unsigned Width, class Ask, class ToHits>
 void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, RayOrder order,
-                  const glm::vec3& shift, const ToHits& toHits) {
+                  const glm::vec3& shift, const Ask& ask, const ToHits& toHits) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (order == RayOrder::coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  RayHit packet;
+  RayHit packets[2];
   alignas(64) int valid[Width];
+  const auto countFrom = [&](std::size_t first) { return std::min<std::size_t>(Width, rays.size() - first); };
+  const auto finish = [&](std::size_t first) {
+    toHits(rays.subspan(first, countFrom(first)), packets[first / Width % 2].hit, hits.subspan(first));
+  };
   for (std::size_t first = 0; first < rays.size(); first += Width) {
-    const auto count = static_cast<unsigned>(std::min<std::size_t>(Width, rays.size() - first));
+    RayHit& packet = packets[first / Width % 2];
+    const auto count = static_cast<unsigned>(countFrom(first));
     for (unsigned i = 0; i < Width; ++i) {
       valid[i] = i < count ? -1 : 0;
       putRay(packet.ray, i, rays[first + std::min(i, count - 1)], shift);
       packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
     Intersect(valid, scene, &context, &packet);
-    toHits(rays.subspan(first, count), packet.hit, hits.subspan(first, count));
+    ask(count, packet.hit);
+    if (first > 0) finish(first - Width);
   }
+  if (!rays.empty()) finish((rays.size() - 1) / Width * Width);
 }
 
 template <class Packet, auto Occluded, unsigned Width>
@@ -135,13 +149,14 @@ void RayTracer::trace(std::span<const Ray> rays, std::span<Hit> hits, RayOrder o
   const FlushDenormals flush;
   const RTCScene scene = state_->top.get();
   const State& state = *state_;
+  const auto ask = [&](unsigned count, const auto& h) { state.prefetch(count, h.geomID, h.instID[0], h.primID); };
   if (state_->width == 16) {
     tracePackets<RTCRayHit16, rtcIntersect16, 16>(
-        scene, rays, hits, order, state_->shift,
+        scene, rays, hits, order, state_->shift, ask,
         [&](auto some, const auto& h, auto to) { state.toHits<16>(some, h.geomID, h.instID[0], h.primID, to); });
   } else if (state_->width == 8) {
     tracePackets<RTCRayHit8, rtcIntersect8, 8>(
-        scene, rays, hits, order, state_->shift,
+        scene, rays, hits, order, state_->shift, ask,
         [&](auto some, const auto& h, auto to) { state.toHits<8>(some, h.geomID, h.instID[0], h.primID, to); });
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace(rays[i]);

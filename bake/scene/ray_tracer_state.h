@@ -100,7 +100,12 @@ struct RayTracer::State {
     if (state.error.empty()) state.error = text;
   }
 
+  // The top scene's geometry that was hit, an instance where it is one.
+  static unsigned idOf(unsigned geomId, unsigned instanceId) {
+    return instanceId != RTC_INVALID_GEOMETRY_ID ? instanceId : geomId;
+  }
   Corners cornersOf(unsigned id, std::uint32_t triangle) const;
+  void prefetch(unsigned count, const unsigned* geomId, const unsigned* instanceId, const unsigned* triangle) const;
   // Hits of rays on triangles of geometries (or instances) of the top scene. geomId: invalid = nothing hit.
   template <unsigned Width>
   void toHits(std::span<const Ray> rays, const unsigned* geomId, const unsigned* instanceId, const unsigned* triangle,
