@@ -17,18 +17,6 @@ int contextVersion() {
   return text ? epoxy_gl_version() : 0;
 }
 
-// Copy a buffer to memory, leaving the bindings as they were.
-template <class T>
-std::vector<T> readBuffer(const Buffer& buffer, std::size_t count) {
-  std::vector<T> data(count);
-  GLint bound = 0;
-  glGetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
-  glBindBuffer(GL_COPY_READ_BUFFER, buffer.get());
-  glGetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(T)), data.data());
-  glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
-  return data;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaBands, int chromaBands,

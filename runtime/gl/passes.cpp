@@ -148,9 +148,10 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
   return pass;
 }
 
-void SurfelPass::run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
+void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
   const std::vector<RelumeLight> lights = packLights(setup.lights);
   refill(lights_, lights.data(), lights.size() * sizeof(RelumeLight));
+  if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(bake, gpu);
   // What the host hands over, one after the other: a colour a surfel in their order here, a colour a patch.
   std::vector<glm::vec4> host;
   const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {

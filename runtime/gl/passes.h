@@ -49,7 +49,7 @@ class SurfelPass {
  public:
   static Result<SurfelPass> create(std::string_view visibilityGlsl);
   // (2), second half. bounce: whether last frame's light may be read.
-  void run(const GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
+  void run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
 
  private:

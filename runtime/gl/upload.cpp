@@ -55,7 +55,6 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   std::vector<std::uint32_t> emission, leafNode;
   words.reserve(count);
   leafNode.reserve(hierarchy.senderCount());
-  gpu.surfelOrder.reserve(count);
   for (const std::vector<Placed>& kind : byKind) {
     for (const Placed& each : kind) {
       const std::uint32_t s = each.surfel;
@@ -63,7 +62,6 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
                                  surfels.receiver[s], ditherOf(each.place)));
       if (gpu.emits) emission.push_back(packColor(surfels.emission[s], ditherOf(s)));
       leafNode.push_back(each.node);
-      gpu.surfelOrder.push_back(s);
     }
   }
   // Of gridded ones, where each one's shares begin, then the shares.
@@ -289,6 +287,12 @@ Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
   return buffer;
 }
 
+void orderSurfels(const Bake& bake, GpuBake& gpu) {
+  if (!gpu.surfelOrder.empty()) return;
+  gpu.surfelOrder = readBuffer<std::uint32_t>(gpu.leafNode, bake.surfels.count());
+  for (std::uint32_t& surfel : gpu.surfelOrder) surfel = bake.hierarchy.sender(surfel);
+}
+
 Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   GLint64 limit = 0;
   GLint alignment = 1;
@@ -352,7 +356,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
-  return {{"surfels", bytes(surfels) + bytes(emission)},
+  return {{"surfels", bytes(surfels) + bytes(emission) + surfelOrder.size() * sizeof(surfelOrder[0])},
           {"hierarchy", bytes(pullNode) + bytes(pullRounds) + bytes(pullGroups) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},

@@ -44,10 +44,11 @@ struct GpuBake {
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
-  std::vector<std::uint32_t> surfelOrder;  // the bake's number of each surfel, for what the host hands over
-  GLuint flatCount = 0, tiltedEnd = 0;     // surfels up to the last flat and up to the last tilted one
-  SurfelBox box;                           // of the surfels' positions
-  bool emits = false;                      // whether any surfel has emission
+  // The bake's number of each surfel; see orderSurfels().
+  std::vector<std::uint32_t> surfelOrder;
+  GLuint flatCount = 0, tiltedEnd = 0;  // surfels up to the last flat and up to the last tilted one
+  SurfelBox box;                        // of the surfels' positions
+  bool emits = false;                   // whether any surfel has emission
   PullGroup pullGroup;
   GLuint pullGroupCount = 0;
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
@@ -63,6 +64,21 @@ bool isSoftware(const char* renderer);
 
 // A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage);
+
+// Copy a buffer to memory, leaving the bindings as they were.
+template <class T>
+std::vector<T> readBuffer(const Buffer& buffer, std::size_t count) {
+  std::vector<T> data(count);
+  GLint bound = 0;
+  glGetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
+  glBindBuffer(GL_COPY_READ_BUFFER, buffer.get());
+  glGetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(T)), data.data());
+  glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
+  return data;
+}
+
+// Fill surfelOrder, where it is not yet: only a host that hands over light for each surfel pays for it.
+void orderSurfels(const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
 Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands);

@@ -95,9 +95,13 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   setup.surfelIrradiance = irradiance;
   setup.surfelEmission = emission;
   setup.skyPatches = patches;
+  const std::size_t before = gl.bufferSizes()[0].second;
   cpu.relight(setup);
   gl.relight(setup);
   EXPECT_LT(difference(leaves(cpu), leaves(gl)), 0.01);
+  // From now on it knows the bake's number of each surfel, four bytes.
+  EXPECT_EQ(gl.bufferSizes()[0].first, "surfels");
+  EXPECT_EQ(gl.bufferSizes()[0].second - before, 4 * bake.surfels.count());
 }
 
 TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
