@@ -29,7 +29,10 @@ constexpr std::array<std::size_t, LinkShaper::kBands + 1> kFirstFour = {0, 0, 1,
 struct LinkShaper::Shapes {
   static float sum(const Four& a) { return (a[0] + a[1]) + (a[2] + a[3]); }
   static Four lesser(const Four& a, const Four& b) { return a < b ? a : b; }
-  static float least(const Four& a) { return std::min(std::min(a[0], a[1]), std::min(a[2], a[3])); }
+  static float least(const std::array<Four, kCones / 4>& a) {
+    const Four b = lesser(lesser(a[0], a[1]), lesser(a[2], a[3]));
+    return std::min(std::min(b[0], b[1]), std::min(b[2], b[3]));
+  }
 
   std::vector<Padded> direction = std::vector<Padded>(4096);  // coefficients of a single direction
   std::array<std::array<Four, kCones / 4>, kBands> ratio{};   // of each band and cone
@@ -77,37 +80,39 @@ std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
   // f² square(cone) - 2 f sum_l ratio_l(cone) (wanted . y)_l.
   const glm::vec2 centre = toOctahedron(glm::vec3(c[3], c[1], c[2])) * static_cast<float>(kMost);
   const int u0 = static_cast<int>(std::lrint(centre.x)), v0 = static_cast<int>(std::lrint(centre.y));
-  std::uint32_t best = 0;
+  const auto costsOf = [&](std::uint32_t direction) {
+    const Padded& y = table.direction[direction];
+    const float along1 = 2.0f * kBandWeight[1] * Shapes::sum(wanted[0] * y[0]),
+                along2 = 2.0f * kBandWeight[2] * Shapes::sum(wanted[1] * y[1] + wanted[2] * y[2]),
+                along3 = 2.0f * kBandWeight[3] * Shapes::sum(wanted[3] * y[3] + wanted[4] * y[4]);
+    std::array<Four, kCones / 4> costs;
+    for (std::size_t k = 0; k < costs.size(); ++k) {
+      costs[k] =
+          f * table.square[k] - along1 * table.ratio[1][k] - along2 * table.ratio[2][k] - along3 * table.ratio[3][k];
+    }
+    return costs;
+  };
+  // The direction first, without branches that nobody can foresee.
+  std::uint32_t direction = 0;
   float bestCost = INFINITY;
   for (int v = std::max(v0 - kReach, -kMost); v <= std::min(v0 + kReach, kMost); ++v) {
     for (int u = std::max(u0 - kReach, -kMost); u <= std::min(u0 + kReach, kMost); ++u) {
       const std::uint32_t code = (static_cast<std::uint32_t>(u) & 63u) | (static_cast<std::uint32_t>(v) & 63u) << 6;
-      const Padded& y = table.direction[code];
-      const float along1 = 2.0f * kBandWeight[1] * Shapes::sum(wanted[0] * y[0]),
-                  along2 = 2.0f * kBandWeight[2] * Shapes::sum(wanted[1] * y[1] + wanted[2] * y[2]),
-                  along3 = 2.0f * kBandWeight[3] * Shapes::sum(wanted[3] * y[3] + wanted[4] * y[4]);
-      std::array<Four, kCones / 4> cost;
-      for (std::size_t k = 0; k < cost.size(); ++k) {
-        cost[k] =
-            f * table.square[k] - along1 * table.ratio[1][k] - along2 * table.ratio[2][k] - along3 * table.ratio[3][k];
-      }
-      const float leastCost =
-          Shapes::least(Shapes::lesser(Shapes::lesser(cost[0], cost[1]), Shapes::lesser(cost[2], cost[3])));
-      if (!(leastCost < bestCost)) continue;
-      bestCost = leastCost;
-      std::uint32_t cone = 0;
-      while (cone + 1 < kCones && cost[cone / 4][cone % 4] != leastCost) ++cone;
-      best = code | cone << 12;
+      const float cost = Shapes::least(costsOf(code));
+      direction = cost < bestCost ? code : direction;
+      bestCost = std::min(cost, bestCost);
     }
   }
+  const std::array<Four, kCones / 4> costs = costsOf(direction);
+  std::uint32_t cone = 0;
+  while (cone + 1 < kCones && costs[cone / 4][cone % 4] != bestCost) ++cone;
 
-  const Padded& y = table.direction[best & 0xFFFu];
-  const std::uint32_t cone = best >> 12;
+  const Padded& y = table.direction[direction];
   for (std::size_t l = 1; l < kBands; ++l) {
     const float scale = f * table.ratio[l][cone / 4][cone % 4];
     for (std::size_t i = kFirstFour[l]; i < kFirstFour[l + 1]; ++i) owed_[i] = kHandedOn * (wanted[i] - scale * y[i]);
   }
-  return best;
+  return direction | cone << 12;
 }
 
 }  // namespace relume
