@@ -26,6 +26,13 @@ trap 'rm -rf "$work"' EXIT
 RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0.2 --benchmark_format=csv \
   2> /dev/null > "$work/stages.csv"
 
+# 3. Kinds of links: what each costs and errs by, against the SH of its own rays
+for kind in sh cone; do
+  "$build/bake/tools/relume" bake "$scene" -o "$work/$kind.relume" --preset high --rays 1024 --link-kind "$kind" \
+    --progress none > /dev/null 2>&1
+done
+"$build/tests/bench/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
+
 {
   sed "s/^A frame is lit by/${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}&/" "$work/page.md"
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
@@ -33,6 +40,10 @@ RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
   sed -n '/^name,/,$p' "$work/stages.csv" | tail -n +2 |
     awk -F, '{ gsub(/"/, "", $1); sub(/\/process_time.*/, "", $1); printf "| %s | %.0f | %.0f |\n", $1, $3, $4 }'
+  printf '\n## Kinds of links\n\n`bench_link_error` on this level, preset `high` with K 1024: %s. Errors are against the SH\n' \
+    "$(head -n 1 "$work/links.txt")"
+  printf 'of the same rays; time is (4) light the caches, 4 bands of luma and chroma. docs/LINKS.md says what the columns mean.\n\n'
+  grep '^|' "$work/links.txt"
 } > "$work/all.md"
 mv "$work/all.md" "$page"
 echo "wrote $page"
