@@ -160,7 +160,7 @@ std::vector<Field> fields(BakeOptions& o) {
        {},
        "",
        "a cache whose rays hit more back faces is moved or dropped"},
-      {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "empty texels between charts"},
+      {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "between charts, for wider filters"},
 
       {"links.kind",
        "--link-kind",

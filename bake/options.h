@@ -47,7 +47,7 @@ struct CacheOptions {
   float minChartTexels = 1.0f;     // [>= 0] charts smaller than this many texels of area share texels or use the grid
   bool useTexcoord1 = true;        // use TEXCOORD_1 as light-map coordinates where it is valid for that
   float maxBackFaceShare = 0.25f;  // [0..1] a cache whose rays hit more back faces than this is moved or dropped
-  float gutterTexels = 1.0f;       // [0..8] empty texels between charts
+  float gutterTexels = 0.0f;       // [0..8] texels between charts, for hosts that filter wider than bilinearly
 };
 
 struct LinkOptions {
