@@ -5,6 +5,7 @@
 #include "runtime/relighter.h"
 
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <glm/geometric.hpp>
@@ -32,17 +33,10 @@ Relighter make(const Bake& bake, Backend backend, int luma, int chroma, float de
 }
 
 // Lights of opposed colours from opposed sides: chroma has a direction of its own.
-std::array<Light, 3> opposedLights() {
-  std::array<Light, 3> lights;
-  lights[0] = {
-      .kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))};
-  lights[1] = {.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}, .range = 8.0f};
-  lights[2] = {.kind = LightKind::spot,
-               .intensity = {1, 90, 3},
-               .positionWorld = {9, 3, 3},
-               .direction = glm::normalize(glm::vec3(-1, -1, 0)),
-               .innerConeRad = 0.3f,
-               .outerConeRad = 0.7f};
+std::vector<Light> opposedLights() {
+  std::vector<Light> lights = test::someLights();
+  lights[1].intensity = {60, 1, 1};
+  lights[2].intensity = {1, 90, 3};
   return lights;
 }
 
@@ -109,7 +103,7 @@ void expectLayers(GLuint texture, int bands) {
 TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
   const Bake bake =
       test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct8});
-  const std::array<Light, 3> lights = opposedLights();
+  const std::vector<Light> lights = opposedLights();
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.2f, 0.3f, 0.4f};
@@ -144,7 +138,7 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
 TEST_F(GlBands, deringingAgreesAndChangesBentReceiversOnly) {
   const Bake bake =
       test::makeSyntheticBake({.surfels = 4000, .skyPatches = 12, .linksPerCache = 61, .kind = LinkKind::oct8});
-  const std::array<Light, 3> lights = opposedLights();
+  const std::vector<Light> lights = opposedLights();
   LightSetup setup;
   setup.lights = lights;
   const std::vector<float> in = receivers(2000);
