@@ -2,12 +2,12 @@
 // Step 2, first half: last frame's irradiance at the surfels whose normal is not the light map's (RELUME_BOUNCE_GRID 0) or
 // that read the grid (1), one thread each. It goes to the leaf's place among the nodes, where light_surfels.comp finds it.
 #include "resolve.glsl"
+#include "lib/leaf_node.glsl"
 #include "lib/pack.glsl"
 
 layout(local_size_x = RELUME_SURFEL_GROUP) in;
 
 layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { uvec4 surfel[]; };
-layout(std430, binding = RELUME_SLOT_LEAF_NODE) readonly buffer LeafNode { uint leafNode[]; };
 #if RELUME_BOUNCE_GRID
 layout(std430, binding = RELUME_SLOT_GRIDDED) readonly buffer Gridded { uint griddedWord[]; };
 #endif
@@ -35,7 +35,9 @@ vec3 bounce(uint s, vec3 normal, uint receiver) { return relumeIrradianceLightma
 void main() {
   uint s = relumeFirstSurfel + gl_GlobalInvocationID.x;
   if (s >= relumeEndSurfel) return;
+  uint leaf = relumeLeafOf(s);
+  if (leaf == kRelumeNone) return;
   uvec4 word = surfel[s];
   vec3 e = bounce(s, relumeUnpackDirection(word.z, 12), word.w);
-  node[leafNode[s]] = relumePackColor(e, relumeDither(s));
+  node[leaf] = relumePackColor(e, relumeDither(leaf));
 }

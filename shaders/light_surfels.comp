@@ -6,13 +6,13 @@
 // First come the surfels that read irradiance made once a texel, then those that bounce_surfels.comp has seen to. Buffers
 // are read in words of four: software drivers loop over a vector's lanes at every read.
 #include "shared/layout.h"
+#include "lib/leaf_node.glsl"
 #include "lib/pack.glsl"
 #include "host_visibility.glsl"
 
 layout(local_size_x = RELUME_SURFEL_GROUP) in;
 
 layout(std430, binding = RELUME_SLOT_SURFELS) readonly buffer Surfels { uvec4 surfel[]; };
-layout(std430, binding = RELUME_SLOT_LEAF_NODE) readonly buffer LeafNode { uint leafNode[]; };
 layout(std430, binding = RELUME_SLOT_LIGHTS) readonly buffer Lights { RelumeLight light[]; };
 layout(std430, binding = RELUME_SLOT_HOST) readonly buffer Host { vec4 host[]; };
 layout(std430, binding = RELUME_SLOT_NODES) buffer Nodes { uint node[]; };
@@ -22,9 +22,9 @@ layout(std430, binding = RELUME_SLOT_EMISSION) readonly buffer Emission { uint e
 uniform bool relumeEmits;
 uniform vec3 relumeBoxOrigin;  // [m] of positions
 uniform vec3 relumeBoxStep;
-uniform uint relumeFlatCount;    // surfels that read texelColor
-uniform uint relumeSurfelCount;
-uniform uint relumeSenderCount;
+uniform uint relumeFlatEnd;    // up to here, surfels read texelColor
+uniform uint relumeSurfelEnd;
+uniform uint relumeSenderEnd;
 uniform uint relumeLightCount;
 uniform uvec2 relumeMapSize;
 // First colour of the host's irradiance, emission and sky patches in `host`; kRelumeNone = not handed over.
@@ -77,7 +77,7 @@ vec3 radiosityOfSurfel(uint s, uint leaf) {
   vec3 albedo = vec3((word.y >> 16) & 255u, word.y >> 24, word.z >> 24) / 255.0;
   vec3 e = direct(s, position, normal);
   if (relumeBounceScale > 0.0) {
-    e += relumeBounceScale * (s < relumeFlatCount ? flatBounce(relumeUnpackUnorm16x2(word.w)) : relumeUnpackColor(node[leaf]));
+    e += relumeBounceScale * (s < relumeFlatEnd ? flatBounce(relumeUnpackUnorm16x2(word.w)) : relumeUnpackColor(node[leaf]));
   }
   vec3 emission = vec3(0.0);
   if (relumeEmits) emission = relumeUnpackColor(emissionColor[s]) * relumeEmissionScale;
@@ -87,14 +87,15 @@ vec3 radiosityOfSurfel(uint s, uint leaf) {
 
 void main() {
   uint s = gl_GlobalInvocationID.x;
-  if (s >= relumeSenderCount) return;
-  uint leaf = leafNode[s];
+  if (s >= relumeSenderEnd) return;
+  uint leaf = relumeLeafOf(s);
+  if (leaf == kRelumeNone) return;
   vec3 radiosity;
-  if (s < relumeSurfelCount) {
+  if (s < relumeSurfelEnd) {
     radiosity = radiosityOfSurfel(s, leaf);
   } else {
     bool patches = relumeHostOffset.z != kRelumeNone;
-    radiosity = kPi * (patches ? host[relumeHostOffset.z + s - relumeSurfelCount].rgb : relumeSkyRadiance);
+    radiosity = kPi * (patches ? host[relumeHostOffset.z + s - relumeSurfelEnd].rgb : relumeSkyRadiance);
   }
   node[leaf] = relumePackColor(radiosity, relumeDither(leaf));
 }

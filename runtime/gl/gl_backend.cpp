@@ -63,7 +63,7 @@ void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved;
   timer_.mark(0);
   const bool bounces = lit_ && setup.bounceScale > 0.0f;
-  if (bounces && bounce_.run(gpu_, bake_.surfels.count())) storageBarrier();
+  if (bounces && bounce_.run(gpu_)) storageBarrier();
   surfels_.run(gpu_, bake_, setup, bounces);
   storageBarrier();
   timer_.mark(1);

@@ -6,6 +6,7 @@
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace relume::gl {
@@ -115,14 +116,14 @@ bool BouncePass::runKernel(const Kernel& kernel, GLuint first, GLuint end) {
   return true;
 }
 
-bool BouncePass::run(const GpuBake& gpu, GLuint surfelCount) const {
+bool BouncePass::run(const GpuBake& gpu) const {
   bindStorage(RELUME_SLOT_SURFELS, gpu.surfels);
   bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   bindStorage(RELUME_SLOT_GRIDDED, gpu.gridded);
   bindResolve(gpu);
-  const bool tilted = runKernel(tilted_, gpu.flatCount, gpu.tiltedEnd);
-  return runKernel(gridded_, gpu.tiltedEnd, surfelCount) || tilted;
+  const bool tilted = runKernel(tilted_, gpu.flatEnd, gpu.tiltedEnd);
+  return runKernel(gridded_, gpu.tiltedEnd, gpu.surfelEnd) || tilted;
 }
 
 Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
@@ -136,9 +137,9 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
   pass.emits_ = location("relumeEmits");
   pass.boxOrigin_ = location("relumeBoxOrigin");
   pass.boxStep_ = location("relumeBoxStep");
-  pass.flatCount_ = location("relumeFlatCount");
-  pass.surfelCount_ = location("relumeSurfelCount");
-  pass.senderCount_ = location("relumeSenderCount");
+  pass.flatEnd_ = location("relumeFlatEnd");
+  pass.surfelEnd_ = location("relumeSurfelEnd");
+  pass.senderEnd_ = location("relumeSenderEnd");
   pass.lightCount_ = location("relumeLightCount");
   pass.mapSize_ = location("relumeMapSize");
   pass.hostOffset_ = location("relumeHostOffset");
@@ -152,27 +153,27 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   const std::vector<RelumeLight> lights = packLights(setup.lights);
   refill(lights_, lights.data(), lights.size() * sizeof(RelumeLight));
   if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(bake, gpu);
-  // What the host hands over, one after the other: a colour a surfel in their order here, a colour a patch.
+  // What the host hands over, one after the other: a colour a surfel and a colour a patch, in their order here.
   std::vector<glm::vec4> host;
   const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {
     const GLuint offset = colors.empty() ? kRelumeNone : static_cast<GLuint>(host.size());
-    for (std::size_t i = 0; i < colors.size(); ++i) host.emplace_back(colors[order.empty() ? i : order[i]], 0.0f);
+    if (colors.empty()) return offset;
+    for (const std::uint32_t i : order) host.emplace_back(i == kRelumeNone ? glm::vec3(0.0f) : colors[i], 0.0f);
     return offset;
   };
   const GLuint irradiance = append(setup.surfelIrradiance, gpu.surfelOrder),
-               emission = append(setup.surfelEmission, gpu.surfelOrder), sky = append(setup.skyPatches, {});
+               emission = append(setup.surfelEmission, gpu.surfelOrder), sky = append(setup.skyPatches, gpu.skyOrder);
   refill(host_, host.data(), host.size() * sizeof(glm::vec4));
 
   const GLuint program = program_.get();
-  const std::uint32_t senders = bake.hierarchy.senderCount();
   glUseProgram(program);
   glProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
   glProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
   glProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
-  glProgramUniform1ui(program, flatCount_, gpu.flatCount);
+  glProgramUniform1ui(program, flatEnd_, gpu.flatEnd);
   glProgramUniform2ui(program, mapSize_, std::max(gpu.mapWidth, 1u), std::max(gpu.mapHeight, 1u));
-  glProgramUniform1ui(program, surfelCount_, bake.surfels.count());
-  glProgramUniform1ui(program, senderCount_, senders);
+  glProgramUniform1ui(program, surfelEnd_, gpu.surfelEnd);
+  glProgramUniform1ui(program, senderEnd_, gpu.senderEnd);
   glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(lights.size()));
   glProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
   glProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
@@ -185,33 +186,42 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
   bindStorage(RELUME_SLOT_EMISSION, gpu.emission);
-  glDispatchCompute(groupsFor(senders, RELUME_SURFEL_GROUP), 1, 1);
+  glDispatchCompute(groupsFor(gpu.senderEnd, RELUME_SURFEL_GROUP), 1, 1);
 }
 
 Result<PullPass> PullPass::create(const PullGroup& group) {
-  const std::pair<std::string, std::string> threads{"RELUME_PULL_THREADS", std::to_string(group.threads)};
-  Result<Program> program = makeComputeProgram("pull.comp", {&threads, 1});
-  if (!program) return program.error();
   PullPass pass;
-  pass.program_ = std::move(*program);
-  pass.firstGroup_ = glGetUniformLocation(pass.program_.get(), "relumeFirstGroup");
+  for (const bool top : {false, true}) {
+    const std::array<std::pair<std::string, std::string>, 2> defines{
+        {{"RELUME_PULL_THREADS", std::to_string(group.threads)}, {"RELUME_PULL_TOP", top ? "1" : "0"}}};
+    Result<Program> program = makeComputeProgram("pull.comp", defines);
+    if (!program) return program.error();
+    (top ? pass.top_ : pass.groups_) = std::move(*program);
+  }
+  pass.firstGroup_ = glGetUniformLocation(pass.groups_.get(), "relumeFirstGroup");
+  pass.firstRound_ = glGetUniformLocation(pass.top_.get(), "relumeFirstGroup");
+  pass.endRound_ = glGetUniformLocation(pass.top_.get(), "relumeEndRound");
   return pass;
 }
 
 void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
-  glUseProgram(program_.get());
+  glUseProgram(groups_.get());
   bindStorage(RELUME_SLOT_PULL, gpu.pullNode);
+  bindStorage(RELUME_SLOT_RUNS, gpu.pullRuns);
   bindStorage(RELUME_SLOT_ROUNDS, gpu.pullRounds);
-  bindStorage(RELUME_SLOT_GROUPS, gpu.pullGroups);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   // The number of groups of one dispatch is limited.
-  const GLuint last = gpu.pullGroupCount - 1;
-  for (GLuint first = 0; first < last; first += kMostGroups) {
-    glProgramUniform1ui(program_.get(), firstGroup_, first);
-    glDispatchCompute(std::min(last - first, kMostGroups), 1, 1);
+  for (GLuint first = 0; first < gpu.pullGroupCount; first += kMostGroups) {
+    glProgramUniform1ui(groups_.get(), firstGroup_, first);
+    glDispatchCompute(std::min(gpu.pullGroupCount - first, kMostGroups), 1, 1);
   }
-  if (last > 0) barrier();
-  glProgramUniform1ui(program_.get(), firstGroup_, last);
+  if (gpu.pullRoundCount == 0) return;
+  barrier();
+  // The top's rounds come after the groups' beginnings, which are one more than groups.
+  const GLuint firstRound = gpu.pullGroupCount + 1;
+  glUseProgram(top_.get());
+  glProgramUniform1ui(top_.get(), firstRound_, firstRound);
+  glProgramUniform1ui(top_.get(), endRound_, firstRound + gpu.pullRoundCount);
   glDispatchCompute(1, 1, 1);
 }
 

@@ -32,7 +32,7 @@ class BouncePass {
  public:
   static Result<BouncePass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
   // (2), first half: what tilted and gridded surfels receive. False when there are none: nothing was dispatched.
-  bool run(const GpuBake& gpu, GLuint surfelCount) const;
+  bool run(const GpuBake& gpu) const;
 
  private:
   struct Kernel {
@@ -55,8 +55,8 @@ class SurfelPass {
  private:
   Program program_;
   Buffer lights_, host_;
-  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatCount_ = -1, surfelCount_ = -1, senderCount_ = -1,
-        lightCount_ = -1, mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
+  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatEnd_ = -1, surfelEnd_ = -1, senderEnd_ = -1, lightCount_ = -1,
+        mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
 
 class PullPass {
@@ -66,8 +66,8 @@ class PullPass {
   void run(const GpuBake& gpu, void (*barrier)()) const;
 
  private:
-  Program program_;
-  GLint firstGroup_ = -1;
+  Program groups_, top_;
+  GLint firstGroup_ = -1, firstRound_ = -1, endRound_ = -1;
 };
 
 class CachePass {

@@ -1,45 +1,53 @@
 // SPDX-License-Identifier: MIT
 // In which order the GPU averages radiosity up the hierarchy: whole subtrees to a work group each, then what is above
 // them to one more. Two dispatches and one barrier between them, whatever the depth (PIC 4.1: a dispatch a level).
+//
+// Nodes lie breadth first, so that the children of inner node number k are 1 + 2 k and 2 + 2 k (runtime/cpu/pull.h),
+// and subtrees that follow one another depth first are a run of inner nodes in every level. A group therefore needs to
+// know where its runs begin, and of each inner node its weight and how far behind its run's first node it lies.
 #pragma once
 
 #include "formats/hierarchy.h"
 #include "shaders/shared/layout.h"
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace relume::gl {
 
-// Inner nodes of the hierarchy, each once. A work group goes through rounds; the nodes of a round do not depend on one
-// another, but on earlier rounds of the group. The last group depends on all others.
 struct PullSchedule {
-  struct Node {
-    std::uint32_t node, firstChild;
-    float firstWeight;  // [0..1] share of the first child in the node's radiosity
+  // Inner nodes [firstInner, firstInner + count) of one level; firstNode is the node of the first.
+  struct Run {
+    std::uint32_t firstInner, count, firstNode;
   };
-  std::vector<Node> node;  // [Size inner nodes]
   std::vector<std::uint32_t>
-      roundBegin;  // [Size rounds + 1] round r is node[roundBegin[r]] .. node[roundBegin[r + 1] - 1]
+      word;  // [Size inner nodes] by number: weight of the first child over kRelumePullWeightOne,
+             // and above it the node's distance from firstNode (0 at the top)
+  // Deepest runs of a group first: each depends on those before it. Then the runs of one node each of the top, which
+  // depend on all groups.
+  std::vector<Run> run;
   std::vector<std::uint32_t>
-      groupBegin;  // [Size groups + 1] group g has the rounds groupBegin[g] .. groupBegin[g + 1] - 1
+      groupBegin;  // [Size groups + 1] group g has the runs groupBegin[g] .. groupBegin[g + 1] - 1
+  std::vector<std::uint32_t> roundBegin;  // [Size rounds of the top + 1] likewise; runs of a round do not depend on
+                                          // one another, but on earlier rounds
 
   std::uint32_t groupCount() const { return static_cast<std::uint32_t>(groupBegin.size() - 1); }
+  std::uint32_t roundCount() const { return static_cast<std::uint32_t>(roundBegin.size() - 1); }
 };
 
-// Nodes of a hierarchy at most, so that one that is pulled fits 8 bytes.
+// Nodes of a hierarchy and inner nodes of a group at most, so that a run fits 8 bytes.
 constexpr std::uint32_t kMostPulledNodes = 1u << kRelumePullNodeBits;
+constexpr std::uint32_t kMostGroupNodes = (1u << (64 - 2 * kRelumePullNodeBits)) - 1;
 
-// As pull.comp reads it: node k of the inner ones has its children at 1 + 2 k and 2 + 2 k (runtime/cpu/pull.h).
-inline std::array<std::uint32_t, 2> packPullNode(const PullSchedule::Node& node) {
-  const auto weight = static_cast<std::uint32_t>(std::lrint(node.firstWeight * float{kRelumePullWeightOne}));
-  return {node.node | weight << kRelumePullNodeBits,
-          (node.firstChild >> 1) | weight >> (32 - kRelumePullNodeBits) << (kRelumePullNodeBits - 1)};
+// As pull.comp reads it.
+inline std::array<std::uint32_t, 2> packRun(const PullSchedule::Run& run) {
+  constexpr std::uint32_t kLow = 32 - kRelumePullNodeBits, kMask = (1u << kLow) - 1;
+  return {run.firstNode | (run.count & kMask) << kRelumePullNodeBits,
+          run.firstInner | run.count >> kLow << kRelumePullNodeBits};
 }
 
-// [nodesPerGroup >= 1] inner nodes that a group gets at most; the last one may get more. At least one group.
+// [nodesPerGroup 1..kMostGroupNodes] inner nodes that a group gets at most.
 PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup);
 
 }  // namespace relume::gl

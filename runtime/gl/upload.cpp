@@ -17,6 +17,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <tuple>
 
 namespace relume::gl {
 namespace {
@@ -29,55 +30,100 @@ Buffer makeArray(std::span<const T> data) {
   return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
+// A sender's place on the GPU.
+struct Placed {
+  // A surfel or a patch of the sky, and its leaf; kRelumeNone = an empty place.
+  std::uint32_t surfel = kRelumeNone, node = kRelumeNone;
+  std::uint32_t dither = 0;
+};
+
+// Senders by ascending node, in blocks of a work group whose nodes lie within 16 bits (shaders/lib/leaf_node.glsl).
+class LeafBlocks {
+ public:
+  void add(const Placed& sender) {
+    const std::size_t inBlock = placed_.size() % kBlock;
+    if (inBlock > 0 && sender.node - placed_[placed_.size() - inBlock].node >= kEmpty) endBlock();
+    placed_.push_back(sender);
+  }
+  // Leave the rest of the block empty: the next sender begins one.
+  void endBlock() { placed_.resize((placed_.size() + kBlock - 1) / kBlock * kBlock); }
+  std::span<const Placed> placed() const { return placed_; }
+
+  // [a block was ended last]
+  std::vector<std::uint32_t> words() const {
+    std::vector<std::uint32_t> words;
+    words.reserve(placed_.size() / kBlock * (1 + kBlock / 2));
+    for (std::size_t i = 0; i < placed_.size(); i += 2) {
+      if (i % kBlock == 0) words.push_back(placed_[i].node);
+      const auto step = [&](const Placed& p) {
+        return p.node == kRelumeNone ? kEmpty : p.node - placed_[i / kBlock * kBlock].node;
+      };
+      words.push_back(step(placed_[i]) | step(placed_[i + 1]) << 16);
+    }
+    return words;
+  }
+
+ private:
+  static constexpr std::size_t kBlock = RELUME_SURFEL_GROUP;
+  static constexpr std::uint32_t kEmpty = 0xFFFFu;
+  std::vector<Placed> placed_;
+};
+
 // Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
 void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   const Surfels& surfels = bake.surfels;
   const Hierarchy& hierarchy = bake.hierarchy;
   const std::uint32_t count = surfels.count();
-  struct Placed {
-    std::uint32_t surfel, node, place;
-  };
   std::array<std::vector<Placed>, 3> byKind;
-  std::uint32_t place = 0;
+  std::uint32_t leaf = 0;
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
     const std::uint32_t s = hierarchy.sender(node);
     const ReceiverKind kind = receiverKind(bake.caches, surfels, s, normalsCount(bake.links.kind, lumaBands));
-    byKind[static_cast<std::size_t>(kind)].push_back({s, node, place++});
+    byKind[static_cast<std::size_t>(kind)].push_back({s, node, leaf++});
   }
-  gpu.flatCount = static_cast<GLuint>(byKind[0].size());
-  gpu.tiltedEnd = gpu.flatCount + static_cast<GLuint>(byKind[1].size());
+  LeafBlocks blocks;
+  std::array<GLuint, 3> end{};
+  for (std::size_t kind = 0; kind < byKind.size(); ++kind) {
+    for (const Placed& each : byKind[kind]) blocks.add(each);
+    blocks.endBlock();
+    end[kind] = static_cast<GLuint>(blocks.placed().size());
+  }
+  std::tie(gpu.flatEnd, gpu.tiltedEnd, gpu.surfelEnd) = std::tuple{end[0], end[1], end[2]};
 
   gpu.box = boxOf(surfels.positionWorld);
   gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(),
                           [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
-  std::vector<SurfelWords> words;
-  std::vector<std::uint32_t> emission, leafNode;
-  words.reserve(count);
-  leafNode.reserve(hierarchy.senderCount());
-  for (const std::vector<Placed>& kind : byKind) {
-    for (const Placed& each : kind) {
-      const std::uint32_t s = each.surfel;
-      words.push_back(packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s],
-                                 surfels.receiver[s], ditherOf(each.place)));
-      if (gpu.emits) emission.push_back(packColor(surfels.emission[s], ditherOf(s)));
-      leafNode.push_back(each.node);
-    }
+  std::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{});
+  std::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Placed& each = blocks.placed()[i];
+    if (each.node == kRelumeNone) continue;
+    const std::uint32_t s = each.surfel;
+    words[i] = packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s],
+                          ditherOf(each.dither));
+    if (gpu.emits) emission[i] = packColor(surfels.emission[s], ditherOf(s));
   }
   // Of gridded ones, where each one's shares begin, then the shares.
   std::vector<std::uint32_t> begin, shares;
-  const std::size_t gridded = byKind[2].size();
-  for (const Placed& each : byKind[2]) {
-    begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
-    appendGridShares(bake.caches, surfels, each.surfel, shares);
+  const std::uint32_t sharesBegin = gpu.surfelEnd - gpu.tiltedEnd + 1;
+  for (const Placed& each : blocks.placed().subspan(gpu.tiltedEnd)) {
+    begin.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
+    if (each.node != kRelumeNone) appendGridShares(bake.caches, surfels, each.surfel, shares);
   }
-  begin.push_back(static_cast<std::uint32_t>(gridded + 1 + shares.size()));
+  begin.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
   begin.insert(begin.end(), shares.begin(), shares.end());
   gpu.gridded = makeArray<std::uint32_t>(begin);
-  leafNode.insert(leafNode.end(), hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
   gpu.surfels = makeArray<SurfelWords>(words);
   gpu.emission = makeArray<std::uint32_t>(emission);
-  gpu.leafNode = makeArray<std::uint32_t>(leafNode);
+
+  std::vector<std::uint32_t> sky(hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
+  std::sort(sky.begin(), sky.end());
+  for (const std::uint32_t node : sky) blocks.add({hierarchy.sender(node) - count, node, 0});
+  blocks.endBlock();
+  gpu.senderEnd = static_cast<GLuint>(blocks.placed().size());
+  for (const Placed& each : blocks.placed().subspan(gpu.surfelEnd)) gpu.skyOrder.push_back(each.surfel);
+  gpu.leafNode = makeArray<std::uint32_t>(blocks.words());
 }
 
 // Bytes of a link in GpuBake::linkShape.
@@ -269,7 +315,7 @@ bool isSoftware(const char* renderer) {
 }
 
 PullGroup choosePullGroup(const char* renderer) {
-  return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 512};
+  return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 1024};
 }
 
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
@@ -289,8 +335,14 @@ Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
 
 void orderSurfels(const Bake& bake, GpuBake& gpu) {
   if (!gpu.surfelOrder.empty()) return;
-  gpu.surfelOrder = readBuffer<std::uint32_t>(gpu.leafNode, bake.surfels.count());
-  for (std::uint32_t& surfel : gpu.surfelOrder) surfel = bake.hierarchy.sender(surfel);
+  constexpr std::size_t kWords = 1 + RELUME_SURFEL_GROUP / 2;
+  const auto words = readBuffer<std::uint32_t>(gpu.leafNode, gpu.surfelEnd / RELUME_SURFEL_GROUP * kWords);
+  for (std::size_t block = 0; block < words.size(); block += kWords) {
+    for (std::size_t i = 0; i < RELUME_SURFEL_GROUP; ++i) {
+      const std::uint32_t step = words[block + 1 + i / 2] >> (16 * (i % 2)) & 0xFFFFu;
+      gpu.surfelOrder.push_back(step == 0xFFFFu ? kRelumeNone : bake.hierarchy.sender(words[block] + step));
+    }
+  }
 }
 
 Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
@@ -326,12 +378,15 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
-  std::vector<std::array<std::uint32_t, 2>> pulled;
-  pulled.reserve(schedule.node.size());
-  for (const PullSchedule::Node& node : schedule.node) pulled.push_back(packPullNode(node));
-  gpu.pullNode = makeArray<std::array<std::uint32_t, 2>>(pulled);
-  gpu.pullRounds = makeArray<std::uint32_t>(schedule.roundBegin);
-  gpu.pullGroups = makeArray<std::uint32_t>(schedule.groupBegin);
+  gpu.pullRoundCount = schedule.roundCount();
+  std::vector<std::array<std::uint32_t, 2>> runs;
+  runs.reserve(schedule.run.size());
+  for (const PullSchedule::Run& run : schedule.run) runs.push_back(packRun(run));
+  std::vector<std::uint32_t> rounds = schedule.groupBegin;
+  rounds.insert(rounds.end(), schedule.roundBegin.begin(), schedule.roundBegin.end());
+  gpu.pullNode = makeArray<std::uint32_t>(schedule.word);
+  gpu.pullRuns = makeArray<std::array<std::uint32_t, 2>>(runs);
+  gpu.pullRounds = makeArray<std::uint32_t>(rounds);
   gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
@@ -357,7 +412,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
   return {{"surfels", bytes(surfels) + bytes(emission) + surfelOrder.size() * sizeof(surfelOrder[0])},
-          {"hierarchy", bytes(pullNode) + bytes(pullRounds) + bytes(pullGroups) + bytes(leafNode)},
+          {"hierarchy", bytes(pullNode) + bytes(pullRuns) + bytes(pullRounds) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},

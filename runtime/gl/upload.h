@@ -27,30 +27,32 @@ struct LinkBatch {
 // Threads of a work group that pulls, and inner nodes it gets at most.
 struct PullGroup {
   int threads = 128;
-  std::uint32_t nodes = 512;
+  std::uint32_t nodes = 1024;
 };
 
 struct GpuBake {
-  // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf; leafNode: theirs, then
-  // the sky's.
+  // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf, with empty places
+  // between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
   Buffer surfels, emission, leafNode;
-  Buffer gridded;                           // RELUME_SLOT_GRIDDED
-  Buffer nodes;                             // runtime/pack_color.h, written every frame
-  Buffer pullNode, pullRounds, pullGroups;  // PullSchedule
-  Buffer rows, links, linkShape;            // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
-  Buffer caches;                            // coefficients, written every frame
+  Buffer gridded;                         // RELUME_SLOT_GRIDDED
+  Buffer nodes;                           // runtime/pack_color.h, written every frame
+  Buffer pullNode, pullRuns, pullRounds;  // PullSchedule
+  Buffer rows, links, linkShape;          // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
+  Buffer caches;                          // coefficients, written every frame
   Buffer mapCache, gridCache, resolve;
   Buffer texels;  // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;
   std::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
-  // The bake's number of each surfel; see orderSurfels().
+  // The bake's number of each surfel, kRelumeNone at empty places; see orderSurfels().
   std::vector<std::uint32_t> surfelOrder;
-  GLuint flatCount = 0, tiltedEnd = 0;  // surfels up to the last flat and up to the last tilted one
-  SurfelBox box;                        // of the surfels' positions
-  bool emits = false;                   // whether any surfel has emission
+  std::vector<std::uint32_t> skyOrder;  // likewise the patches of the sky
+  // Where flat, tilted and all surfels end, and the sky's patches: multiples of RELUME_SURFEL_GROUP.
+  GLuint flatEnd = 0, tiltedEnd = 0, surfelEnd = 0, senderEnd = 0;
+  SurfelBox box;       // of the surfels' positions
+  bool emits = false;  // whether any surfel has emission
   PullGroup pullGroup;
-  GLuint pullGroupCount = 0;
+  GLuint pullGroupCount = 0, pullRoundCount = 0;
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
 
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;

@@ -7,7 +7,7 @@
 
 // Storage buffers of the passes.
 #define RELUME_SLOT_SURFELS 0    // bounce, surfels: words (runtime/pack_surfel.h)
-#define RELUME_SLOT_LEAF_NODE 1  // bounce, surfels: node of each sender
+#define RELUME_SLOT_LEAF_NODE 1  // bounce, surfels: node of each sender (shaders/lib/leaf_node.glsl)
 #define RELUME_SLOT_GRIDDED \
   2  // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
 #define RELUME_SLOT_LIGHTS 2    // surfels: RelumeLight[]
@@ -15,9 +15,9 @@
 #define RELUME_SLOT_NODES 4     // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
 #define RELUME_SLOT_TEXELS 5    // surfels: packed irradiance of each texel's cache for its own normal
 #define RELUME_SLOT_EMISSION 6  // surfels: packed emission of each, if any emits
-#define RELUME_SLOT_PULL 0      // pull: two words an inner node (runtime/gl/pull_schedule.h)
-#define RELUME_SLOT_ROUNDS 1    // pull: first of them of each round
-#define RELUME_SLOT_GROUPS 2    // pull: first round of each work group
+#define RELUME_SLOT_PULL 0      // pull: a word an inner node (runtime/gl/pull_schedule.h)
+#define RELUME_SLOT_RUNS 1      // pull: runs of them, two words each
+#define RELUME_SLOT_ROUNDS 2    // pull: first run of each work group, then of each round of the top
 #define RELUME_SLOT_ROWS 0      // caches: first link of each cache; repacked links: and where its nodes step
 #define RELUME_SLOT_LINKS 1     // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
 #define RELUME_SLOT_LINK_SHAPE \
@@ -78,10 +78,10 @@ const uint kRelumeBrickWords = 27u;
 const uint kRelumeHanging = 0xFFFFFFFEu;
 const int kRelumeDepthSide = 17;
 
-// Pull: bits of a node in its first word; its number among the inner nodes has one less in the second. The rest of both
-// is the weight of the first child, over kRelumePullWeightOne.
+// Pull: low bits of a run's two words, its first node and its first inner node. The rest of both is the number of inner
+// nodes. Weights are over kRelumePullWeightOne.
 const uint kRelumePullNodeBits = 25u;
-const uint kRelumePullWeightOne = 32767u;
+const uint kRelumePullWeightOne = 65534u;
 
 const uint kRelumeCacheBits = 22u;  // runtime/receivers.h: bits of a cache beside its share
 

@@ -99,9 +99,11 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   cpu.relight(setup);
   gl.relight(setup);
   EXPECT_LT(difference(leaves(cpu), leaves(gl)), 0.01);
-  // From now on it knows the bake's number of each surfel, four bytes.
+  // From now on it knows the bake's number of each surfel, four bytes, in three kinds of whole blocks.
   EXPECT_EQ(gl.bufferSizes()[0].first, "surfels");
-  EXPECT_EQ(gl.bufferSizes()[0].second - before, 4 * bake.surfels.count());
+  const std::size_t added = gl.bufferSizes()[0].second - before;
+  EXPECT_GE(added, 4 * bake.surfels.count());
+  EXPECT_LT(added, 4 * (bake.surfels.count() + 3 * 64));
 }
 
 TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
@@ -157,7 +159,7 @@ void expectPullAgrees(const Bake& bake, const char* what) {
   cpu::PullTree(bake.hierarchy).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
   std::vector<glm::vec3> expected;
   for (const std::uint32_t each : nodes) expected.push_back(unpackColor(each));
-  // The CPU's weights have 16 bits: a colour may be rounded the other way, by a step of 1/128 of its largest channel.
+  // A colour may be rounded the other way, by a step of 1/128 of its largest channel.
   for (std::size_t i = 0; i < found.size(); ++i) {
     const float largest = std::max({expected[i].r, expected[i].g, expected[i].b});
     for (int k = 0; k < 3; ++k) {
