@@ -13,6 +13,18 @@
 namespace relume {
 namespace {
 
+// The cache of all cells of a patch that have one; kNoCache where none has, or several differ.
+std::uint32_t soleCache(const CellSet& cells, const SharedCaches& shared, std::size_t patch) {
+  std::uint32_t sole = kNoCache;
+  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
+    const std::uint32_t cache = shared.cacheOfCell[c];
+    if (cache == kNoCache || cache == sole) continue;
+    if (sole != kNoCache) return kNoCache;
+    sole = cache;
+  }
+  return sole;
+}
+
 // The caches of a patch's texels, row by row; kNoCache where there is none yet.
 std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& shared, std::uint32_t patch) {
   const glm::uvec2& size = cells.resolution[patch];
@@ -167,9 +179,8 @@ class Filler {
 
     if (request_.rectangleOf[p] == kNone) {
       if (snapped) return;
-      const std::uint32_t cache =
-          cells_.firstCell[p] < cells_.firstCell[p + 1] ? shared_.cacheOfCell[cells_.firstCell[p]] : kNoCache;
-      if (cache == kNoCache || cells_.resolution[p] != glm::uvec2(1)) return;
+      const std::uint32_t cache = soleCache(cells_, shared_, p);
+      if (cache == kNoCache) return;
       const std::uint32_t uv = pack(glm::vec2(home_[cache]));
       for (const std::uint32_t t : chart.triangle)
         std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
@@ -224,15 +235,18 @@ AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
   request.rectangleOf.assign(patches, kNone);
   std::vector<std::uint8_t> onRectangle(shared.caches.size(), 0), wanted(shared.caches.size(), 0);
   for (std::size_t p = 0; p < patches; ++p) {
+    if (const std::uint32_t sole = soleCache(cells, shared, p); sole != kNoCache) {
+      wanted[sole] = 1;
+      continue;
+    }
     bool valid = false;
-    const bool small = cells.resolution[p] == glm::uvec2(1);
     for (std::uint32_t c = cells.firstCell[p]; c < cells.firstCell[p + 1]; ++c) {
       const std::uint32_t cache = shared.cacheOfCell[c];
       if (cache == kNoCache) continue;
       valid = true;
-      (small ? wanted : onRectangle)[cache] = 1;
+      onRectangle[cache] = 1;
     }
-    if (small || !valid) continue;
+    if (!valid) continue;
     request.rectangleOf[p] = static_cast<std::uint32_t>(request.rectangle.size());
     request.rectangle.push_back(cells.resolution[p]);
   }
