@@ -71,7 +71,7 @@ struct Lightmap {
                                       // it where gl_FrontFacing is false. Empty = no back side is seen
 };
 
-// Caches in the order grid, then light map. Only unique, valid caches are kept.
+// Caches in the order grid, then light map: none is on both. Only unique, valid caches are kept.
 struct Caches {
   Array<glm::vec3> positionWorld;  // [m] [Size n_C] where rays start
   Array<glm::vec3> normal;         // [Size n_C] unit for caches on a surface (they gather a hemisphere), zero for
@@ -80,6 +80,12 @@ struct Caches {
   Lightmap lightmap;
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(positionWorld.size()); }
+  // The first cache that a texel holds; count() where none does. The grid reads those before it. Looks at all texels.
+  std::uint32_t firstMapCache() const {
+    std::uint32_t first = count();
+    for (const std::uint32_t held : lightmap.cache) first = glm::min(first, held);
+    return first;
+  }
 };
 
 }  // namespace relume

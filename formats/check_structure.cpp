@@ -162,6 +162,19 @@ void checkGrid(const Caches& c, Findings& findings) {
   checkBricks(c, findings);
 }
 
+// The runtime keeps the caches of the grid apart from those of the light map.
+void checkGridComesFirst(const Caches& c, Findings& findings) {
+  const std::uint32_t first = c.firstMapCache();
+  const auto check = [&](const char* name, const Array<std::uint32_t>& cache) {
+    for (std::size_t i = 0; i < cache.size(); ++i) {
+      if (cache[i] >= first && cache[i] < c.count())
+        findings.add(Check::gridAfterLightmap, At{name, i}, "below " + std::to_string(first), cache[i]);
+    }
+  };
+  check("grid.cache", c.grid.cache);
+  check("grid.fine", c.grid.fine);
+}
+
 void checkLightmap(const Bake& bake, Findings& findings) {
   const Lightmap& m = bake.caches.lightmap;
   constexpr std::uint32_t kMost = 1u << 16;
@@ -195,6 +208,7 @@ void checkCacheArrays(const Bake& bake, Findings& findings) {
     findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
   checkGrid(c, findings);
   checkLightmap(bake, findings);
+  checkGridComesFirst(bake.caches, findings);
 }
 
 // Irradiance links: the links of grid caches have a shape each, from the first on.

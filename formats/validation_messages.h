@@ -44,6 +44,7 @@ enum class Check : std::uint16_t {
   gridFineIndex = 131,
   gridDepthSize = 132,
   childOrder = 133,
+  gridAfterLightmap = 134,
 
   surfelPosition = 201,
   surfelNormal = 202,
@@ -124,6 +125,7 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::gridFineIndex, FindingSeverity::error, "brick refers to a cache that does not exist"},
     {Check::gridDepthSize, FindingSeverity::error, "grid.depth does not have the size of the grid's caches"},
     {Check::childOrder, FindingSeverity::error, "children do not follow those of the nodes before"},
+    {Check::gridAfterLightmap, FindingSeverity::error, "a cache of the grid comes after one of the light map"},
 
     {Check::surfelPosition, FindingSeverity::error, "surfel position is not finite"},
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},

@@ -30,4 +30,11 @@ inline std::optional<Bands> bandsByName(std::string_view name) {
   return name == bandsName(bands) ? std::optional(bands) : std::nullopt;
 }
 
+// Bands of the caches on the light map, of those that the relighter has: its receivers see a hemisphere by the clamped
+// cosine, which has nothing of the last of 4, 6 or 8 (clampedCosineFactors()), and irradiance caches have one.
+inline int mapBands(int bands, bool irradianceOnMap) {
+  if (irradianceOnMap) return 1;
+  return bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
+}
+
 }  // namespace relume

@@ -160,7 +160,14 @@ Status checkCaches(const Caches& c) {
   }
   const Lightmap& m = c.lightmap;
   if (m.width > 65535 || m.height > 65535) return invalid("caches.lightmap is wider or higher than 65535 texels");
-  return checkIndexTexture("caches.lightmap.cache", m.cache, std::uint64_t{m.width} * m.height, c.count());
+  if (Status ok = checkIndexTexture("caches.lightmap.cache", m.cache, std::uint64_t{m.width} * m.height, c.count());
+      !ok)
+    return ok;
+  if (most > c.firstMapCache()) {
+    return invalid("the grid reads cache " + std::to_string(most - 1) + ", expected those of the light map, from " +
+                   std::to_string(c.firstMapCache()) + " on, to come after those of the grid");
+  }
+  return done();
 }
 
 Status checkLinks(const Links& l, const Caches& all, std::size_t nodes) {

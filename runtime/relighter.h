@@ -5,8 +5,8 @@
 //   (1) shadow maps          the host's own
 //   (2) light the surfels    direct light + last frame's caches + emission -> leaf radiosity
 //   (3) pull                 radiosity averaged up the hierarchy
-//   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients
-//   (5) copy                 unique caches -> light-map texels, dilation included
+//   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients, and
+//   (5) copy                 at once to the texels that hold them, dilation included
 //   (6) resolve              per pixel, in the host's shader (resolveGlsl()) or by irradianceOnLightmap() and
 //                            irradianceInGrid() here
 //
@@ -61,7 +61,7 @@ struct RelightOptions {
 };
 
 struct PassTime {
-  const char* pass;  // "surfels", "pull", "caches", "copy"
+  const char* pass;  // "surfels", "pull", "caches"
   double ms;         // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
 };
 
@@ -71,7 +71,7 @@ struct GlResolveInputs {
   // irradiance has anything of (formats/sh.h, clampedCosineFactors())
   std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;
   std::uint32_t lightmapNormal = 0;  // GL_TEXTURE_2D RGBA8_SNORM: normal of the texel's cache, w = 1 where there is one
-  std::uint32_t caches = 0;          // SSBO of unique caches: packed halves, Y then Co then Cg coefficients
+  std::uint32_t caches = 0;          // SSBO of the grid's caches: packed halves, Y then Co then Cg coefficients
   std::uint32_t gridIndex = 0;       // SSBO: cache of each grid point
   std::uint32_t uniforms = 0;        // UBO: grid placement, bands, sizes
 };
@@ -104,7 +104,8 @@ class Relighter {
   glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
-  // a cache at a time. [Size n_C * coefficientsPerCache()]. GL: reads back.
+  // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/bands.h), the rest is
+  // zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
   std::vector<float> cacheCoefficients() const;
   // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
   std::vector<glm::vec3> nodeRadiosity() const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Step 4: L_SH = sum over links of B_s F_SH (PIC Eq. (3)). RELUME_LANES threads share a cache: each sums every
+// Steps 4 and 5: L_SH = sum over links of B_s F_SH (PIC Eq. (3)), for caches of the grid into their buffer, with RELUME_MAP 1
+// for those of the light map into its texels. RELUME_LANES threads share a cache: each sums every
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
 // RELUME_LINK_KIND: what links hold (formats/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
 // here (PIC 4.6, Eq. (5), (6)). Repacked links (runtime/cpu/link_set.h) are read four at a time; for them, "link" below is
@@ -38,7 +39,11 @@ layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowWord[]
 layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
 #endif
 layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uint node[]; };
+#if RELUME_MAP
+#include "lib/map_texel.glsl"
+#else
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) writeonly buffer Caches { uvec2 cacheWord[]; };
+#endif
 
 // A batch: the caches and links that one binding of the link buffers covers.
 uniform uint relumeFirstCache;
@@ -215,6 +220,12 @@ uvec2 pack(vec4 v) {
   return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
 }
 
+// As pack() rounds it.
+vec4 rounded(vec4 v) {
+  uvec2 halves = pack(v);
+  return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+}
+
 void main() {
   uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
   uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
@@ -241,7 +252,6 @@ void main() {
   co[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
   cg[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
 
-  uint first = cache * uint(RELUME_WORDS);
 #if RELUME_LANES > 1
   // Add up the lanes, a word each.
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) partial[row][w][lane] = y[w];
@@ -250,20 +260,55 @@ void main() {
     partial[row][RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS + w][lane] = cg[w];
   }
   barrier();
-  if (!inside) return;
   for (uint w = lane; w < uint(RELUME_WORDS); w += uint(RELUME_LANES)) {
     vec4 sum = vec4(0.0);
     // Start at a lane of one's own: no two threads on one bank of shared memory.
     for (uint k = 0u; k < uint(RELUME_LANES); ++k) sum += partial[row][w][(k + w) % uint(RELUME_LANES)];
-    cacheWord[first + w] = pack(sum);
+#if RELUME_MAP
+    partial[row][w][0] = rounded(sum);
+#else
+    if (inside) cacheWord[cache * uint(RELUME_WORDS) + w] = pack(sum);
+#endif
   }
+#if RELUME_MAP
+  barrier();
+  if (!inside) return;
+  uint firstTexel = mapTexel[cache - relumeFirstMapCache], texels = mapTexel[cache - relumeFirstMapCache + 1u] - firstTexel;
+  for (uint i = lane; i < texels * uint(RELUME_WORDS); i += uint(RELUME_LANES)) {
+    uint w = i % uint(RELUME_WORDS);
+    storeMapWord(mapTexelAt(firstTexel + i / uint(RELUME_WORDS)), int(w), partial[row][w][0]);
+  }
+  for (uint i = lane; i < texels; i += uint(RELUME_LANES)) {
+    storeMapColor(mapTexelAt(firstTexel + i), cache, partial[row][0][0], partial[row][RELUME_LUMA_WORDS][0],
+                  partial[row][RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS][0]);
+  }
+#endif
 #else
   if (!inside) return;
+#if RELUME_MAP
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = rounded(y[w]);
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] = rounded(co[w]);
+    cg[w] = rounded(cg[w]);
+  }
+  uint endTexel = mapTexel[cache - relumeFirstMapCache + 1u];
+  for (uint i = mapTexel[cache - relumeFirstMapCache]; i < endTexel; ++i) {
+    ivec2 texel = mapTexelAt(i);
+    for (int w = 0; w < RELUME_LUMA_WORDS; ++w) storeMapWord(texel, w, y[w]);
+    for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+      storeMapWord(texel, RELUME_LUMA_WORDS + w, co[w]);
+      storeMapWord(texel, RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS + w, cg[w]);
+    }
+    storeMapColor(texel, cache, y[0], co[0], cg[0]);
+  }
+#else
+  uint first = cache * uint(RELUME_WORDS);
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) cacheWord[first + uint(w)] = pack(y[w]);
   first += uint(RELUME_LUMA_WORDS);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
     cacheWord[first + uint(w)] = pack(co[w]);
     cacheWord[first + uint(RELUME_CHROMA_WORDS + w)] = pack(cg[w]);
   }
+#endif
 #endif
 }

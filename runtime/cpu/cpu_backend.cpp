@@ -28,6 +28,7 @@ CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd si
       surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays),
       tree_(bake.hierarchy),
       node_(bake.hierarchy.nodeCount(), 0),
+      firstMapCache_(bake.caches.firstMapCache()),
       coefficientCount_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride()),
       coefficients_(coefficientCount_ + 8, 0.0f) {}
 
@@ -43,10 +44,12 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_,
-              [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
-                bounce_.colorCaches(surfelsKernel_, light, begin, end);
-              });
+  lightCaches(
+      cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_,
+      [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
+        bounce_.colorCaches(surfelsKernel_, light, begin, end);
+      },
+      firstMapCache_);
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};
@@ -58,7 +61,7 @@ void CpuBackend::reset() {
 }
 
 std::vector<PassTime> CpuBackend::passTimes() const {
-  return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}, {"copy", 0.0}};
+  return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
 }
 
 std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const {

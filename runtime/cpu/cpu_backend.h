@@ -50,6 +50,7 @@ class CpuBackend {
   SurfelSet surfels_;
   PullTree tree_;
   std::vector<std::uint32_t> node_;  // [Size nodes]
+  std::uint32_t firstMapCache_;
   std::size_t coefficientCount_;     // n_C * stride
   std::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]
   bool lit_ = false;                 // whether coefficients_ hold a frame

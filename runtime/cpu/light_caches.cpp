@@ -3,9 +3,11 @@
 #include "runtime/cpu/light_caches.h"
 
 #include "formats/sh.h"
+#include "runtime/bands.h"
 #include "runtime/cpu/chunks.h"
 #include "runtime/cpu/simd.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -76,24 +78,34 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards) {
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards,
+                 std::uint32_t firstMapCache) {
   static const std::array<float, kMaxCoefficients> kSh8Scale = makeSh8Scale();
-  const std::array<float, 3 * kMaxCoefficients> coneScale = makeConeScale(lumaBands, chromaBands);
-  LightCachesJob job;
-  job.node = node.data();
-  links.describe(job);
-  job.lumaBands = lumaBands;
-  job.chromaBands = chromaBands;
-  job.coneScale = coneScale.data();
-  job.sh8Scale = kSh8Scale.data();
-  job.coefficients = coefficients.data();
+  LightCachesJob grid;
+  grid.node = node.data();
+  links.describe(grid);
+  grid.lumaStride = lumaBands * lumaBands;
+  grid.chromaStride = chromaBands * chromaBands;
+  grid.sh8Scale = kSh8Scale.data();
+  grid.coefficients = coefficients.data();
+  LightCachesJob map = grid;
+  grid.lumaBands = lumaBands;
+  grid.chromaBands = chromaBands;
+  map.lumaBands = mapBands(lumaBands, false);
+  map.chromaBands = mapBands(chromaBands, false);
+  const auto gridScale = makeConeScale(grid.lumaBands, grid.chromaBands),
+             mapScale = makeConeScale(map.lumaBands, map.chromaBands);
+  grid.coneScale = gridScale.data();
+  map.coneScale = mapScale.data();
   if (links.count() == 0) {
     std::fill(coefficients.begin(), coefficients.end(), 0.0f);
     if (afterwards) afterwards(0, links.cacheCount());
     return;
   }
   forChunks(parallelFor, links.cacheCount(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    kernel(job, begin, end);
+    const std::uint32_t cut = std::clamp(firstMapCache, begin, end);
+    if (begin < cut) kernel(grid, begin, cut);
+    if (cut < end) kernel(map, cut, end);
     if (afterwards) afterwards(begin, end);
   });
 }

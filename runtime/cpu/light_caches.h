@@ -20,8 +20,10 @@ LightCachesKernel lightCachesKernel(Simd simd);
 
 // Lights all caches. `node`: radiosity (runtime/pack_color.h). [Size coefficients >= n_C * stride]
 // afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
+// From firstMapCache on, coefficients past mapBands() (runtime/bands.h) are left as they are.
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {});
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {},
+                 std::uint32_t firstMapCache = 0xFFFFFFFFu);
 
 }  // namespace relume::cpu

@@ -27,11 +27,12 @@ struct LightCachesJob {
   const std::uint8_t* transfer = nullptr;
   const std::uint16_t* nodeStep = nullptr;  // nodeSteps of them a row
   std::uint32_t nodeSteps = 0;
-  std::uint32_t gridLinks = 0;  // irradiance links: how many have a shape, from the first on
-  int lumaBands = 1, chromaBands = 1;
-  const float* coneScale = nullptr;  // factor on each sum over cones, in the order of a cache's coefficients
-  const float* sh8Scale = nullptr;   // [Size 64] what a step of a coefficient's byte is worth
-  float* coefficients = nullptr;     // out, a cache at a time
+  std::uint32_t gridLinks = 0;           // irradiance links: how many have a shape, from the first on
+  int lumaBands = 1, chromaBands = 1;    // that are lit
+  int lumaStride = 1, chromaStride = 1;  // coefficients of a channel in memory, at least those of its bands
+  const float* coneScale = nullptr;      // factor on each sum over cones, in the order of the coefficients that are lit
+  const float* sh8Scale = nullptr;       // [Size 64] what a step of a coefficient's byte is worth
+  float* coefficients = nullptr;         // out, a cache at a time
 };
 
 // One kernel an instruction set: lights the caches [begin, end).

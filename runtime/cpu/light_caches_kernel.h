@@ -24,10 +24,11 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
                                                  : coneRow<Oct8Links>;
   const ConeRow row = pick(job.lumaBands, job.chromaBands);
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
-  const std::size_t stride = static_cast<std::size_t>(luma + 2 * chroma);
+  const std::size_t stride = static_cast<std::size_t>(job.lumaStride + 2 * job.chromaStride);
+  const bool inPlace = luma == job.lumaStride && chroma == job.chromaStride;
   for (std::uint32_t cache = begin; cache < end; ++cache) {
     float* y = job.coefficients + stride * cache;
-    float* const out[3] = {y, y + luma, y + luma + chroma};
+    float* const out[3] = {y, y + job.lumaStride, y + job.lumaStride + job.chromaStride};
     const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
     if (job.kind == kSh) {
       lightShRow(job, linksBegin, linksEnd, out);
@@ -42,7 +43,15 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
       lightIrradianceRow(job, linksBegin, linksEnd, out);
       continue;
     }
-    row(job, cache, y);
+    if (inPlace) {
+      row(job, cache, y);
+      continue;
+    }
+    float lit[3 * 64];
+    row(job, cache, lit);
+    __builtin_memcpy(out[0], lit, sizeof(float) * static_cast<std::size_t>(luma));
+    __builtin_memcpy(out[1], lit + luma, sizeof(float) * static_cast<std::size_t>(chroma));
+    __builtin_memcpy(out[2], lit + luma + chroma, sizeof(float) * static_cast<std::size_t>(chroma));
   }
 }
 

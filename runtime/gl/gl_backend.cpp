@@ -5,6 +5,10 @@
 #include "formats/pack.h"
 #include "runtime/gl/saved_state.h"
 #include "runtime/pack_color.h"
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace relume::gl {
 namespace {
@@ -15,6 +19,13 @@ void storageBarrier() { glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
 int contextVersion() {
   const auto* text = reinterpret_cast<const char*>(glGetString(GL_VERSION));
   return text ? epoxy_gl_version() : 0;
+}
+
+// All layers of an array of RGBA16F. State must be saved.
+void readTexture(GLuint texture, std::uint16_t* halves) {
+  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
+  glGetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA, GL_HALF_FLOAT, halves);
 }
 
 }  // namespace
@@ -46,16 +57,10 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
-  Result<CopyPass> copy = CopyPass::create(lumaBands, chromaBands, irradianceOnMap);
-  if (!copy) return copy.error();
-  backend->copy_ = std::move(*copy);
   Result<std::string> resolve =
       expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
-  // Before the first frame the light map is black, not undefined.
-  backend->copy_.run(backend->gpu_);
-  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
   return backend;
 }
 
@@ -71,13 +76,10 @@ void GlBackend::relight(const LightSetup& setup) {
   storageBarrier();
   timer_.mark(2);
   caches_.run(gpu_, bake_.links);
-  storageBarrier();
-  timer_.mark(3);
-  copy_.run(gpu_);
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
                   GL_TEXTURE_UPDATE_BARRIER_BIT);
-  timer_.mark(4);
+  timer_.mark(3);
   timer_.endFrame();
   lit_ = true;
   readBack_ = false;
@@ -87,26 +89,47 @@ void GlBackend::reset() {
   lit_ = false;
   readBack_ = false;
   const SavedState saved;
-  glBindBuffer(GL_COPY_WRITE_BUFFER, gpu_.caches.get());
-  glClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
-  copy_.run(gpu_);
-  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
+  clearLight(bake_, luma_, chroma_, gpu_);
 }
 
 std::span<const float> GlBackend::coefficients() const {
   if (readBack_) return coefficients_;
-  const std::size_t caches = bake_.caches.count();
-  const std::vector<std::uint16_t> halves =
-      readBuffer<std::uint16_t>(gpu_.caches, caches * cacheBytes(luma_, chroma_) / sizeof(std::uint16_t));
-  // Leave out the padding of each channel to four halves.
-  coefficients_.clear();
-  std::size_t at = 0;
-  for (std::size_t cache = 0; cache < caches; ++cache) {
+  const SavedState saved;
+  const std::size_t perCache = static_cast<std::size_t>(luma_ * luma_ + 2 * chroma_ * chroma_);
+  coefficients_.assign(perCache * bake_.caches.count(), 0.0f);
+  const auto wordsOf = [](int bands) { return static_cast<std::size_t>((bands * bands + 3) / 4); };
+  // Leave out the padding of each channel to words of four halves. `word(w)`: word w of a channel.
+  const auto unpack = [](int bands, const auto& word, float* to) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(bands * bands); ++i) to[i] = unpackHalf(word(i / 4)[i % 4]);
+    return to + bands * bands;
+  };
+  const std::size_t words = wordsOf(luma_) + 2 * wordsOf(chroma_);
+  const auto halves = readBuffer<std::uint16_t>(gpu_.caches, 4 * words * gpu_.firstMapCache);
+  for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
+    const std::uint16_t* at = halves.data() + 4 * words * cache;
+    float* to = coefficients_.data() + perCache * cache;
     for (const int bands : {luma_, chroma_, chroma_}) {
-      const auto count = static_cast<std::size_t>(bands * bands);
-      for (std::size_t i = 0; i < count; ++i) coefficients_.push_back(unpackHalf(halves[at + i]));
-      at += (count + 3) / 4 * 4;
+      to = unpack(
+          bands, [at](std::size_t w) { return at + 4 * w; }, to);
+      at += 4 * wordsOf(bands);
     }
+  }
+  // Of the light map's caches, one of the texels that hold them.
+  const Array<std::uint32_t>& map = bake_.caches.lightmap.cache;
+  const bool irradianceOnMap = bake_.links.kind == LinkKind::irradiance;
+  std::size_t first = 0;
+  for (const auto& [texture, bands] :
+       {std::pair{gpu_.mapY.get(), luma_}, {gpu_.mapCo.get(), chroma_}, {gpu_.mapCg.get(), chroma_}}) {
+    const int held = mapBands(bands, irradianceOnMap);
+    std::vector<std::uint16_t> texels(4 * wordsOf(held) * std::max<std::size_t>(map.size(), 1));
+    readTexture(texture, texels.data());
+    for (std::size_t t = 0; t < map.size(); ++t) {
+      if (map[t] == kNoCache) continue;
+      unpack(
+          held, [&](std::size_t w) { return texels.data() + 4 * (map.size() * w + t); },
+          coefficients_.data() + perCache * map[t] + first);
+    }
+    first += static_cast<std::size_t>(bands * bands);
   }
   readBack_ = true;
   return coefficients_;
@@ -122,7 +145,7 @@ std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
 
 std::vector<PassTime> GlBackend::passTimes() const {
   const auto& ms = timer_.passMs();
-  return {{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}, {"copy", ms[3]}};
+  return {{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}};
 }
 
 GlResolveInputs GlBackend::resolveInputs() const {

@@ -42,10 +42,9 @@ class GlBackend {
   SurfelPass surfels_;
   PullPass pull_;
   CachePass caches_;
-  CopyPass copy_;
   std::string resolveGlsl_;
   bool lit_ = false;  // whether the caches hold a frame
-  mutable FrameTimer<4> timer_;
+  mutable FrameTimer<3> timer_;
   mutable std::vector<float> coefficients_;  // read back
   mutable bool readBack_ = false;            // whether coefficients_ are this frame's
 };

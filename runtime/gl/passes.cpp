@@ -71,8 +71,9 @@ std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, i
 }
 
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group, int nodeSteps) {
-  auto defines = bandDefines(lumaBands, chromaBands);
+                                                              const CacheGroup& group, int nodeSteps, bool map) {
+  auto defines = bandDefines(lumaBands, chromaBands, map && kind == LinkKind::irradiance);
+  defines.emplace_back("RELUME_MAP", map ? "1" : "0");
   defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
   // GLSL 4.30 wants a literal for the group's size.
@@ -225,67 +226,45 @@ void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
   glDispatchCompute(1, 1, 1);
 }
 
-Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps) {
-  CachePass pass;
-  pass.group_ = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
+Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+                                                bool map) {
+  Kernel kernel;
+  if (map) {
+    lumaBands = mapBands(lumaBands, kind == LinkKind::irradiance);
+    chromaBands = mapBands(chromaBands, kind == LinkKind::irradiance);
+  }
+  kernel.group = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
   Result<Program> program =
-      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, pass.group_, nodeSteps));
+      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
   if (!program) return program.error();
-  pass.program_ = std::move(*program);
-  const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
-  pass.firstCache_ = location("relumeFirstCache");
-  pass.endCache_ = location("relumeEndCache");
-  pass.firstLink_ = location("relumeFirstLink");
-  pass.wordOffset_ = location("relumeWordOffset");
-  pass.halfOffset_ = location("relumeHalfOffset");
-  pass.shapeStride_ = location("relumeShapeStride");
-  pass.gridLinks_ = location("relumeGridLinks");
+  kernel.program = std::move(*program);
+  const auto location = [&kernel](const char* name) { return glGetUniformLocation(kernel.program.get(), name); };
+  kernel.firstCache = location("relumeFirstCache");
+  kernel.endCache = location("relumeEndCache");
+  kernel.firstLink = location("relumeFirstLink");
+  kernel.wordOffset = location("relumeWordOffset");
+  kernel.halfOffset = location("relumeHalfOffset");
+  kernel.shapeStride = location("relumeShapeStride");
+  kernel.gridLinks = location("relumeGridLinks");
+  kernel.firstMapCache = location("relumeFirstMapCache");
+  kernel.mapWidth = location("relumeMapWidth");
+  return kernel;
+}
+
+Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps) {
+  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, false),
+                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, true);
+  if (!grid) return grid.error();
+  if (!map) return map.error();
+  CachePass pass;
+  pass.grid_ = std::move(*grid);
+  pass.map_ = std::move(*map);
   return pass;
 }
 
 void CachePass::run(const GpuBake& gpu, const Links& links) const {
-  const GLuint program = program_.get();
-  glUseProgram(program);
   bindStorage(RELUME_SLOT_ROWS, gpu.rows);
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
-  glProgramUniform1ui(program, shapeStride_,
-                      links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
-  glProgramUniform1ui(program, gridLinks_, static_cast<GLuint>(links.shape.size()));
-  for (const LinkBatch& batch : gpu.batches) {
-    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
-    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
-                      batch.shapeBytes);
-    glProgramUniform1ui(program, firstLink_, batch.firstLink);
-    glProgramUniform1ui(program, wordOffset_, batch.wordOffset);
-    glProgramUniform1ui(program, halfOffset_, batch.halfOffset);
-    glProgramUniform1ui(program, endCache_, batch.endCache);
-    // The number of groups of one dispatch is limited.
-    const auto perGroup = static_cast<GLuint>(group_.caches);
-    for (GLuint first = batch.firstCache; first < batch.endCache; first += kMostGroups * perGroup) {
-      glProgramUniform1ui(program, firstCache_, first);
-      glDispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
-    }
-  }
-}
-
-Result<CopyPass> CopyPass::create(int lumaBands, int chromaBands, bool irradianceOnMap) {
-  Result<Program> program =
-      makeComputeProgram("copy_lightmap.comp", bandDefines(lumaBands, chromaBands, irradianceOnMap));
-  if (!program) return program.error();
-  CopyPass pass;
-  pass.program_ = std::move(*program);
-  pass.mapSize_ = glGetUniformLocation(pass.program_.get(), "relumeMapSize");
-  return pass;
-}
-
-void CopyPass::run(const GpuBake& gpu) const {
-  if (gpu.mapWidth == 0) return;
-  glUseProgram(program_.get());
-  glProgramUniform2ui(program_.get(), mapSize_, gpu.mapWidth, gpu.mapHeight);
-  bindStorage(RELUME_SLOT_MAP_CACHE, gpu.mapCache);
-  bindStorage(RELUME_SLOT_COPY_TEXELS, gpu.texels);
-  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
   glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_NORMAL);
   glBindTexture(GL_TEXTURE_2D, gpu.mapNormal.get());
   glBindSampler(RELUME_RESOLVE_UNIT_NORMAL, 0);
@@ -295,7 +274,37 @@ void CopyPass::run(const GpuBake& gpu) const {
   bindImage(RELUME_IMAGE_Y, gpu.mapY);
   bindImage(RELUME_IMAGE_CO, gpu.mapCo);
   bindImage(RELUME_IMAGE_CG, gpu.mapCg);
-  glDispatchCompute(groupsFor(gpu.mapWidth, RELUME_COPY_GROUP), groupsFor(gpu.mapHeight, RELUME_COPY_GROUP), 1);
+  for (const LinkBatch& batch : gpu.batches)
+    runBatch(batch.firstCache < gpu.firstMapCache ? grid_ : map_, gpu, links, batch);
+}
+
+void CachePass::runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const {
+  const GLuint program = kernel.program.get();
+  glUseProgram(program);
+  if (batch.firstCache < gpu.firstMapCache) {
+    bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  } else {
+    bindStorage(RELUME_SLOT_MAP_TEXELS, gpu.mapTexels);
+    bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
+    glProgramUniform1ui(program, kernel.firstMapCache, gpu.firstMapCache);
+    glProgramUniform1ui(program, kernel.mapWidth, gpu.mapWidth);
+  }
+  glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
+  glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
+                    batch.shapeBytes);
+  glProgramUniform1ui(program, kernel.shapeStride,
+                      links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
+  glProgramUniform1ui(program, kernel.gridLinks, static_cast<GLuint>(links.shape.size()));
+  glProgramUniform1ui(program, kernel.firstLink, batch.firstLink);
+  glProgramUniform1ui(program, kernel.wordOffset, batch.wordOffset);
+  glProgramUniform1ui(program, kernel.halfOffset, batch.halfOffset);
+  glProgramUniform1ui(program, kernel.endCache, batch.endCache);
+  // The number of groups of one dispatch is limited.
+  const auto perGroup = static_cast<GLuint>(kernel.group.caches);
+  for (GLuint first = batch.firstCache; first < batch.endCache; first += kMostGroups * perGroup) {
+    glProgramUniform1ui(program, kernel.firstCache, first);
+    glDispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
+  }
 }
 
 void bindResolve(const GpuBake& gpu) {

@@ -17,15 +17,17 @@ struct CacheGroup {
 // What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
 CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
 
-// Definitions that fix bands (and, for light_caches.comp, link kind, group and GpuBake::nodeSteps) when a shader is
-// compiled. irradianceOnMap: see cpu::CacheLight.
+// Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
+// are the light map's, whose bands are those of mapBands()) when a shader is compiled. irradianceOnMap: see
+// cpu::CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands,
                                                              bool irradianceOnMap = false);
 // The same for the host's receivers: with what two bands lack guessed, and de-ringing.
 std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
                                                                 float deringing = 0.0f);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
-                                                              const CacheGroup& group, int nodeSteps = -1);
+                                                              const CacheGroup& group, int nodeSteps = -1,
+                                                              bool map = false);
 
 // Uniform locations are looked up once.
 class BouncePass {
@@ -73,25 +75,21 @@ class PullPass {
 class CachePass {
  public:
   static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps);
-  // (4)
+  // (4) and (5)
   void run(const GpuBake& gpu, const Links& links) const;
 
  private:
-  Program program_;
-  CacheGroup group_;
-  GLint firstCache_ = -1, endCache_ = -1, wordOffset_ = -1, halfOffset_ = -1, firstLink_ = -1, shapeStride_ = -1,
-        gridLinks_ = -1;
-};
+  // A program for the caches of the grid, one for those of the light map, which has fewer bands.
+  struct Kernel {
+    Program program;
+    CacheGroup group;
+    GLint firstCache = -1, endCache = -1, wordOffset = -1, halfOffset = -1, firstLink = -1, shapeStride = -1,
+          gridLinks = -1, firstMapCache = -1, mapWidth = -1;
+  };
+  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, bool map);
+  void runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const;
 
-class CopyPass {
- public:
-  static Result<CopyPass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
-  // (5)
-  void run(const GpuBake& gpu) const;
-
- private:
-  Program program_;
-  GLint mapSize_ = -1;
+  Kernel grid_, map_;
 };
 
 // The inputs of (6) on the slots of layout.h.

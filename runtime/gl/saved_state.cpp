@@ -9,10 +9,14 @@ namespace {
 
 constexpr GLenum kFirstUnit = GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y;
 constexpr GLuint kUniformSlot = RELUME_RESOLVE_SLOT_UNIFORMS;
-constexpr std::array<GLenum, 8> kUnpack = {GL_UNPACK_SWAP_BYTES,   GL_UNPACK_LSB_FIRST,   GL_UNPACK_ROW_LENGTH,
-                                           GL_UNPACK_SKIP_ROWS,    GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT,
-                                           GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES};
-constexpr std::array<GLint, 8> kUnpackDefault = {0, 0, 0, 0, 0, 4, 0, 0};
+constexpr std::array<GLenum, 16> kPixelStore = {
+    GL_PACK_SWAP_BYTES,    GL_PACK_LSB_FIRST,   GL_PACK_ROW_LENGTH,     GL_PACK_SKIP_ROWS,
+    GL_PACK_SKIP_PIXELS,   GL_PACK_ALIGNMENT,   GL_PACK_IMAGE_HEIGHT,   GL_PACK_SKIP_IMAGES,
+    GL_UNPACK_SWAP_BYTES,  GL_UNPACK_LSB_FIRST, GL_UNPACK_ROW_LENGTH,   GL_UNPACK_SKIP_ROWS,
+    GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT, GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES};
+constexpr GLint pixelStoreDefault(GLenum what) {
+  return what == GL_PACK_ALIGNMENT || what == GL_UNPACK_ALIGNMENT ? 4 : 0;
+}
 
 GLint getInteger(GLenum what) {
   GLint value = 0;
@@ -51,6 +55,7 @@ SavedState::SavedState()
       uniform_(getInteger(GL_UNIFORM_BUFFER_BINDING)),
       copyRead_(getInteger(GL_COPY_READ_BUFFER_BINDING)),
       copyWrite_(getInteger(GL_COPY_WRITE_BUFFER_BINDING)),
+      pixelPack_(getInteger(GL_PIXEL_PACK_BUFFER_BINDING)),
       pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
       activeUnit_(getInteger(GL_ACTIVE_TEXTURE)) {
   for (GLuint i = 0; i < kStorageSlots; ++i) {
@@ -69,15 +74,16 @@ SavedState::SavedState()
                  getInteger(GL_IMAGE_BINDING_LAYERED, i), getInteger(GL_IMAGE_BINDING_LAYER, i),
                  getInteger(GL_IMAGE_BINDING_ACCESS, i),  getInteger(GL_IMAGE_BINDING_FORMAT, i)};
   }
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
-  for (std::size_t i = 0; i < kUnpack.size(); ++i) {
-    unpack_[i] = getInteger(kUnpack[i]);
-    glPixelStorei(kUnpack[i], kUnpackDefault[i]);
+  for (std::size_t i = 0; i < kPixelStore.size(); ++i) {
+    store_[i] = getInteger(kPixelStore[i]);
+    glPixelStorei(kPixelStore[i], pixelStoreDefault(kPixelStore[i]));
   }
 }
 
 SavedState::~SavedState() {
-  for (std::size_t i = 0; i < kUnpack.size(); ++i) glPixelStorei(kUnpack[i], unpack_[i]);
+  for (std::size_t i = 0; i < kPixelStore.size(); ++i) glPixelStorei(kPixelStore[i], store_[i]);
   for (GLuint i = 0; i < image_.size(); ++i) {
     const Image& image = image_[i];
     glBindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
@@ -93,6 +99,7 @@ SavedState::~SavedState() {
   for (GLuint i = 0; i < kStorageSlots; ++i) restoreRange(GL_SHADER_STORAGE_BUFFER, i, storageSlot_[i]);
   restoreRange(GL_UNIFORM_BUFFER, kUniformSlot, uniformSlot_);
   glActiveTexture(static_cast<GLenum>(activeUnit_));
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pixelPack_));
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
   glBindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
   glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));

@@ -10,7 +10,8 @@ namespace relume::gl {
 
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D and
-// 2-D array texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel unpack state.
+// 2-D array texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel pack and unpack
+// state.
 class SavedState {
  public:
   SavedState();
@@ -33,12 +34,13 @@ class SavedState {
   static Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot);
   static void restoreRange(GLenum target, GLuint slot, const Range& range);
 
-  GLint program_ = 0, storage_ = 0, uniform_ = 0, copyRead_ = 0, copyWrite_ = 0, pixelUnpack_ = 0, activeUnit_ = 0;
+  GLint program_ = 0, storage_ = 0, uniform_ = 0, copyRead_ = 0, copyWrite_ = 0, pixelPack_ = 0, pixelUnpack_ = 0,
+        activeUnit_ = 0;
   std::array<Range, kStorageSlots> storageSlot_;
   Range uniformSlot_;
   std::array<Unit, 4> unit_;
   std::array<Image, 3> image_;
-  std::array<GLint, 8> unpack_{};
+  std::array<GLint, 16> store_{};
 };
 
 }  // namespace relume::gl

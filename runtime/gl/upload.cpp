@@ -143,9 +143,10 @@ std::size_t shapeBytes(const Links& links) {
 }
 
 // Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape:
-// of a link in GpuBake::links and linkShape.
-Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::size_t linkBytes,
-                                           std::size_t shape, std::size_t limit, std::size_t alignment) {
+// of a link in GpuBake::links and linkShape. No batch has caches before and from `cut` on.
+Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::uint32_t cut,
+                                           std::size_t linkBytes, std::size_t shape, std::size_t limit,
+                                           std::size_t alignment) {
   const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
   const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::vector<LinkBatch> batches;
@@ -153,7 +154,8 @@ Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBeg
     LinkBatch batch;
     batch.firstCache = cache;
     batch.firstLink = rowBegin[cache];
-    while (cache < caches && rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
+    const std::uint32_t end = cache < cut ? std::min(cut, caches) : caches;
+    while (cache < end && rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
     if (cache == batch.firstCache) {
       return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
                                                std::to_string(limit) + " bytes this OpenGL binds at once"};
@@ -219,8 +221,8 @@ Status makeLinks(const Links& links, std::size_t limit, std::size_t alignment, G
   const std::optional<FourfoldLinks> fourfold = makeFourfold(links);
   const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
   Result<std::vector<LinkBatch>> batches =
-      makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(), linkBytes,
-                  fourfold ? 4 : shapeBytes(links), limit, alignment);
+      makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(),
+                  gpu.firstMapCache, linkBytes, fourfold ? 4 : shapeBytes(links), limit, alignment);
   if (!batches) return batches.error();
   gpu.batches = std::move(*batches);
   if (fourfold) {
@@ -277,6 +279,26 @@ std::vector<std::int8_t> packNormals(const Caches& caches) {
   return texels;
 }
 
+// RELUME_SLOT_MAP_TEXELS.
+std::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first) {
+  const Lightmap& map = caches.lightmap;
+  const std::size_t count = caches.count() - first;
+  std::vector<std::uint32_t> list(count + 2, 0);
+  for (const std::uint32_t cache : map.cache) list[cache == kNoCache ? count + 1 : cache - first + 1] += 1;
+  list.pop_back();
+  list[0] = static_cast<std::uint32_t>(count + 1);
+  for (std::size_t i = 1; i <= count; ++i) list[i] += list[i - 1];
+  std::vector<std::uint32_t> next(list.begin(), list.end() - 1);
+  list.resize(list.back());
+  for (std::uint32_t i = 0; i < map.cache.size(); ++i) {
+    if (map.cache[i] != kNoCache) list[next[map.cache[i] - first]++] = i % map.width | i / map.width << 16;
+  }
+  return list;
+}
+
+// Layers of a texture that holds so many bands.
+int layersOf(int bands) { return (bands * bands + 3) / 4; }
+
 Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap, GpuBake& gpu) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
@@ -291,20 +313,16 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  // See copy_lightmap.comp.
-  const auto layers = [irradianceOnMap](int bands) {
-    const int read = bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
-    return irradianceOnMap ? 1 : (read * read + 3) / 4;
-  };
-  gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(lumaBands));
-  gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
-  gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, layers(chromaBands));
+  const int lumaLayers = layersOf(mapBands(lumaBands, irradianceOnMap)),
+            chromaLayers = layersOf(mapBands(chromaBands, irradianceOnMap));
+  gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
+  gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
+  gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapNormal = makeTexture(GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
   const std::vector<std::int8_t> normals = packNormals(caches);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
                   normals.data());
-  gpu.textureBytes =
-      std::size_t{width} * height * (8 * static_cast<std::size_t>(layers(lumaBands) + 2 * layers(chromaBands)) + 4);
+  gpu.textureBytes = std::size_t{width} * height * (8 * static_cast<std::size_t>(lumaLayers + 2 * chromaLayers) + 4);
   return done();
 }
 
@@ -333,6 +351,30 @@ Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
   return buffer;
 }
 
+void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) {
+  glBindBuffer(GL_COPY_WRITE_BUFFER, gpu.caches.get());
+  glClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+  const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
+  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
+  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  const auto clear = [&](const Texture& texture, int bands) {
+    const int layers = layersOf(mapBands(bands, irradianceOnMap));
+    const std::vector<std::uint16_t> zeros(std::size_t{4} * width * height * static_cast<std::size_t>(layers), 0);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers,
+                    GL_RGBA, GL_HALF_FLOAT, zeros.data());
+  };
+  clear(gpu.mapY, lumaBands);
+  clear(gpu.mapCo, chromaBands);
+  clear(gpu.mapCg, chromaBands);
+  // Surfels leave out texels that hold no cache.
+  std::vector<std::uint32_t> texels = bake.caches.lightmap.cache.toVector();
+  for (std::uint32_t& texel : texels) texel = texel == kNoCache ? kRelumeNone : 0;
+  glBindBuffer(GL_COPY_WRITE_BUFFER, gpu.texels.get());
+  if (!texels.empty())
+    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(texels.size() * sizeof(texels[0])), texels.data());
+}
+
 void orderSurfels(const Bake& bake, GpuBake& gpu) {
   if (!gpu.surfelOrder.empty()) return;
   constexpr std::size_t kWords = 1 + RELUME_SURFEL_GROUP / 2;
@@ -354,6 +396,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   const Links& links = bake.links;
 
   GpuBake gpu;
+  gpu.firstMapCache = bake.caches.firstMapCache();
   // A unit of repacked links has 16 bytes.
   if (Status ok =
           makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu);
@@ -365,10 +408,10 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
                                              " nodes, the OpenGL backend takes at most " +
                                              std::to_string(kMostPulledNodes)};
   }
-  const std::size_t cachesBytes = bake.caches.count() * cacheBytes(lumaBands, chromaBands);
+  const std::size_t cachesBytes = gpu.firstMapCache * cacheBytes(lumaBands, chromaBands);
   const std::size_t largest =
       std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(), hierarchy.nodeCount() * sizeof(std::uint32_t),
-                bake.caches.lightmap.cache.size() * 4});
+                (bake.caches.lightmap.cache.size() + bake.caches.count() + 1) * sizeof(std::uint32_t)});
   if (largest > static_cast<std::size_t>(limit)) {
     return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) +
                                              " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
@@ -389,13 +432,14 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   gpu.pullRounds = makeArray<std::uint32_t>(rounds);
   gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
-  gpu.mapCache = makeArray<std::uint32_t>(bake.caches.lightmap.cache);
+  gpu.mapTexels = makeArray<std::uint32_t>(listTexels(bake.caches, gpu.firstMapCache));
   gpu.texels = makeBuffer(nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   const PackedGrid grid = packGrid(bake.caches);
   gpu.gridCache = makeArray<std::uint32_t>(grid.words);
   gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
   if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu); !ok)
     return ok.error();
+  clearLight(bake, lumaBands, chromaBands, gpu);
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);
@@ -417,7 +461,7 @@ std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
           {"caches", bytes(caches)},
           {"bounce", bytes(texels) + bytes(gridded)},
-          {"index", bytes(mapCache) + bytes(gridCache) + bytes(resolve)},
+          {"index", bytes(mapTexels) + bytes(gridCache) + bytes(resolve)},
           {"lightmap", textureBytes}};
 }
 

@@ -4,6 +4,7 @@
 
 #include "formats/bake.h"
 #include "formats/result.h"
+#include "runtime/bands.h"
 #include "runtime/gl/handle.h"
 #include "runtime/pack_surfel.h"
 
@@ -38,10 +39,11 @@ struct GpuBake {
   Buffer nodes;                           // runtime/pack_color.h, written every frame
   Buffer pullNode, pullRuns, pullRounds;  // PullSchedule
   Buffer rows, links, linkShape;          // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
-  Buffer caches;                          // coefficients, written every frame
-  Buffer mapCache, gridCache, resolve;
-  Buffer texels;  // RELUME_SLOT_TEXELS, written every frame
-  Texture mapY, mapCo, mapCg, mapNormal;
+  Buffer caches;                          // coefficients of those before firstMapCache, written every frame
+  Buffer gridCache, resolve;
+  Buffer mapTexels;                       // RELUME_SLOT_MAP_TEXELS
+  Buffer texels;                          // RELUME_SLOT_TEXELS, written every frame
+  Texture mapY, mapCo, mapCg, mapNormal;  // but for mapNormal written every frame
   std::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
   // The bake's number of each surfel, kRelumeNone at empty places; see orderSurfels().
@@ -53,6 +55,7 @@ struct GpuBake {
   bool emits = false;  // whether any surfel has emission
   PullGroup pullGroup;
   GLuint pullGroupCount = 0, pullRoundCount = 0;
+  GLuint firstMapCache = 0;            // caches from here on are the light map's
   GLuint mapWidth = 0, mapHeight = 0;  // 0 = no light map; the textures are then one empty texel
 
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
@@ -78,6 +81,9 @@ std::vector<T> readBuffer(const Buffer& buffer, std::size_t count) {
   glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
   return data;
 }
+
+// Take all light off the caches and the light map. State must be saved.
+void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
 
 // Fill surfelOrder, where it is not yet: only a host that hands over light for each surfel pays for it.
 void orderSurfels(const Bake& bake, GpuBake& gpu);

@@ -10,10 +10,12 @@
 #define RELUME_SLOT_LEAF_NODE 1  // bounce, surfels: node of each sender (shaders/lib/leaf_node.glsl)
 #define RELUME_SLOT_GRIDDED \
   2  // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
-#define RELUME_SLOT_LIGHTS 2    // surfels: RelumeLight[]
-#define RELUME_SLOT_HOST 3      // surfels: what the host hands over a frame, four floats each
-#define RELUME_SLOT_NODES 4     // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
-#define RELUME_SLOT_TEXELS 5    // surfels: packed irradiance of each texel's cache for its own normal
+#define RELUME_SLOT_LIGHTS 2  // surfels: RelumeLight[]
+#define RELUME_SLOT_HOST 3    // surfels: what the host hands over a frame, four floats each
+#define RELUME_SLOT_NODES 4   // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
+#define RELUME_SLOT_TEXELS \
+  5  // surfels, caches of the light map (out): packed irradiance of each texel's cache for its
+     // own normal
 #define RELUME_SLOT_EMISSION 6  // surfels: packed emission of each, if any emits
 #define RELUME_SLOT_PULL 0      // pull: a word an inner node (runtime/gl/pull_schedule.h)
 #define RELUME_SLOT_RUNS 1      // pull: runs of them, two words each
@@ -22,10 +24,9 @@
 #define RELUME_SLOT_LINKS 1     // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
 #define RELUME_SLOT_LINK_SHAPE \
   2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
-#define RELUME_SLOT_MAP_CACHE 0    // copy: cache of each texel
-#define RELUME_SLOT_COPY_TEXELS 1  // copy (out): what surfels read from RELUME_SLOT_TEXELS
+#define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
 
-// Images of the copy pass.
+// Images that caches of the light map write.
 #define RELUME_IMAGE_Y 0
 #define RELUME_IMAGE_CO 1
 #define RELUME_IMAGE_CG 2
@@ -44,7 +45,7 @@
 #define RELUME_RESOLVE_UNIT_NORMAL 15  // normal of the texel's cache; w = 1 where there is one
 #endif
 #ifndef RELUME_RESOLVE_SLOT_CACHES
-#define RELUME_RESOLVE_SLOT_CACHES 5  // storage buffer: coefficients of the unique caches, four halves a uvec2
+#define RELUME_RESOLVE_SLOT_CACHES 5  // storage buffer: coefficients of the grid's caches, four halves a uvec2
 #endif
 #ifndef RELUME_RESOLVE_SLOT_GRID
 #define RELUME_RESOLVE_SLOT_GRID 6  // storage buffer: the grid, runtime/gl/pack_grid.h
@@ -55,7 +56,6 @@
 
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64
-#define RELUME_COPY_GROUP 8  // squared
 
 #ifdef __cplusplus
 #include <glm/vec3.hpp>

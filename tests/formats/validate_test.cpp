@@ -90,6 +90,8 @@ const std::vector<Corruption>& corruptions() {
       {Check::gridDepthSize, "words", cone, [](Bake& b) { shorten(b.caches.grid.depth); }},
       {Check::gridDepthSize, "few", cone, [](Bake& b) { b.caches.grid.depth = std::vector<std::uint32_t>(kDepthWords); }},
       {Check::gridDepthSize, "fine", cone, [](Bake& b) { set(b.caches.grid.fine, 5, 2u); }},
+      {Check::gridAfterLightmap, "lattice", cone, [](Bake& b) { set(b.caches.grid.cache, 1, 3u); }},
+      {Check::gridAfterLightmap, "brick", cone, [](Bake& b) { set(b.caches.grid.fine, 5, 2u); }},
       {Check::lightmapSize, "width", cone, [](Bake& b) { b.caches.lightmap.width = 5; }},
       {Check::lightmapSize, "flat", cone, [](Bake& b) { b.caches.lightmap.height = 0; }},
       {Check::lightmapCacheIndex, "range", cone, [](Bake& b) { set(b.caches.lightmap.cache, 15, 6u); }},
@@ -156,8 +158,8 @@ const std::vector<Corruption>& corruptions() {
        }},
       {Check::gridCacheNormal, "normal", cone, [](Bake& b) { set(b.caches.normal, 0, V(0, 1, 0)); }},
       {Check::gridCacheNormal, "fine", cone, [](Bake& b) {
-         b.caches.grid.depth = {};
-         set(b.caches.grid.fine, 5, 2u);
+         set(b.caches.grid.cache, 1, kNoCache);
+         set(b.caches.normal, 1, V(0, 1, 0));
        }},
       {Check::lightmapCacheNormal, "zero", cone, [](Bake& b) { set(b.caches.normal, 5, V(0, 0, 0)); }},
       {Check::cornerMixed, "one", cone, [](Bake& b) { set(b.caches.lightmap.cornerUv, 4, kGridLit); }},

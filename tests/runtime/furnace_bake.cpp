@@ -42,11 +42,11 @@ Bake makeFurnaceBake(float albedo, float emission, std::uint32_t bands) {
   Bake bake;
   std::vector<glm::vec3> position, normal;
   std::vector<std::uint32_t> receiver, texels;
-  // Walls 0..5 are caches 0..5, one texel each in a map of 6 x 1; the air's cache is number 6.
+  // The air's cache is number 0; walls 0..5 are caches 1..6, one texel each in a map of 6 x 1.
   for (int wall = 0; wall < 6; ++wall) {
     normal.push_back(inward(wall));
     position.push_back(-0.999f * normal.back());
-    texels.push_back(static_cast<std::uint32_t>(wall));
+    texels.push_back(static_cast<std::uint32_t>(wall) + 1);
     receiver.push_back(packUnorm16x2({(static_cast<float>(wall) + 0.5f) / 6.0f, 0.5f}));
   }
   receiver[5] = kGridReceiver;
@@ -57,8 +57,8 @@ Bake makeFurnaceBake(float albedo, float emission, std::uint32_t bands) {
   bake.surfels.receiver = receiver;
   bake.surfels.instance = std::vector<std::uint32_t>(6, 0u);
   bake.surfels.areaEach = 4.0f;
-  position.emplace_back(0.0f);
-  normal.emplace_back(0.0f);
+  position.insert(position.begin(), glm::vec3(0.0f));
+  normal.insert(normal.begin(), glm::vec3(0.0f));
   bake.caches.positionWorld = position;
   bake.caches.normal = normal;
   bake.caches.lightmap.width = 6;
@@ -66,7 +66,7 @@ Bake makeFurnaceBake(float albedo, float emission, std::uint32_t bands) {
   bake.caches.lightmap.cache = texels;
   bake.caches.grid.resolution = glm::uvec3(1);
   bake.caches.grid.spacing = glm::vec3(1.0f);
-  bake.caches.grid.cache = std::vector<std::uint32_t>{6};
+  bake.caches.grid.cache = std::vector<std::uint32_t>{0};
 
   // 0 -> (1, 2); 1 -> (3, 4); 2 -> (5, 6); 3 -> (7, 8); 4 -> (9, 10); leaves 5..10.
   std::vector<std::uint32_t> child = {1, 3, 5, 7, 9}, leafNode;

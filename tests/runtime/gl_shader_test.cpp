@@ -184,8 +184,11 @@ TEST(Shaders, passTheReferenceCompiler) {
     command += " " + path.string();
   };
   for (const char* threads : {"8", "128"}) {
-    const std::pair<std::string, std::string> define{"RELUME_PULL_THREADS", threads};
-    add("pull.comp", "comp", {&define, 1});
+    for (const char* top : {"0", "1"}) {
+      const std::array<std::pair<std::string, std::string>, 2> defines{
+          {{"RELUME_PULL_THREADS", threads}, {"RELUME_PULL_TOP", top}}};
+      add("pull.comp", "comp", defines);
+    }
   }
   add("light_surfels.comp", "comp", {});
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
@@ -196,7 +199,6 @@ TEST(Shaders, passTheReferenceCompiler) {
         bounce.emplace_back("RELUME_BOUNCE_GRID", grid);
         add("bounce_surfels.comp", "comp", bounce);
       }
-      add("copy_lightmap.comp", "comp", bands);
       add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap, 0.02f),
           "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); "
           "}\n");
@@ -204,10 +206,12 @@ TEST(Shaders, passTheReferenceCompiler) {
     for (const LinkKind kind : kLinkKinds) {
       for (const char* renderer : {"llvmpipe", "hardware"}) {
         const gl::CacheGroup group = gl::chooseCacheGroup(renderer, luma, chroma);
-        add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group));
-        if (kind != LinkKind::oct6) continue;
-        for (const int steps : {0, 5})
-          add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps));
+        for (const bool map : {false, true}) {
+          add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, -1, map));
+          if (kind != LinkKind::oct6) continue;
+          for (const int steps : {0, 5})
+            add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps, map));
+        }
       }
     }
   }
