@@ -75,7 +75,7 @@ void registerScene(const Scene& scene, bool gl) {
   add("caches", "cpu1_baseline", baseline);
   add("caches", "cpu1_avx2", avx2);
   if (!gl) return;
-  for (const char* pass : {"surfels", "pull", "caches", "copy", "frame"}) add(pass, "gl", opengl);
+  for (const char* pass : {"surfels", "pull", "caches", "frame"}) add(pass, "gl", opengl);
 }
 
 }  // namespace
