@@ -31,7 +31,8 @@ void readTexture(GLuint texture, std::uint16_t* halves) {
 }  // namespace
 
 Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaBands, int chromaBands,
-                                                     std::string_view visibilityGlsl, float deringing) {
+                                                     std::string_view visibilityGlsl, float deringing,
+                                                     const char* renderer) {
   const int version = contextVersion();
   if (version < 43 || !epoxy_is_desktop_gl()) {
     return Error{
@@ -39,10 +40,11 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
         "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
             (version == 0 ? std::string("none") : std::to_string(version / 10) + "." + std::to_string(version % 10))};
   }
+  if (renderer == nullptr) renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved;
   std::unique_ptr<GlBackend> backend(new GlBackend(bake, lumaBands, chromaBands));
-  Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands);
+  Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands, renderer);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
   Result<BouncePass> bounce = BouncePass::create(lumaBands, chromaBands, irradianceOnMap);
@@ -54,7 +56,8 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   Result<PullPass> pull = PullPass::create(backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
-  Result<CachePass> caches = CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps);
+  Result<CachePass> caches =
+      CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, renderer);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
   Result<std::string> resolve =

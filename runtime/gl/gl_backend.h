@@ -14,9 +14,11 @@ namespace relume::gl {
 class GlBackend {
  public:
   // The bake must pass checkBake() and outlive this; a context must be current, here and in every other call.
-  // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log.
+  // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log. renderer: the name of the driver that
+  // work groups are to suit; null = the one that runs here.
   static Result<std::unique_ptr<GlBackend>> create(const Bake& bake, int lumaBands, int chromaBands,
-                                                   std::string_view visibilityGlsl, float deringing = 0.0f);
+                                                   std::string_view visibilityGlsl, float deringing = 0.0f,
+                                                   const char* renderer = nullptr);
 
   // One frame. `setup` must pass checkSetup().
   void relight(const LightSetup& setup);

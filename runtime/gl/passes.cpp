@@ -227,13 +227,13 @@ void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
 }
 
 Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
-                                                bool map) {
+                                                const char* renderer, bool map) {
   Kernel kernel;
   if (map) {
     lumaBands = mapBands(lumaBands, kind == LinkKind::irradiance);
     chromaBands = mapBands(chromaBands, kind == LinkKind::irradiance);
   }
-  kernel.group = chooseCacheGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), lumaBands, chromaBands);
+  kernel.group = chooseCacheGroup(renderer, lumaBands, chromaBands);
   Result<Program> program =
       makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
   if (!program) return program.error();
@@ -251,9 +251,10 @@ Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, 
   return kernel;
 }
 
-Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps) {
-  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, false),
-                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, true);
+Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+                                    const char* renderer) {
+  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, renderer, false),
+                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, renderer, true);
   if (!grid) return grid.error();
   if (!map) return map.error();
   CachePass pass;

@@ -74,7 +74,7 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps);
+  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, const char* renderer);
   // (4) and (5)
   void run(const GpuBake& gpu, const Links& links) const;
 
@@ -86,7 +86,8 @@ class CachePass {
     GLint firstCache = -1, endCache = -1, wordOffset = -1, halfOffset = -1, firstLink = -1, shapeStride = -1,
           gridLinks = -1, firstMapCache = -1, mapWidth = -1;
   };
-  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, bool map);
+  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, const char* renderer,
+                                   bool map);
   void runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const;
 
   Kernel grid_, map_;

@@ -387,7 +387,7 @@ void orderSurfels(const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, const char* renderer) {
   GLint64 limit = 0;
   GLint alignment = 1;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
@@ -418,7 +418,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands) {
   }
 
   makeSurfels(bake, lumaBands, gpu);
-  gpu.pullGroup = choosePullGroup(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  gpu.pullGroup = choosePullGroup(renderer);
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
   gpu.pullRoundCount = schedule.roundCount();

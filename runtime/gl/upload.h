@@ -89,7 +89,7 @@ void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
 void orderSurfels(const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands);
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, const char* renderer);
 
 // Bytes of one cache's coefficients: four halves a word of 8 bytes, channels padded.
 inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
