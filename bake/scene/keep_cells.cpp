@@ -5,6 +5,7 @@
 #include "bake/scene/surface_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <mutex>
@@ -27,7 +28,7 @@ std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::ve
     const glm::vec3 normal = crossOf(corners);
     std::vector<std::size_t> found;
     const std::uint32_t parts = forEachPart(corners, triangle, grid.size, [&](const glm::vec3& p) {
-      for (const glm::vec3& n : {normal, -normal}) found.push_back(index.find(grid.key(i, p, n)));
+      for (const std::uint64_t key : grid.keys(i, p, normal)) found.push_back(index.find(key));
     });
     const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
     for (const std::size_t at : found) {
@@ -65,11 +66,12 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
     const glm::vec3 normal = crossOf(corners);
     std::vector<CellHits> found;
     forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
-      for (const glm::vec3& n : {normal, -normal}) {
-        const std::uint64_t key = grid.key(i, p, n);
+      const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
+      for (std::size_t side = 0; side < 2; ++side) {
+        const std::uint64_t key = keys[side];
         if (index.contains(key)) continue;
         std::uint32_t around = 0, direct = 0;
-        for (const std::uint64_t neighbour : grid.neighbours(i, p, n)) {
+        for (const std::uint64_t neighbour : grid.neighbours(i, p, side == 0 ? normal : -normal)) {
           const std::size_t at = index.find(neighbour);
           if (at == cells.size()) continue;
           ++around;
@@ -78,6 +80,7 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
         if (around >= kFillNeighbours) found.push_back({key, direct > 0 ? 1u : 0u, 1});
       }
     });
+    if (found.empty()) return;
     const std::lock_guard lock(mutex);
     filled.insert(filled.end(), found.begin(), found.end());
   });

@@ -175,8 +175,9 @@ void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vect
     const glm::vec3 normal = crossOf(corners);
     std::array<std::uint32_t, 2> seen{}, direct{};
     const std::uint32_t parts = forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
+      const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
       for (std::size_t side = 0; side < 2; ++side) {
-        const std::size_t at = cellIndex.find(grid.key(i, p, side == 0 ? normal : -normal));
+        const std::size_t at = cellIndex.find(keys[side]);
         if (at == cells.size()) continue;
         ++seen[side];
         if (cells[at].direct > 0) ++direct[side];

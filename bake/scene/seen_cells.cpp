@@ -48,6 +48,12 @@ std::uint64_t CellGrid::key(std::uint32_t instance, const glm::vec3& positionWor
   return keyOf(instance, directionOf(normalOfSide), voxelOf(*this, positionWorld));
 }
 
+std::array<std::uint64_t, 2> CellGrid::keys(std::uint32_t instance, const glm::vec3& positionWorld,
+                                            const glm::vec3& normal) const {
+  const glm::i64vec3 voxel = voxelOf(*this, positionWorld);
+  return {keyOf(instance, directionOf(normal), voxel), keyOf(instance, directionOf(-normal), voxel)};
+}
+
 std::array<std::uint64_t, 6> CellGrid::neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
                                                   const glm::vec3& normalOfSide) const {
   const std::uint32_t direction = directionOf(normalOfSide);

@@ -22,6 +22,9 @@ struct CellGrid {
 
   // Key of the cell of a point: instance, voxel, and which axis the side's normal follows most.
   std::uint64_t key(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
+  // The keys of both sides: of the normal, and of the opposite one.
+  std::array<std::uint64_t, 2> keys(std::uint32_t instance, const glm::vec3& positionWorld,
+                                    const glm::vec3& normal) const;
   // Keys of the six cells that share a voxel's face with that one.
   std::array<std::uint64_t, 6> neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
                                           const glm::vec3& normalOfSide) const;

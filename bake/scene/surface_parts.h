@@ -27,7 +27,8 @@ inline glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(
 // Visit the fixed triangles in parallel: visit(instance index, triangle, corners, area).
 template <class Visit>
 void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
-  parallelChunks(context, "", scene.triangleCount(), 1024, [&](std::size_t begin, std::size_t end) {
+  // Large triangles, which have many parts, often follow one another.
+  parallelChunks(context, "", scene.triangleCount(), 128, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
       const Instance& instance = scene.instances[i];
