@@ -13,10 +13,11 @@
 
 namespace relume {
 
-// What is packed: a rectangle for each patch of several texels, a texel for each cache that only small patches read.
+// What is packed: a rectangle for each patch whose texels hold several caches; a texel for each cache that only patches
+// read which hold one.
 struct AtlasRequest {
   std::vector<glm::uvec2> rectangle;       // [texel] sizes
-  std::vector<std::uint32_t> rectangleOf;  // [Size patches] kNone = a small patch, or nothing valid on it
+  std::vector<std::uint32_t> rectangleOf;  // [Size patches] kNone = it holds one cache, or none
   std::vector<std::uint32_t> single;       // caches, neighbours in space near one another
 };
 

@@ -81,7 +81,7 @@ void GlBackend::relight(const LightSetup& setup) {
   caches_.run(gpu_, bake_.links);
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
-                  GL_TEXTURE_UPDATE_BARRIER_BIT);
+                  GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   timer_.mark(3);
   timer_.endFrame();
   lit_ = true;

@@ -17,7 +17,6 @@
 #include <cstring>
 #include <optional>
 #include <span>
-#include <tuple>
 
 namespace relume::gl {
 namespace {
@@ -83,13 +82,12 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
     byKind[static_cast<std::size_t>(kind)].push_back({s, node, leaf++});
   }
   LeafBlocks blocks;
-  std::array<GLuint, 3> end{};
+  GLuint* const ends[] = {&gpu.flatEnd, &gpu.tiltedEnd, &gpu.surfelEnd};
   for (std::size_t kind = 0; kind < byKind.size(); ++kind) {
     for (const Placed& each : byKind[kind]) blocks.add(each);
     blocks.endBlock();
-    end[kind] = static_cast<GLuint>(blocks.placed().size());
+    *ends[kind] = static_cast<GLuint>(blocks.placed().size());
   }
-  std::tie(gpu.flatEnd, gpu.tiltedEnd, gpu.surfelEnd) = std::tuple{end[0], end[1], end[2]};
 
   gpu.box = boxOf(surfels.positionWorld);
   gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(),

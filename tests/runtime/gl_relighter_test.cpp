@@ -146,6 +146,29 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
   }
 }
 
+// The surfels of a work group name their leaves by 16 bits from the first on: those of a rare kind lie farther apart.
+TEST_F(GlRelighter, surfelsOfARareKindAreLitWhereverTheirLeavesLie) {
+  Bake bake = test::makeSyntheticBake({.surfels = 120000, .grid = {2, 2, 2}, .lightmapCaches = 6, .linksPerCache = 8});
+  std::vector<std::uint32_t> receivers(bake.surfels.receiver.begin(), bake.surfels.receiver.end());
+  for (std::size_t s = 0; s < receivers.size(); s += 5000) receivers[s] = kGridReceiver;
+  bake.surfels.receiver = receivers;
+  const std::vector<Light> lights = test::someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+  for (int frame = 0; frame < 2; ++frame) {
+    cpu.relight(setup);
+    gl.relight(setup);
+  }
+  const std::vector<glm::vec3> expected = cpu.nodeRadiosity(), found = gl.nodeRadiosity();
+  for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
+    const glm::vec3 &a = expected[bake.hierarchy.leafNode[s]], &b = found[bake.hierarchy.leafNode[s]];
+    // Steps of rounding, which are 1/128 of the largest channel in blue.
+    const float largest = std::max({a.r, a.g, a.b});
+    for (int k = 0; k < 3; ++k) ASSERT_NEAR(b[k], a[k], 0.03f * largest + 1e-5f) << "surfel " << s;
+  }
+}
+
 // Radiosity of all nodes after a frame, against the CPU's pull of the same leaves.
 void expectPullAgrees(const Bake& bake, const char* what) {
   const std::vector<Light> lights = test::someLights();
