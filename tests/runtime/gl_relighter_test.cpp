@@ -20,6 +20,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -149,7 +150,10 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
 // The surfels of a work group name their leaves by 16 bits from the first on: those of a rare kind lie farther apart.
 TEST_F(GlRelighter, surfelsOfARareKindAreLitWhereverTheirLeavesLie) {
   Bake bake = test::makeSyntheticBake({.surfels = 120000, .grid = {2, 2, 2}, .lightmapCaches = 6, .linksPerCache = 8});
-  std::vector<std::uint32_t> receivers(bake.surfels.receiver.begin(), bake.surfels.receiver.end());
+  const auto onMap = std::find_if(bake.surfels.receiver.begin(), bake.surfels.receiver.end(),
+                                  [](std::uint32_t receiver) { return receiver != kGridReceiver; });
+  ASSERT_NE(onMap, bake.surfels.receiver.end());
+  std::vector<std::uint32_t> receivers(bake.surfels.count(), *onMap);
   for (std::size_t s = 0; s < receivers.size(); s += 5000) receivers[s] = kGridReceiver;
   bake.surfels.receiver = receivers;
   const std::vector<Light> lights = test::someLights();
