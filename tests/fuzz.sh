@@ -3,16 +3,18 @@
 # Build the libFuzzer targets (clang, ASan and UBSan) and run each for a while. Stops with an error at the first crash, leak,
 # or input that costs more than a second of CPU time; the input that did it is kept in build/fuzz/findings.
 #   tests/fuzz.sh                     a minute each
-#   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only (--seconds N: seconds)
+#   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only
+#   tests/fuzz.sh --seconds N [NAME]  N seconds, always from the same seed: a suite that passes passes again
 # Targets: bake_file, gltf (a scene alone in its folder), gltf_files (beside a buffer and an image), options.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=60
+seed=0  # of libFuzzer; 0 = another one each time
 names=(bake_file gltf gltf_files options)
 while [ $# -gt 0 ]; do
   case "$1" in
     --minutes) seconds=$((60 * ${2:?--minutes needs a number})); shift 2 ;;
-    --seconds) seconds="${2:?--seconds needs a number}"; shift 2 ;;
+    --seconds) seconds="${2:?--seconds needs a number}"; seed=1; shift 2 ;;
     bake_file|gltf|gltf_files|options) names=("$1"); shift ;;
     *) echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N, bake_file, gltf, gltf_files, options)" >&2; exit 1 ;;
   esac
@@ -37,7 +39,7 @@ export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time 
 failed=0
 for name in "${names[@]}"; do
   echo "== fuzz_$name, $seconds s"
-  "build/fuzz/tests/fuzz/fuzz_$name" -max_total_time="$seconds" -timeout=60 -report_slow_units=1 -rss_limit_mb=2048 \
+  "build/fuzz/tests/fuzz/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=60 -report_slow_units=1 -rss_limit_mb=2048 \
     -max_len=8192 -entropic=0 -artifact_prefix="$findings/$name-" -print_final_stats=1 "$corpus/$name" "$seeds/$name"
   # What took over a second by the clock must not have: again, by CPU time.
   for slow in "$findings/$name"-slow-unit-*; do

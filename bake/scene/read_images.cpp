@@ -74,6 +74,26 @@ const char* jpegProblem(std::span<const std::uint8_t> bytes) {
   return nullptr;
 }
 
+// A PNG without its empty IDAT chunks, which stb_image would copy to a null pointer; nothing where it has none.
+std::vector<std::uint8_t> withoutEmptyData(std::span<const std::uint8_t> png) {
+  constexpr std::size_t kSignature = 8, kFrame = 12;  // length, type, checksum
+  std::vector<std::uint8_t> kept;
+  std::size_t copied = 0;
+  for (std::size_t i = kSignature; i + kFrame <= png.size();) {
+    const auto byte = [&](std::size_t k) { return std::size_t{png[i + k]}; };
+    const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
+    if (length == 0 && std::equal(&png[i + 4], &png[i + 8], "IDAT")) {
+      kept.insert(kept.end(), png.begin() + static_cast<std::ptrdiff_t>(copied),
+                  png.begin() + static_cast<std::ptrdiff_t>(i));
+      copied = i + kFrame;
+    }
+    if (length > png.size() - kFrame - i) break;
+    i += kFrame + length;
+  }
+  if (copied > 0) kept.insert(kept.end(), png.begin() + static_cast<std::ptrdiff_t>(copied), png.end());
+  return kept;
+}
+
 // Share of each source texel in one destination texel along an axis; at most three where a size is odd.
 struct BoxTaps {
   std::uint32_t first = 0, count = 0;
@@ -185,6 +205,8 @@ Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string
   const bool jpeg = bytes[0] == 0xFF;
   if (const char* problem = jpeg ? jpegProblem(bytes) : nullptr)
     return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
+  const std::vector<std::uint8_t> kept = jpeg ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
+  if (!kept.empty()) bytes = kept;
 
   int width = 0, height = 0, channels = 0;
   const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(

@@ -186,6 +186,24 @@ TEST(HostileFiles, jpegTablesThatOverflowTheDecoderAreRefused) {
   expectRefused(withImage(scans).import(), ErrorCode::invalidFile, "too many scans");
 }
 
+TEST(HostileFiles, emptyChunksOfAPngAreNothing) {
+  const Bytes whole = png(8, 8, Bytes(256, 77));
+  const Bytes empty = {0, 0, 0, 0, 'I', 'D', 'A', 'T', 0x35, 0xAF, 0x06, 0x1E};
+  const std::size_t data = 33;  // behind the signature and IHDR
+  Bytes padded = whole;
+  padded.insert(padded.begin() + static_cast<std::ptrdiff_t>(data), empty.begin(), empty.end());
+  const Result<Image> image = decodeImage(padded, "padded");
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->levels[0].rgba, Bytes(256, 77));
+  // Nothing but an empty one.
+  Bytes none(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(data));
+  none.insert(none.end(), empty.begin(), empty.end());
+  none.insert(none.end(), whole.end() - 12, whole.end());
+  const Result<Image> nothing = decodeImage(none, "none");
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().code, ErrorCode::invalidFile);
+}
+
 TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
   expectRefused(withImage({1, 2, 3, 4}).import(), ErrorCode::invalidFile, "images[0] 'image0': not a PNG or JPEG");
   Bytes cut = png(8, 8, Bytes(256, 77));
