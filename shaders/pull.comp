@@ -11,7 +11,7 @@ layout(std430, binding = RELUME_SLOT_RUNS) readonly buffer Runs { uvec2 run[]; }
 layout(std430, binding = RELUME_SLOT_ROUNDS) readonly buffer Rounds { uint begin[]; };
 layout(std430, binding = RELUME_SLOT_NODES) coherent buffer Nodes { uint node[]; };
 
-uniform uint relumeFirstGroup;  // the top's first round, when it is its turn
+uniform uint relumeFirst;  // group; of the top, round
 uniform uint relumeEndRound;
 
 const uint kNodeMask = (1u << kRelumePullNodeBits) - 1u;
@@ -31,7 +31,7 @@ void finishRound() {
 
 void main() {
 #if RELUME_PULL_TOP
-  for (uint round = relumeFirstGroup; round < relumeEndRound; ++round) {
+  for (uint round = relumeFirst; round < relumeEndRound; ++round) {
     uint end = begin[round + 1u];
     for (uint i = begin[round] + gl_LocalInvocationID.x; i < end; i += uint(RELUME_PULL_THREADS)) {
       uvec2 one = run[i];
@@ -41,7 +41,7 @@ void main() {
     finishRound();
   }
 #else
-  uint group = relumeFirstGroup + gl_WorkGroupID.x, end = begin[group + 1u];
+  uint group = relumeFirst + gl_WorkGroupID.x, end = begin[group + 1u];
   for (uint r = begin[group]; r < end; ++r) {
     uvec2 word = run[r];
     uint firstNode = word.x & kNodeMask, firstInner = word.y & kNodeMask;

@@ -7,7 +7,7 @@
 #include "runtime/pack_color.h"
 #include "shaders/shared/layout.h"
 
-#include <algorithm>
+#include <array>
 #include <utility>
 
 namespace relume::gl {
@@ -26,6 +26,14 @@ void readTexture(GLuint texture, std::uint16_t* halves) {
   glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
   glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
   glGetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA, GL_HALF_FLOAT, halves);
+}
+
+constexpr std::size_t kWordHalves = 4;
+
+// Coefficients of a channel from words that lie `stride` halves apart, without what pads the last one.
+void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, float* coefficients) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bands * bands); ++i)
+    coefficients[i] = unpackHalf(word[stride * (i / kWordHalves) + i % kWordHalves]);
 }
 
 }  // namespace
@@ -98,41 +106,36 @@ void GlBackend::reset() {
 std::span<const float> GlBackend::coefficients() const {
   if (readBack_) return coefficients_;
   const SavedState saved;
-  const std::size_t perCache = static_cast<std::size_t>(luma_ * luma_ + 2 * chroma_ * chroma_);
+  const std::array<int, 3> bands = {luma_, chroma_, chroma_};
+  const auto perCache = static_cast<std::size_t>(luma_ * luma_ + 2 * chroma_ * chroma_);
   coefficients_.assign(perCache * bake_.caches.count(), 0.0f);
-  const auto wordsOf = [](int bands) { return static_cast<std::size_t>((bands * bands + 3) / 4); };
-  // Leave out the padding of each channel to words of four halves. `word(w)`: word w of a channel.
-  const auto unpack = [](int bands, const auto& word, float* to) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(bands * bands); ++i) to[i] = unpackHalf(word(i / 4)[i % 4]);
-    return to + bands * bands;
-  };
-  const std::size_t words = wordsOf(luma_) + 2 * wordsOf(chroma_);
-  const auto halves = readBuffer<std::uint16_t>(gpu_.caches, 4 * words * gpu_.firstMapCache);
+
+  // Of the grid's caches, the buffer.
+  const std::size_t stride = cacheBytes(luma_, chroma_) / sizeof(std::uint16_t);
+  const auto halves = readBuffer<std::uint16_t>(gpu_.caches, stride * gpu_.firstMapCache);
   for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
-    const std::uint16_t* at = halves.data() + 4 * words * cache;
+    const std::uint16_t* from = halves.data() + stride * cache;
     float* to = coefficients_.data() + perCache * cache;
-    for (const int bands : {luma_, chroma_, chroma_}) {
-      to = unpack(
-          bands, [at](std::size_t w) { return at + 4 * w; }, to);
-      at += 4 * wordsOf(bands);
+    for (const int l : bands) {
+      unpackChannel(l, from, kWordHalves, to);
+      from += kWordHalves * static_cast<std::size_t>(wordsOf(l));
+      to += l * l;
     }
   }
+
   // Of the light map's caches, one of the texels that hold them.
   const Array<std::uint32_t>& map = bake_.caches.lightmap.cache;
-  const bool irradianceOnMap = bake_.links.kind == LinkKind::irradiance;
-  std::size_t first = 0;
-  for (const auto& [texture, bands] :
-       {std::pair{gpu_.mapY.get(), luma_}, {gpu_.mapCo.get(), chroma_}, {gpu_.mapCg.get(), chroma_}}) {
-    const int held = mapBands(bands, irradianceOnMap);
-    std::vector<std::uint16_t> texels(4 * wordsOf(held) * std::max<std::size_t>(map.size(), 1));
-    readTexture(texture, texels.data());
+  const std::array<GLuint, 3> textures = {gpu_.mapY.get(), gpu_.mapCo.get(), gpu_.mapCg.get()};
+  float* channel = coefficients_.data();
+  for (std::size_t k = 0; k < bands.size() && !map.empty(); ++k) {
+    const int held = mapBands(bands[k], bake_.links.kind == LinkKind::irradiance);
+    const std::size_t layer = kWordHalves * map.size();
+    std::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)));
+    readTexture(textures[k], texels.data());
     for (std::size_t t = 0; t < map.size(); ++t) {
-      if (map[t] == kNoCache) continue;
-      unpack(
-          held, [&](std::size_t w) { return texels.data() + 4 * (map.size() * w + t); },
-          coefficients_.data() + perCache * map[t] + first);
+      if (map[t] != kNoCache) unpackChannel(held, &texels[kWordHalves * t], layer, channel + perCache * map[t]);
     }
-    first += static_cast<std::size_t>(bands * bands);
+    channel += bands[k] * bands[k];
   }
   readBack_ = true;
   return coefficients_;

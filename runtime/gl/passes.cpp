@@ -157,8 +157,8 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   // What the host hands over, one after the other: a colour a surfel and a colour a patch, in their order here.
   std::vector<glm::vec4> host;
   const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {
-    const GLuint offset = colors.empty() ? kRelumeNone : static_cast<GLuint>(host.size());
-    if (colors.empty()) return offset;
+    if (colors.empty()) return GLuint{kRelumeNone};
+    const auto offset = static_cast<GLuint>(host.size());
     for (const std::uint32_t i : order) host.emplace_back(i == kRelumeNone ? glm::vec3(0.0f) : colors[i], 0.0f);
     return offset;
   };
@@ -199,8 +199,8 @@ Result<PullPass> PullPass::create(const PullGroup& group) {
     if (!program) return program.error();
     (top ? pass.top_ : pass.groups_) = std::move(*program);
   }
-  pass.firstGroup_ = glGetUniformLocation(pass.groups_.get(), "relumeFirstGroup");
-  pass.firstRound_ = glGetUniformLocation(pass.top_.get(), "relumeFirstGroup");
+  pass.firstGroup_ = glGetUniformLocation(pass.groups_.get(), "relumeFirst");
+  pass.firstRound_ = glGetUniformLocation(pass.top_.get(), "relumeFirst");
   pass.endRound_ = glGetUniformLocation(pass.top_.get(), "relumeEndRound");
   return pass;
 }

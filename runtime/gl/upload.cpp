@@ -5,6 +5,7 @@
 #include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "runtime/cpu/link_set.h"
+#include "runtime/gl/leaf_blocks.h"
 #include "runtime/gl/pack_grid.h"
 #include "runtime/gl/pull_schedule.h"
 #include "runtime/pack_color.h"
@@ -28,45 +29,6 @@ template <class T>
 Buffer makeArray(std::span<const T> data) {
   return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
-
-// A sender's place on the GPU.
-struct Placed {
-  // A surfel or a patch of the sky, and its leaf; kRelumeNone = an empty place.
-  std::uint32_t surfel = kRelumeNone, node = kRelumeNone;
-  std::uint32_t dither = 0;
-};
-
-// Senders by ascending node, in blocks of a work group whose nodes lie within 16 bits (shaders/lib/leaf_node.glsl).
-class LeafBlocks {
- public:
-  void add(const Placed& sender) {
-    const std::size_t inBlock = placed_.size() % kBlock;
-    if (inBlock > 0 && sender.node - placed_[placed_.size() - inBlock].node >= kEmpty) endBlock();
-    placed_.push_back(sender);
-  }
-  // Leave the rest of the block empty: the next sender begins one.
-  void endBlock() { placed_.resize((placed_.size() + kBlock - 1) / kBlock * kBlock); }
-  std::span<const Placed> placed() const { return placed_; }
-
-  // [a block was ended last]
-  std::vector<std::uint32_t> words() const {
-    std::vector<std::uint32_t> words;
-    words.reserve(placed_.size() / kBlock * (1 + kBlock / 2));
-    for (std::size_t i = 0; i < placed_.size(); i += 2) {
-      if (i % kBlock == 0) words.push_back(placed_[i].node);
-      const auto step = [&](const Placed& p) {
-        return p.node == kRelumeNone ? kEmpty : p.node - placed_[i / kBlock * kBlock].node;
-      };
-      words.push_back(step(placed_[i]) | step(placed_[i + 1]) << 16);
-    }
-    return words;
-  }
-
- private:
-  static constexpr std::size_t kBlock = RELUME_SURFEL_GROUP;
-  static constexpr std::uint32_t kEmpty = 0xFFFFu;
-  std::vector<Placed> placed_;
-};
 
 // Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
 void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
@@ -294,9 +256,6 @@ std::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first)
   return list;
 }
 
-// Layers of a texture that holds so many bands.
-int layersOf(int bands) { return (bands * bands + 3) / 4; }
-
 Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap, GpuBake& gpu) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
@@ -311,8 +270,8 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const int lumaLayers = layersOf(mapBands(lumaBands, irradianceOnMap)),
-            chromaLayers = layersOf(mapBands(chromaBands, irradianceOnMap));
+  const int lumaLayers = wordsOf(mapBands(lumaBands, irradianceOnMap)),
+            chromaLayers = wordsOf(mapBands(chromaBands, irradianceOnMap));
   gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
   gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
@@ -356,7 +315,7 @@ void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) 
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
   const auto clear = [&](const Texture& texture, int bands) {
-    const int layers = layersOf(mapBands(bands, irradianceOnMap));
+    const int layers = wordsOf(mapBands(bands, irradianceOnMap));
     const std::vector<std::uint16_t> zeros(std::size_t{4} * width * height * static_cast<std::size_t>(layers), 0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers,

@@ -62,6 +62,14 @@ struct GpuBake {
   std::size_t textureBytes = 0;
 };
 
+// Words of four halves that a channel's coefficients take: in the caches' buffer, padded, and as layers of the light
+// map.
+inline int wordsOf(int bands) { return (bands * bands + 3) / 4; }
+// Bytes of one cache's coefficients in their buffer.
+inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
+  return 8 * static_cast<std::size_t>(wordsOf(lumaBands) + 2 * wordsOf(chromaBands));
+}
+
 // What suits this driver: software rasterisers run a thread after the other, pay dearly for barriers, and have few
 // cores.
 PullGroup choosePullGroup(const char* renderer);
@@ -90,11 +98,5 @@ void orderSurfels(const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
 Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, const char* renderer);
-
-// Bytes of one cache's coefficients: four halves a word of 8 bytes, channels padded.
-inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
-  const auto words = [](int bands) { return static_cast<std::size_t>((bands * bands + 3) / 4); };
-  return 8 * (words(lumaBands) + 2 * words(chromaBands));
-}
 
 }  // namespace relume::gl
