@@ -31,7 +31,7 @@ struct MeasuredBake {
 Result<MeasuredBake> measureBake(const Scene& scene, const BakeOptions& options, int repeat, Context& context);
 
 struct PassFigures {
-  std::string pass;  // "surfels", "pull", "caches", "copy", "frame" (all of them)
+  std::string pass;  // "surfels", "pull", "caches", "frame" (all of them)
   double medianMs = 0.0, minMs = 0.0;
 };
 struct RelightTimes {
