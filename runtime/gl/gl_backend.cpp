@@ -126,16 +126,17 @@ std::span<const float> GlBackend::coefficients() const {
   // Of the light map's caches, one of the texels that hold them.
   const Array<std::uint32_t>& map = bake_.caches.lightmap.cache;
   const std::array<GLuint, 3> textures = {gpu_.mapY.get(), gpu_.mapCo.get(), gpu_.mapCg.get()};
-  float* channel = coefficients_.data();
+  std::size_t channel = 0;  // its first coefficient in a cache
   for (std::size_t k = 0; k < bands.size() && !map.empty(); ++k) {
     const int held = mapBands(bands[k], bake_.links.kind == LinkKind::irradiance);
     const std::size_t layer = kWordHalves * map.size();
     std::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)));
     readTexture(textures[k], texels.data());
     for (std::size_t t = 0; t < map.size(); ++t) {
-      if (map[t] != kNoCache) unpackChannel(held, &texels[kWordHalves * t], layer, channel + perCache * map[t]);
+      if (map[t] != kNoCache)
+        unpackChannel(held, &texels[kWordHalves * t], layer, &coefficients_[perCache * map[t] + channel]);
     }
-    channel += bands[k] * bands[k];
+    channel += static_cast<std::size_t>(bands[k] * bands[k]);
   }
   readBack_ = true;
   return coefficients_;
