@@ -37,7 +37,7 @@ bool hasFixedTriangles(const Scene& scene) {
 RayStructure rayStructureFor(const BakeOptions& options) {
   constexpr double kMany = 1e7;
   const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
-  return caches * options.links.raysPerCache < kMany ? RayStructure::quick : RayStructure::thorough;
+  return caches * options.links.raysPerCache < kMany ? RayStructure::quick : RayStructure::fans;
 }
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
 constexpr float kSamePoint = 1e-3f;    // an aimed ray has met its point when it ends this near to it, relatively
-constexpr std::uint32_t kBlock = 256;  // rays traced together, whole tiles: rays and hits stay in the first-level cache
+constexpr std::uint32_t kBlock = 256;  // hits looked up together, which stay in the first-level cache
 
 void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
@@ -75,19 +75,19 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
 }
 
 // Both are larger than the second-level cache: ask for all entries before the first is read.
-void Gatherer::lookUp(Scratch& scratch) const {
-  const std::size_t count = scratch.hits.size();
+void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
+  const std::size_t count = hits.size();
   scratch.sides.resize(count);
   scratch.cells.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const Hit& hit = scratch.hits[i];
+    const Hit& hit = hits[i];
     if (!hit) continue;
     const std::uint32_t triangle = tracer_.scene().instances[hit.instance].firstTriangle + hit.triangle;
     scratch.sides[i] = 2 * triangle + (hit.back ? 1u : 0u);
     prefetch(&map_.sides[scratch.sides[i]]);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const Hit& hit = scratch.hits[i];
+    const Hit& hit = hits[i];
     scratch.cells[i] = hit ? map_.cellOf(scratch.sides[i], hit.barycentric) : kNone;
     if (scratch.cells[i] != kNone) prefetch(&leafOfCell_[scratch.cells[i]]);
   }
@@ -111,23 +111,24 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
   count.rays += strata_.count();
   if (aimedCount_ > 0) aim_.prepare(origin, normal, scratch.chances);
 
-  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
-    // Cast a block of rays.
-    const std::uint32_t size = std::min(kBlock, strata_.count() - begin);
-    scratch.samples.resize(size);
-    scratch.rays.resize(size);
-    scratch.hits.resize(size);
-    for (std::uint32_t i = 0; i < size; i += DirectionStrata::kTile) {
-      sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
-    }
-    for (std::uint32_t i = 0; i < size; ++i) scratch.rays[i] = Ray{origin, 0.0f, scratch.samples[i].direction};
-    tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
-    lookUp(scratch);
+  // Cast the rays.
+  scratch.samples.resize(strata_.count());
+  scratch.directions.resize(strata_.count());
+  scratch.hits.resize(strata_.count());
+  for (std::uint32_t i = 0; i < strata_.count(); i += DirectionStrata::kTile) {
+    sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
+  }
+  for (std::uint32_t i = 0; i < strata_.count(); ++i) scratch.directions[i] = scratch.samples[i].direction;
+  scratch.fan.trace(tracer_, origin, normal, scratch.directions, scratch.hits);
 
-    // Find the sender at the end of each.
+  // Find the sender at the end of each.
+  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
+    const std::uint32_t size = std::min(kBlock, strata_.count() - begin);
+    const std::span hits = std::span<const Hit>(scratch.hits).subspan(begin, size);
+    lookUp(hits, scratch);
     for (std::uint32_t i = 0; i < size; ++i) {
-      const DirectionStrata::Sample& sample = scratch.samples[i];
-      const Hit& hit = scratch.hits[i];
+      const DirectionStrata::Sample& sample = scratch.samples[begin + i];
+      const Hit& hit = hits[i];
       std::uint32_t leaf = kNone;
       float weight = sample.weight;
       if (hit) {
@@ -171,7 +172,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
     }
     scratch.hits.resize(scratch.rays.size());
     tracer_.trace(scratch.rays, scratch.hits, RayOrder::coherent);
-    lookUp(scratch);
+    lookUp(scratch.hits, scratch);
 
     for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
       const Hit& hit = scratch.hits[i];

@@ -9,7 +9,7 @@
 #include "bake/links/aim.h"
 #include "bake/links/directions.h"
 #include "bake/options.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/scene/ray_fan.h"
 #include "bake/surfels/surfels.h"
 #include "formats/hierarchy.h"
 
@@ -55,7 +55,9 @@ class Gatherer {
 
   // Memory of one thread, kept from cache to cache.
   struct Scratch {
-    std::vector<Ray> rays;
+    RayFan fan;
+    std::vector<glm::vec3> directions;
+    std::vector<Ray> rays;  // aimed
     std::vector<Hit> hits;
     std::vector<std::uint32_t> sides, cells;  // of the surfel map, that were hit
     std::vector<DirectionStrata::Sample> samples;
@@ -71,7 +73,7 @@ class Gatherer {
   void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                    std::vector<Arrival>& arrivals, RayCount& count) const;
   // Find the sides and the cells of the surfel map that were hit.
-  void lookUp(Scratch& scratch) const;
+  void lookUp(std::span<const Hit> hits, Scratch& scratch) const;
   // The weight of a hit that both kinds of rays can make, which is one of an emitter; else the even one.
   float weigh(std::uint32_t side, float distance, const glm::vec3& direction, const EmitterAim::Chances& chances,
               float even) const;

@@ -19,8 +19,9 @@
 namespace relume {
 namespace {
 
-constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
-constexpr float kFarCentre = 16.0f;                // a level this many of its own sizes from the origin is recentred
+constexpr std::uint64_t kFlattenLimit = 1u << 24;      // [triangles] above it, meshes with several instances are shared
+constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 56 bytes each; levels with more trace packets
+constexpr float kFarCentre = 16.0f;  // a level this many of its own sizes from the origin is recentred
 
 // Let rays through the texels that the alpha test cuts out.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
@@ -125,9 +126,23 @@ Survey survey(const Scene& scene) {
 
 }  // namespace
 
+void RayTracer::State::buildFans() {
+  std::vector<FanTriangle> triangles;
+  for (std::uint32_t id = 0; id < instance.size(); ++id) {
+    const Instance& placed = scene->instances[instance[id]];
+    const std::uint32_t alphaTest = isMasked(*scene, placed) ? kFanMasked : 0;
+    for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
+      const std::uint32_t overlapping = overlaps[id][t] != 0 ? kFanOverlaps : 0;
+      triangles.push_back({cornersAt(vertices[id], t), id | alphaTest | overlapping, t});
+    }
+  }
+  fans = buildFanTree(device.get(), triangles);
+}
+
 Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
                                     RayStructure structure) {
-  const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
+  const RTCBuildQuality quality =
+      structure == RayStructure::thorough ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   auto state = std::make_unique<State>();
   state->scene = &scene;
 
@@ -211,6 +226,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->overlaps.resize(state->vertices.size());
   state->findOverlaps(context);
   if (context.cancelled()) return cancelledError();
+  if (structure == RayStructure::fans && !share && level.triangles <= kMostFanTriangles) state->buildFans();
+  if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
   return RayTracer(std::move(state));
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/context.h"
+#include "bake/scene/fan_tree.h"
 #include "bake/scene/hit_places.h"
 #include "bake/scene/ray_tracer.h"
 
@@ -92,6 +93,7 @@ struct RayTracer::State {
   float epsilonFloor = 0.0f;                   // [m]
   float rounding = 0.0f;                       // [m] of traced coordinates
   std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
+  FanTree fans;                                     // empty: fans are traced in packets
   unsigned width = 1;                               // rays a packet
   std::string error, description;
 
@@ -112,6 +114,7 @@ struct RayTracer::State {
               std::span<Hit> hits) const;
   Hit settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
   void findOverlaps(Context& context);
+  void buildFans();
 };
 
 }  // namespace relume

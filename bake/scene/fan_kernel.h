@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// What the walk of a fan of rays works on (fan_walk.h): plain pointers, since it is built once for each instruction
+// set and shares no inline function with the rest. All sets give the same bits: no contraction, no estimates.
+#pragma once
+
+#include <cstdint>
+
+namespace relume {
+
+constexpr std::uint32_t kFanLanes = 8;               // children of a node, triangles of a leaf
+constexpr std::uint32_t kFanLeaf = 0x80000000u;      // in FanNode::child: a leaf's index
+constexpr std::uint32_t kFanMasked = 0x80000000u;    // in FanLeaf::geometry: has an alpha test
+constexpr std::uint32_t kFanOverlaps = 0x40000000u;  // in FanLeaf::geometry: other triangles lie in the same place
+constexpr std::uint32_t kFanGeometry = 0x3FFFFFFFu;  // the rest of FanLeaf::geometry
+constexpr std::uint32_t kFanBack = 0x80000000u;      // in FanJob::hit: the back was hit
+constexpr std::uint32_t kFanNone = 0xFFFFFFFFu;      // in FanJob::hit: nothing was hit
+constexpr std::uint32_t kFanStrip = 4;               // cells a side of a block
+constexpr std::uint32_t kMostFanBlocks = 63;         // a side of a face: a cell's coordinate fits into a byte
+
+struct alignas(64) FanNode {
+  float low[3][kFanLanes], high[3][kFanLanes];  // [m] of the children; low > high: none
+  std::uint32_t child[kFanLanes];
+};
+
+struct alignas(64) FanLeaf {
+  float corner[9][kFanLanes];         // [m] three corners, of missing triangles all the same
+  std::uint32_t geometry[kFanLanes];  // of the top scene, and flags
+  std::uint32_t triangle[kFanLanes];  // of the geometry
+};
+
+// A node that waits for its turn.
+struct FanEntry {
+  std::uint32_t node;
+  std::uint8_t x0, y0, x1, y1;  // cells that it covers, first and last
+  float distance2;              // [m²] to its box
+  float u0, u1, v0, v1;         // what it covers of the face
+};
+
+struct FanJob {
+  // The triangles
+  const FanNode* nodes;
+  const FanLeaf* leaves;
+  bool (*opaque)(const void* self, std::uint32_t geometry, std::uint32_t triangle, float b, float c);
+  const void* self;
+
+  // The rays
+  float origin[3];         // [m]
+  float axis[3];           // zero: rays go anywhere, else into its hemisphere only
+  std::uint32_t count;     // K
+  const float* direction;  // [Size 3 K] unit
+  std::uint32_t blocks;    // [1..kMostFanBlocks] a side of a face
+
+  // Memory
+  float *faceU, *faceV;      // [Size K + 7] in the order of the rays
+  std::uint32_t* begin;      // [Size 6 cells + 1] first place of each cell
+  std::uint32_t* cursor;     // [Size 6 cells]
+  float *x, *y, *z, *u, *v;  // [Size K + 7] by place
+  std::uint16_t* block;      // [Size K] by place
+  float* farthest;           // [Size fanPyramidSize(blocks)]
+  FanEntry* stack;           // [Size 7 depth + 8]
+
+  // The hits
+  std::uint32_t* place;  // [Size K + 7] of each ray
+  float *t, *b, *c;      // [Size K + 7] by place; [m], barycentric
+  std::uint32_t* hit;    // [Size K + 7] by place: lanes x leaf + lane, or kFanNone
+};
+
+// Levels of blocks until one is left.
+constexpr std::uint32_t fanPyramidSize(std::uint32_t blocks) {
+  std::uint32_t size = 0;
+  for (std::uint32_t side = blocks;; side = (side + 1) / 2) {
+    size += side * side;
+    if (side == 1) return size;
+  }
+}
+
+void traceFanBaseline(const FanJob& job);
+#if defined(RELUME_X86_FANS)
+void traceFanAvx2(const FanJob& job);
+#endif
+
+}  // namespace relume

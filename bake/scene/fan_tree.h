@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// The tree that fans of rays walk: eight children a node, up to eight triangles a leaf. Immutable, shared by threads.
+#pragma once
+
+#include "bake/scene/fan_kernel.h"
+#include "bake/scene/hit_places.h"
+
+#include <embree3/rtcore.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct FanTree {
+  std::vector<FanNode> nodes;  // [0] the root
+  std::vector<FanLeaf> leaves;
+  std::uint32_t depth = 0;  // levels of nodes
+};
+
+// A triangle on its way into the tree.
+struct FanTriangle {
+  Corners corners;         // [m] as traced
+  std::uint32_t geometry;  // with kFanMasked, kFanOverlaps
+  std::uint32_t triangle;
+};
+
+// Built by Embree's builder, on one thread: always the same tree. Triangles that are not finite are left out. Empty on
+// failure, which the device reports.
+FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles);
+
+}  // namespace relume
