@@ -28,12 +28,13 @@ struct alignas(64) FanLeaf {
   std::uint32_t triangle[kFanLanes];  // of the geometry
 };
 
-// A node that waits for its turn.
-struct FanEntry {
-  std::uint32_t node;
-  std::uint8_t x0, y0, x1, y1;  // cells that it covers, first and last
-  float distance2;              // [m²] to its box
-  float u0, u1, v0, v1;         // what it covers of the face
+// The children of a node, those that wait for their turn among them. (Arrays, since registers are stored and lanes are
+// read: an array of structs is stored by lanes and read by registers, which processors wait for.)
+struct alignas(64) FanFrame {
+  float distance2[kFanLanes];                                        // [m²] to the box
+  float u0[kFanLanes], u1[kFanLanes], v0[kFanLanes], v1[kFanLanes];  // what it covers of the face
+  std::uint32_t cells[kFanLanes];                                    // a byte each: first column, row, last column, row
+  std::uint32_t child[kFanLanes];                                    // as in FanNode
 };
 
 struct FanJob {
@@ -57,7 +58,8 @@ struct FanJob {
   float *x, *y, *z, *u, *v;  // [Size K + 7] by place
   std::uint16_t* block;      // [Size K] by place
   float* farthest;           // [Size fanPyramidSize(blocks)]
-  FanEntry* stack;           // [Size 7 depth + 8]
+  FanFrame* frames;          // [Size depth] one a level
+  std::uint64_t* stack;      // [Size 7 depth + 8] squared distance's bits << 32 | kFanLanes x level + lane
 
   // The hits
   std::uint32_t* place;  // [Size K + 7] of each ray

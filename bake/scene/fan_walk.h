@@ -170,6 +170,17 @@ class Walk {
     Ints x0, x1, y0, y1;
   };
 
+  // What one box covers.
+  struct Box {
+    float distance2, u0, u1, v0, v1;
+    std::uint32_t x0, y0, x1, y1;  // cells, first and last
+  };
+  static Box boxOf(const FanFrame& f, std::uint32_t i) {
+    const std::uint32_t cells = f.cells[i];
+    return {f.distance2[i], f.u0[i],          f.u1[i],           f.v0[i],    f.v1[i],
+            cells & 255,    cells >> 8 & 255, cells >> 16 & 255, cells >> 24};
+  }
+
   // Cells of a face by strip, column and row.
   Ints cellOf(Floats u, float shift) const {
     const Floats inside = least(most(u, splat(-1.0f)), splat(1.0f));
@@ -279,23 +290,26 @@ class Walk {
       }
     }
 
-    const auto last = static_cast<std::uint8_t>(side_ - 1);
     top_ = job_.stack;
-    *top_++ = {0, 0, 0, last, last, 0.0f, -2.0f, 2.0f, -2.0f, 2.0f};
+    visitNode(0, 0);
     while (top_ != job_.stack) {
-      const FanEntry entry = *--top_;
-      const bool isLeaf = (entry.node & kFanLeaf) != 0;
-      if (!isSeen(entry, isLeaf)) continue;
+      const std::uint64_t waiting = *--top_;
+      const FanFrame& frame = job_.frames[static_cast<std::uint32_t>(waiting) / kFanLanes];
+      const std::uint32_t lane = static_cast<std::uint32_t>(waiting) % kFanLanes;
+      const std::uint32_t child = frame.child[lane];
+      const bool isLeaf = (child & kFanLeaf) != 0;
+      const Box box = boxOf(frame, lane);
+      if (!isSeen(box, isLeaf)) continue;
       if (isLeaf) {
-        visitLeaf(entry);
+        visitLeaf(box, child & ~kFanLeaf);
       } else {
-        visitNode(entry);
+        visitNode(child, static_cast<std::uint32_t>(waiting) / kFanLanes + 1);
       }
     }
   }
 
   // Whether any ray may end in a box. Of a leaf, list the rays in passing_, unless they are more than kFewRays.
-  bool isSeen(const FanEntry& e, bool isLeaf) {
+  bool isSeen(const Box& e, bool isLeaf) {
     const std::uint32_t x0 = e.x0 / kFanStrip, x1 = e.x1 / kFanStrip, y0 = e.y0 / kFanStrip, y1 = e.y1 / kFanStrip;
     const std::uint32_t extent = (x1 - x0) | (y1 - y0);
     if (extent > 1) {
@@ -312,7 +326,7 @@ class Walk {
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
       const std::uint32_t* row = begin_ + strip * kFanStrip * side_;
-      const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1u) * kFanStrip];
+      const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1) * kFanStrip];
       for (std::uint32_t i = begin; i < end; i += kFanLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
         const Ints lanes = kLane < static_cast<std::int32_t>(end - i);
@@ -326,8 +340,8 @@ class Walk {
     return passing_ > 0;
   }
 
-  void visitNode(const FanEntry& entry) {
-    const FanNode& node = job_.nodes[entry.node];
+  void visitNode(std::uint32_t index, std::uint32_t depth) {
+    const FanNode& node = job_.nodes[index];
     const float* origin = job_.origin;
     const Floats low = load(node.low[depth_]) - origin[depth_], high = load(node.high[depth_]) - origin[depth_];
     const Floats near = backward_ ? -high : low, far = backward_ ? -low : high;
@@ -350,24 +364,24 @@ class Walk {
     if (bits == 0) return;
     findCells(r);
     const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
-    alignas(32) float distance2[kFanLanes], u0[kFanLanes], u1[kFanLanes], v0[kFanLanes], v1[kFanLanes];
-    alignas(32) std::int32_t corners[kFanLanes];
-    store(distance2, ((da * da + db * db) + dd * dd) * kNearer);
-    store(u0, r.u0 - kSlack), store(u1, r.u1 + kSlack), store(v0, r.v0 - kSlack), store(v1, r.v1 + kSlack);
-    store(corners, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
+    FanFrame& frame = job_.frames[depth];
+    store(frame.distance2, ((da * da + db * db) + dd * dd) * kNearer);
+    store(frame.u0, r.u0 - kSlack), store(frame.u1, r.u1 + kSlack);
+    store(frame.v0, r.v0 - kSlack), store(frame.v1, r.v1 + kSlack);
+    storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
+    storeInts(frame.child, loadInts(node.child));
 
     // The nearest comes to the top.
-    const FanEntry* bottom = top_;
+    const std::uint64_t* bottom = top_;
     for (; bits != 0; bits &= bits - 1) {
       const unsigned i = lowest(bits);
-      FanEntry child{node.child[i], 0, 0, 0, 0, distance2[i], u0[i], u1[i], v0[i], v1[i]};
-      const auto cells = static_cast<std::uint32_t>(corners[i]);
-      child.x0 = static_cast<std::uint8_t>(cells), child.y0 = static_cast<std::uint8_t>(cells >> 8);
-      child.x1 = static_cast<std::uint8_t>(cells >> 16), child.y1 = static_cast<std::uint8_t>(cells >> 24);
-      fetch(child.node);
-      FanEntry* at = top_++;
-      for (; at != bottom && at[-1].distance2 < child.distance2; --at) *at = at[-1];
-      *at = child;
+      fetch(frame.child[i]);
+      std::uint32_t distance;
+      __builtin_memcpy(&distance, &frame.distance2[i], sizeof distance);
+      const std::uint64_t waiting = static_cast<std::uint64_t>(distance) << 32 | (depth * kFanLanes + i);
+      std::uint64_t* at = top_++;
+      for (; at != bottom && at[-1] < waiting; --at) *at = at[-1];
+      *at = waiting;
     }
   }
 
@@ -379,8 +393,7 @@ class Walk {
     for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(from + line);
   }
 
-  void visitLeaf(const FanEntry& entry) {
-    const std::uint32_t index = entry.node & ~kFanLeaf;
+  void visitLeaf(const Box& box, std::uint32_t index) {
     const FanLeaf& leaf = job_.leaves[index];
     const Vectors from = splat(job_.origin[0], job_.origin[1], job_.origin[2]);
     const auto corner = [&](int k) {
@@ -391,7 +404,7 @@ class Walk {
     if (passing_ > 0 && passing_ <= kFewRays) {
       crossRays(leaf, index, triangles);
     } else {
-      crossTriangles(entry, leaf, index, triangles, a, b, c);
+      crossTriangles(box, leaf, index, triangles, a, b, c);
     }
   }
 
@@ -433,7 +446,7 @@ class Walk {
   }
 
   // One triangle after the other, the rays of each block that it may cover.
-  void crossTriangles(const FanEntry& entry, const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles,
+  void crossTriangles(const Box& entry, const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles,
                       const Vectors& a, const Vectors& b, const Vectors& c) {
     // Project the corners; triangles that reach behind the point may cover all that the leaf covers.
     const float sign = backward_ ? -1.0f : 1.0f;
@@ -451,7 +464,7 @@ class Walk {
       seen &= most(dot(a, axis), most(dot(b, axis), dot(c, axis))) > 0.0f;
     }
     findCells(r);
-    const auto within = [](Ints first, std::uint8_t low, Ints last, std::uint8_t high) {
+    const auto within = [](Ints first, std::uint32_t low, Ints last, std::uint32_t high) {
       return (first <= static_cast<std::int32_t>(high)) & (last >= static_cast<std::int32_t>(low));
     };
     unsigned bits = bitsOf(seen & within(r.x0, entry.x0, r.x1, entry.x1) & within(r.y0, entry.y0, r.y1, entry.y1));
@@ -471,11 +484,11 @@ class Walk {
       };
       const Vectors& n = triangles.normal;
       const Triangles one{{edge(0), edge(1), edge(2)}, splat(n.x[i], n.y[i], n.z[i]), splat(triangles.plane[i])};
-      const auto first = [](std::int32_t cell, std::uint8_t limit) {
-        return (cell > limit ? static_cast<std::uint32_t>(cell) : limit) / kFanStrip;
+      const auto first = [](std::int32_t cell, std::uint32_t limit) {
+        return (static_cast<std::uint32_t>(cell) > limit ? static_cast<std::uint32_t>(cell) : limit) / kFanStrip;
       };
-      const auto last = [](std::int32_t cell, std::uint8_t limit) {
-        return (cell < limit ? static_cast<std::uint32_t>(cell) : limit) / kFanStrip;
+      const auto last = [](std::int32_t cell, std::uint32_t limit) {
+        return leastOf(static_cast<std::uint32_t>(cell), limit) / kFanStrip;
       };
       const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
       const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
@@ -538,7 +551,7 @@ class Walk {
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
   bool backward_ = false;                // it faces along -depth
   const std::uint32_t* begin_ = nullptr;
-  FanEntry* top_ = nullptr;
+  std::uint64_t* top_ = nullptr;
   std::uint32_t passing_ = 0;
   std::uint32_t ray_[kFewRays + kFanLanes];
 };

@@ -69,6 +69,8 @@ void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::
   job.begin = job.hit + padded;
   job.cursor = job.begin + cells + 1;
   job.block = blocks_.data();
+  frames_.resize(state.fans.depth);
+  job.frames = frames_.data();
   job.stack = stack_.data();
 
   walk(job, registers_);

@@ -29,7 +29,8 @@ class RayFan {
   std::vector<float> floats_;
   std::vector<std::uint32_t> words_;
   std::vector<std::uint16_t> blocks_;
-  std::vector<FanEntry> stack_;
+  std::vector<FanFrame> frames_;
+  std::vector<std::uint64_t> stack_;
   std::vector<Ray> rays_;
 };
 
