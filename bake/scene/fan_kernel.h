@@ -51,20 +51,20 @@ struct FanJob {
   const float* direction;  // [Size 3 K] unit
   std::uint32_t blocks;    // [1..kMostFanBlocks] a side of a face
 
-  // Memory
-  float *faceU, *faceV;      // [Size K + 7] in the order of the rays
+  // Memory, every array at the begin of a line of cache; K' is K rounded up to whole registers
+  float *faceU, *faceV;      // [Size K'] in the order of the rays
   std::uint32_t* begin;      // [Size 6 cells + 1] first place of each cell
   std::uint32_t* cursor;     // [Size 6 cells]
-  float *x, *y, *z, *u, *v;  // [Size K + 7] by place
-  std::uint16_t* block;      // [Size K] by place
+  float *x, *y, *z, *u, *v;  // [Size K'] by place
+  std::uint16_t* block;      // [Size K'] by place
   float* farthest;           // [Size fanPyramidSize(blocks)]
   FanFrame* frames;          // [Size depth] one a level
-  std::uint64_t* stack;      // [Size 7 depth + 8] squared distance's bits << 32 | kFanLanes x level + lane
+  std::uint32_t* stack;      // [Size 7 depth + 8] boxes that wait for their turn: kFanLanes x level + lane
 
   // The hits
-  std::uint32_t* place;  // [Size K + 7] of each ray
-  float *t, *b, *c;      // [Size K + 7] by place; [m], barycentric
-  std::uint32_t* hit;    // [Size K + 7] by place: lanes x leaf + lane, or kFanNone
+  std::uint32_t* place;  // [Size K'] of each ray
+  float *t, *b, *c;      // [Size K'] by place; [m], barycentric
+  std::uint32_t* hit;    // [Size K'] by place: lanes x leaf + lane, or kFanNone
 };
 
 // Levels of blocks until one is left.

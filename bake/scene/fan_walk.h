@@ -140,6 +140,12 @@ inline Meeting meet(const Triangles& triangle, const Vectors& direction) {
   return {facing, triangle.plane / facing};
 }
 
+// The registers of rays are aligned: what was stored as one is read as one.
+constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kFanLanes - 1); }
+inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t end) {
+  return (kLane >= static_cast<std::int32_t>(begin - first)) & (kLane < static_cast<std::int32_t>(end - first));
+}
+
 class Walk {
  public:
   explicit Walk(const FanJob& job)
@@ -258,9 +264,8 @@ class Walk {
     constexpr std::uint32_t kCells = kFanStrip * kFanStrip;
     const std::uint32_t begin = begin_[block * kCells], end = begin_[(block + 1) * kCells];
     Floats all{};
-    for (std::uint32_t i = begin; i < end; i += kFanLanes) {
-      const Floats t = load(job_.t + i);
-      all = most(all, kLane < static_cast<std::int32_t>(end - i) ? t : Floats{});
+    for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
+      all = most(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
     }
     float farthest = mostLane(all);
     if (!(farthest < job_.farthest[block])) return;
@@ -293,9 +298,9 @@ class Walk {
     top_ = job_.stack;
     visitNode(0, 0);
     while (top_ != job_.stack) {
-      const std::uint64_t waiting = *--top_;
-      const FanFrame& frame = job_.frames[static_cast<std::uint32_t>(waiting) / kFanLanes];
-      const std::uint32_t lane = static_cast<std::uint32_t>(waiting) % kFanLanes;
+      const std::uint32_t waiting = *--top_;
+      const FanFrame& frame = job_.frames[waiting / kFanLanes];
+      const std::uint32_t lane = waiting % kFanLanes;
       const std::uint32_t child = frame.child[lane];
       const bool isLeaf = (child & kFanLeaf) != 0;
       const Box box = boxOf(frame, lane);
@@ -303,7 +308,7 @@ class Walk {
       if (isLeaf) {
         visitLeaf(box, child & ~kFanLeaf);
       } else {
-        visitNode(child, static_cast<std::uint32_t>(waiting) / kFanLanes + 1);
+        visitNode(child, waiting / kFanLanes + 1);
       }
     }
   }
@@ -327,9 +332,9 @@ class Walk {
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
       const std::uint32_t* row = begin_ + strip * kFanStrip * side_;
       const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1) * kFanStrip];
-      for (std::uint32_t i = begin; i < end; i += kFanLanes) {
+      for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
-        const Ints lanes = kLane < static_cast<std::int32_t>(end - i);
+        const Ints lanes = lanesWithin(i, begin, end);
         unsigned bits = bitsOf((u >= u0) & (u <= u1) & (v >= v0) & (v <= v1) & (near < t * t) & lanes);
         if (bits == 0) continue;
         if (!isLeaf) return true;
@@ -365,24 +370,24 @@ class Walk {
     findCells(r);
     const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
     FanFrame& frame = job_.frames[depth];
-    store(frame.distance2, ((da * da + db * db) + dd * dd) * kNearer);
+    const Floats distance2 = ((da * da + db * db) + dd * dd) * kNearer;
+    store(frame.distance2, distance2);
     store(frame.u0, r.u0 - kSlack), store(frame.u1, r.u1 + kSlack);
     store(frame.v0, r.v0 - kSlack), store(frame.v1, r.v1 + kSlack);
     storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
     storeInts(frame.child, loadInts(node.child));
 
-    // The nearest comes to the top.
-    const std::uint64_t* bottom = top_;
+    // The nearest comes to the top: as many lie below as are farther.
+    const unsigned all = bits;
+    std::uint32_t* bottom = top_;
     for (; bits != 0; bits &= bits - 1) {
       const unsigned i = lowest(bits);
       fetch(frame.child[i]);
-      std::uint32_t distance;
-      __builtin_memcpy(&distance, &frame.distance2[i], sizeof distance);
-      const std::uint64_t waiting = static_cast<std::uint64_t>(distance) << 32 | (depth * kFanLanes + i);
-      std::uint64_t* at = top_++;
-      for (; at != bottom && at[-1] < waiting; --at) *at = at[-1];
-      *at = waiting;
+      const Floats own = splat(frame.distance2[i]);
+      const Ints below = (distance2 > own) | ((distance2 == own) & (kLane < static_cast<std::int32_t>(i)));
+      bottom[__builtin_popcount(bitsOf(below) & all)] = depth * kFanLanes + i;
     }
+    top_ += __builtin_popcount(all);
   }
 
   void fetch(std::uint32_t child) const {
@@ -428,17 +433,21 @@ class Walk {
       alignas(32) float distance[kFanLanes], facing[kFanLanes], first[kFanLanes], second[kFanLanes], third[kFanLanes];
       store(distance, meeting.distance), store(facing, meeting.facing);
       store(first, passing.first), store(second, passing.second), store(third, passing.third);
-      bool any = false;
+      const float before = job_.t[ray];
+      float nearest = before;
       for (; bits != 0; bits &= bits - 1) {
         const unsigned i = lowest(bits);
-        if (!(distance[i] < job_.t[ray])) continue;
+        if (!(distance[i] < nearest)) continue;
         const float sum = (first[i] + second[i]) + third[i], b = second[i] / sum, c = third[i] / sum;
         if (!isOpaque(leaf, i, b, c)) continue;
-        any = true;
-        job_.t[ray] = distance[i], job_.b[ray] = b, job_.c[ray] = c;
+        nearest = distance[i];
+        job_.b[ray] = b, job_.c[ray] = c;
         job_.hit[ray] = (kFanLanes * index + i) | (facing[i] > 0.0f ? kFanBack : 0u);
       }
-      if (!any || job_.block[ray] == shortened) continue;
+      if (!(nearest < before)) continue;
+      float* t = job_.t + firstOf(ray);
+      store(t, kLane == static_cast<std::int32_t>(ray - firstOf(ray)) ? splat(nearest) : load(t));
+      if (job_.block[ray] == shortened) continue;
       if (shortened != kNoBlock) lower(shortened);
       shortened = job_.block[ray];
     }
@@ -507,10 +516,10 @@ class Walk {
     constexpr std::uint32_t kCells = kFanStrip * kFanStrip;
     const std::uint32_t begin = begin_[block * kCells], end = begin_[(block + 1) * kCells];
     bool any = false;
-    for (std::uint32_t i = begin; i < end; i += kFanLanes) {
+    for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
       const Vectors direction{load(job_.x + i), load(job_.y + i), load(job_.z + i)};
       const Passing passing = pass(one, direction);
-      const Ints inside = passing.inside & (kLane < static_cast<std::int32_t>(end - i));
+      const Ints inside = passing.inside & lanesWithin(i, begin, end);
       if (bitsOf(inside) == 0) continue;
       const Meeting meeting = meet(one, direction);
       const Floats t = load(job_.t + i);
@@ -551,7 +560,7 @@ class Walk {
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
   bool backward_ = false;                // it faces along -depth
   const std::uint32_t* begin_ = nullptr;
-  std::uint64_t* top_ = nullptr;
+  std::uint32_t* top_ = nullptr;
   std::uint32_t passing_ = 0;
   std::uint32_t ray_[kFewRays + kFanLanes];
 };

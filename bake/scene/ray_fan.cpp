@@ -11,7 +11,6 @@ namespace relume {
 namespace {
 
 constexpr double kRaysPerBlock = 24.0;  // wished: three registers
-constexpr std::size_t kPadding = kFanLanes - 1;
 
 std::uint32_t blocksFor(std::size_t rays, bool hemisphere) {
   const double all = static_cast<double>(rays) * (hemisphere ? 2.0 : 1.0);
@@ -21,7 +20,10 @@ std::uint32_t blocksFor(std::size_t rays, bool hemisphere) {
 
 void walk(const FanJob& job, [[maybe_unused]] RayFan::Registers registers) {
 #if defined(RELUME_X86_FANS)
-  if (registers == RayFan::Registers::widest && __builtin_cpu_supports("avx2")) return traceFanAvx2(job);
+  if (registers == RayFan::Registers::widest && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt") &&
+      __builtin_cpu_supports("bmi")) {
+    return traceFanAvx2(job);
+  }
 #endif
   traceFanBaseline(job);
 }
@@ -40,7 +42,6 @@ void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::
     return;
   }
 
-  // Lay out the memory.
   FanJob job{};
   job.nodes = state.fans.nodes.data();
   job.leaves = state.fans.leaves.data();
@@ -53,25 +54,28 @@ void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::
   job.count = static_cast<std::uint32_t>(count);
   job.direction = &directions.data()->x;
   job.blocks = blocksFor(count, axis != glm::vec3(0.0f));
-  const std::size_t cells = 6 * std::size_t{job.blocks} * job.blocks * kFanStrip * kFanStrip, padded = count + kPadding;
-  floats_.resize(10 * padded + fanPyramidSize(job.blocks));
-  words_.resize(2 * padded + 2 * cells + 1);
-  blocks_.resize(count);
-  stack_.resize(7 * state.fans.depth + kFanLanes);
-  float* floats = floats_.data();
-  for (float** array : {&job.faceU, &job.faceV, &job.x, &job.y, &job.z, &job.u, &job.v, &job.t, &job.b, &job.c}) {
-    *array = floats;
-    floats += padded;
+  // Lay out the arrays, twice: how much they need, and where they are.
+  const std::size_t cells = 6 * std::size_t{job.blocks} * job.blocks * kFanStrip * kFanStrip;
+  const std::size_t padded = (count + kFanLanes - 1) / kFanLanes * kFanLanes, depth = state.fans.depth;
+  for (const bool counting : {true, false}) {
+    std::size_t lines = 0;
+    const auto take = [&]<class T>(T*& array, std::size_t size) {
+      if (!counting) array = reinterpret_cast<T*>(memory_.data() + lines);
+      lines += (size * sizeof(T) + sizeof(Line) - 1) / sizeof(Line);
+    };
+    for (float** array : {&job.faceU, &job.faceV, &job.x, &job.y, &job.z, &job.u, &job.v, &job.t, &job.b, &job.c}) {
+      take(*array, padded);
+    }
+    take(job.place, padded);
+    take(job.hit, padded);
+    take(job.block, padded);
+    take(job.begin, cells + 1);
+    take(job.cursor, cells);
+    take(job.farthest, fanPyramidSize(job.blocks));
+    take(job.frames, depth);
+    take(job.stack, 7 * depth + kFanLanes);
+    if (counting && memory_.size() < lines) memory_.resize(lines);
   }
-  job.farthest = floats;
-  job.place = words_.data();
-  job.hit = job.place + padded;
-  job.begin = job.hit + padded;
-  job.cursor = job.begin + cells + 1;
-  job.block = blocks_.data();
-  frames_.resize(state.fans.depth);
-  job.frames = frames_.data();
-  job.stack = stack_.data();
 
   walk(job, registers_);
 

@@ -3,10 +3,9 @@
 // hits on any processor.
 #pragma once
 
-#include "bake/scene/fan_kernel.h"
 #include "bake/scene/ray_tracer.h"
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -25,12 +24,12 @@ class RayFan {
              std::span<const glm::vec3> directions, std::span<Hit> hits);
 
  private:
+  struct alignas(64) Line {
+    std::byte bytes[64];
+  };
+
   Registers registers_;
-  std::vector<float> floats_;
-  std::vector<std::uint32_t> words_;
-  std::vector<std::uint16_t> blocks_;
-  std::vector<FanFrame> frames_;
-  std::vector<std::uint64_t> stack_;
+  std::vector<Line> memory_;
   std::vector<Ray> rays_;
 };
 
