@@ -7,6 +7,7 @@
 
 #include "bake/morton.h"
 #include "bake/parallel.h"
+#include "bake/scene/ray_fan.h"
 #include "formats/grid_depth.h"
 
 #include <glm/geometric.hpp>
@@ -20,7 +21,6 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRays = 2048;
-constexpr std::size_t kPacket = 64;
 constexpr int kNodes = kDepthSide * kDepthSide;
 // t of what touches the cache: beyond this a byte tells nothing apart.
 constexpr float kMostT = 254.0f;
@@ -34,7 +34,8 @@ int uniqueNode(int node) {
   return y * kDepthSide + x;
 }
 
-struct Direction {
+// A direction, and the nodes of the map that it reads.
+struct Sample {
   glm::vec3 unit;
   float l1 = 1.0f;
   std::array<int, 3> unknown;
@@ -55,32 +56,37 @@ class Fit {
     const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
     for (std::size_t i = 0; i < kRays; ++i) {
       const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / kRays, r = std::sqrt(1.0 - z * z);
-      Direction d;
+      Sample d;
       d.unit =
           glm::vec3(r * std::cos(golden * static_cast<double>(i)), r * std::sin(golden * static_cast<double>(i)), z);
       d.l1 = std::abs(d.unit.x) + std::abs(d.unit.y) + std::abs(d.unit.z);
       const DepthNodes nodes = depthNodesAround(d.unit, d.l1);
       for (std::size_t k = 0; k < 3; ++k) d.unknown[k] = unknownOf_[static_cast<std::size_t>(nodes.node[k])];
       d.weight = nodes.weight;
-      direction_.push_back(d);
+      sample_.push_back(d);
     }
-    // Neighbours follow each other, so that packets of rays stay together.
-    std::sort(direction_.begin(), direction_.end(), [](const Direction& a, const Direction& b) {
+    // Neighbours follow each other, so that rays that are traced together stay together.
+    std::sort(sample_.begin(), sample_.end(), [](const Sample& a, const Sample& b) {
       return mortonOf(1024.0f * (a.unit + 1.0f)) < mortonOf(1024.0f * (b.unit + 1.0f));
     });
+    for (const Sample& sample : sample_) direction_.push_back(sample.unit);
     invert();
   }
 
-  const std::vector<Direction>& directions() const { return direction_; }
+  std::span<const Sample> samples() const { return sample_; }
+  std::span<const glm::vec3> directions() const { return direction_; }  // of the samples
   std::size_t unknowns() const { return unknowns_; }
 
   // Words of the map from sum_i weight_i t_i of each unknown.
   void solve(std::span<const double> right, std::uint32_t* map) const {
+    std::array<double, kNodes> t{};
+    for (std::size_t k = 0; k < unknowns_; ++k) {
+      const double* row = inverse_.data() + k * unknowns_;  // and column
+      for (std::size_t u = 0; u < unknowns_; ++u) t[u] += row[u] * right[k];
+    }
     std::array<std::uint32_t, kNodes> byte{};
     for (std::size_t u = 0; u < unknowns_; ++u) {
-      double t = 0.0;
-      for (std::size_t k = 0; k < unknowns_; ++k) t += inverse_[u * unknowns_ + k] * right[k];
-      byte[u] = packDepth(std::clamp(static_cast<float>(t), 0.0f, kMostT));
+      byte[u] = packDepth(std::clamp(static_cast<float>(t[u]), 0.0f, kMostT));
     }
     for (int node = 0; node < kNodes; ++node) {
       map[node / 4] |= byte[static_cast<std::size_t>(unknownOf_[static_cast<std::size_t>(node)])] << (8 * (node % 4));
@@ -93,7 +99,7 @@ class Fit {
     const std::size_t n = unknowns_;
     std::vector<double> a(n * n, 0.0);
     inverse_.assign(n * n, 0.0);
-    for (const Direction& d : direction_) {
+    for (const Sample& d : sample_) {
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
           a[static_cast<std::size_t>(d.unknown[i]) * n + static_cast<std::size_t>(d.unknown[k])] +=
@@ -121,7 +127,8 @@ class Fit {
 
   std::size_t unknowns_ = 0;
   std::array<int, kNodes> unknownOf_{};
-  std::vector<Direction> direction_;
+  std::vector<Sample> sample_;
+  std::vector<glm::vec3> direction_;
   std::vector<double> inverse_;
 };
 
@@ -133,24 +140,18 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
   if (positionWorld.empty()) return maps;
   const Fit fit;
   parallelChunks(context, "grid depths", positionWorld.size(), 8, [&](std::size_t begin, std::size_t end) {
-    std::array<Ray, kPacket> rays;
-    std::array<Hit, kPacket> hits;
+    RayFan fan;
+    std::vector<Hit> hits(kRays);
     std::vector<double> right(fit.unknowns());
     for (std::size_t i = begin; i < end; ++i) {
+      fan.trace(tracer, positionWorld[i], glm::vec3(0.0f), fit.directions(), hits);
       std::fill(right.begin(), right.end(), 0.0);
-      for (std::size_t first = 0; first < kRays; first += kPacket) {
-        for (std::size_t k = 0; k < kPacket; ++k) {
-          rays[k].origin = positionWorld[i];
-          rays[k].direction = fit.directions()[first + k].unit;
-        }
-        tracer.trace(rays, hits, RayOrder::coherent);
-        for (std::size_t k = 0; k < kPacket; ++k) {
-          if (!hits[k]) continue;
-          const Direction& d = fit.directions()[first + k];
-          const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMostT);
-          for (std::size_t c = 0; c < 3; ++c)
-            right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
-        }
+      for (std::size_t k = 0; k < kRays; ++k) {
+        if (!hits[k]) continue;
+        const Sample& d = fit.samples()[k];
+        const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMostT);
+        for (std::size_t c = 0; c < 3; ++c)
+          right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
       }
       fit.solve(right, maps.data() + kDepthWords * i);
     }
