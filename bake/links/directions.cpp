@@ -3,6 +3,8 @@
 // hemisphere, or folded like an octahedron onto the sphere (Clarberg 2008); both keep areas and neighbourhoods.
 #include "bake/links/directions.h"
 
+#include "bake/wide_clones.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -61,6 +63,25 @@ LocalSample sphereSample(float u, float v) {
   return {std::copysign(sinTheta * cosPhi, s), std::copysign(sinTheta * sinPhi, t), z, 4.0f};
 }
 
+constexpr std::size_t kTile = DirectionStrata::kTile;
+
+struct LocalTile {
+  std::array<float, kTile> x, y, z, weightTimesCount;
+};
+
+// A tile at once: loops without branches, which compilers turn into vectors.
+RELUME_WIDE_CLONES void sampleTile(const std::array<float, kTile>& u, const std::array<float, kTile>& v,
+                                   bool hemisphere, float evenShare, LocalTile& tile) {
+  const auto put = [&](std::size_t i, const LocalSample& local) {
+    tile.x[i] = local.x, tile.y[i] = local.y, tile.z[i] = local.z, tile.weightTimesCount[i] = local.weightTimesCount;
+  };
+  if (hemisphere) {
+    for (std::size_t i = 0; i < kTile; ++i) put(i, hemisphereSample(u[i], v[i], evenShare));
+  } else {
+    for (std::size_t i = 0; i < kTile; ++i) put(i, sphereSample(u[i], v[i]));
+  }
+}
+
 }  // namespace
 
 DirectionStrata::DirectionStrata(std::uint32_t rays, float evenShare) : evenShare_(evenShare) {
@@ -99,23 +120,12 @@ void DirectionStrata::Sequence::next(std::span<Sample, kTile> tile) {
     v[i] = (row + static_cast<float>(i / 4) + (static_cast<float>(bits >> 16) + 0.5f) * 0x1p-16f) / rows;
   }
 
-  // All at once: loops without branches, which compilers turn into vectors.
-  std::array<float, kTile> x, y, z, weight;
-  const float a = strata_.evenShare_;
-  if (hemisphere_) {
-    for (std::size_t i = 0; i < kTile; ++i) {
-      const LocalSample local = hemisphereSample(u[i], v[i], a);
-      x[i] = local.x, y[i] = local.y, z[i] = local.z, weight[i] = local.weightTimesCount;
-    }
-  } else {
-    for (std::size_t i = 0; i < kTile; ++i) {
-      const LocalSample local = sphereSample(u[i], v[i]);
-      x[i] = local.x, y[i] = local.y, z[i] = local.z, weight[i] = local.weightTimesCount;
-    }
-  }
+  LocalTile local;
+  sampleTile(u, v, hemisphere_, strata_.evenShare_, local);
   const auto count = static_cast<float>(strata_.count());
   for (std::size_t i = 0; i < kTile; ++i) {
-    tile[i] = {tangent_ * x[i] + bitangent_ * y[i] + axis_ * z[i], weight[i] / count, hemisphere_ ? z[i] : 1.0f};
+    tile[i] = {tangent_ * local.x[i] + bitangent_ * local.y[i] + axis_ * local.z[i], local.weightTimesCount[i] / count,
+               hemisphere_ ? local.z[i] : 1.0f};
   }
 }
 

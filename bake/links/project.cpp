@@ -47,11 +47,16 @@ void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, st
   assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
   scratch.coefficients.assign(cut.size() * size, 0.0f);
-  std::array<float, kMaxCoefficients> y;
-  for (std::size_t a = 0; a < arrivals.size(); ++a) {
-    evaluateSh(static_cast<int>(bands), arrivals[a].direction, y);
-    float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.slotOfArrival()[a]]} * size;
-    for (std::uint32_t i = 0; i < size; ++i) c[i] += arrivals[a].weight * y[i];
+  // Some rays at a time: what was stored float by float is read in registers, for which processors wait.
+  constexpr std::size_t kTogether = 8;
+  std::array<std::array<float, kMaxCoefficients>, kTogether> y;
+  for (std::size_t first = 0; first < arrivals.size(); first += kTogether) {
+    const std::span some = arrivals.subspan(first, std::min(kTogether, arrivals.size() - first));
+    for (std::size_t k = 0; k < some.size(); ++k) evaluateSh(static_cast<int>(bands), some[k].direction, y[k]);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.slotOfArrival()[first + k]]} * size;
+      for (std::uint32_t i = 0; i < size; ++i) c[i] += some[k].weight * y[k][i];
+    }
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
   if (kind == LinkKind::sh) {

@@ -34,12 +34,7 @@ constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
 constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
 
-// A point's coordinates in the grid that starts at a corner: weights of the next two corners.
-glm::vec2 toGrid(const glm::vec2& b, std::uint32_t corner) {
-  const float first = 1.0f - b.x - b.y;
-  return corner == 0 ? b : (corner == 1 ? glm::vec2(b.y, first) : glm::vec2(first, b.x));
-}
-
+// A point of the grid that starts at a corner; what SurfelMap::Side::toGrid() undoes.
 glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
   const float first = 1.0f - g.x - g.y;
   return corner == 0 ? g : (corner == 1 ? glm::vec2(first, g.x) : glm::vec2(g.y, first));
@@ -272,17 +267,6 @@ void dropEmptySides(SurfelMap& map) {
 }
 
 }  // namespace
-
-std::uint32_t SurfelMap::cellOf(std::uint32_t side, const glm::vec2& barycentric) const {
-  const Side& s = sides[side];
-  if (s.columns == 0) return kNone;
-  const glm::vec2 g = toGrid(barycentric, s.corner);
-  const auto along = [](float x, std::uint32_t cells) {
-    const float at = std::max(x * static_cast<float>(cells), 0.0f);
-    return std::min(static_cast<std::uint32_t>(at), cells - 1);
-  };
-  return s.firstCell + along(g.y, s.rows) * s.columns + along(g.x, s.columns);
-}
 
 std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + cell.size() * sizeof(std::uint32_t); }
 

@@ -9,6 +9,9 @@
 #include "formats/result.h"
 #include "formats/surfels.h"
 
+#include <glm/vec2.hpp>
+
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,8 +35,17 @@ class SurfelMap {
     const std::uint32_t c = cellOf(side, barycentric);
     return c == kNone ? kNone : cell[c];
   }
-  // Where `cell` holds it; kNone when the side has no cells.
-  std::uint32_t cellOf(std::uint32_t side, const glm::vec2& barycentric) const;
+  // Where `cell` holds it; kNone when the side has no cells. (Here: it is asked for every ray.)
+  std::uint32_t cellOf(std::uint32_t side, const glm::vec2& barycentric) const {
+    const Side& s = sides[side];
+    if (s.columns == 0) return kNone;
+    const glm::vec2 g = s.toGrid(barycentric);
+    const auto along = [](float x, std::uint32_t cells) {
+      const float at = std::max(x * static_cast<float>(cells), 0.0f);
+      return std::min(static_cast<std::uint32_t>(at), cells - 1);
+    };
+    return s.firstCell + along(g.y, s.rows) * s.columns + along(g.x, s.columns);
+  }
   std::size_t sizeBytes() const;
 
   struct Side {
@@ -42,6 +54,11 @@ class SurfelMap {
     std::uint16_t rows : 14 = 0;   // along the other
     std::uint16_t corner : 2 = 0;  // that the edges leave from
     std::uint32_t cellCount() const { return std::uint32_t{columns} * rows; }
+    // A point's coordinates in the grid: weights of the two corners after `corner`.
+    glm::vec2 toGrid(const glm::vec2& b) const {
+      const float first = 1.0f - b.x - b.y;
+      return corner == 0 ? b : (corner == 1 ? glm::vec2(b.y, first) : glm::vec2(first, b.x));
+    }
     bool operator==(const Side&) const = default;
   };
   std::vector<Side> sides;          // [Size 2 * triangles]
