@@ -22,7 +22,7 @@ struct SineCosine {
 };
 
 // sin and cos of pi/4 t for t in [-1, 1], error below 4e-7. A polynomial of our own: the same bits with any libm.
-SineCosine sineCosineEighth(float t) {
+[[gnu::always_inline]] inline SineCosine sineCosineEighth(float t) {
   const float x = t * (kPi / 4), x2 = x * x;
   const float sine = x * (1.0f + x2 * (-1.0f / 6 + x2 * (1.0f / 120 - x2 * (1.0f / 5040))));
   const float cosine = 1.0f + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
@@ -35,7 +35,7 @@ struct LocalSample {
 
 // Density over the hemisphere p = (a + b z) / (2 pi) with a + b/2 = 1: a share a of even rays. The disc's radius is
 // r² = P(Z > z) = 1 - (a z + b z² / 2).
-LocalSample hemisphereSample(float u, float v, float a) {
+[[gnu::always_inline]] inline LocalSample hemisphereSample(float u, float v, float a) {
   const float s = 2.0f * u - 1.0f, t = 2.0f * v - 1.0f;
   const bool wide = std::abs(s) > std::abs(t);
   const float radius = wide ? s : t, across = wide ? t : s;
@@ -50,7 +50,7 @@ LocalSample hemisphereSample(float u, float v, float a) {
 }
 
 // Density 1 / (4 pi).
-LocalSample sphereSample(float u, float v) {
+[[gnu::always_inline]] inline LocalSample sphereSample(float u, float v) {
   const float s = 2.0f * u - 1.0f, t = 2.0f * v - 1.0f;
   const float fold = 1.0f - (std::abs(s) + std::abs(t));
   const float radius = 1.0f - std::abs(fold);
