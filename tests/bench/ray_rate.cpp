@@ -23,7 +23,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kRun = 16;  // caches that lie beside each other, as a bake traces them
-constexpr std::uint32_t kRays[] = {4096};
+constexpr std::uint32_t kRays[] = {4096, 16384};
 
 struct Origin {
   std::uint32_t cache;
