@@ -23,6 +23,53 @@ void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, s
   }
 }
 
+// Sums of every ray's basis functions, a link after the other.
+void sumBasis(const TouchedTree& tree, std::span<const Arrival> arrivals, std::uint32_t bands,
+              ProjectScratch& scratch) {
+  const std::uint32_t size = bands * bands;
+  std::array<float, kMaxCoefficients> y;
+  for (std::size_t a = 0; a < arrivals.size(); ++a) {
+    evaluateSh(static_cast<int>(bands), arrivals[a].direction, y);
+    float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.slotOfArrival()[a]]} * size;
+    for (std::uint32_t i = 0; i < size; ++i) c[i] += arrivals[a].weight * y[i];
+  }
+}
+
+// The same for four bands, which are linear in the monomials of a unit direction up to x³: a third of the work a ray.
+constexpr std::uint32_t kMomentBands = 4;
+
+void sumMoments(const TouchedTree& tree, std::span<const Arrival> arrivals, std::size_t links,
+                ProjectScratch& scratch) {
+  scratch.moments.assign(links, {});
+  for (std::size_t a = 0; a < arrivals.size(); ++a) {
+    const float x = arrivals[a].direction.x, y = arrivals[a].direction.y, z = arrivals[a].direction.z;
+    const Moments::Four p = Moments::Four{x, y, z, 1.0f} * arrivals[a].weight, px = p * x, py = p * y;
+    Moments& m = scratch.moments[scratch.linkOf[tree.slotOfArrival()[a]]];
+    m.one += p, m.z += p * z, m.xx += px * x, m.xy += px * y, m.yy += py * y;
+  }
+  for (std::size_t i = 0; i < links; ++i) {
+    const auto [one, z, xx, xy, yy] = scratch.moments[i];
+    const Moments::Four zz = one - xx - yy;
+    float* c = scratch.coefficients.data() + i * kMomentBands * kMomentBands;
+    c[0] = 0.28209479177387814f * one[3];
+    c[1] = 0.48860251190291992f * one[1];
+    c[2] = 0.48860251190291992f * one[2];
+    c[3] = 0.48860251190291992f * one[0];
+    c[4] = 1.0925484305920791f * xy[3];
+    c[5] = 1.0925484305920791f * z[1];
+    c[6] = 0.31539156525252000f * (3.0f * z[2] - one[3]);
+    c[7] = 1.0925484305920791f * z[0];
+    c[8] = 0.54627421529603953f * (xx[3] - yy[3]);
+    c[9] = 0.59004358992664351f * (3.0f * xx[1] - yy[1]);
+    c[10] = 2.8906114426405540f * xy[2];
+    c[11] = 0.45704579946446574f * (5.0f * zz[1] - one[1]);
+    c[12] = 0.37317633259011540f * (5.0f * zz[2] - 3.0f * one[2]);
+    c[13] = 0.45704579946446574f * (5.0f * zz[0] - one[0]);
+    c[14] = 1.4453057213202770f * (xx[2] - yy[2]);
+    c[15] = 0.59004358992664351f * (xx[0] - 3.0f * xy[1]);
+  }
+}
+
 }  // namespace
 
 void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows) {
@@ -47,16 +94,10 @@ void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, st
   assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
   scratch.coefficients.assign(cut.size() * size, 0.0f);
-  // Some rays at a time: what was stored float by float is read in registers, for which processors wait.
-  constexpr std::size_t kTogether = 8;
-  std::array<std::array<float, kMaxCoefficients>, kTogether> y;
-  for (std::size_t first = 0; first < arrivals.size(); first += kTogether) {
-    const std::span some = arrivals.subspan(first, std::min(kTogether, arrivals.size() - first));
-    for (std::size_t k = 0; k < some.size(); ++k) evaluateSh(static_cast<int>(bands), some[k].direction, y[k]);
-    for (std::size_t k = 0; k < some.size(); ++k) {
-      float* c = scratch.coefficients.data() + std::size_t{scratch.linkOf[tree.slotOfArrival()[first + k]]} * size;
-      for (std::uint32_t i = 0; i < size; ++i) c[i] += some[k].weight * y[k][i];
-    }
+  if (bands == kMomentBands) {
+    sumMoments(tree, arrivals, cut.size(), scratch);
+  } else {
+    sumBasis(tree, arrivals, bands, scratch);
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
   if (kind == LinkKind::sh) {

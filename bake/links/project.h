@@ -23,9 +23,16 @@ struct LinkRows {
   CompactLinkWriter compact;
 };
 
+// Sums over rays of w (x, y, z, 1) times 1, z, x², x y and y².
+struct Moments {
+  typedef float Four __attribute__((vector_size(16)));
+  Four one{}, z{}, xx{}, xy{}, yy{};
+};
+
 // Memory of one thread.
 struct ProjectScratch {
   std::vector<std::uint32_t> linkOf;  // [Size touched leaves]
+  std::vector<Moments> moments;       // [Size links]
   std::vector<float> coefficients;    // [Size links * bands²]
 };
 
