@@ -95,7 +95,6 @@ void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
 
 float Gatherer::weigh(std::uint32_t side, float distance, const glm::vec3& direction,
                       const EmitterAim::Chances& chances, float even) const {
-  if (aimedCount_ == 0) return even;
   const float density = aim_.density(chances, side);
   if (!(density > 0.0f)) return even;
   // 1 / w = 1 / w_even + pi K_e q r² / c
@@ -105,7 +104,8 @@ float Gatherer::weigh(std::uint32_t side, float distance, const glm::vec3& direc
 
 void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
                       std::vector<Arrival>& arrivals, RayCount& count) const {
-  arrivals.clear();
+  arrivals.resize(strata_.count());
+  std::size_t arrived = 0;
   const glm::vec3 origin = positionWorld + normal * tracer_.epsilonAt(positionWorld);
   DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, cache));
   count.rays += strata_.count();
@@ -132,7 +132,9 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
       std::uint32_t leaf = kNone;
       float weight = sample.weight;
       if (hit) {
-        weight = weigh(scratch.sides[i], hit.distance, sample.direction, scratch.chances, weight);
+        if (aimedCount_ > 0) {
+          weight = weigh(scratch.sides[i], hit.distance, sample.direction, scratch.chances, weight);
+        }
         if (scratch.cells[i] != kNone) leaf = leafOfCell_[scratch.cells[i]];
         count.backFaces += hit.back;
         count.unmapped += leaf == kNone;
@@ -141,14 +143,10 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
         if (!sky_.empty()) leaf = hierarchy_.leafNode[surfelCount_ + sky_.nearest(sample.direction)];
       }
       if (leaf == kNone) continue;
-      Arrival& arrival = arrivals.emplace_back();
-      arrival.leaf = leaf;
-      arrival.weight = weight;
-      arrival.cosine = sample.cosine;
-      arrival.distance = hit.distance;
-      arrival.direction = sample.direction;
+      arrivals[arrived++] = {leaf, weight, sample.cosine, hit.distance, sample.direction};
     }
   }
+  arrivals.resize(arrived);
   if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) gatherAimed(cache, origin, normal, scratch, arrivals, count);
 }
 

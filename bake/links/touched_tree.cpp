@@ -20,10 +20,10 @@ void TouchedTree::build(std::span<const Arrival> arrivals, float receivedScale) 
 
 void TouchedTree::binArrivals(std::span<const Arrival> arrivals, float receivedScale) {
   std::size_t firstWord = touched_.size(), lastWord = 0;
-  slotOfArrival_.clear();
-  for (const Arrival& arrival : arrivals) {
-    const std::uint32_t rank = order_.rank(arrival.leaf);
-    slotOfArrival_.push_back(rank);
+  slotOfArrival_.resize(arrivals.size());
+  for (std::size_t i = 0; i < arrivals.size(); ++i) {
+    const std::uint32_t rank = order_.rank(arrivals[i].leaf);
+    slotOfArrival_[i] = rank;
     const std::size_t word = rank / 64;
     touched_[word] |= std::uint64_t{1} << (rank % 64);
     firstWord = std::min(firstWord, word);

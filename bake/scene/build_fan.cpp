@@ -4,8 +4,6 @@
 // descendants for children, up to eight (Wald, Benthin and Boulos, "Getting Rid of Packets", RT 2008).
 #include "bake/scene/fan_tree.h"
 
-#include "bake/parallel.h"
-
 #include <glm/common.hpp>
 
 #include <cmath>
@@ -178,9 +176,7 @@ FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles) {
   arguments.setNodeChildren = setChildren;
   arguments.setNodeBounds = setBounds;
   arguments.createLeaf = createLeaf;
-  Built* root = nullptr;
-  runOnOneThread([&] { root = static_cast<Built*>(rtcBuildBVH(&arguments)); });
-  if (root != nullptr) Flatten(triangles, tree).addRoot(root);
+  if (auto* root = static_cast<Built*>(rtcBuildBVH(&arguments))) Flatten(triangles, tree).addRoot(root);
   return tree;
 }
 

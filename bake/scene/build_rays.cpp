@@ -12,6 +12,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include <future>
 #include <limits>
 #include <map>
 #include <utility>
@@ -126,17 +127,24 @@ Survey survey(const Scene& scene) {
 
 }  // namespace
 
-void RayTracer::State::buildFans() {
+FanTree RayTracer::State::buildFans() const {
   std::vector<FanTriangle> triangles;
   for (std::uint32_t id = 0; id < instance.size(); ++id) {
     const Instance& placed = scene->instances[instance[id]];
     const std::uint32_t alphaTest = isMasked(*scene, placed) ? kFanMasked : 0;
     for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
-      const std::uint32_t overlapping = overlaps[id][t] != 0 ? kFanOverlaps : 0;
-      triangles.push_back({cornersAt(vertices[id], t), id | alphaTest | overlapping, t});
+      triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
   }
-  fans = buildFanTree(device.get(), triangles);
+  return buildFanTree(device.get(), triangles);
+}
+
+void RayTracer::State::noteOverlapsInFans() {
+  for (FanLeaf& leaf : fans.leaves) {
+    for (std::uint32_t i = 0; i < kFanLanes; ++i) {
+      if (overlaps[leaf.geometry[i] & kFanGeometry][leaf.triangle[i]] != 0) leaf.geometry[i] |= kFanOverlaps;
+    }
+  }
 }
 
 Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
@@ -221,13 +229,22 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
     rtcAttachGeometryByID(state->top.get(), geometry, id);
     rtcReleaseGeometry(geometry);
   }
-  if (state->error.empty()) commit(state->top.get());
+  // Build both structures, each on a thread of its own where there may be two.
+  if (state->error.empty()) {
+    const bool hasFans = structure == RayStructure::fans && !share && level.triangles <= kMostFanTriangles;
+    runOnOneThread([&] {
+      const auto launch = context.threads == 1 ? std::launch::deferred : std::launch::async;
+      std::future<FanTree> fans;
+      if (hasFans) fans = std::async(launch, [&] { return state->buildFans(); });
+      rtcCommitScene(state->top.get());
+      if (hasFans) state->fans = fans.get();
+    });
+  }
   if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
   state->overlaps.resize(state->vertices.size());
   state->findOverlaps(context);
   if (context.cancelled()) return cancelledError();
-  if (structure == RayStructure::fans && !share && level.triangles <= kMostFanTriangles) state->buildFans();
-  if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
+  state->noteOverlapsInFans();
   return RayTracer(std::move(state));
 }
 

@@ -22,12 +22,12 @@ struct FanTree {
 // A triangle on its way into the tree.
 struct FanTriangle {
   Corners corners;         // [m] as traced
-  std::uint32_t geometry;  // with kFanMasked, kFanOverlaps
+  std::uint32_t geometry;  // with kFanMasked
   std::uint32_t triangle;
 };
 
-// Built by Embree's builder, on one thread: always the same tree. Triangles that are not finite are left out. Empty on
-// failure, which the device reports.
+// Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
+// finite are left out. Empty on failure, which the device reports.
 FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles);
 
 }  // namespace relume

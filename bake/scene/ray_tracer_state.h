@@ -114,7 +114,8 @@ struct RayTracer::State {
               std::span<Hit> hits) const;
   Hit settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
   void findOverlaps(Context& context);
-  void buildFans();
+  FanTree buildFans() const;
+  void noteOverlapsInFans();
 };
 
 }  // namespace relume
