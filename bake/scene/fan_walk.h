@@ -140,6 +140,8 @@ inline Meeting meet(const Triangles& triangle, const Vectors& direction) {
   return {facing, triangle.plane / facing};
 }
 
+constexpr std::uint32_t kBlockCells = kFanStrip * kFanStrip;
+
 // The registers of rays are aligned: what was stored as one is read as one.
 constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kFanLanes - 1); }
 inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t end) {
@@ -237,16 +239,23 @@ class Walk {
       job_.begin[i + 1] += job_.begin[i];
     }
     for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t cell = job_.place[i], place = job_.cursor[cell]++;
+      const std::uint32_t place = job_.cursor[job_.place[i]]++;
       job_.place[i] = place;
-      job_.block[place] = static_cast<std::uint16_t>(cell % cells_ / (kFanStrip * kFanStrip));
       job_.u[place] = job_.faceU[i];
       job_.v[place] = job_.faceV[i];
       job_.x[place] = job_.direction[3 * i];
       job_.y[place] = job_.direction[3 * i + 1];
       job_.z[place] = job_.direction[3 * i + 2];
-      job_.t[place] = kInfinity;
-      job_.hit[place] = kFanNone;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      job_.t[i] = kInfinity;
+      job_.hit[i] = kFanNone;
+    }
+    for (std::uint32_t i = 0; i < 6 * blocks_ * blocks_; ++i) {
+      const std::uint32_t end = job_.begin[(i + 1) * kBlockCells];
+      for (std::uint32_t k = job_.begin[i * kBlockCells]; k < end; ++k) {
+        job_.block[k] = static_cast<std::uint16_t>(i % (blocks_ * blocks_));
+      }
     }
   }
 
@@ -261,8 +270,7 @@ class Walk {
 
   // The rays of a block were shortened.
   void lower(std::uint32_t block) {
-    constexpr std::uint32_t kCells = kFanStrip * kFanStrip;
-    const std::uint32_t begin = begin_[block * kCells], end = begin_[(block + 1) * kCells];
+    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
     Floats all{};
     for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
       all = most(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
@@ -285,8 +293,7 @@ class Walk {
     backward_ = face % 2 != 0;
     begin_ = job_.begin + face * cells_;
     for (std::uint32_t i = 0; i < blocks_ * blocks_; ++i) {
-      constexpr std::uint32_t kCells = kFanStrip * kFanStrip;
-      job_.farthest[i] = begin_[(i + 1) * kCells] > begin_[i * kCells] ? kInfinity : 0.0f;
+      job_.farthest[i] = begin_[(i + 1) * kBlockCells] > begin_[i * kBlockCells] ? kInfinity : 0.0f;
     }
     for (std::uint32_t level = 1; level < levels_; ++level) {
       const std::uint32_t side = levelSide_[level];
@@ -513,8 +520,7 @@ class Walk {
 
   // Whether any ray of a block was shortened.
   bool crossBlock(const FanLeaf& leaf, std::uint32_t index, unsigned lane, const Triangles& one, std::uint32_t block) {
-    constexpr std::uint32_t kCells = kFanStrip * kFanStrip;
-    const std::uint32_t begin = begin_[block * kCells], end = begin_[(block + 1) * kCells];
+    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
     bool any = false;
     for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
       const Vectors direction{load(job_.x + i), load(job_.y + i), load(job_.z + i)};
