@@ -33,11 +33,13 @@ bool hasFixedTriangles(const Scene& scene) {
   });
 }
 
-// The links' rays are most of a bake's.
+// The links' rays are most of a bake's. Few from a cache are faster in packets (docs/TRACING.md).
 RayStructure rayStructureFor(const BakeOptions& options) {
   constexpr double kMany = 1e7;
+  constexpr std::uint32_t kFan = 512;
   const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
-  return caches * options.links.raysPerCache < kMany ? RayStructure::quick : RayStructure::fans;
+  if (caches * options.links.raysPerCache < kMany) return RayStructure::quick;
+  return options.links.raysPerCache < kFan ? RayStructure::thorough : RayStructure::fans;
 }
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {

@@ -21,7 +21,8 @@ namespace relume {
 namespace {
 
 constexpr std::uint64_t kFlattenLimit = 1u << 24;      // [triangles] above it, meshes with several instances are shared
-constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 56 bytes each; levels with more trace packets
+constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 68 bytes each; levels with more trace packets
+static_assert(kMostFanTriangles <= kFlattenLimit);     // their vertices are in the world's space
 constexpr float kFarCentre = 16.0f;  // a level this many of its own sizes from the origin is recentred
 
 // Let rays through the texels that the alpha test cuts out.
@@ -149,8 +150,6 @@ void RayTracer::State::noteOverlapsInFans() {
 
 Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
                                     RayStructure structure) {
-  const RTCBuildQuality quality =
-      structure == RayStructure::thorough ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   auto state = std::make_unique<State>();
   state->scene = &scene;
 
@@ -186,6 +185,9 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
 
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;
+  const bool hasFans = structure == RayStructure::fans && level.triangles <= kMostFanTriangles;
+  const RTCBuildQuality quality =
+      structure == RayStructure::quick || hasFans ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -231,7 +233,6 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   }
   // Build both structures, each on a thread of its own where there may be two.
   if (state->error.empty()) {
-    const bool hasFans = structure == RayStructure::fans && !share && level.triangles <= kMostFanTriangles;
     runOnOneThread([&] {
       const auto launch = context.threads == 1 ? std::launch::deferred : std::launch::async;
       std::future<FanTree> fans;
