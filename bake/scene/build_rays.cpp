@@ -186,8 +186,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;
   const bool hasFans = structure == RayStructure::fans && level.triangles <= kMostFanTriangles;
-  const RTCBuildQuality quality =
-      structure == RayStructure::quick || hasFans ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
+  const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
