@@ -377,21 +377,25 @@ class Walk {
     findCells(r);
     const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
     FanFrame& frame = job_.frames[depth];
-    const Floats distance2 = ((da * da + db * db) + dd * dd) * kNearer;
-    store(frame.distance2, distance2);
+    const Floats ma = a0 + a1, mb = b0 + b1, md = low + high;
+    const Floats middle2 = (ma * ma + mb * mb) + md * md;
+    store(frame.distance2, ((da * da + db * db) + dd * dd) * kNearer);
+    alignas(32) float middle[kFanLanes];
+    store(middle, middle2);
     store(frame.u0, r.u0 - kSlack), store(frame.u1, r.u1 + kSlack);
     store(frame.v0, r.v0 - kSlack), store(frame.v1, r.v1 + kSlack);
     storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
     storeInts(frame.child, loadInts(node.child));
 
-    // The nearest comes to the top: as many lie below as are farther.
+    // The one with the nearest middle comes to the top (3 % faster than the nearest box): as many lie below as are
+    // farther.
     const unsigned all = bits;
     std::uint32_t* bottom = top_;
     for (; bits != 0; bits &= bits - 1) {
       const unsigned i = lowest(bits);
       fetch(frame.child[i]);
-      const Floats own = splat(frame.distance2[i]);
-      const Ints below = (distance2 > own) | ((distance2 == own) & (kLane < static_cast<std::int32_t>(i)));
+      const Floats own = splat(middle[i]);
+      const Ints below = (middle2 > own) | ((middle2 == own) & (kLane < static_cast<std::int32_t>(i)));
       bottom[__builtin_popcount(bitsOf(below) & all)] = depth * kFanLanes + i;
     }
     top_ += __builtin_popcount(all);
