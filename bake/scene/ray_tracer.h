@@ -37,8 +37,8 @@ struct Hit {
 enum class RayOrder { mixed, coherent };
 
 // How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times
-// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. fans: thorough, and a structure
-// for RayFan (0.1 s, on another thread meanwhile) unless the level is too large for that.
+// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. fans: thorough, and a
+// structure for RayFan (0.1 s, on another thread meanwhile) unless the level is too large for that.
 enum class RayStructure { quick, thorough, fans };
 
 class RayTracer {
