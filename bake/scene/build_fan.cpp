@@ -7,13 +7,14 @@
 #include <glm/common.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <new>
 
 namespace relume {
 namespace {
+
+constexpr float kMostCoordinates = 1e18f;  // [m] all nine together; squares of more overflow
 
 // A node of two, or a leaf, in the memory of Embree's builder.
 struct Built {
@@ -66,8 +67,8 @@ std::vector<RTCBuildPrimitive> primitivesOf(std::span<const FanTriangle> triangl
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Corners& c = triangles[i].corners;
     const glm::vec3 low = glm::min(c[0], glm::min(c[1], c[2])), high = glm::max(c[0], glm::max(c[1], c[2]));
-    const glm::vec3 sum = c[0] + c[1] + c[2];
-    if (!std::isfinite(sum.x + sum.y + sum.z)) continue;
+    const glm::vec3 sum = glm::abs(c[0]) + glm::abs(c[1]) + glm::abs(c[2]);
+    if (!(sum.x + sum.y + sum.z < kMostCoordinates)) continue;
     RTCBuildPrimitive p{};
     p.lower_x = low.x, p.lower_y = low.y, p.lower_z = low.z;
     p.upper_x = high.x, p.upper_y = high.y, p.upper_z = high.z;

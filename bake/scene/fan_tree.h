@@ -27,7 +27,7 @@ struct FanTriangle {
 };
 
 // Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
-// finite are left out. Empty on failure, which the device reports.
+// finite, or farther than 1e17 m, are left out. Empty on failure, which the device reports.
 FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles);
 
 }  // namespace relume

@@ -28,8 +28,7 @@ constexpr float kLeastDepth = 1e-30f;  // [m] nearer is beside the point itself
 constexpr float kSlack = 1e-5f;        // of coordinates on a face
 constexpr float kSlackCells = 1e-3f;   // of cells
 constexpr float kNearer = 0.99999f;    // of squared distances to boxes, which round
-constexpr std::uint32_t kFewRays =
-    64;  // are tested against all triangles of a leaf at once; more, one triangle after the other
+constexpr std::uint32_t kFewRays = 64;  // meet all triangles of a leaf at once; more meet one after the other
 
 inline Floats load(const float* from) {
   Floats v;
@@ -50,11 +49,6 @@ inline Floats least(Floats a, Floats b) { return a < b ? a : b; }
 inline Floats most(Floats a, Floats b) { return a > b ? a : b; }
 inline float most(float a, float b) { return a > b ? a : b; }
 inline std::uint32_t leastOf(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
-inline Ints asInts(Floats v) {
-  Ints i;
-  __builtin_memcpy(&i, &v, sizeof i);
-  return i;
-}
 inline Floats magnitude(Floats v) { return v < 0.0f ? -v : v; }
 inline unsigned lowest(unsigned bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
 
@@ -320,7 +314,7 @@ class Walk {
     }
   }
 
-  // Whether any ray may end in a box. Of a leaf, list the rays in passing_, unless they are more than kFewRays.
+  // Whether any ray may end in a box. Of a leaf, list the rays in ray_, up to the first few beyond kFewRays.
   bool isSeen(const Box& e, bool isLeaf) {
     const std::uint32_t x0 = e.x0 / kFanStrip, x1 = e.x1 / kFanStrip, y0 = e.y0 / kFanStrip, y1 = e.y1 / kFanStrip;
     const std::uint32_t extent = (x1 - x0) | (y1 - y0);
@@ -352,6 +346,7 @@ class Walk {
     return passing_ > 0;
   }
 
+  // Lets those children wait that rays may meet.
   void visitNode(std::uint32_t index, std::uint32_t depth) {
     const FanNode& node = job_.nodes[index];
     const float* origin = job_.origin;
@@ -417,7 +412,7 @@ class Walk {
     };
     const Vectors a = corner(0), b = corner(3), c = corner(6);
     const Triangles triangles = seenFrom(a, b, c);
-    if (passing_ > 0 && passing_ <= kFewRays) {
+    if (passing_ <= kFewRays) {
       crossRays(leaf, index, triangles);
     } else {
       crossTriangles(box, leaf, index, triangles, a, b, c);
@@ -571,7 +566,7 @@ class Walk {
   bool backward_ = false;                // it faces along -depth
   const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
-  std::uint32_t passing_ = 0;
+  std::uint32_t passing_ = 0;  // rays that may end in the leaf
   std::uint32_t ray_[kFewRays + kFanLanes];
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rays against the fixed instances of a scene, by Embree. The only file that includes it is ray_tracer.cpp.
+// Rays against the fixed instances of a scene, by Embree, which ray_tracer_state.h and fan_tree.h include.
 // Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
 // instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
 #pragma once

@@ -22,20 +22,32 @@ trap 'rm -rf "$work"' EXIT
 "$build/bake/tools/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
   --markdown "$work/curves.md"
 
-# 2. Stages one by one
+# 2. Four times the rays
+"$build/bake/tools/relume" bench "$scene" --preset high --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
+  --markdown "$work/rays.md"
+
+# 3. Stages one by one
 RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0.2 --benchmark_format=csv \
   2> /dev/null > "$work/stages.csv"
 
-# 3. Kinds of links: what each costs and errs by, against the SH of its own rays
+# 4. Kinds of links: what each costs and errs by, against the SH of its own rays
 for kind in sh cone; do
   "$build/bake/tools/relume" bake "$scene" -o "$work/$kind.relume" --preset high --rays 1024 --link-kind "$kind" \
     --progress none > /dev/null 2>&1
 done
 "$build/tests/bench/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
 
+# 5. How fast rays from caches are
+"$build/tests/bench/bench_ray_rate" "$scene" "$work/cone.relume" 16 > "$work/rates.txt"
+
 {
   sed "s/^A frame is lit by/${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}&/" "$work/page.md"
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
+  printf '\n## high with 16384 rays a cache\n\n'
+  sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
+  printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
+  printf 'of 8 and as fans, from %s (docs/TRACING.md).\n\n' "$(head -n 1 "$work/rates.txt")"
+  grep '^|' "$work/rates.txt"
   printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
   sed -n '/^name,/,$p' "$work/stages.csv" | tail -n +2 |

@@ -16,14 +16,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <string>
+#include <thread>
 #include <vector>
 
 namespace relume {
 namespace {
 
 constexpr std::uint32_t kRun = 16;  // caches that lie beside each other, as a bake traces them
-constexpr std::uint32_t kRays[] = {4096, 16384};
+constexpr std::uint32_t kRays[] = {256, 512, 1024, 4096, 16384, 65536};
 
 struct Origin {
   std::uint32_t cache;
@@ -84,7 +84,7 @@ int run(int argc, char** argv) {
   if (!fans) return fail(fans.error());
   const auto step = static_cast<std::uint32_t>(std::max(1, argc > 3 ? std::atoi(argv[3]) : 8));
   const int repeats = std::max(1, argc > 4 ? std::atoi(argv[4]) : 3);
-  context.threads = 2;
+  context.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 
   std::vector<Origin> origins;
   for (std::uint32_t c = 0; c < bake->caches.count(); ++c) {
