@@ -24,10 +24,10 @@ typedef std::int32_t Ints __attribute__((vector_size(32)));
 constexpr Ints kLane = {0, 1, 2, 3, 4, 5, 6, 7};
 constexpr float kInfinity = __builtin_inff();
 
-constexpr float kLeastDepth = 1e-30f;  // [m] nearer is beside the point itself
-constexpr float kSlack = 1e-5f;        // of coordinates on a face
-constexpr float kSlackCells = 1e-3f;   // of cells
-constexpr float kNearer = 0.99999f;    // of squared distances to boxes, which round
+constexpr float kLeastDepth = 1e-30f;   // [m] nearer is beside the point itself
+constexpr float kSlack = 1e-5f;         // of coordinates on a face
+constexpr float kSlackCells = 1e-3f;    // of cells
+constexpr float kNearer = 0.99999f;     // of squared distances to boxes, which round
 constexpr std::uint32_t kFewRays = 64;  // meet all triangles of a leaf at once; more meet one after the other
 
 inline Floats load(const float* from) {
