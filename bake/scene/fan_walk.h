@@ -5,29 +5,67 @@
 // rectangle ends behind it (Greene et al., "Hierarchical Z-Buffer Visibility", SIGGRAPH 93, asked of single rays where
 // the rectangle is small). Packets of rays walk the same tree once each.
 //
-// Included by fan_baseline.cpp and fan_avx2.cpp; what fan_vectors.h says of functions holds here, too.
-#include "bake/scene/fan_rays.h"
+// Rays are sorted by face, strip of kFanStrip rows of cells, column and row: a rectangle's rays are one range a strip,
+// a block's (kFanStrip² cells) one range.
+//
+// Included by fan_baseline.cpp and fan_avx2.cpp; what fan_vectors.h says of functions holds here, too. (The rays and
+// their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
+#include "bake/scene/fan_vectors.h"
 
 namespace relume {
 namespace {
 
 constexpr float kLeastDepth = 1e-30f;   // [m] nearer is beside the point itself
+constexpr float kSlack = 1e-5f;         // of coordinates on a face
+constexpr float kSlackCells = 1e-3f;    // of cells
 constexpr float kNearer = 0.99999f;     // of squared distances to boxes, which round
 constexpr std::uint32_t kFewRays = 64;  // meet all triangles of a leaf at once; more meet one after the other
+
+// Coordinates on a face, tangents, become nearly angles, so that rays are nearly as dense everywhere: 4 / pi atan(u).
+// Odd and monotonic on [-1, 1].
+inline Floats evenOut(Floats u) {
+  const Floats u2 = u * u;
+  return u * (1.2732395f - u2 * (0.3795f - u2 * 0.1062605f));
+}
+
+constexpr std::uint32_t kBlockCells = kFanStrip * kFanStrip;
+
+// The registers of rays are aligned: what was stored as one is read as one.
+constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kFanLanes - 1); }
+inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t end) {
+  return (kLane >= static_cast<std::int32_t>(begin - first)) & (kLane < static_cast<std::int32_t>(end - first));
+}
 
 class Walk {
  public:
   explicit Walk(const FanJob& job)
-      : job_(job), rays_(job), hemisphere_(job.axis[0] != 0.0f || job.axis[1] != 0.0f || job.axis[2] != 0.0f) {}
+      : job_(job),
+        blocks_(job.blocks),
+        side_(kFanStrip * job.blocks),
+        cells_(side_ * side_),
+        half_(0.5f * static_cast<float>(side_)),
+        hemisphere_(job.axis[0] != 0.0f || job.axis[1] != 0.0f || job.axis[2] != 0.0f) {
+    for (std::uint32_t first = 0, side = blocks_;; side = (side + 1) / 2) {
+      levelBegin_[levels_] = first;
+      levelSide_[levels_++] = side;
+      first += side * side;
+      if (side == 1) break;
+    }
+  }
 
   void run() {
-    rays_.sort();
+    sortRays();
     for (std::uint32_t face = 0; face < 6; ++face) {
-      if (rays_.turnTo(face)) walkFace(face);
+      if (job_.begin[face * cells_] != job_.begin[(face + 1) * cells_]) walkFace(face);
     }
   }
 
  private:
+  struct Rectangle {  // of the lanes
+    Floats u0, u1, v0, v1;
+    Ints x0, x1, y0, y1;
+  };
+
   // What one box covers.
   struct Box {
     float distance2, u0, u1, v0, v1;
@@ -39,9 +77,119 @@ class Walk {
             cells & 255,    cells >> 8 & 255, cells >> 16 & 255, cells >> 24};
   }
 
+  // Cells of a face by strip, column and row.
+  Ints cellOf(Floats u, float shift) const {
+    const Floats inside = least(most(u, splat(-1.0f)), splat(1.0f));
+    const Floats cell = evenOut(inside) * half_ + (half_ + shift);
+    return __builtin_convertvector(least(most(cell, Floats{}), splat(static_cast<float>(side_ - 1))), Ints);
+  }
+  void findCells(Rectangle& r) const {
+    r.x0 = cellOf(r.u0, -kSlackCells), r.x1 = cellOf(r.u1, kSlackCells);
+    r.y0 = cellOf(r.v0, -kSlackCells), r.y1 = cellOf(r.v1, kSlackCells);
+  }
+  static Ints onFace(const Rectangle& r) {
+    constexpr float kEdge = 1.0f + kSlack;
+    return (r.u0 <= kEdge) & (r.u1 >= -kEdge) & (r.v0 <= kEdge) & (r.v1 >= -kEdge);
+  }
+
+  void sortRays() {
+    const std::uint32_t count = job_.count;
+    for (std::uint32_t i = 0; i <= 6 * cells_; ++i) job_.begin[i] = 0;
+
+    // Find each ray's face and cell.
+    for (std::uint32_t first = 0; first < count; first += kFanLanes) {
+      const std::uint32_t lanes = leastOf(kFanLanes, count - first);
+      alignas(32) float lane[3][kFanLanes];
+      for (std::uint32_t i = 0; i < kFanLanes; ++i) {
+        const float* from = job_.direction + 3 * (first + leastOf(i, lanes - 1));
+        lane[0][i] = from[0], lane[1][i] = from[1], lane[2][i] = from[2];
+      }
+      const Vectors d{load(lane[0]), load(lane[1]), load(lane[2])};
+      const Floats x = magnitude(d.x), y = magnitude(d.y), z = magnitude(d.z);
+      const Ints alongX = (x >= y) & (x >= z), alongY = ~alongX & (y >= z);
+      const Floats depth = alongX ? d.x : alongY ? d.y : d.z;
+      const Floats scale = 1.0f / magnitude(depth);
+      const Floats u = (alongX ? d.y : alongY ? d.z : d.x) * scale, v = (alongX ? d.z : alongY ? d.x : d.y) * scale;
+      const Ints column = cellOf(u, 0.0f), row = cellOf(v, 0.0f);
+      const Ints face = (alongX ? Ints{} : alongY ? Ints{} + 2 : Ints{} + 4) + (depth < 0.0f ? Ints{} + 1 : Ints{});
+      constexpr auto kStrip = static_cast<std::int32_t>(kFanStrip);
+      const auto side = static_cast<std::int32_t>(side_);
+      const Ints cell = face * (side * side) + row / kStrip * (kStrip * side) + column * kStrip + row % kStrip;
+      store(job_.faceU + first, u);
+      store(job_.faceV + first, v);
+      storeInts(job_.place + first, cell);
+      for (std::uint32_t i = 0; i < lanes; ++i) ++job_.begin[job_.place[first + i] + 1];
+    }
+
+    // Put them in order.
+    for (std::uint32_t i = 0; i < 6 * cells_; ++i) {
+      job_.cursor[i] = job_.begin[i];
+      job_.begin[i + 1] += job_.begin[i];
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t place = job_.cursor[job_.place[i]]++;
+      job_.place[i] = place;
+      job_.u[place] = job_.faceU[i];
+      job_.v[place] = job_.faceV[i];
+      job_.x[place] = job_.direction[3 * i];
+      job_.y[place] = job_.direction[3 * i + 1];
+      job_.z[place] = job_.direction[3 * i + 2];
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      job_.t[i] = kInfinity;
+      job_.hit[i] = kFanNone;
+    }
+    for (std::uint32_t i = 0; i < 6 * blocks_ * blocks_; ++i) {
+      const std::uint32_t end = job_.begin[(i + 1) * kBlockCells];
+      for (std::uint32_t k = job_.begin[i * kBlockCells]; k < end; ++k) {
+        job_.block[k] = static_cast<std::uint16_t>(i % (blocks_ * blocks_));
+      }
+    }
+  }
+
+  // The farthest of the four below a block of a level >= 1.
+  float farthestBelow(std::uint32_t level, std::uint32_t x, std::uint32_t y) const {
+    const std::uint32_t side = levelSide_[level - 1];
+    const float* below = job_.farthest + levelBegin_[level - 1];
+    const std::uint32_t x0 = 2 * x, x1 = leastOf(x0 + 1, side - 1), y0 = 2 * y * side;
+    const std::uint32_t y1 = leastOf(2 * y + 1, side - 1) * side;
+    return most(most(below[y0 + x0], below[y0 + x1]), most(below[y1 + x0], below[y1 + x1]));
+  }
+
+  // The rays of a block were shortened.
+  void lower(std::uint32_t block) {
+    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
+    Floats all{};
+    for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
+      all = most(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
+    }
+    float farthest = mostLane(all);
+    if (!(farthest < job_.farthest[block])) return;
+    job_.farthest[block] = farthest;
+    std::uint32_t x = block % blocks_, y = block / blocks_;
+    for (std::uint32_t level = 1; level < levels_; ++level) {
+      x /= 2, y /= 2;
+      farthest = farthestBelow(level, x, y);
+      float& old = job_.farthest[levelBegin_[level] + y * levelSide_[level] + x];
+      if (!(farthest < old)) return;
+      old = farthest;
+    }
+  }
+
   void walkFace(std::uint32_t face) {
     depth_ = static_cast<int>(face / 2), across_ = (depth_ + 1) % 3, up_ = (depth_ + 2) % 3;
     backward_ = face % 2 != 0;
+    begin_ = job_.begin + face * cells_;
+    for (std::uint32_t i = 0; i < blocks_ * blocks_; ++i) {
+      job_.farthest[i] = begin_[(i + 1) * kBlockCells] > begin_[i * kBlockCells] ? kInfinity : 0.0f;
+    }
+    for (std::uint32_t level = 1; level < levels_; ++level) {
+      const std::uint32_t side = levelSide_[level];
+      for (std::uint32_t i = 0; i < side * side; ++i) {
+        job_.farthest[levelBegin_[level] + i] = farthestBelow(level, i % side, i / side);
+      }
+    }
+
     top_ = job_.stack;
     visitNode(0, 0);
     while (top_ != job_.stack) {
@@ -63,15 +211,22 @@ class Walk {
   // Whether any ray may end in a box. Of a leaf, list the rays in ray_, up to the first few beyond kFewRays.
   bool isSeen(const Box& e, bool isLeaf) {
     const std::uint32_t x0 = e.x0 / kFanStrip, x1 = e.x1 / kFanStrip, y0 = e.y0 / kFanStrip, y1 = e.y1 / kFanStrip;
-    if (((x1 - x0) | (y1 - y0)) > 1) {
-      const float farthest = rays_.farthest(x0, y0, x1, y1);
-      if (!isLeaf || e.distance2 >= farthest * farthest) return e.distance2 < farthest * farthest;
+    const std::uint32_t extent = (x1 - x0) | (y1 - y0);
+    if (extent > 1) {
+      const auto level = 31u - static_cast<unsigned>(__builtin_clz(extent));
+      const float* farthest = job_.farthest + levelBegin_[level];
+      float all = 0.0f;
+      for (std::uint32_t y = y0 >> level; y <= y1 >> level; ++y) {
+        for (std::uint32_t x = x0 >> level; x <= x1 >> level; ++x) all = most(all, farthest[y * levelSide_[level] + x]);
+      }
+      if (!isLeaf || e.distance2 >= all * all) return e.distance2 < all * all;
     }
 
     passing_ = 0;
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
-      const auto [begin, end] = rays_.inStrip(strip, e.x0, e.x1);
+      const std::uint32_t* row = begin_ + strip * kFanStrip * side_;
+      const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1) * kFanStrip];
       for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
         const Ints lanes = lanesWithin(i, begin, end);
@@ -96,7 +251,7 @@ class Walk {
 
     // Project the boxes, and leave out those beside the face or below the horizon.
     const Floats perNear = 1.0f / most(near, splat(kLeastDepth)), perFar = 1.0f / most(far, splat(kLeastDepth));
-    Rectangles r;
+    Rectangle r;
     r.u0 = a0 * (a0 < 0.0f ? perNear : perFar), r.u1 = a1 * (a1 < 0.0f ? perFar : perNear);
     r.v0 = b0 * (b0 < 0.0f ? perNear : perFar), r.v1 = b1 * (b1 < 0.0f ? perFar : perNear);
     Ints seen = (far > 0.0f) & onFace(r);
@@ -108,7 +263,7 @@ class Walk {
     }
     unsigned bits = bitsOf(seen);
     if (bits == 0) return;
-    rays_.findCells(r);
+    findCells(r);
     const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
     FanFrame& frame = job_.frames[depth];
     const Floats ma = a0 + a1, mb = b0 + b1, md = low + high;
@@ -193,14 +348,14 @@ class Walk {
       float* t = job_.t + firstOf(ray);
       store(t, kLane == static_cast<std::int32_t>(ray - firstOf(ray)) ? splat(nearest) : load(t));
       if (job_.block[ray] == shortened) continue;
-      if (shortened != kNoBlock) rays_.lower(shortened);
+      if (shortened != kNoBlock) lower(shortened);
       shortened = job_.block[ray];
     }
-    if (shortened != kNoBlock) rays_.lower(shortened);
+    if (shortened != kNoBlock) lower(shortened);
   }
 
   // One triangle after the other, the rays of each block that it may cover.
-  void crossTriangles(const Box& box, const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles,
+  void crossTriangles(const Box& entry, const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles,
                       const Vectors& a, const Vectors& b, const Vectors& c) {
     // Project the corners; triangles that reach behind the point may cover all that the leaf covers.
     const float sign = backward_ ? -1.0f : 1.0f;
@@ -209,7 +364,7 @@ class Walk {
     const Floats perA = 1.0f / aDepth, perB = 1.0f / bDepth, perC = 1.0f / cDepth;
     const Floats ua = along(a, across_) * perA, ub = along(b, across_) * perB, uc = along(c, across_) * perC;
     const Floats va = along(a, up_) * perA, vb = along(b, up_) * perB, vc = along(c, up_) * perC;
-    Rectangles r;
+    Rectangle r;
     r.u0 = behind ? splat(-2.0f) : least(ua, least(ub, uc)), r.u1 = behind ? splat(2.0f) : most(ua, most(ub, uc));
     r.v0 = behind ? splat(-2.0f) : least(va, least(vb, vc)), r.v1 = behind ? splat(2.0f) : most(va, most(vb, vc));
     Ints seen = (most(aDepth, most(bDepth, cDepth)) > 0.0f) & onFace(r);
@@ -217,11 +372,11 @@ class Walk {
       const Vectors axis = splat(job_.axis[0], job_.axis[1], job_.axis[2]);
       seen &= most(dot(a, axis), most(dot(b, axis), dot(c, axis))) > 0.0f;
     }
-    rays_.findCells(r);
+    findCells(r);
     const auto within = [](Ints first, std::uint32_t low, Ints last, std::uint32_t high) {
       return (first <= static_cast<std::int32_t>(high)) & (last >= static_cast<std::int32_t>(low));
     };
-    unsigned bits = bitsOf(seen & within(r.x0, box.x0, r.x1, box.x1) & within(r.y0, box.y0, r.y1, box.y1));
+    unsigned bits = bitsOf(seen & within(r.x0, entry.x0, r.x1, entry.x1) & within(r.y0, entry.y0, r.y1, entry.y1));
     if (bits == 0) return;
     const auto apart = [](Floats p, Floats q, Floats s) {
       return most(most(least(p, least(q, s)), -most(p, most(q, s))), Floats{});
@@ -244,13 +399,13 @@ class Walk {
       const auto last = [](std::int32_t cell, std::uint32_t limit) {
         return leastOf(static_cast<std::uint32_t>(cell), limit) / kFanStrip;
       };
-      const std::uint32_t x0 = first(r.x0[i], box.x0), x1 = last(r.x1[i], box.x1);
-      const std::uint32_t y0 = first(r.y0[i], box.y0), y1 = last(r.y1[i], box.y1);
+      const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
+      const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
       for (std::uint32_t y = y0; y <= y1; ++y) {
         for (std::uint32_t x = x0; x <= x1; ++x) {
-          const std::uint32_t block = rays_.blockAt(x, y);
-          const float farthest = rays_.farthest(block);
-          if (distance2[i] < farthest * farthest && crossBlock(leaf, index, i, one, block)) rays_.lower(block);
+          const std::uint32_t block = y * blocks_ + x;
+          const float farthest = job_.farthest[block];
+          if (distance2[i] < farthest * farthest && crossBlock(leaf, index, i, one, block)) lower(block);
         }
       }
     }
@@ -258,7 +413,7 @@ class Walk {
 
   // Whether any ray of a block was shortened.
   bool crossBlock(const FanLeaf& leaf, std::uint32_t index, unsigned lane, const Triangles& one, std::uint32_t block) {
-    const auto [begin, end] = rays_.inBlock(block);
+    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
     bool any = false;
     for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
       const Vectors direction{load(job_.x + i), load(job_.y + i), load(job_.z + i)};
@@ -295,12 +450,15 @@ class Walk {
   }
 
   const FanJob& job_;
-  FanRays rays_;
+  std::uint32_t blocks_, side_, cells_;  // a side; cells a side; cells a face
+  float half_;
   bool hemisphere_;
+  std::uint32_t levels_ = 0, levelBegin_[8], levelSide_[8];
 
   // Of the face that is walked
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
   bool backward_ = false;                // it faces along -depth
+  const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
   std::uint32_t passing_ = 0;  // rays that may end in the leaf
   std::uint32_t ray_[kFewRays + kFanLanes];
