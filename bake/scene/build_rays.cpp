@@ -21,7 +21,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint64_t kFlattenLimit = 1u << 24;      // [triangles] above it, meshes with several instances are shared
-constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 68 bytes each; levels with more trace packets
+constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 64 bytes each; levels with more trace packets
 static_assert(kMostFanTriangles <= kFlattenLimit);     // their vertices are in the world's space
 constexpr float kFarCentre = 16.0f;  // a level this many of its own sizes from the origin is recentred
 
