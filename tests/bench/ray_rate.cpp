@@ -53,7 +53,6 @@ double secondsOf(Context& context, const std::vector<Origin>& origins, const Dir
       std::vector<Hit> hits(strata.count());
       for (std::size_t i = begin; i < end; ++i) {
         castFrom(origins[i], strata, directions);
-        if (getenv("TWICE")) work(origins[i], directions, hits);
         const auto start = std::chrono::steady_clock::now();
         work(origins[i], directions, hits);
         nanoseconds += std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count();

@@ -30,6 +30,18 @@ inline std::uint32_t addMaterial(Scene& scene, glm::vec3 albedo, glm::vec3 emiss
   return static_cast<std::uint32_t>(scene.materials.size() - 1);
 }
 
+// A material with an alpha test whose texture's left half is clear.
+inline std::uint32_t addHalfMask(Scene& scene) {
+  Image image;
+  image.levels.push_back({2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
+  scene.images.push_back(image);
+  const std::uint32_t material = addMaterial(scene, glm::vec3(1.0f));
+  scene.materials[material].alphaMode = AlphaMode::mask;
+  scene.materials[material].albedoTexture.image = static_cast<std::uint32_t>(scene.images.size() - 1);
+  scene.materials[material].albedoTexture.nearest = true;
+  return material;
+}
+
 inline std::uint32_t addInstance(Scene& scene, Mesh mesh, const glm::mat4& toWorld = glm::mat4(1.0f)) {
   scene.meshes.push_back(std::move(mesh));
   Instance instance;

@@ -101,13 +101,7 @@ TEST(RayFan, hitsWhatPacketsHit) {
 
 TEST(RayFan, alphaMaskLetsRaysThroughWhatItCutsOut) {
   Scene scene = confetti(3000, 0.6f, 0);
-  Image image;
-  image.levels.push_back({2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
-  scene.images.push_back(image);
-  const std::uint32_t material = addMaterial(scene, glm::vec3(0.5f));
-  scene.materials[material].alphaMode = AlphaMode::mask;
-  scene.materials[material].albedoTexture.image = 0;
-  scene.materials[material].albedoTexture.nearest = true;
+  addHalfMask(scene);
   const RayTracer tracer = tracerOf(scene);
   for (const glm::vec3 axis : {glm::vec3(0.0f), glm::vec3(0, 1, 0)}) {
     EXPECT_LE(countOthers(tracer, {0.1f, 0.2f, -0.3f}, axis, 40000), 20u);

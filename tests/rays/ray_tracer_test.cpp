@@ -198,15 +198,8 @@ TEST(RayTracer, aClosedRoomHoldsRandomRays) {
 }
 
 TEST(RayTracer, alphaMaskLetsRaysThroughWhatItCutsOut) {
-  // A texture whose left half is clear.
   Scene scene;
-  Image image;
-  image.levels.push_back({2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
-  scene.images.push_back(image);
-  const std::uint32_t material = addMaterial(scene, glm::vec3(1.0f));
-  scene.materials[material].alphaMode = AlphaMode::mask;
-  scene.materials[material].albedoTexture.image = 0;
-  scene.materials[material].albedoTexture.nearest = true;
+  const std::uint32_t material = addHalfMask(scene);
   addInstance(scene, quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, material));
   addInstance(scene, quad({0, 0, -1}, {1, 0, 0}, {0, 1, 0}));
   finish(scene);
