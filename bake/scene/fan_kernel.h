@@ -15,6 +15,7 @@ constexpr std::uint32_t kFanGeometry = 0x3FFFFFFFu;  // the rest of FanLeaf::geo
 constexpr std::uint32_t kFanBack = 0x80000000u;      // in FanJob::hit: the back was hit
 constexpr std::uint32_t kFanNone = 0xFFFFFFFFu;      // in FanJob::hit: nothing was hit
 constexpr std::uint32_t kFanStrip = 4;               // cells a side of a block
+constexpr std::uint32_t kFewFanRays = 64;            // that pass a box are listed
 constexpr std::uint32_t kMostFanBlocks = 63;         // a side of a face: a cell's coordinate fits into a byte
 
 struct alignas(64) FanNode {
@@ -31,10 +32,16 @@ struct alignas(64) FanLeaf {
 // The children of a node, those that wait for their turn among them. (Arrays, since registers are stored and lanes are
 // read: an array of structs is stored by lanes and read by registers, which processors wait for.)
 struct alignas(64) FanFrame {
-  float distance2[kFanLanes];                                        // [m²] to the box
+  float distance2[kFanLanes];      // [m²] to the box
+  std::uint32_t child[kFanLanes];  // as in FanNode
+  std::uint32_t count;             // of the rays that pass the node, where few do; 0 = many
+  // Where many do:
   float u0[kFanLanes], u1[kFanLanes], v0[kFanLanes], v1[kFanLanes];  // what it covers of the face
   std::uint32_t cells[kFanLanes];                                    // a byte each: first column, row, last column, row
-  std::uint32_t child[kFanLanes];                                    // as in FanNode
+  // Where few do:
+  std::uint32_t ray[kFewFanRays];  // their places
+  std::uint32_t passing[2]
+                       [kFanLanes];  // which of them pass each child: a bit for each of the first 32, then for the rest
 };
 
 struct FanJob {

@@ -51,6 +51,45 @@ inline unsigned bitsOf(Ints mask) {
 #endif
 }
 
+#if defined(__AVX2__)
+// The numbers of the bits that are set in a byte, in order.
+struct SetBits {
+  alignas(8) std::uint8_t of[256][8] = {};
+  constexpr SetBits() {
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      for (unsigned bit = 0, n = 0; bit < 8; ++bit) {
+        if (byte >> bit & 1u) of[byte][n++] = static_cast<std::uint8_t>(bit);
+      }
+    }
+  }
+};
+constexpr SetBits kSetBits;
+#endif
+
+// Appends those lanes of `v` whose bits are set; anything may lie in the seven places behind them. Returns how many.
+inline std::uint32_t append(std::uint32_t* to, Ints v, unsigned bits) {
+#if defined(__AVX2__)
+  const __m256i order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kSetBits.of[bits])));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32((__m256i)v, order));
+  return static_cast<std::uint32_t>(__builtin_popcount(bits));
+#else
+  std::uint32_t n = 0;
+  for (; bits != 0; bits &= bits - 1) to[n++] = static_cast<std::uint32_t>(v[lowest(bits)]);
+  return n;
+#endif
+}
+
+// from[at] in each lane.
+inline Floats gather(const float* from, Ints at) {
+#if defined(__AVX2__)
+  return (Floats)_mm256_i32gather_ps(from, (__m256i)at, 4);
+#else
+  Floats v;
+  for (unsigned i = 0; i < kFanLanes; ++i) v[i] = from[at[i]];
+  return v;
+#endif
+}
+
 inline float mostLane(Floats v) {
 #if defined(__AVX2__)
   const __m128 half = _mm_max_ps(_mm256_castps256_ps128((__m256)v), _mm256_extractf128_ps((__m256)v, 1));

@@ -15,11 +15,10 @@
 namespace relume {
 namespace {
 
-constexpr float kLeastDepth = 1e-30f;   // [m] nearer is beside the point itself
-constexpr float kSlack = 1e-5f;         // of coordinates on a face
-constexpr float kSlackCells = 1e-3f;    // of cells
-constexpr float kNearer = 0.99999f;     // of squared distances to boxes, which round
-constexpr std::uint32_t kFewRays = 64;  // meet all triangles of a leaf at once; more meet one after the other
+constexpr float kLeastDepth = 1e-30f;  // [m] nearer is beside the point itself
+constexpr float kSlack = 1e-5f;        // of coordinates on a face
+constexpr float kSlackCells = 1e-3f;   // of cells
+constexpr float kNearer = 0.99999f;    // of squared distances to boxes, which round
 
 // Coordinates on a face, tangents, become nearly angles, so that rays are nearly as dense everywhere: 4 / pi atan(u).
 // Odd and monotonic on [-1, 1].
@@ -191,27 +190,53 @@ class Walk {
     }
 
     top_ = job_.stack;
-    visitNode(0, 0);
+    visitNode<false>(0, 0);
     while (top_ != job_.stack) {
       const std::uint32_t waiting = *--top_;
       const FanFrame& frame = job_.frames[waiting / kFanLanes];
       const std::uint32_t lane = waiting % kFanLanes;
       const std::uint32_t child = frame.child[lane];
       const bool isLeaf = (child & kFanLeaf) != 0;
+      if (frame.count > 0) {
+        listPassing(frame, lane);
+        if (passing_ == 0) continue;
+        if (isLeaf) {
+          visitLeaf(Box{}, child & ~kFanLeaf);
+        } else {
+          visitNode<true>(child, waiting / kFanLanes + 1);
+        }
+        continue;
+      }
       const Box box = boxOf(frame, lane);
       if (!isSeen(box, isLeaf)) continue;
       if (isLeaf) {
         visitLeaf(box, child & ~kFanLeaf);
+      } else if (passing_ > 0 && passing_ <= kFewFanRays) {
+        visitNode<true>(child, waiting / kFanLanes + 1);
       } else {
-        visitNode(child, waiting / kFanLanes + 1);
+        visitNode<false>(child, waiting / kFanLanes + 1);
       }
     }
   }
 
-  // Whether any ray may end in a box. Of a leaf, list the rays in ray_, up to the first few beyond kFewRays.
+  // Of the rays that pass a child, list in ray_ those that may still end in it.
+  void listPassing(const FanFrame& frame, std::uint32_t lane) {
+    const Floats near = splat(frame.distance2[lane]);
+    passing_ = 0;
+    for (std::uint32_t first = 0; first < frame.count; first += kFanLanes) {
+      const unsigned bits = frame.passing[first / 32][lane] >> first % 32 & 0xFFu;
+      if (bits == 0) continue;
+      const Ints ray = loadInts(frame.ray + first);
+      const Floats t = gather(job_.t, ray);
+      passing_ += append(ray_ + passing_, ray, bitsOf(near < t * t) & bits);
+    }
+  }
+
+  // Whether any ray may end in a box. Of small boxes, list the rays in ray_, up to the first few beyond kFewFanRays.
   bool isSeen(const Box& e, bool isLeaf) {
     const std::uint32_t x0 = e.x0 / kFanStrip, x1 = e.x1 / kFanStrip, y0 = e.y0 / kFanStrip, y1 = e.y1 / kFanStrip;
     const std::uint32_t extent = (x1 - x0) | (y1 - y0);
+    passing_ = 0;
     if (extent > 1) {
       const auto level = 31u - static_cast<unsigned>(__builtin_clz(extent));
       const float* farthest = job_.farthest + levelBegin_[level];
@@ -222,7 +247,6 @@ class Walk {
       if (!isLeaf || e.distance2 >= all * all) return e.distance2 < all * all;
     }
 
-    passing_ = 0;
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
       const std::uint32_t* row = begin_ + strip * kFanStrip * side_;
@@ -230,17 +254,16 @@ class Walk {
       for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
         const Ints lanes = lanesWithin(i, begin, end);
-        unsigned bits = bitsOf((u >= u0) & (u <= u1) & (v >= v0) & (v <= v1) & (near < t * t) & lanes);
-        if (bits == 0) continue;
-        if (!isLeaf) return true;
-        for (; bits != 0; bits &= bits - 1) ray_[passing_++] = i + lowest(bits);
-        if (passing_ > kFewRays) return true;
+        const unsigned bits = bitsOf((u >= u0) & (u <= u1) & (v >= v0) & (v <= v1) & (near < t * t) & lanes);
+        passing_ += append(ray_ + passing_, kLane + static_cast<std::int32_t>(i), bits);
+        if (passing_ > kFewFanRays) return true;
       }
     }
     return passing_ > 0;
   }
 
-  // Lets those children wait that rays may meet.
+  // Lets those children wait that rays may meet. kFew: the rays in ray_ are all that pass the node.
+  template <bool kFew>
   void visitNode(std::uint32_t index, std::uint32_t depth) {
     const FanNode& node = job_.nodes[index];
     const float* origin = job_.origin;
@@ -261,20 +284,25 @@ class Walk {
                             most(low * axis[depth_], high * axis[depth_]);
       seen &= height > 0.0f;
     }
+    const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
+    const Floats distance2 = ((da * da + db * db) + dd * dd) * kNearer;
+    r.u0 -= kSlack, r.u1 += kSlack, r.v0 -= kSlack, r.v1 += kSlack;
+    FanFrame& frame = job_.frames[depth];
+    if constexpr (kFew) seen &= findPassing(r, distance2, frame);
     unsigned bits = bitsOf(seen);
     if (bits == 0) return;
-    findCells(r);
-    const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
-    FanFrame& frame = job_.frames[depth];
+    if constexpr (!kFew) {
+      findCells(r);
+      store(frame.u0, r.u0), store(frame.u1, r.u1), store(frame.v0, r.v0), store(frame.v1, r.v1);
+      storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
+      frame.count = 0;
+    }
+    store(frame.distance2, distance2);
+    storeInts(frame.child, loadInts(node.child));
     const Floats ma = a0 + a1, mb = b0 + b1, md = low + high;
     const Floats middle2 = (ma * ma + mb * mb) + md * md;
-    store(frame.distance2, ((da * da + db * db) + dd * dd) * kNearer);
     alignas(32) float middle[kFanLanes];
     store(middle, middle2);
-    store(frame.u0, r.u0 - kSlack), store(frame.u1, r.u1 + kSlack);
-    store(frame.v0, r.v0 - kSlack), store(frame.v1, r.v1 + kSlack);
-    storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
-    storeInts(frame.child, loadInts(node.child));
 
     // The one with the nearest middle comes to the top (3 % faster than the nearest box): as many lie below as are
     // farther.
@@ -288,6 +316,25 @@ class Walk {
       bottom[__builtin_popcount(bitsOf(below) & all)] = depth * kFanLanes + i;
     }
     top_ += __builtin_popcount(all);
+  }
+
+  // Which children the listed rays pass, before they end: all ones. Keeps the list.
+  Ints findPassing(const Rectangle& r, Floats distance2, FanFrame& frame) const {
+    const auto passingOf = [&](std::uint32_t first, std::uint32_t end) {
+      Ints all{}, bit = splatInt(1u);
+      for (std::uint32_t k = first; k < end; ++k, bit += bit) {
+        const std::uint32_t ray = ray_[k];
+        const float u = job_.u[ray], v = job_.v[ray], t = job_.t[ray];
+        all |= (u >= r.u0) & (u <= r.u1) & (v >= r.v0) & (v <= r.v1) & (distance2 < t * t) & bit;
+      }
+      return all;
+    };
+    frame.count = passing_;
+    for (std::uint32_t k = 0; k < passing_; k += kFanLanes) storeInts(frame.ray + k, loadInts(ray_ + k));
+    const Ints low = passingOf(0, leastOf(32, passing_));
+    const Ints high = passing_ > 32 ? passingOf(32, passing_) : Ints{};
+    storeInts(frame.passing[0], low), storeInts(frame.passing[1], high);
+    return (low | high) != 0;
   }
 
   void fetch(std::uint32_t child) const {
@@ -306,7 +353,7 @@ class Walk {
     };
     const Vectors a = corner(0), b = corner(3), c = corner(6);
     const Triangles triangles = seenFrom(a, b, c);
-    if (passing_ <= kFewRays) {
+    if (passing_ <= kFewFanRays) {
       crossRays(leaf, index, triangles);
     } else {
       crossTriangles(box, leaf, index, triangles, a, b, c);
@@ -326,7 +373,6 @@ class Walk {
       const std::uint32_t ray = ray_[k];
       const Vectors direction = splat(job_.x[ray], job_.y[ray], job_.z[ray]);
       const Passing passing = pass(triangles, direction);
-      if (bitsOf(passing.inside) == 0) continue;
       const Meeting meeting = meet(triangles, direction);
       unsigned bits = bitsOf(passing.inside & (meeting.distance > 0.0f) & (meeting.distance < job_.t[ray]));
       if (bits == 0) continue;
@@ -461,7 +507,7 @@ class Walk {
   const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
   std::uint32_t passing_ = 0;  // rays that may end in the leaf
-  std::uint32_t ray_[kFewRays + kFanLanes];
+  std::uint32_t ray_[kFewFanRays + 2 * kFanLanes] = {};
 };
 
 }  // namespace

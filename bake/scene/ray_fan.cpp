@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-constexpr double kRaysPerBlock = 32.0;  // wished: four registers
+constexpr double kRaysPerBlock = 48.0;  // wished: six registers
 
 std::uint32_t blocksFor(std::size_t rays, bool hemisphere) {
   const double all = static_cast<double>(rays) * (hemisphere ? 2.0 : 1.0);
