@@ -38,6 +38,7 @@ inline Floats most(Floats a, Floats b) { return a > b ? a : b; }
 inline float most(float a, float b) { return a > b ? a : b; }
 inline std::uint32_t leastOf(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 inline Floats magnitude(Floats v) { return v < 0.0f ? -v : v; }
+inline float magnitude(float v) { return v < 0.0f ? -v : v; }
 inline unsigned lowest(unsigned bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
 
 // A bit for each lane of a mask.

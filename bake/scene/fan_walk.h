@@ -27,6 +27,16 @@ inline Floats evenOut(Floats u) {
   return u * (1.2732395f - u2 * (0.3795f - u2 * 0.1062605f));
 }
 
+// The coordinate that becomes `even`, by Newton's method.
+inline Floats unevenOut(Floats even) {
+  Floats u = even;
+  for (int step = 0; step < 4; ++step) {
+    const Floats u2 = u * u;
+    u -= (evenOut(u) - even) / (1.2732395f - u2 * (3.0f * 0.3795f - u2 * (5.0f * 0.1062605f)));
+  }
+  return u;
+}
+
 constexpr std::uint32_t kBlockCells = kFanStrip * kFanStrip;
 
 // The registers of rays are aligned: what was stored as one is read as one.
@@ -49,6 +59,13 @@ class Walk {
       levelSide_[levels_++] = side;
       first += side * side;
       if (side == 1) break;
+    }
+    const float slack = kSlack + 4.0f * kSlackCells / static_cast<float>(side_),
+                block = 1.0f / (0.5f * static_cast<float>(blocks_));
+    for (std::uint32_t x = 0; x < blocks_; x += kFanLanes) {
+      const Floats begin = __builtin_convertvector(kLane + static_cast<std::int32_t>(x), Floats) * block - 1.0f;
+      store(blockBegin_ + x, unevenOut(least(begin, splat(1.0f))) - slack);
+      store(blockEnd_ + x, unevenOut(least(begin + block, splat(1.0f))) + slack);
     }
   }
 
@@ -413,7 +430,8 @@ class Walk {
     Rectangle r;
     r.u0 = behind ? splat(-2.0f) : least(ua, least(ub, uc)), r.u1 = behind ? splat(2.0f) : most(ua, most(ub, uc));
     r.v0 = behind ? splat(-2.0f) : least(va, least(vb, vc)), r.v1 = behind ? splat(2.0f) : most(va, most(vb, vc));
-    Ints seen = (most(aDepth, most(bDepth, cDepth)) > 0.0f) & onFace(r);
+    // Planes through the point, as those of missing triangles, are never hit.
+    Ints seen = (most(aDepth, most(bDepth, cDepth)) > 0.0f) & onFace(r) & (triangles.plane != 0.0f);
     if (hemisphere_) {
       const Vectors axis = splat(job_.axis[0], job_.axis[1], job_.axis[2]);
       seen &= most(dot(a, axis), most(dot(b, axis), dot(c, axis))) > 0.0f;
@@ -447,11 +465,30 @@ class Walk {
       };
       const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
       const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
+      // Rays that meet it have three products with the sign of its plane's: leave out blocks beyond an edge.
+      const float facing = triangles.plane[i] < 0.0f ? -1.0f : 1.0f;
+      float perU[3], perV[3], constant[3];
+      for (int k = 0; k < 3; ++k) {
+        const Vectors& e = triangles.edge[k];
+        perU[k] = along(e, across_)[i] * facing, perV[k] = along(e, up_)[i] * facing;
+        constant[k] = along(e, depth_)[i] * sign * facing;
+        constant[k] += kSlack * (magnitude(perU[k]) + magnitude(perV[k]) + magnitude(constant[k]));
+      }
       for (std::uint32_t y = y0; y <= y1; ++y) {
-        for (std::uint32_t x = x0; x <= x1; ++x) {
-          const std::uint32_t block = y * blocks_ + x;
-          const float farthest = job_.farthest[block];
-          if (distance2[i] < farthest * farthest && crossBlock(leaf, index, i, one, block)) lower(block);
+        Floats row[3];
+        for (int k = 0; k < 3; ++k)
+          row[k] = splat(perV[k] * (perV[k] < 0.0f ? blockBegin_ : blockEnd_)[y] + constant[k]);
+        for (std::uint32_t x = x0; x <= x1; x += kFanLanes) {
+          const auto reaches = [&](int k) {
+            return load((perU[k] < 0.0f ? blockBegin_ : blockEnd_) + x) * perU[k] + row[k] >= 0.0f;
+          };
+          const Floats farthest = load(job_.farthest + y * blocks_ + x);
+          unsigned blocks = bitsOf((kLane <= static_cast<std::int32_t>(x1 - x)) & (distance2[i] < farthest * farthest) &
+                                   reaches(0) & reaches(1) & reaches(2));
+          for (; blocks != 0; blocks &= blocks - 1) {
+            const std::uint32_t block = y * blocks_ + x + lowest(blocks);
+            if (crossBlock(leaf, index, i, one, block)) lower(block);
+          }
         }
       }
     }
@@ -500,6 +537,8 @@ class Walk {
   float half_;
   bool hemisphere_;
   std::uint32_t levels_ = 0, levelBegin_[8], levelSide_[8];
+  float blockBegin_[kMostFanBlocks + kFanLanes],
+      blockEnd_[kMostFanBlocks + kFanLanes];  // coordinates of columns and rows of blocks
 
   // Of the face that is walked
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
