@@ -5,54 +5,23 @@
 // rectangle ends behind it (Greene et al., "Hierarchical Z-Buffer Visibility", SIGGRAPH 93, asked of single rays where
 // the rectangle is small). Packets of rays walk the same tree once each.
 //
-// Rays are sorted by face, strip of kFanStrip rows of cells, column and row: a rectangle's rays are one range a strip,
-// a block's (kFanStrip² cells) one range.
-//
 // Included by fan_baseline.cpp and fan_avx2.cpp; what fan_vectors.h says of functions holds here, too. (The rays and
 // their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
-#include "bake/scene/fan_vectors.h"
+#include "bake/scene/fan_cells.h"
 
 namespace relume {
 namespace {
 
 constexpr float kLeastDepth = 1e-30f;  // [m] nearer is beside the point itself
-constexpr float kSlack = 1e-5f;        // of coordinates on a face
-constexpr float kSlackCells = 1e-3f;   // of cells
 constexpr float kNearer = 0.99999f;    // of squared distances to boxes, which round
-
-// Coordinates on a face, tangents, become nearly angles, so that rays are nearly as dense everywhere: 4 / pi atan(u).
-// Odd and monotonic on [-1, 1].
-inline Floats evenOut(Floats u) {
-  const Floats u2 = u * u;
-  return u * (1.2732395f - u2 * (0.3795f - u2 * 0.1062605f));
-}
-
-// The coordinate that becomes `even`, by Newton's method.
-inline Floats unevenOut(Floats even) {
-  Floats u = even;
-  for (int step = 0; step < 4; ++step) {
-    const Floats u2 = u * u;
-    u -= (evenOut(u) - even) / (1.2732395f - u2 * (3.0f * 0.3795f - u2 * (5.0f * 0.1062605f)));
-  }
-  return u;
-}
-
-constexpr std::uint32_t kBlockCells = kFanStrip * kFanStrip;
-
-// The registers of rays are aligned: what was stored as one is read as one.
-constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kFanLanes - 1); }
-inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t end) {
-  return (kLane >= static_cast<std::int32_t>(begin - first)) & (kLane < static_cast<std::int32_t>(end - first));
-}
 
 class Walk {
  public:
   explicit Walk(const FanJob& job)
       : job_(job),
         blocks_(job.blocks),
-        side_(kFanStrip * job.blocks),
-        cells_(side_ * side_),
-        half_(0.5f * static_cast<float>(side_)),
+        cells_(job.blocks),
+        edges_(cells_),
         hemisphere_(job.axis[0] != 0.0f || job.axis[1] != 0.0f || job.axis[2] != 0.0f) {
     for (std::uint32_t first = 0, side = blocks_;; side = (side + 1) / 2) {
       levelBegin_[levels_] = first;
@@ -60,19 +29,12 @@ class Walk {
       first += side * side;
       if (side == 1) break;
     }
-    const float slack = kSlack + 4.0f * kSlackCells / static_cast<float>(side_),
-                block = 1.0f / (0.5f * static_cast<float>(blocks_));
-    for (std::uint32_t x = 0; x < blocks_; x += kFanLanes) {
-      const Floats begin = __builtin_convertvector(kLane + static_cast<std::int32_t>(x), Floats) * block - 1.0f;
-      store(blockBegin_ + x, unevenOut(least(begin, splat(1.0f))) - slack);
-      store(blockEnd_ + x, unevenOut(least(begin + block, splat(1.0f))) + slack);
-    }
   }
 
   void run() {
-    sortRays();
+    sortRays(job_, cells_);
     for (std::uint32_t face = 0; face < 6; ++face) {
-      if (job_.begin[face * cells_] != job_.begin[(face + 1) * cells_]) walkFace(face);
+      if (job_.begin[face * cells_.count] != job_.begin[(face + 1) * cells_.count]) walkFace(face);
     }
   }
 
@@ -93,74 +55,13 @@ class Walk {
             cells & 255,    cells >> 8 & 255, cells >> 16 & 255, cells >> 24};
   }
 
-  // Cells of a face by strip, column and row.
-  Ints cellOf(Floats u, float shift) const {
-    const Floats inside = least(most(u, splat(-1.0f)), splat(1.0f));
-    const Floats cell = evenOut(inside) * half_ + (half_ + shift);
-    return __builtin_convertvector(least(most(cell, Floats{}), splat(static_cast<float>(side_ - 1))), Ints);
-  }
   void findCells(Rectangle& r) const {
-    r.x0 = cellOf(r.u0, -kSlackCells), r.x1 = cellOf(r.u1, kSlackCells);
-    r.y0 = cellOf(r.v0, -kSlackCells), r.y1 = cellOf(r.v1, kSlackCells);
+    r.x0 = cells_.of(r.u0, -kSlackCells), r.x1 = cells_.of(r.u1, kSlackCells);
+    r.y0 = cells_.of(r.v0, -kSlackCells), r.y1 = cells_.of(r.v1, kSlackCells);
   }
   static Ints onFace(const Rectangle& r) {
     constexpr float kEdge = 1.0f + kSlack;
     return (r.u0 <= kEdge) & (r.u1 >= -kEdge) & (r.v0 <= kEdge) & (r.v1 >= -kEdge);
-  }
-
-  void sortRays() {
-    const std::uint32_t count = job_.count;
-    for (std::uint32_t i = 0; i <= 6 * cells_; ++i) job_.begin[i] = 0;
-
-    // Find each ray's face and cell.
-    for (std::uint32_t first = 0; first < count; first += kFanLanes) {
-      const std::uint32_t lanes = leastOf(kFanLanes, count - first);
-      alignas(32) float lane[3][kFanLanes];
-      for (std::uint32_t i = 0; i < kFanLanes; ++i) {
-        const float* from = job_.direction + 3 * (first + leastOf(i, lanes - 1));
-        lane[0][i] = from[0], lane[1][i] = from[1], lane[2][i] = from[2];
-      }
-      const Vectors d{load(lane[0]), load(lane[1]), load(lane[2])};
-      const Floats x = magnitude(d.x), y = magnitude(d.y), z = magnitude(d.z);
-      const Ints alongX = (x >= y) & (x >= z), alongY = ~alongX & (y >= z);
-      const Floats depth = alongX ? d.x : alongY ? d.y : d.z;
-      const Floats scale = 1.0f / magnitude(depth);
-      const Floats u = (alongX ? d.y : alongY ? d.z : d.x) * scale, v = (alongX ? d.z : alongY ? d.x : d.y) * scale;
-      const Ints column = cellOf(u, 0.0f), row = cellOf(v, 0.0f);
-      const Ints face = (alongX ? Ints{} : alongY ? Ints{} + 2 : Ints{} + 4) + (depth < 0.0f ? Ints{} + 1 : Ints{});
-      constexpr auto kStrip = static_cast<std::int32_t>(kFanStrip);
-      const auto side = static_cast<std::int32_t>(side_);
-      const Ints cell = face * (side * side) + row / kStrip * (kStrip * side) + column * kStrip + row % kStrip;
-      store(job_.faceU + first, u);
-      store(job_.faceV + first, v);
-      storeInts(job_.place + first, cell);
-      for (std::uint32_t i = 0; i < lanes; ++i) ++job_.begin[job_.place[first + i] + 1];
-    }
-
-    // Put them in order.
-    for (std::uint32_t i = 0; i < 6 * cells_; ++i) {
-      job_.cursor[i] = job_.begin[i];
-      job_.begin[i + 1] += job_.begin[i];
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t place = job_.cursor[job_.place[i]]++;
-      job_.place[i] = place;
-      job_.u[place] = job_.faceU[i];
-      job_.v[place] = job_.faceV[i];
-      job_.x[place] = job_.direction[3 * i];
-      job_.y[place] = job_.direction[3 * i + 1];
-      job_.z[place] = job_.direction[3 * i + 2];
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      job_.t[i] = kInfinity;
-      job_.hit[i] = kFanNone;
-    }
-    for (std::uint32_t i = 0; i < 6 * blocks_ * blocks_; ++i) {
-      const std::uint32_t end = job_.begin[(i + 1) * kBlockCells];
-      for (std::uint32_t k = job_.begin[i * kBlockCells]; k < end; ++k) {
-        job_.block[k] = static_cast<std::uint16_t>(i % (blocks_ * blocks_));
-      }
-    }
   }
 
   // The farthest of the four below a block of a level >= 1.
@@ -195,7 +96,7 @@ class Walk {
   void walkFace(std::uint32_t face) {
     depth_ = static_cast<int>(face / 2), across_ = (depth_ + 1) % 3, up_ = (depth_ + 2) % 3;
     backward_ = face % 2 != 0;
-    begin_ = job_.begin + face * cells_;
+    begin_ = job_.begin + face * cells_.count;
     for (std::uint32_t i = 0; i < blocks_ * blocks_; ++i) {
       job_.farthest[i] = begin_[(i + 1) * kBlockCells] > begin_[i * kBlockCells] ? kInfinity : 0.0f;
     }
@@ -266,7 +167,7 @@ class Walk {
 
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
-      const std::uint32_t* row = begin_ + strip * kFanStrip * side_;
+      const std::uint32_t* row = begin_ + strip * kFanStrip * cells_.side;
       const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1) * kFanStrip];
       for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
@@ -477,10 +378,10 @@ class Walk {
       for (std::uint32_t y = y0; y <= y1; ++y) {
         Floats row[3];
         for (int k = 0; k < 3; ++k)
-          row[k] = splat(perV[k] * (perV[k] < 0.0f ? blockBegin_ : blockEnd_)[y] + constant[k]);
+          row[k] = splat(perV[k] * (perV[k] < 0.0f ? edges_.begin : edges_.end)[y] + constant[k]);
         for (std::uint32_t x = x0; x <= x1; x += kFanLanes) {
           const auto reaches = [&](int k) {
-            return load((perU[k] < 0.0f ? blockBegin_ : blockEnd_) + x) * perU[k] + row[k] >= 0.0f;
+            return load((perU[k] < 0.0f ? edges_.begin : edges_.end) + x) * perU[k] + row[k] >= 0.0f;
           };
           const Floats farthest = load(job_.farthest + y * blocks_ + x);
           unsigned blocks = bitsOf((kLane <= static_cast<std::int32_t>(x1 - x)) & (distance2[i] < farthest * farthest) &
@@ -533,12 +434,11 @@ class Walk {
   }
 
   const FanJob& job_;
-  std::uint32_t blocks_, side_, cells_;  // a side; cells a side; cells a face
-  float half_;
+  std::uint32_t blocks_;  // a side
+  FaceCells cells_;
+  BlockEdges edges_;
   bool hemisphere_;
   std::uint32_t levels_ = 0, levelBegin_[8], levelSide_[8];
-  float blockBegin_[kMostFanBlocks + kFanLanes],
-      blockEnd_[kMostFanBlocks + kFanLanes];  // coordinates of columns and rows of blocks
 
   // Of the face that is walked
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
