@@ -42,6 +42,8 @@ std::string sized(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
+bool isJpeg(std::span<const std::uint8_t> bytes) { return !bytes.empty() && bytes[0] == 0xFF; }
+
 // What of a JPEG stb_image would trip over, or null: a Huffman table of more than 256 symbols (it writes past its own),
 // or more scans than any encoder makes. Walks the markers as the decoder does.
 const char* jpegProblem(std::span<const std::uint8_t> bytes) {
@@ -176,6 +178,9 @@ std::uint64_t mostPixels(std::uint64_t bytes) { return kMaxPixelsPerByte * bytes
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return Error{ErrorCode::invalidFile, where + ": more than 2 GiB of image data"};
+  // Tables come before the size, too.
+  if (const char* problem = isJpeg(bytes) ? jpegProblem(bytes) : nullptr)
+    return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
   int width = 0, height = 0, channels = 0;
   if (bytes.empty() ||
       !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels)) {
@@ -191,8 +196,7 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
                                              std::to_string(kMaxImageSide) + " a side and at most " +
                                              std::to_string(kMaxImagePixels) + " in all"};
   }
-  const bool jpeg = bytes[0] == 0xFF;
-  if (pixels > (jpeg ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : mostPixels(bytes.size()))) {
+  if (pixels > (isJpeg(bytes) ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : mostPixels(bytes.size()))) {
     return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
                                              std::to_string(bytes.size()) + " bytes"};
   }
@@ -202,10 +206,7 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   const Result<ImageSize> size = peekImage(bytes, where);
   if (!size) return size.error();
-  const bool jpeg = bytes[0] == 0xFF;
-  if (const char* problem = jpeg ? jpegProblem(bytes) : nullptr)
-    return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
-  const std::vector<std::uint8_t> kept = jpeg ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
+  const std::vector<std::uint8_t> kept = isJpeg(bytes) ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
   if (!kept.empty()) bytes = kept;
 
   int width = 0, height = 0, channels = 0;
