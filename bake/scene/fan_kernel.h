@@ -34,14 +34,13 @@ struct alignas(64) FanLeaf {
 struct alignas(64) FanFrame {
   float distance2[kFanLanes];      // [m²] to the box
   std::uint32_t child[kFanLanes];  // as in FanNode
-  std::uint32_t count;             // of the rays that pass the node, where few do; 0 = many
-  // Where many do:
-  float u0[kFanLanes], u1[kFanLanes], v0[kFanLanes], v1[kFanLanes];  // what it covers of the face
-  std::uint32_t cells[kFanLanes];                                    // a byte each: first column, row, last column, row
-  // Where few do:
-  std::uint32_t ray[kFewFanRays];  // their places
-  std::uint32_t passing[2]
-                       [kFanLanes];  // which of them pass each child: a bit for each of the first 32, then for the rest
+  // Of a node that many rays pass, what each child covers of the face:
+  float u0[kFanLanes], u1[kFanLanes], v0[kFanLanes], v1[kFanLanes];
+  std::uint32_t cells[kFanLanes];  // a byte each: first column, row, last column, row
+  // Of a node that few rays pass:
+  std::uint32_t ray[kFewFanRays];       // their places
+  std::uint32_t passing[2][kFanLanes];  // a bit for each of them that passes the child: the first 32, the rest
+  std::uint32_t count;                  // of them; 0 = many
 };
 
 struct FanJob {

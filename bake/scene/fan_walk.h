@@ -240,7 +240,7 @@ class Walk {
   Ints findPassing(const Rectangle& r, Floats distance2, FanFrame& frame) const {
     const auto passingOf = [&](std::uint32_t first, std::uint32_t end) {
       Ints all{}, bit = splatInt(1u);
-      for (std::uint32_t k = first; k < end; ++k, bit += bit) {
+      for (std::uint32_t k = first; k < end; ++k, bit <<= 1) {
         const std::uint32_t ray = ray_[k];
         const float u = job_.u[ray], v = job_.v[ray], t = job_.t[ray];
         all |= (u >= r.u0) & (u <= r.u1) & (v >= r.v0) & (v <= r.v1) & (distance2 < t * t) & bit;

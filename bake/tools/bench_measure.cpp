@@ -149,14 +149,23 @@ Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames,
 Machine describeMachine() {
   Machine machine;
   machine.cores = std::max(1u, std::thread::hardware_concurrency());
+  // Family and model tell processors apart whose name virtual machines cut short.
+  std::string name, family, model;
   std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
+  for (std::string line; std::getline(info, line) && !line.empty();) {
     const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) {
-      machine.processor = line.substr(colon + 2);
-      break;
-    }
+    if (colon == std::string::npos) continue;
+    const std::string value = line.substr(colon + 2);
+    if (line.starts_with("model name"))
+      name = value;
+    else if (line.starts_with("model"))
+      model = value;
+    else if (line.starts_with("cpu family"))
+      family = value;
   }
+  machine.processor = name;
+  if (!name.empty() && !family.empty() && !model.empty())
+    machine.processor += " (family " + family + ", model " + model + ")";
   if (machine.processor.empty()) machine.processor = "unknown processor";
   return machine;
 }
