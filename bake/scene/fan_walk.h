@@ -3,7 +3,8 @@
 // depth buffer (Johnson et al., "The Irregular Z-Buffer", ACM TOG 24(4), 2005) on the faces of a cube around the
 // point. A tree of the triangles is walked once a face, near nodes first; a node goes when no ray that passes its
 // rectangle ends behind it (Greene et al., "Hierarchical Z-Buffer Visibility", SIGGRAPH 93, asked of single rays where
-// the rectangle is small). Packets of rays walk the same tree once each.
+// the rectangle is small). Where few rays pass a node they are listed, and below it only these are asked. Packets of
+// rays walk the same tree once each.
 //
 // Included by fan_baseline.cpp and fan_avx2.cpp; what fan_vectors.h says of functions holds here, too. (The rays and
 // their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
@@ -19,11 +20,10 @@ class Walk {
  public:
   explicit Walk(const FanJob& job)
       : job_(job),
-        blocks_(job.blocks),
         cells_(job.blocks),
         edges_(cells_),
         hemisphere_(job.axis[0] != 0.0f || job.axis[1] != 0.0f || job.axis[2] != 0.0f) {
-    for (std::uint32_t first = 0, side = blocks_;; side = (side + 1) / 2) {
+    for (std::uint32_t first = 0, side = cells_.blocks;; side = (side + 1) / 2) {
       levelBegin_[levels_] = first;
       levelSide_[levels_++] = side;
       first += side * side;
@@ -83,7 +83,7 @@ class Walk {
     float farthest = mostLane(all);
     if (!(farthest < job_.farthest[block])) return;
     job_.farthest[block] = farthest;
-    std::uint32_t x = block % blocks_, y = block / blocks_;
+    std::uint32_t x = block % cells_.blocks, y = block / cells_.blocks;
     for (std::uint32_t level = 1; level < levels_; ++level) {
       x /= 2, y /= 2;
       farthest = farthestBelow(level, x, y);
@@ -97,7 +97,7 @@ class Walk {
     depth_ = static_cast<int>(face / 2), across_ = (depth_ + 1) % 3, up_ = (depth_ + 2) % 3;
     backward_ = face % 2 != 0;
     begin_ = job_.begin + face * cells_.count;
-    for (std::uint32_t i = 0; i < blocks_ * blocks_; ++i) {
+    for (std::uint32_t i = 0; i < cells_.blocks * cells_.blocks; ++i) {
       job_.farthest[i] = begin_[(i + 1) * kBlockCells] > begin_[i * kBlockCells] ? kInfinity : 0.0f;
     }
     for (std::uint32_t level = 1; level < levels_; ++level) {
@@ -383,11 +383,11 @@ class Walk {
           const auto reaches = [&](int k) {
             return load((perU[k] < 0.0f ? edges_.begin : edges_.end) + x) * perU[k] + row[k] >= 0.0f;
           };
-          const Floats farthest = load(job_.farthest + y * blocks_ + x);
+          const Floats farthest = load(job_.farthest + y * cells_.blocks + x);
           unsigned blocks = bitsOf((kLane <= static_cast<std::int32_t>(x1 - x)) & (distance2[i] < farthest * farthest) &
                                    reaches(0) & reaches(1) & reaches(2));
           for (; blocks != 0; blocks &= blocks - 1) {
-            const std::uint32_t block = y * blocks_ + x + lowest(blocks);
+            const std::uint32_t block = y * cells_.blocks + x + lowest(blocks);
             if (crossBlock(leaf, index, i, one, block)) lower(block);
           }
         }
@@ -434,7 +434,6 @@ class Walk {
   }
 
   const FanJob& job_;
-  std::uint32_t blocks_;  // a side
   FaceCells cells_;
   BlockEdges edges_;
   bool hemisphere_;
@@ -445,7 +444,7 @@ class Walk {
   bool backward_ = false;                // it faces along -depth
   const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
-  std::uint32_t passing_ = 0;  // rays that may end in the leaf
+  std::uint32_t passing_ = 0;  // rays in ray_, that may end in the box
   std::uint32_t ray_[kFewFanRays + 2 * kFanLanes] = {};
 };
 
