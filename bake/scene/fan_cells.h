@@ -65,8 +65,9 @@ inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t 
   return (kLane >= static_cast<std::int32_t>(begin - first)) & (kLane < static_cast<std::int32_t>(end - first));
 }
 
+// Puts the rays into the order of their cells, none of them with a hit yet.
 inline void sortRays(const FanJob& job, const FaceCells& cells) {
-  const std::uint32_t count = job.count, blocks = cells.blocks * cells.blocks;
+  const std::uint32_t count = job.count, blocksAFace = cells.blocks * cells.blocks;
   for (std::uint32_t i = 0; i <= 6 * cells.count; ++i) job.begin[i] = 0;
 
   // Find each ray's face and cell.
@@ -112,10 +113,10 @@ inline void sortRays(const FanJob& job, const FaceCells& cells) {
     job.t[i] = kInfinity;
     job.hit[i] = kFanNone;
   }
-  for (std::uint32_t i = 0; i < 6 * blocks; ++i) {
+  for (std::uint32_t i = 0; i < 6 * blocksAFace; ++i) {
     const std::uint32_t end = job.begin[(i + 1) * kBlockCells];
     for (std::uint32_t k = job.begin[i * kBlockCells]; k < end; ++k) {
-      job.block[k] = static_cast<std::uint16_t>(i % (blocks));
+      job.block[k] = static_cast<std::uint16_t>(i % blocksAFace);
     }
   }
 }
