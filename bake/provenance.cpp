@@ -139,8 +139,10 @@ std::uint64_t hashScene(const Scene& scene, const std::vector<BakedInstance>& in
 
 std::uint64_t hashViews(const Scene& scene) {
   Hasher h;
-  h.value(static_cast<std::uint64_t>(scene.cameras.size()));
-  for (const Camera& camera : scene.cameras) {
+  const std::vector<std::uint32_t> cameras = scene.playSpaceCameras();
+  h.value(static_cast<std::uint64_t>(cameras.size()));
+  for (const std::uint32_t i : cameras) {
+    const Camera& camera = scene.cameras[i];
     h.array(std::span<const float>(&camera.toWorld[0][0], 16));
     h.value(camera.yfovRad);
     h.value(camera.aspect);

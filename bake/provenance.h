@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kAlgorithmVersion = 1;
 // texels it uses. Instances that share a mesh, a material or an image are hashed once. Any thread.
 std::vector<BakedInstance> describeInstances(const Scene& scene);
 
-// XXH3 over what decides where light is looked for beside the surfaces: cameras and volumes.
+// XXH3 over what decides where light is looked for beside the surfaces: play volumes, and Scene::playSpaceCameras().
 std::uint64_t hashViews(const Scene& scene);
 
 // XXH3 over the instances' hashes and names, and hashViews(). Lights are left out: they never enter a bake.

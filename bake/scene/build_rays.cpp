@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Builds what rays are traced in. Every fixed instance becomes a triangle geometry in world space, which traces
-// fastest; levels whose instances add up to more triangles than kFlattenLimit share one structure per mesh instead.
-// Embree's geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(), so that
-// barycentrics are in its winding by construction. Levels far from the origin are traced relative to their centre,
-// where floats are dense.
+// Builds what rays are traced in. Every instance that rays meet becomes a triangle geometry in world space, which
+// traces fastest; levels whose instances add up to more triangles than kFlattenLimit share one structure per mesh
+// instead. Embree's geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(),
+// so that barycentrics are in its winding by construction. Levels far from the origin are traced relative to their
+// centre, where floats are dense.
 #include "bake/scene/ray_tracer_state.h"
 
 #include "bake/parallel.h"
@@ -98,19 +98,25 @@ void commit(RTCScene scene) {
   runOnOneThread([scene] { rtcCommitScene(scene); });
 }
 
-// World bounds of the fixed triangles, their number, and how many fixed instances each mesh has.
+bool isMet(const Scene& scene, const Instance& instance, RayGeometry geometry) {
+  const bool asked =
+      instance.mode == BakeMode::fixed || (geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic);
+  return asked && !scene.meshes[instance.mesh].triangle.empty();
+}
+
+// World bounds of the triangles that rays meet, their number, and how many such instances each mesh has.
 struct Survey {
   glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
   std::uint64_t triangles = 0;
   std::vector<std::uint32_t> uses;  // [Size meshes]
 };
 
-Survey survey(const Scene& scene) {
+Survey survey(const Scene& scene, RayGeometry geometry) {
   Survey s;
   s.uses.resize(scene.meshes.size());
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
-    if (instance.mode != BakeMode::fixed || mesh.triangle.empty()) continue;
+    if (!isMet(scene, instance, geometry)) continue;
     s.triangles += mesh.triangle.size();
     ++s.uses[instance.mesh];
     for (const glm::uvec3& triangle : mesh.triangle) {
@@ -149,9 +155,10 @@ void RayTracer::State::noteOverlapsInFans() {
 }
 
 Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, Context& context,
-                                    RayStructure structure) {
+                                    RayStructure structure, RayGeometry geometry) {
   auto state = std::make_unique<State>();
   state->scene = &scene;
+  state->geometry = geometry;
 
   // Open the device. (Its own option "threads" would hold all of oneTBB to that number as long as the device lives.)
   const std::string config = isa.empty() ? "" : "isa=" + isa;
@@ -172,7 +179,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
                        std::to_string(version % 100) + " isa=" + (isa.empty() ? "best" : isa);
 
   // Measure the level; trace it around its own centre when it is far from the origin.
-  const Survey level = survey(scene);
+  const Survey level = survey(scene, geometry);
   state->boundsMin = level.min;
   state->boundsMax = level.max;
   const glm::vec3 centre = 0.5f * level.min + 0.5f * level.max, size = level.max - level.min;
@@ -191,7 +198,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->top = makeScene(device, quality);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
-    if (instance.mode != BakeMode::fixed || scene.meshes[instance.mesh].triangle.empty()) continue;
+    if (!isMet(scene, instance, geometry)) continue;
     if (context.cancelled()) return cancelledError();
     const auto id = static_cast<unsigned>(state->instance.size());
     state->instance.push_back(i);
@@ -202,7 +209,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       return state->masked.back().get();
     };
 
-    RTCGeometry geometry = nullptr;
+    RTCGeometry built = nullptr;
     if (share && level.uses[instance.mesh] > 1 && isInvertible(instance.toWorld)) {
       RTCScene& below = sharedOf[{instance.mesh, instance.flipped}];
       if (below == nullptr) {
@@ -219,16 +226,16 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       }
       glm::mat4 toTraced = instance.toWorld;
       toTraced[3] -= glm::vec4(state->shift, 0.0f);
-      geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
-      rtcSetGeometryInstancedScene(geometry, below);
-      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
-      rtcCommitGeometry(geometry);
+      built = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(built, below);
+      rtcSetGeometryTransform(built, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
+      rtcCommitGeometry(built);
     } else {
-      geometry = makeGeometry(device, quality, scene, instance, state->shift, makeMasked(), state->vertices[id]);
-      if (geometry == nullptr) break;
+      built = makeGeometry(device, quality, scene, instance, state->shift, makeMasked(), state->vertices[id]);
+      if (built == nullptr) break;
     }
-    rtcAttachGeometryByID(state->top.get(), geometry, id);
-    rtcReleaseGeometry(geometry);
+    rtcAttachGeometryByID(state->top.get(), built, id);
+    rtcReleaseGeometry(built);
   }
   // Build both structures, each on a thread of its own where there may be two.
   if (state->error.empty()) {

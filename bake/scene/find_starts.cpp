@@ -83,17 +83,21 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
   return free;
 }
 
-Start drawStart(const Scene& scene, std::span<const glm::vec3> freePoints, RandomStream& random) {
-  if (!freePoints.empty()) {
-    const glm::vec3 p = freePoints[random.below(static_cast<std::uint32_t>(freePoints.size()))];
+StartPlaces::StartPlaces(const Scene& scene) : volumes(scene.volumes) {
+  for (const std::uint32_t i : scene.playSpaceCameras()) cameras.push_back(scene.cameras[i]);
+}
+
+Start drawStart(const StartPlaces& places, RandomStream& random) {
+  if (!places.freePoints.empty()) {
+    const glm::vec3 p = places.freePoints[random.below(static_cast<std::uint32_t>(places.freePoints.size()))];
     return {p, uniformDirection(random.uniform2())};
   }
-  const auto cameras = static_cast<std::uint32_t>(scene.cameras.size());
-  const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(scene.volumes.size()));
-  if (pick < cameras) return fromCamera(scene.cameras[pick], random);
+  const auto cameras = static_cast<std::uint32_t>(places.cameras.size());
+  const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(places.volumes.size()));
+  if (pick < cameras) return fromCamera(places.cameras[pick], random);
   const glm::vec2 xy = random.uniform2();
   const glm::vec4 inVolume(xy - 0.5f, random.uniform() - 0.5f, 1.0f);
-  return {glm::vec3(scene.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
+  return {glm::vec3(places.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
 }
 
 }  // namespace relume

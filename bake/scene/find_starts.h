@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the walks of the play space start: cameras and play volumes, or free space when a level has neither.
+// Where the walks of the play space start: in the play volumes; at the cameras when there are none; in free space when
+// a level has neither.
 #pragma once
 
 #include "bake/context.h"
@@ -22,9 +23,19 @@ struct Start {
 // Points that see mostly fronts, within and around the level's bounds. Empty when there are none.
 std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t seed, Context& context);
 
-// Draw a start from the free points; from the scene's cameras (half of them looking through the frustum) and play
-// volumes when there are no free points given. The scene must have one of them.
-Start drawStart(const Scene& scene, std::span<const glm::vec3> freePoints, RandomStream& random);
+// What starts are drawn from: the free points when there are any, else cameras and play volumes, of which there must be
+// one then.
+struct StartPlaces {
+  explicit StartPlaces(const Scene& scene);
+  bool empty() const { return cameras.empty() && volumes.empty() && freePoints.empty(); }
+
+  std::vector<Camera> cameras;  // Scene::playSpaceCameras()
+  std::vector<PlayVolume> volumes;
+  std::vector<glm::vec3> freePoints;  // [m] findFreePoints()
+};
+
+// Draw a start; half of those at a camera look through its frustum.
+Start drawStart(const StartPlaces& places, RandomStream& random);
 
 // A uniformly distributed unit vector.
 glm::vec3 uniformDirection(const glm::vec2& u);

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,10 @@ class MeshImporter {
   std::uint64_t triangles_ = 0;            // of all meshes so far
   std::vector<std::uint32_t> renumbered_;  // scratch: new index per vertex, kNone = unused
 };
+
+// Which unit the intensities of the file's punctual lights have, by `asked`, the file's extras or what their sizes
+// suggest; makes scene.lights radiometric. invalidFile: extras that name no unit.
+Status convertLights(const GltfDocument& document, std::optional<LightUnit> asked, Scene& scene, Context& context);
 
 // Walk the default scene: instances, cameras, lights, play volumes.
 Status importNodes(const GltfDocument& document, MeshImporter& meshes, Scene& scene, Context& context);

@@ -2,6 +2,7 @@
 // The default scene's nodes to instances, cameras, lights and play volumes. The graph is checked to be a forest first;
 // it is walked with a stack of our own, so that depth costs nothing. Transforms are multiplied in double precision.
 #include "bake/scene/gltf_import.h"
+#include "bake/scene/unit_vector.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -25,6 +26,7 @@ struct Visit {
   glm::dmat4 parent{1.0};
   BakeMode mode = BakeMode::fixed;
   float texelDensity = 1.0f;
+  bool playSpace = true;
 };
 
 class NodeImporter {
@@ -42,7 +44,7 @@ class NodeImporter {
   Status addInstance(const Visit& at, const glm::dmat4& toWorld, std::uint32_t primitive, std::uint32_t gpuInstance,
                      std::uint32_t mesh, const std::string& where);
   Result<std::vector<glm::dmat4>> gpuInstances(const tinygltf::Node& node, const std::string& where);
-  Status addCamera(const tinygltf::Node& node, const glm::dmat4& toWorld, const std::string& where);
+  Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   std::string pathOf(int node) const;
   std::string nameOf(int node) const;
@@ -84,8 +86,8 @@ glm::dmat4 localTransform(const tinygltf::Node& node) {
 }
 
 glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback) {
-  const double length = glm::length(v);
-  return length > 0.0 && std::isfinite(length) ? v / length : fallback;
+  const glm::dvec3 unit = unitVector(v);
+  return unit == glm::dvec3(0.0) ? fallback : unit;
 }
 
 std::string NodeImporter::nameOf(int node) const {
@@ -156,7 +158,8 @@ Result<std::vector<int>> NodeImporter::roots() const {
   return out;
 }
 
-// extras.relume: {"bake": "static"|"dynamic"|"ignore", "texelDensity": f} hold for the node and what is below it;
+// extras.relume: {"bake": "static"|"dynamic"|"ignore", "texelDensity": f, "playSpace": false} hold for the node and
+// what is below it;
 // {"volume": [x, y, z]} is a play volume of that size in the node's axes.
 Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& where, const glm::mat4& toWorld,
                                 Visit& at) {
@@ -176,6 +179,10 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
     if (!(density >= 0.01 && density <= 100.0))
       return document_.invalid(path + ".texelDensity", "expected a number from 0.01 to 100");
     at.texelDensity = static_cast<float>(density);
+  }
+  if (relume.Has("playSpace")) {
+    if (!relume.Get("playSpace").IsBool()) return document_.invalid(path + ".playSpace", "expected true or false");
+    at.playSpace = relume.Get("playSpace").Get<bool>();
   }
   if (relume.Has("volume")) {
     const tinygltf::Value& volume = relume.Get("volume");
@@ -271,7 +278,8 @@ Status NodeImporter::addMesh(const tinygltf::Node& node, const Visit& at, const 
 }
 
 // Cameras look down -Z; scale and shear of the nodes above do not change what they see.
-Status NodeImporter::addCamera(const tinygltf::Node& node, const glm::dmat4& toWorld, const std::string& where) {
+Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
+                               const std::string& where) {
   const auto& cameras = document_.model.cameras;
   if (static_cast<std::size_t>(node.camera) >= cameras.size())
     return document_.invalid(
@@ -281,6 +289,7 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const glm::dmat4& toW
   const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
   Camera camera;
   camera.name = source.name.empty() ? nameOf(static_cast<int>(&node - document_.model.nodes.data())) : source.name;
+  camera.playSpace = at.playSpace;
   camera.orthographic = source.type == "orthographic";
   camera.yfovRad = static_cast<float>(source.perspective.yfov);
   camera.znear = static_cast<float>(camera.orthographic ? source.orthographic.znear : source.perspective.znear);
@@ -342,7 +351,13 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
 
   const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
                                                    : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
-  light.direction = glm::vec3(unitOr(-turn[2], glm::dvec3(0, 0, -1)));
+  const glm::dvec3 direction = unitVector(-turn[2]);
+  if (direction == glm::dvec3(0.0) && light.type != LightType::point) {
+    context_.message(Severity::warning, document_.at(where + ": its light '" + light.name +
+                                                     "' points nowhere, as the nodes above flatten its axis; -Z is "
+                                                     "taken. Give them a scale other than 0"));
+  }
+  light.direction = direction == glm::dvec3(0.0) ? glm::vec3(0, 0, -1) : glm::vec3(direction);
   light.positionWorld = glm::vec3(toWorld[3]);
   scene_.lights.push_back(std::move(light));
   return done();
@@ -363,11 +378,11 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
     if (Status status = addMesh(node, placed, toWorld, where); !status) return status;
   }
   if (node.camera >= 0) {
-    if (Status status = addCamera(node, toWorld, where); !status) return status;
+    if (Status status = addCamera(node, at, toWorld, where); !status) return status;
   }
   if (Status status = addLight(node, at, toWorld, where); !status) return status;
   for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-    stack.push_back({*child, toWorld, at.mode, at.texelDensity});
+    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace});
   return done();
 }
 

@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-Result<Scene> import(const std::filesystem::path& path, Context& context) {
+Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
   // 1. The document: container, JSON, buffers, compressed views
   Result<GltfDocument> document = loadGltfDocument(path, context);
   if (!document) return document.error();
@@ -23,17 +23,19 @@ Result<Scene> import(const std::filesystem::path& path, Context& context) {
   // 3. The node graph, with the meshes it places
   MeshImporter meshes(*document, std::move(*uvSets), scene, context);
   if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();
+  // 4. The lights' unit
+  if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
   scene.files = std::move(document->files);
   return scene;
 }
 
 }  // namespace
 
-Result<Scene> importGltf(const std::filesystem::path& path, Context& context) {
+Result<Scene> importGltf(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
   const Context::Stage stage(context, "import");
   if (!context.progress("import", 0.0)) return cancelledError();
   try {
-    Result<Scene> scene = import(path, context);
+    Result<Scene> scene = import(path, context, options);
     if (scene) {
       context.figure("triangles", scene->triangleCount());
       context.figure("instances", static_cast<double>(scene->instances.size()));

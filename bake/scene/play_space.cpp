@@ -93,8 +93,8 @@ void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walk
 // Walk one round. Walk i starts anew or, in later rounds, where a walk of an earlier round came to (pool); the points
 // in the air where the walks end become the next pool.
 void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOptions& options, std::uint64_t seed,
-               std::uint32_t round, std::span<const glm::vec3> freePoints, std::vector<glm::vec3>& pool,
-               CellCounter& counter, Context& context) {
+               std::uint32_t round, const StartPlaces& places, std::vector<glm::vec3>& pool, CellCounter& counter,
+               Context& context) {
   const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
   std::vector<glm::vec3> reached(walks);
   std::vector<std::uint8_t> valid(walks, 0);
@@ -110,7 +110,7 @@ void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOpt
       Walker& w = walkers[i];
       w.random = RandomStream(seed, kStage + round, begin + i);
       const bool fresh = pool.empty() || w.random.uniform() < kFreshStarts;
-      const Start start = fresh ? drawStart(tracer.scene(), freePoints, w.random)
+      const Start start = fresh ? drawStart(places, w.random)
                                 : Start{pool[w.random.below(static_cast<std::uint32_t>(pool.size()))],
                                         uniformDirection(w.random.uniform2())};
       w.origin = w.air = start.position;
@@ -145,13 +145,13 @@ struct FirstLook {
   float hitShare = 0.0f;  // of the rays
 };
 
-FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, std::span<const glm::vec3> freePoints) {
+FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartPlaces& places) {
   constexpr std::size_t kProbes = 4096;
   std::vector<Ray> rays(kProbes);
   std::vector<Hit> hits(kProbes);
   for (std::size_t i = 0; i < kProbes; ++i) {
     RandomStream random(seed, kStage + kRounds, i);
-    const Start start = drawStart(tracer.scene(), freePoints, random);
+    const Start start = drawStart(places, random);
     rays[i] = {start.position, 0.0f, start.direction};
   }
   tracer.trace(rays, hits);
@@ -251,20 +251,20 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   if (!(space.total > 0.0)) return Error{ErrorCode::failed, "play space: the level has no triangle with an area"};
 
   // Find where receivers can be.
-  std::vector<glm::vec3> freePoints;
-  const char* from = "cameras and play volumes";
+  StartPlaces places(scene);
+  const char* from = places.volumes.empty() ? "cameras" : "play volumes";
   FirstLook look;
-  if (!scene.cameras.empty() || !scene.volumes.empty()) look = lookAround(tracer, seed, freePoints);
+  if (!places.empty()) look = lookAround(tracer, seed, places);
   if (!(look.distance > 0.0f)) {
     from = "free space";
-    freePoints = findFreePoints(tracer, seed, context);
-    if (!freePoints.empty()) look = lookAround(tracer, seed, freePoints);
+    places.freePoints = findFreePoints(tracer, seed, context);
+    if (!places.freePoints.empty()) look = lookAround(tracer, seed, places);
   }
   if (context.cancelled()) return cancelledError();
   if (options.mode == PlaySpaceOptions::Mode::all || !(look.distance > 0.0f)) {
     if (!(look.distance > 0.0f))
       context.message(Severity::warning, "play space: no free space found; every surface is kept");
-    space.receivers = freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(freePoints);
+    space.receivers = places.freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(places.freePoints);
     thin(space.receivers);
     report(space, "everywhere", context);
     return space;
@@ -279,7 +279,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   CellCounter counter;
   std::vector<glm::vec3> pool;
   for (std::uint32_t round = 0; round < kRounds; ++round) {
-    walkRound(tracer, grid, options, seed, round, freePoints, pool, counter, context);
+    walkRound(tracer, grid, options, seed, round, places, pool, counter, context);
     if (context.cancelled()) return cancelledError();
   }
 

@@ -185,6 +185,7 @@ void RayTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occl
 }
 
 const Scene& RayTracer::scene() const { return *state_->scene; }
+RayGeometry RayTracer::geometry() const { return state_->geometry; }
 std::string RayTracer::description() const { return state_->description; }
 glm::vec3 RayTracer::boundsMin() const { return state_->boundsMin; }
 glm::vec3 RayTracer::boundsMax() const { return state_->boundsMax; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rays against the fixed instances of a scene, by Embree, which ray_tracer_state.h and fan_tree.h include.
+// Rays against the instances of a scene, by Embree, which ray_tracer_state.h and fan_tree.h include.
 // Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
 // instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
 #pragma once
@@ -41,11 +41,15 @@ enum class RayOrder { mixed, coherent };
 // structure for RayFan (0.1 s, on another thread meanwhile) unless the level is too large for that.
 enum class RayStructure { quick, thorough, fans };
 
+// Which instances rays meet. fixed: those that a bake is made of; drawn: dynamic ones as well.
+enum class RayGeometry { fixed, drawn };
+
 class RayTracer {
  public:
   // Builds the acceleration structure. failed: Embree's own message. isa: "avx2", "avx512", "sse4.2" or "" (best).
   static Result<RayTracer> create(const Scene& scene, const std::string& isa, Context& context,
-                                  RayStructure structure = RayStructure::thorough);
+                                  RayStructure structure = RayStructure::thorough,
+                                  RayGeometry geometry = RayGeometry::fixed);
   RayTracer(RayTracer&&) noexcept;
   RayTracer& operator=(RayTracer&&) noexcept;
   ~RayTracer();
@@ -58,8 +62,9 @@ class RayTracer {
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
 
   const Scene& scene() const;
+  RayGeometry geometry() const;
   std::string description() const;  // "embree 3.13.5 isa=avx2"
-  // World bounds of the fixed geometry. [m]
+  // World bounds of the instances that rays meet. [m]
   glm::vec3 boundsMin() const;
   glm::vec3 boundsMax() const;
   // Distance by which rays should start off a surface here: a small multiple of the floats' spacing. [m]

@@ -82,6 +82,7 @@ inline RTCRay toEmbree(const Ray& ray, const glm::vec3& shift) {
 
 struct RayTracer::State {
   const Scene* scene = nullptr;
+  RayGeometry geometry = RayGeometry::fixed;
   DevicePtr device;  // released after the scenes
   std::vector<ScenePtr> shared;
   ScenePtr top;

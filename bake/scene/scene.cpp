@@ -56,6 +56,14 @@ std::uint32_t Scene::instanceOf(std::uint32_t triangle) const {
   return static_cast<std::uint32_t>(after - instances.begin()) - 1;
 }
 
+std::vector<std::uint32_t> Scene::playSpaceCameras() const {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = 0; i < cameras.size() && volumes.empty(); ++i) {
+    if (cameras[i].playSpace) indices.push_back(i);
+  }
+  return indices;
+}
+
 // Object-space edges carried by the cofactors: exact far from the origin, where world corners have lost their digits.
 glm::vec3 geometricNormal(const Scene& scene, const SurfacePoint& p) {
   const Instance& instance = scene.instances[p.instance];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The level as the baker sees it: triangle meshes placed by instances, materials, cameras, lights, play volumes.
-// Axes, units and radiometry are glTF's: Y up, metres, right-handed, counter-clockwise fronts; point and spot
-// intensities W/sr, directional W/m², emission W/m²/sr.
+// Axes and units of length are glTF's: Y up, metres, right-handed, counter-clockwise fronts. Light is radiometric:
+// point and spot intensities W/sr, directional W/m², emission W/m²/sr; candela and lux are converted by the importer.
 //
 // Triangles are numbered through: triangle t of instance i has the scene-wide index instances[i].firstTriangle + t.
 #pragma once
@@ -15,6 +15,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -95,10 +96,15 @@ struct Camera {
   float znear = 0.01f;  // [m]
   float aspect = 0.0f;  // width / height; 0 = the viewport's
   bool orthographic = false;
-  float yMag = 1.0f;  // [m] half height of an orthographic view
+  float yMag = 1.0f;      // [m] half height of an orthographic view
+  bool playSpace = true;  // extras.relume.playSpace: receivers can be where it stands
 };
 
 enum class LightType : std::uint8_t { directional, point, spot };
+
+// What the intensities of a file's punctual lights are: W/sr and W/m², or cd and lx, which are kLumensPerWatt as many.
+enum class LightUnit : std::uint8_t { radiometric, photometric };
+inline constexpr double kLumensPerWatt = 683.0;  // [lm/W] as Blender's exporter counts: the peak of the eye, 555 nm
 
 struct SceneLight {
   std::string name;
@@ -125,7 +131,8 @@ struct Scene {
   std::vector<Camera> cameras;
   std::vector<SceneLight> lights;
   std::vector<PlayVolume> volumes;
-  std::vector<std::filesystem::path> files;  // every file that was read, the scene's first (for dependency files)
+  LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric
+  std::vector<std::filesystem::path> files;      // every file that was read, the scene's first (for dependency files)
 
   std::uint32_t triangleCount() const;  // over all instances
   // World-space corners of triangle t of an instance, wound so that the front is counter-clockwise.
@@ -133,6 +140,8 @@ struct Scene {
   const Material& material(const Instance& instance) const;
   // The instance that holds a scene-wide triangle index.
   std::uint32_t instanceOf(std::uint32_t triangle) const;
+  // Indices of the cameras that say where receivers can be: none where there are play volumes, which say it better.
+  std::vector<std::uint32_t> playSpaceCameras() const;
 };
 
 // A point on a surface: barycentric (b, c) weighs corners 1 and 2 of corners().
@@ -153,8 +162,14 @@ glm::vec3 albedoAt(const Scene& scene, const SurfacePoint& p, float footprintWor
 glm::vec3 emissionAt(const Scene& scene, const SurfacePoint& p, float footprintWorld = 0.0f);
 bool opaqueAt(const Scene& scene, const SurfacePoint& p);
 
+struct ImportOptions {
+  // Of the punctual lights. Empty: extras.relume.lightUnit of the file's scene or asset, else radiometric, with a
+  // warning when the numbers look photometric.
+  std::optional<LightUnit> lightUnit;
+};
+
 // Read a .glb or .gltf. io: not readable; invalidFile: malformed, with JSON path, accessor, node or image named;
 // unsupported: an extension in extensionsRequired that we do not know. Nothing outside the scene's folder is read.
-Result<Scene> importGltf(const std::filesystem::path& path, Context& context);
+Result<Scene> importGltf(const std::filesystem::path& path, Context& context, const ImportOptions& options = {});
 
 }  // namespace relume

@@ -78,6 +78,24 @@ TEST(PlaySpace, aVolumeIsAStartToo) {
             1e-3 * room);
 }
 
+TEST(PlaySpace, aCameraBesideAVolumeOnlyLooks) {
+  Scene scene = twoRooms();  // the camera is in the first room
+  scene.volumes.push_back({"volume", glm::scale(glm::translate(glm::mat4(1), {7, 1.5f, 2}), {2, 2, 2})});
+  const PlaySpace space = spaceOf(tracerOf(scene), walks(100000));
+  const double room = 2 * (4 * 3 + 4 * 3 + 4 * 4);
+  EXPECT_NEAR(seenOf(scene, space, 1, false), room, 0.03 * room);
+  EXPECT_EQ(seenOf(scene, space, 0, false), 0.0);
+}
+
+TEST(PlaySpace, aCameraThatOptsOutOnlyLooks) {
+  Scene scene = twoRooms();
+  scene.cameras.push_back(lookAt({6, 1.5f, 1}, {7, 1, 2}));
+  scene.cameras[0].playSpace = false;
+  const PlaySpace space = spaceOf(tracerOf(scene), walks(100000));
+  EXPECT_EQ(seenOf(scene, space, 0, false), 0.0);
+  EXPECT_GT(seenOf(scene, space, 1, false), 0.0);
+}
+
 TEST(PlaySpace, receiversWalkAroundCorners) {
   // Two rooms joined by a doorway off the camera's sight: a wall from z = 0 to 3.4 of 4.
   Scene scene;

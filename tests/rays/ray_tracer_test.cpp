@@ -345,5 +345,24 @@ TEST(RayTracer, epsilonFollowsTheSizeOfTheCoordinates) {
   }
 }
 
+TEST(RayTracer, meetsDynamicInstancesOnlyWhenAskedFor) {
+  Scene scene;
+  addInstance(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}));
+  const std::uint32_t moving = addInstance(scene, quad({-5, 1, 5}, {10, 0, 0}, {0, 0, -10}));
+  const std::uint32_t ignored = addInstance(scene, quad({-5, 2, 5}, {10, 0, 0}, {0, 0, -10}));
+  scene.instances[moving].mode = BakeMode::dynamic;
+  scene.instances[ignored].mode = BakeMode::ignore;
+  finish(scene);
+  Context context;
+  const Ray down{{0.3f, 3.0f, 0.4f}, 0.0f, {0, -1, 0}};
+  const auto fixed = RayTracer::create(scene, "avx2", context);
+  const auto drawn = RayTracer::create(scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
+  ASSERT_TRUE(fixed && drawn);
+  EXPECT_EQ(fixed->trace(down).instance, 0u);
+  EXPECT_EQ(drawn->trace(down).instance, moving);
+  EXPECT_EQ(fixed->boundsMax().y, 0.0f);
+  EXPECT_EQ(drawn->boundsMax().y, 1.0f);
+}
+
 }  // namespace
 }  // namespace relume
