@@ -12,13 +12,15 @@
 
 namespace relume {
 
-Emitters::Emitters(const Scene& scene) : scene_(scene), perInstance_(scene.instances.size(), 0.0f) {
+Emitters::Emitters(const Scene& scene, RayGeometry geometry)
+    : scene_(scene), perInstance_(scene.instances.size(), 0.0f) {
   // Sum area x luminance over the emitting triangles.
   double total = 0.0;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     const float weight = luminance(scene.material(instance).emission);
-    if (instance.mode != BakeMode::fixed || !(weight > 0.0f)) continue;
+    const bool met = instance.mode == BakeMode::fixed || geometry == RayGeometry::drawn;
+    if (!met || !(weight > 0.0f)) continue;
     const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < count; ++t) {
       const auto c = scene.corners(instance, t);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/random.h"
+#include "bake/scene/ray_tracer.h"
 #include "bake/scene/scene.h"
 
 #include <cstdint>
@@ -21,8 +22,8 @@ struct EmitterSample {
 
 class Emitters {
  public:
-  // Collect the emitting triangles of the fixed instances.
-  explicit Emitters(const Scene& scene);
+  // Collect the emitting triangles of the fixed instances, or of all that are drawn.
+  explicit Emitters(const Scene& scene, RayGeometry geometry = RayGeometry::fixed);
 
   bool empty() const { return cumulative_.empty(); }
   // Draw a point; density 0 when there is no emitter.

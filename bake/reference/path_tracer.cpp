@@ -38,6 +38,7 @@ struct Vertex {
 
 struct Renderer {
   const RayTracer& tracer;
+  const RayTracer& drawn;  // for camera rays and the shadows of punctual lights
   const Camera& camera;
   std::span<const SceneLight> lights;
   const ReferenceOptions& options;
@@ -76,7 +77,7 @@ glm::vec3 fromPunctual(const Renderer& r, const Vertex& v) {
     float distance = 0.0f;
     const glm::vec3 irradiance = lightIrradiance(light, origin, v.shading, toLight, distance);
     if (irradiance == glm::vec3(0.0f) || glm::dot(toLight, v.geometric) <= 0.0f) continue;
-    if (!r.tracer.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
+    if (!r.drawn.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
   }
   return sum / kPi;
 }
@@ -197,7 +198,7 @@ glm::vec3 divideOut(const glm::vec3& radiance, const glm::vec3& albedo) {
 void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint64_t item, Sums& sums) {
   RandomStream random(r.options.seed, kStage, item);
   const glm::vec2 pixel = glm::vec2(x, y) + random.uniform2();
-  const Hit hit = r.tracer.trace(cameraRay(r, pixel));
+  const Hit hit = r.drawn.trace(cameraRay(r, pixel));
   if (!hit) {
     sums.emission += r.options.skyRadiance;
     return;
@@ -232,7 +233,7 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
   }
 
   // Geometry at the pixel's centre.
-  const Hit hit = r.tracer.trace(cameraRay(r, glm::vec2(x, y) + 0.5f));
+  const Hit hit = r.drawn.trace(cameraRay(r, glm::vec2(x, y) + 0.5f));
   if (!hit) return;
   const Vertex v = vertexAt(r, hit);
   const glm::vec3 forward = -glm::normalize(glm::vec3(r.camera.toWorld[2]));
@@ -257,11 +258,12 @@ Status checkReferenceOptions(const ReferenceOptions& o) {
 
 Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
                                        std::span<const SceneLight> lights, const ReferenceOptions& options,
-                                       Context& context) {
+                                       Context& context, const RayTracer* drawn) {
   if (Status ok = checkReferenceOptions(options); !ok) return ok.error();
   const Context::Stage stage(context, "reference");
-  const Emitters emitters(tracer.scene());
-  const Renderer renderer{tracer, camera, lights, options, options.emissive ? &emitters : nullptr};
+  const Emitters emitters(tracer.scene(), tracer.geometry());
+  const Renderer renderer{
+      tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr};
 
   ReferenceImage image{options.width, options.height, {}, {}, {}, {}, {}, {}, {}, {}, {}};
   const std::size_t pixels = std::size_t{options.width} * options.height;

@@ -33,12 +33,13 @@ struct ReferenceImage {
   std::vector<float> depth;                 // [m] along the viewing axis at the pixel centre; 0 = nothing
 };
 
-// Render what a camera sees. direct and indirect are weighted by albedo inside a pixel (sum of radiance / sum of
-// albedo) and 0 where a channel's albedo is 0. Same image at any thread count. usage: an option out of range; failed:
-// cancelled.
+// Render what a camera sees. `tracer` has what light travels among: what blocks, reflects and emits it. `drawn`, of the
+// same scene, has what the camera sees and what casts shadows of the punctual lights; null: the same. direct and
+// indirect are weighted by albedo inside a pixel (sum of radiance / sum of albedo) and 0 where a channel's albedo is 0.
+// Same image at any thread count. usage: an option out of range; failed: cancelled.
 Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
                                        std::span<const SceneLight> lights, const ReferenceOptions& options,
-                                       Context& context);
+                                       Context& context, const RayTracer* drawn = nullptr);
 
 // Irradiance [W/m²] of punctual lights at a point, shadows by rays. normal must be unit.
 glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,

@@ -220,6 +220,41 @@ TEST(Reference, sameImageAtAnyThreadCountAnotherForAnotherSeed) {
   EXPECT_NE(render(scene, camera, lights, options).direct, one.direct);
 }
 
+// A dynamic plate over a floor, under a sky and a lamp, seen from between the two and from above.
+TEST(Reference, dynamicInstancesAreSolidOrReceiversOnly) {
+  Scene scene = floorScene();
+  const std::uint32_t plate = addInstance(scene, box({-4, 1, -4}, {4, 1.1f, 4}, false));
+  scene.instances[plate].mode = BakeMode::dynamic;
+  finish(scene);
+  Context context;
+  const RayTracer fixed = tracerOf(scene);
+  const auto drawn = RayTracer::create(scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
+  ASSERT_TRUE(drawn);
+  const Camera below = lookAt({0, 0.9f, 0.2f}, {0, 0, 0}), above = lookAt({0, 3, 3}, {0, 1.1f, 0});
+  ReferenceOptions options = kSmall;
+  options.samplesPerPixel = 16;
+
+  // Sky: a solid plate keeps nearly all of it from the floor below; as a receiver it keeps nothing.
+  options.skyRadiance = glm::vec3(1.0f);
+  const auto skyOf = [&](const RayTracer& tracer, const RayTracer* seen) {
+    const auto image = renderReference(tracer, below, {}, options, context, seen);
+    EXPECT_TRUE(image);
+    return meanOf(image->direct).x;
+  };
+  EXPECT_LT(skyOf(*drawn, nullptr), 0.2);
+  EXPECT_NEAR(skyOf(fixed, &*drawn), 1.0, 1e-5);
+  // It is seen and lit itself, and casts the lamp's shadow.
+  options.skyRadiance = glm::vec3(0.0f);
+  const std::vector<SceneLight> lamp{lightAbove(LightType::point)};
+  const auto seen = renderReference(fixed, above, lamp, options, context, &*drawn);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->position[8 * 24 + 12].y, 1.1f, 1e-4f);
+  EXPECT_GT(seen->direct[8 * 24 + 12].x, 0.0f);
+  const auto shadow = renderReference(fixed, below, lamp, options, context, &*drawn);
+  ASSERT_TRUE(shadow);
+  EXPECT_EQ(meanOf(shadow->direct).x, 0.0);
+}
+
 TEST(Reference, optionsOutOfRangeAreRefused) {
   const Scene scene = floorScene();
   const RayTracer tracer = tracerOf(scene);
