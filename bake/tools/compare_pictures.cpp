@@ -2,6 +2,7 @@
 // See compare_pictures.h.
 #include "bake/tools/compare_pictures.h"
 
+#include "bake/tools/diverging.h"
 #include "formats/color.h"
 
 #include <glm/common.hpp>
@@ -35,12 +36,6 @@ glm::vec3 heat(float t) {
   const float at = std::clamp(t, 0.0f, 1.0f) * static_cast<float>(kStops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
   return glm::mix(kStops[i], kStops[i + 1], at - static_cast<float>(i));
-}
-
-// Blue at -1, white at 0, red at 1.
-glm::vec3 diverging(float t) {
-  const float s = std::clamp(std::abs(t), 0.0f, 1.0f);
-  return glm::mix(glm::vec3(1.0f), t < 0.0f ? glm::vec3(0.13f, 0.40f, 0.67f) : glm::vec3(0.70f, 0.09f, 0.17f), s);
 }
 
 // Draw every n-th texel of a light map; color(cache) says how.

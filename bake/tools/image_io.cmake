@@ -6,3 +6,7 @@ pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
 
 relume_room(relume_image_io image_io.cpp)
 target_link_libraries(relume_image_io PUBLIC relume::formats PRIVATE OpenEXR::OpenEXR PkgConfig::STB)
+
+# How far apart two images are.
+relume_room(relume_image_diff image_diff.cpp perceptual.cpp)
+target_link_libraries(relume_image_diff PUBLIC relume_image_io)

@@ -147,13 +147,22 @@ Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bo
 
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const glm::vec3> pixels, float exposure) {
-  if (Status ok = checkSize(path, width, height, pixels.size()); !ok) return ok;
+  return writePng(path, width, height, encodeSrgb(pixels, exposure));
+}
+
+std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float exposure) {
   std::vector<std::uint8_t> rgb(3 * pixels.size());
   for (std::size_t i = 0; i < rgb.size(); ++i) {
     const float linear = pixels[i / 3][static_cast<int>(i % 3)] * exposure;
-    const float clipped = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;  // NaN becomes black
+    const float clipped = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0f * linearToSrgb(clipped)));
   }
+  return rgb;
+}
+
+Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                std::span<const std::uint8_t> rgb) {
+  if (Status ok = checkSize(path, width, height, rgb.size() / 3); !ok) return ok;
   return writeThenRename(path, [&](const std::string& temporary) -> std::string {
     const int ok = stbi_write_png(temporary.c_str(), static_cast<int>(width), static_cast<int>(height), 3, rgb.data(),
                                   static_cast<int>(3 * width));

@@ -39,6 +39,13 @@ Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bo
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const glm::vec3> pixels, float exposure = 1.0f);
 
+// 8-bit sRGB of linear values after multiplying by exposure; above 1 clips, NaN becomes black. [Size 3 * pixels]
+std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float exposure = 1.0f);
+
+// Write 8-bit values as they are. [Size rgb == 3 width height] Errors as above.
+Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                std::span<const std::uint8_t> rgb);
+
 // The bytes of a PNG of 8-bit sRGB values, for embedding. [Size rgb == 3 width height] Empty when sizes disagree.
 std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb);
 

@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   addStatusCommand(app, action);
   addRenderCommand(app, action);
   addReferenceCommand(app, action);
+  addDiffCommand(app, action);
 
   try {
     app.parse(argc, argv);

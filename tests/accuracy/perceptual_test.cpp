@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Perceptual differences against published values and properties.
-#include "tests/accuracy/perceptual.h"
+#include "bake/tools/perceptual.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace relume::test {
+namespace relume {
 namespace {
 
 using Picture = std::vector<glm::vec3>;
@@ -103,4 +103,4 @@ TEST(Flip, FiltersFineColourNoise) {
 }
 
 }  // namespace
-}  // namespace relume::test
+}  // namespace relume

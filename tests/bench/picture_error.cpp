@@ -3,7 +3,7 @@
 // FLIP.
 //   bench_picture_error EXPOSURE REFERENCE.exr PICTURE.exr...        EXPOSURE [stops]
 #include "bake/tools/image_io.h"
-#include "tests/accuracy/perceptual.h"
+#include "bake/tools/perceptual.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,12 +38,12 @@ int run(int argc, char** argv) {
       std::fprintf(stderr, "%s: another size than %s\n", argv[i], argv[2]);
       return 1;
     }
-    std::vector<float> error = test::flip(reference.width, reference.height, expected, found);
+    std::vector<float> error = flip(reference.width, reference.height, expected, found);
     const double mean = std::accumulate(error.begin(), error.end(), 0.0) / static_cast<double>(error.size());
     const auto p95 = error.begin() + static_cast<std::ptrdiff_t>(error.size() * 95 / 100);
     std::nth_element(error.begin(), p95, error.end());
     std::printf("| %s | %.2f | %.4f | %.4f |\n", std::filesystem::path(argv[i]).stem().c_str(),
-                test::labRmse(expected, found), mean, static_cast<double>(*p95));
+                labRmse(expected, found), mean, static_cast<double>(*p95));
   }
   return 0;
 }

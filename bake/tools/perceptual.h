@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How different two pictures look: the error in CIE Lab that CRC Table 1 tells, and FLIP for low dynamic range
-// (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020), written from its paper.
+// How different two pictures look, for `relume diff` and the measurements: the error in CIE Lab that CRC Table 1 tells,
+// and FLIP for low dynamic range (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020), written from
+// its paper.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -9,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace relume::test {
+namespace relume {
 
 // CIE Lab of linear sRGB, white D65. [0..1]
 glm::dvec3 labOf(const glm::dvec3& linear);
@@ -22,4 +23,4 @@ double labRmse(std::span<const glm::vec3> a, std::span<const glm::vec3> b);
 std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<const glm::vec3> a,
                         std::span<const glm::vec3> b, double pixelsPerDegree = 67.0206);
 
-}  // namespace relume::test
+}  // namespace relume

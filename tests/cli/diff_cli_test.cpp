@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+// `relume diff`: figures with known values, the picture of the error, bounds, and what it refuses.
+#include "bake/tools/image_io.h"
+#include "formats/color.h"
+#include "tests/cli/cli_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <limits>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kWidth = 24, kHeight = 16;
+using Pixels = std::vector<glm::vec3>;
+
+class DiffCommand : public CliFixture {
+ protected:
+  void SetUp() override {
+    CliFixture::SetUp();
+    half_ = exr("half.exr", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  }
+
+  std::string exr(const std::string& name, const Pixels& pixels, const std::string& layer = "",
+                  std::uint32_t width = kWidth) {
+    ChannelImage image{width, static_cast<std::uint32_t>(pixels.size()) / width, {}};
+    image.setLayer(layer, pixels);
+    EXPECT_TRUE(writeExr(at(name), image));
+    return at(name);
+  }
+  std::string png(const std::string& name, const Pixels& pixels) {
+    EXPECT_TRUE(writePng(at(name), kWidth, kHeight, std::span<const glm::vec3>(pixels)));
+    return at(name);
+  }
+  nlohmann::json figures(std::vector<std::string> arguments, int status = 0) {
+    arguments.insert(arguments.begin(), "diff");
+    arguments.push_back("--json");
+    const ProgramResult r = run(arguments);
+    EXPECT_EQ(r.status, status) << r.err;
+    return nlohmann::json::parse(r.out, nullptr, false);
+  }
+  void expectRefused(std::vector<std::string> arguments, int status, const std::vector<std::string>& words) {
+    arguments.insert(arguments.begin(), "diff");
+    const ProgramResult r = run(arguments);
+    EXPECT_EQ(r.status, status) << r.err;
+    for (const std::string& word : words)
+      EXPECT_NE(r.err.find(word), std::string::npos) << "\"" << word << "\" in: " << r.err;
+    EXPECT_EQ(r.out, "");
+  }
+
+  std::string half_;  // every pixel 0.5
+};
+
+TEST_F(DiffCommand, anImageAgainstItselfHasNoError) {
+  const auto d = figures({half_, half_, "--max-rmse", "0", "--max-flip", "0"});
+  EXPECT_EQ(d.at("rmse"), 0.0);
+  EXPECT_EQ(d.at("relativeRmse"), 0.0);
+  EXPECT_EQ(d.at("flip"), 0.0);
+  EXPECT_EQ(d.at("energy"), 1.0);
+}
+
+TEST_F(DiffCommand, figuresAreThoseOfTheirFormulas) {
+  // Half of the pixels a tenth brighter: RMSE sqrt(0.05² / 2), a tenth of which 0.5 is the mean of.
+  Pixels brighter(kWidth * kHeight, glm::vec3(0.5f));
+  for (std::size_t i = 0; i < brighter.size(); i += 2) brighter[i] = glm::vec3(0.55f);
+  const auto d = figures({exr("brighter.exr", brighter), half_});
+  EXPECT_NEAR(d.at("rmse"), 0.05 / std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(d.at("relativeRmse"), 0.1 / std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(d.at("energy"), 1.05, 1e-6);
+  EXPECT_GT(d.at("flip"), 0.0);
+  EXPECT_NEAR(d.at("worst").at("difference"), 0.05, 1e-6);
+  // Black against white is as different as FLIP tells of these two.
+  const auto most = figures({exr("black.exr", Pixels(kWidth * kHeight, glm::vec3(0.0f))),
+                             exr("white.exr", Pixels(kWidth * kHeight, glm::vec3(1.0f))), "--exposure", "0"});
+  EXPECT_GT(most.at("flip"), 0.9);
+  EXPECT_EQ(most.at("energy"), 0.0);
+  // The other way round there is nothing to divide by.
+  const auto none = figures({at("white.exr"), at("black.exr")});
+  EXPECT_TRUE(none.at("relativeRmse").is_null());
+  EXPECT_TRUE(none.at("energy").is_null());
+  figures({at("white.exr"), at("black.exr"), "--max-rmse", "1e9"}, 7);
+}
+
+TEST_F(DiffCommand, theErrorIsRedWhereTooBrightAndBlueWhereTooDark) {
+  Pixels image(kWidth * kHeight, glm::vec3(0.5f));
+  image[3 * kWidth + 4] = glm::vec3(0.9f);
+  image[5 * kWidth + 6] = glm::vec3(0.1f);
+  const auto d = figures({exr("image.exr", image), half_, "-o", at("error.png")});
+  EXPECT_EQ(d.at("errorPicture"), at("error.png"));
+  EXPECT_EQ(d.at("errorPictureScale"), 0.01);  // nine in ten have no error at all
+  // Full red and full blue on white: no error against that picture, made linear here.
+  const auto linear = [](float r, float g, float b) {
+    return glm::vec3(srgbToLinear(r), srgbToLinear(g), srgbToLinear(b));
+  };
+  Pixels expected(kWidth * kHeight, glm::vec3(1.0f));
+  expected[3 * kWidth + 4] = linear(0.70f, 0.09f, 0.17f);
+  expected[5 * kWidth + 6] = linear(0.13f, 0.40f, 0.67f);
+  EXPECT_EQ(figures({at("error.png"), png("expected.png", expected)}).at("rmse"), 0.0);
+  figures({at("image.exr"), half_, "-o", at("error.exr")});
+  const auto raw = readExr(at("error.exr"));
+  ASSERT_TRUE(raw);
+  EXPECT_NEAR(raw->layer("")[3 * kWidth + 4].r, 0.4f, 1e-6f);
+  EXPECT_NEAR(raw->layer("")[5 * kWidth + 6].r, -0.4f, 1e-6f);
+}
+
+TEST_F(DiffCommand, boundsDecideTheExitStatus) {
+  const std::string a = exr("a.exr", Pixels(kWidth * kHeight, glm::vec3(0.51f)));
+  EXPECT_TRUE(figures({a, half_, "--max-rmse", "0.03", "--max-flip", "0.5"}).at("withinBounds"));
+  EXPECT_FALSE(figures({a, half_, "--max-rmse", "0.01"}, 7).at("withinBounds"));
+  EXPECT_FALSE(figures({a, half_, "--max-flip", "1e-6"}, 7).at("withinBounds"));
+  for (const char* bound : {"nan", "-1", "inf", "x"}) {
+    expectRefused({a, half_, "--max-rmse", bound}, 1, {"--max-rmse", bound});
+    expectRefused({a, half_, "--max-flip", bound}, 1, {"--max-flip", bound});
+  }
+}
+
+TEST_F(DiffCommand, pngsAreComparedInLinearLight) {
+  const std::string a = png("a.png", Pixels(kWidth * kHeight, glm::vec3(0.25f)));
+  const std::string b = png("b.png", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  const auto d = figures({a, b});
+  EXPECT_NEAR(d.at("energy"), 0.5, 0.01);
+  EXPECT_EQ(d.at("flipExposureStops"), 0.0);
+  expectRefused({a, half_}, 1, {"PNG", "a.png"});
+}
+
+TEST_F(DiffCommand, layersAreNamedAndSummed) {
+  ChannelImage image{kWidth, kHeight, {}};
+  image.setLayer("Direct", Pixels(kWidth * kHeight, glm::vec3(0.2f)));
+  image.setLayer("Indirect", Pixels(kWidth * kHeight, glm::vec3(0.3f)));
+  ASSERT_TRUE(writeExr(at("layers.exr"), image));
+  expectRefused({half_, at("layers.exr")}, 3, {"layers.exr", "--layer", "Direct", "Indirect"});
+  expectRefused({half_, at("layers.exr"), "--layer", "Direct+Glossy"}, 3, {"Glossy", "Indirect"});
+  const auto d = figures({half_, at("layers.exr"), "--layer", "Direct+Indirect"});
+  EXPECT_NEAR(d.at("rmse"), 0.0, 1e-6);
+  EXPECT_EQ(d.at("referenceChannels"), "Direct+Indirect");
+  EXPECT_EQ(d.at("imageChannels"), "R,G,B");
+}
+
+TEST_F(DiffCommand, refusesWhatCannotBeComparedByName) {
+  expectRefused({half_, exr("wide.exr", Pixels(2 * kWidth * kHeight, glm::vec3(0.5f)), "", 2 * kWidth)}, 3,
+                {"sizes differ", "half.exr", "24 x 16", "wide.exr", "48 x 16"});
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Pixels pixels(kWidth * kHeight, glm::vec3(0.5f));
+    pixels[2 * kWidth + 7].y = wrong;
+    expectRefused({half_, exr("wrong.exr", pixels)}, 3, {"wrong.exr", "7,2", "not finite"});
+  }
+  expectRefused({half_, put("text.exr", "no image at all")}, 3, {"text.exr"});
+  expectRefused({half_, put("empty.png", "")}, 3, {"empty.png"});
+  expectRefused({half_, put("cut.exr", readAll(half_).substr(0, 200))}, 3, {"cut.exr"});
+  const std::string whole = readAll(png("whole.png", Pixels(kWidth * kHeight, glm::vec3(0.5f))));
+  expectRefused({at("whole.png"), put("cut.png", whole.substr(0, 40))}, 3, {"cut.png"});
+  expectRefused({half_, at("none.exr")}, 2, {"none.exr"});
+  expectRefused({half_, folder_.string()}, 2, {folder_.string()});
+  expectRefused({half_, half_, "-o", at("error.jpg")}, 1, {".exr", ".png", "error.jpg"});
+  expectRefused({half_, half_, "-o", at("no/such/error.png")}, 2, {"error.png"});
+}
+
+}  // namespace
+}  // namespace relume
