@@ -67,7 +67,7 @@ Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& optio
   std::vector<double> all;
   for (int i = 0; i < frames; ++i) {
     if (context.cancelled()) return cancelledError();
-    relighter->relight(setup);
+    if (!relighter->relight(setup)) return relighter->check(setup).error();
     all.push_back(0.0);
     for (const PassTime& each : relighter->passTimes()) {
       if (ms[each.pass].empty()) order.push_back(each.pass);

@@ -32,6 +32,7 @@ struct BakeArguments {
   Preset preset = Preset::high;
   bool printOptions = false, force = false, verify = false;
   BakeFlags flags;
+  SceneOptions sceneOptions;
   TerminalOptions terminal;
 };
 
@@ -164,7 +165,7 @@ int runBake(const BakeArguments& arguments) {
 
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  const Result<Scene> scene = loadScene(arguments.scene, context, MeshReport::log);
+  const Result<Scene> scene = loadScene(arguments.scene, context, arguments.sceneOptions, MeshReport::log);
   if (!scene) return terminal.finish(), fail(scene.error());
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
@@ -224,6 +225,7 @@ void addBakeCommand(CLI::App& app, Action& action) {
                     "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
       ->option_text("FILE");
+  addSceneOptions(*command, arguments->sceneOptions);
   addTerminalOptions(*command, arguments->terminal);
   addBakeFlags(*command, arguments->flags);
   command->callback([arguments, &action] { action = [arguments] { return runBake(*arguments); }; });

@@ -29,6 +29,7 @@ struct BenchArguments {
   std::string scene, bakeFile, markdown, relightBands;
   std::vector<Preset> presets{Preset::high};
   BakeFlags flags;
+  SceneOptions sceneOptions;
   int repeat = 50, bakes = 1;
   std::vector<int> threads{1, 2};
   std::vector<std::string> backends{"cpu", "gl"};
@@ -197,7 +198,7 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   const auto begin = std::chrono::steady_clock::now();
   const Result<Scene> scene = [&] {
     Terminal terminal(a.terminal());
-    return loadScene(a.scene, terminal.context());
+    return loadScene(a.scene, terminal.context(), a.sceneOptions);
   }();
   if (!scene) return scene.error();
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -323,6 +324,7 @@ void addBenchCommand(CLI::App& app, Action& action) {
   command->add_option("--progress", a->progress, "How to show progress, on stderr [auto|plain|json|none]")
       ->option_text("STYLE [auto]")
       ->transform(CLI::CheckedTransformer(kStyles).description(""));
+  addSceneOptions(*command, a->sceneOptions);
   addBakeFlags(*command, a->flags);
   command->callback([a, &action] { action = [a] { return runBench(*a); }; });
 }

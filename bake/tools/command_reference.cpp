@@ -5,84 +5,52 @@
 #include "bake/scene/ray_tracer.h"
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
+#include "bake/tools/exposure.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
 #include "bake/tools/terminal.h"
+#include "bake/tools/view_options.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
+#include <optional>
 
 namespace relume {
 namespace {
 
+// Dynamic instances: as the level's other surfaces; lit and casting shadows of punctual lights, but neither blocking
+// nor reflecting any other light, which is what a bake knows of them; or left out.
+enum class DynamicParts { solid, receivers, hidden };
+
 struct ReferenceArguments {
-  std::string scene, output, camera, size = "320x180";
-  std::vector<std::string> lights{"all"};
-  std::vector<float> sky{0.0f, 0.0f, 0.0f};
+  std::string scene, output, exposure = "auto";
+  ViewOptions view;
+  SceneOptions sceneOptions;
   ReferenceOptions options;
+  DynamicParts dynamic = DynamicParts::solid;
   bool half = false;
   TerminalOptions terminal;
 };
 
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
-
-template <class Items>
-std::string namesOf(const Items& items) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "\"" : ", \"") + item.name + "\"";
-  return text.empty() ? "none" : text;
+bool isPng(const ReferenceArguments& arguments) {
+  return std::filesystem::path(arguments.output).extension() == ".png";
 }
 
-// What can be checked without the scene.
-Status readOptions(ReferenceArguments& a) {
-  char rest = 0;
-  if (std::sscanf(a.size.c_str(), "%5ux%5u%c", &a.options.width, &a.options.height, &rest) != 2)
-    return usage("--size: WIDTHxHEIGHT of 1..16384 pixels each expected, \"" + a.size + "\" found");
-  if (std::filesystem::path(a.output).extension() != ".exr")
-    return usage("-o: a name that ends in .exr expected, \"" + a.output + "\" found");
-  for (const float c : a.sky) {
-    if (!std::isfinite(c) || c < 0.0f) return usage("--sky: three finite numbers of at least 0 expected");
-  }
-  a.options.skyRadiance = {a.sky[0], a.sky[1], a.sky[2]};
-  return done();
-}
-
-Result<Camera> chooseCamera(const Scene& scene, const std::string& name) {
-  if (scene.cameras.empty()) return usage("--camera: the scene has no camera");
-  for (const Camera& camera : scene.cameras) {
-    if (name.empty() || camera.name == name) return camera;
-  }
-  return usage("--camera: no camera \"" + name + "\" in the scene; there are: " + namesOf(scene.cameras));
-}
-
-// A name may stand for several lights: one glTF light on two nodes.
-Result<std::vector<SceneLight>> chooseLights(const Scene& scene, const std::vector<std::string>& names,
-                                             bool& emissive) {
-  std::vector<SceneLight> chosen;
-  emissive = false;
-  for (const std::string& name : names) {
-    if (names.size() > 1 && (name == "all" || name == "none")) return usage("--lights: \"" + name + "\" stands alone");
-    const bool all = name == "all";
-    bool known = all || name == "none" || name == "emissive";
-    if (all || name == "emissive") emissive = true;
-    for (const SceneLight& light : scene.lights) {
-      if (!all && light.name != name) continue;
-      chosen.push_back(light);
-      known = true;
-    }
-    if (!known) {
-      return usage("--lights: no light \"" + name + "\" in the scene; there are: " + namesOf(scene.lights) +
-                   ", and emissive, all, none");
-    }
-  }
-  return chosen;
+// Radiance toward the camera.
+std::vector<glm::vec3> radianceOf(const ReferenceImage& image) {
+  std::vector<glm::vec3> radiance(image.albedo.size());
+  for (std::size_t i = 0; i < radiance.size(); ++i)
+    radiance[i] = (image.direct[i] + image.indirect[i]) * image.albedo[i] + image.emission[i];
+  return radiance;
 }
 
 ChannelImage toChannels(const ReferenceImage& image) {
   ChannelImage file{image.width, image.height, {}};
+  file.setLayer("", radianceOf(image));
   file.setLayer("DiffInd", image.indirect);
   file.setLayer("DiffDir", image.direct);
   file.setLayer("DiffIndErr", image.indirectError);
@@ -95,29 +63,65 @@ ChannelImage toChannels(const ReferenceImage& image) {
   return file;
 }
 
-int runReference(ReferenceArguments& arguments) {
+Result<ReferenceImage> trace(const Scene& scene, const View& view, const ReferenceArguments& arguments,
+                             Context& context) {
+  ReferenceOptions options = arguments.options;
+  options.width = view.width;
+  options.height = view.height;
+  options.emissive = view.emissive;
+  options.skyRadiance = view.skyRadiance;
+  const auto tracerOf = [&](RayGeometry geometry) {
+    return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, geometry);
+  };
+  const bool solid = arguments.dynamic == DynamicParts::solid;
+  const auto transport = tracerOf(solid ? RayGeometry::drawn : RayGeometry::fixed);
+  if (!transport) return transport.error();
+  if (arguments.dynamic != DynamicParts::receivers)
+    return renderReference(*transport, view.camera, view.lights, options, context);
+  const auto drawn = tracerOf(RayGeometry::drawn);
+  if (!drawn) return drawn.error();
+  return renderReference(*transport, view.camera, view.lights, options, context, &*drawn);
+}
+
+// A PNG of the radiance, or all layers.
+Status writeReference(const ReferenceImage& image, const std::optional<float>& stops,
+                      const ReferenceArguments& arguments) {
+  if (!isPng(arguments)) {
+    if (Status ok = writeExr(arguments.output, toChannels(image), arguments.half); !ok) return ok;
+    std::printf("wrote %s\n", arguments.output.c_str());
+    return done();
+  }
+  const std::vector<glm::vec3> radiance = radianceOf(image);
+  const float exposure = stops.value_or(autoExposure(radiance));
+  if (Status ok = writePng(arguments.output, image.width, image.height, radiance, std::exp2(exposure)); !ok) return ok;
+  std::printf("wrote %s\nexposure: %s stops\n", arguments.output.c_str(), stopsText(exposure).c_str());
+  return done();
+}
+
+int runReference(const ReferenceArguments& arguments) {
   // 1. What is asked for
-  if (Status ok = readOptions(arguments); !ok) return fail(ok.error());
+  auto view = readView(arguments.view);
+  if (!view) return fail(view.error());
+  const auto stops = readExposure(arguments.exposure);
+  if (!stops) return fail(stops.error());
+  if (!isPng(arguments) && std::filesystem::path(arguments.output).extension() != ".exr") {
+    return fail(
+        {ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found"});
+  }
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  auto scene = loadScene(arguments.scene, context);
+  auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
-  auto camera = chooseCamera(*scene, arguments.camera);
-  if (!camera) return fail(camera.error());
-  auto lights = chooseLights(*scene, arguments.lights, arguments.options.emissive);
-  if (!lights) return fail(lights.error());
+  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
 
   // 2. Trace
-  auto tracer = RayTracer::create(*scene, BakeOptions{}.embreeIsa, context);
-  if (!tracer) return fail(tracer.error());
-  auto image = renderReference(*tracer, *camera, *lights, arguments.options, context);
+  auto image = trace(*scene, *view, arguments, context);
   terminal.finish();
   if (!image) return fail(image.error());
 
   // 3. Write
-  if (Status ok = writeExr(arguments.output, toChannels(*image), arguments.half); !ok) return fail(ok.error());
-  std::printf("wrote %s\n", arguments.output.c_str());
-  return 0;
+  const Status written = writeReference(*image, *stops, arguments);
+  return written ? 0 : fail(written.error());
 }
 
 }  // namespace
@@ -127,18 +131,16 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->required();
-  command->add_option("--camera", a->camera, "camera by name; default: the scene's first");
+  addViewOptions(*command, a->view);
+  addSceneOptions(*command, a->sceneOptions);
+  static const std::map<std::string, DynamicParts> kDynamic = {
+      {"solid", DynamicParts::solid}, {"receivers", DynamicParts::receivers}, {"hidden", DynamicParts::hidden}};
   command
-      ->add_option(
-          "--lights", a->lights,
-          "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_option("--sky", a->sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")
-      ->delimiter(',')
-      ->expected(3)
-      ->capture_default_str();
-  command->add_option("--size", a->size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
+      ->add_option("--dynamic", a->dynamic,
+                   "dynamic instances: solid (they block and reflect light like all else), receivers (they are lit and "
+                   "cast the punctual lights' shadows, and no other light knows of them: what render draws) or hidden "
+                   "[solid]")
+      ->transform(CLI::CheckedTransformer(kDynamic).description(""));
   command->add_option("--spp", a->options.samplesPerPixel, "paths a pixel")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
@@ -148,9 +150,14 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
   command
       ->add_option("-o,--output", a->output,
-                   "OpenEXR to write: DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, Position, Normal, Depth, and "
-                   "half the difference of two half renders as DiffIndErr, DiffDirErr")
+                   "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
+                   "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
+                   ".png: the radiance")
       ->required();
+  command
+      ->add_option("--exposure", a->exposure,
+                   "stops by which a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
+      ->capture_default_str();
   command->add_flag("--half", a->half, "write 16-bit floats, except depth and position");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runReference(*a); }; });

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT
 // `relume render`: relight a camera's view headlessly, with Embree and the CPU backend, or with OpenGL through EGL.
-#include "bake/provenance.h"
+#include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
+#include "bake/tools/exposure.h"
+#include "bake/tools/fit_bake.h"
 #include "bake/tools/image_io.h"
-#include "bake/tools/lights_file.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/parse_numbers.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
+#include "bake/tools/render_pictures.h"
 #include "bake/tools/terminal.h"
+#include "bake/tools/view_options.h"
 #include "formats/bake_file.h"
 #include "runtime/bands.h"
 #ifdef RELUME_RENDER_GL
@@ -20,88 +24,24 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 
 namespace relume {
 namespace {
 
 struct RenderArguments {
-  std::string scene, bake, output, camera, bounces = "converged", size = "320x180", backend = "cpu", bands, lightsFile;
-  std::vector<std::string> lights{"all"}, aovs{"full"};
-  std::vector<float> sky{0.0f, 0.0f, 0.0f};
-  float exposure = 0.0f;
+  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto";
+  std::vector<std::string> aovs{"full"};
+  ViewOptions view;
+  SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   float deringing = 0.0f;
-  bool sideBySide = false, json = false;
+  bool sideBySide = false, allowStale = false, json = false;
   TerminalOptions terminal;
 };
 
 Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
-
-// "a, b, c" of the names in a list; "none" when it is empty.
-template <class Items>
-std::string namesOf(const Items& items) {
-  std::string text;
-  for (const auto& item : items) text += (text.empty() ? "\"" : ", \"") + item.name + "\"";
-  return text.empty() ? "none" : text;
-}
-
-// A whole number of [low, high], or nothing.
-std::optional<int> wholeNumber(std::string_view text, int low, int high) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || value < low || value > high) return std::nullopt;
-  return value;
-}
-
-Status parseSize(const std::string& text, RenderRequest& request) {
-  const std::size_t x = text.find('x');
-  if (x != std::string::npos) {
-    const auto width = wholeNumber(std::string_view(text).substr(0, x), 1, 16384);
-    const auto height = wholeNumber(std::string_view(text).substr(x + 1), 1, 16384);
-    if (width && height) {
-      request.width = static_cast<std::uint32_t>(*width);
-      request.height = static_cast<std::uint32_t>(*height);
-      return done();
-    }
-  }
-  return usage("--size: WIDTHxHEIGHT of 1..16384 pixels each expected, \"" + text + "\" found");
-}
-
-Status chooseCamera(const Scene& scene, const std::string& name, RenderRequest& request) {
-  for (const Camera& camera : scene.cameras) {
-    if (camera.name != name && !name.empty()) continue;
-    request.camera = camera;
-    return done();
-  }
-  if (scene.cameras.empty()) return usage("--camera: the scene has no camera");
-  return usage("--camera: no camera \"" + name + "\" in the scene; there are: " + namesOf(scene.cameras));
-}
-
-// Which lights are on. A name may stand for several lights: one glTF light on two nodes.
-Status chooseLights(const Scene& scene, const std::vector<std::string>& names, RenderRequest& request) {
-  for (const std::string& name : names) {
-    if (name == "none") continue;
-    if (name == "all" || name == "emissive") request.emissive = true;
-    bool known = name == "all" || name == "emissive";
-    for (const SceneLight& light : scene.lights) {
-      if (name != "all" && light.name != name) continue;
-      request.lights.push_back(light);
-      known = true;
-    }
-    if (!known) {
-      return usage("--lights: no light \"" + name + "\" in the scene; there are: " + namesOf(scene.lights) +
-                   ", and emissive, all, none");
-    }
-  }
-  if (names.size() > 1 &&
-      (std::count(names.begin(), names.end(), "none") || std::count(names.begin(), names.end(), "all")))
-    return usage("--lights: \"all\" and \"none\" stand alone");
-  return done();
-}
 
 Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequest& request) {
   std::vector<Aov> aovs;
@@ -123,18 +63,13 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
   return aovs;
 }
 
-// What can be checked without the scene.
+// What can be checked without the scene, but for the view.
 Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
-  if (Status ok = parseSize(arguments.size, request); !ok) return ok;
   if (arguments.bounces != "converged") {
     const auto bounces = wholeNumber(arguments.bounces, 1, 1000);
     if (!bounces) return usage("--bounces: 1..1000 or \"converged\" expected, \"" + arguments.bounces + "\" found");
     request.bounces = *bounces;
   }
-  for (const float c : arguments.sky) {
-    if (!std::isfinite(c) || c < 0.0f) return usage("--sky: three finite numbers of at least 0 expected");
-  }
-  request.skyRadiance = {arguments.sky[0], arguments.sky[1], arguments.sky[2]};
   request.samples = arguments.samples;
   request.shadowSize = arguments.shadowSize;
   if (!arguments.bands.empty()) {
@@ -151,24 +86,28 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   return done();
 }
 
-// A bake fits a scene when its parts have the same names in the same order and the same content.
-Status checkSameScene(const Scene& scene, const Bake& bake, const RenderArguments& arguments) {
-  const std::string pair = "\"" + arguments.bake + "\" was not baked from \"" + arguments.scene + "\": ";
-  const std::vector<BakedInstance> now = describeInstances(scene);
-  if (now.size() != bake.instances.size()) {
-    return Error{ErrorCode::invalidFile, pair + "it has " + std::to_string(bake.instances.size()) +
-                                             " instances, the scene " + std::to_string(now.size())};
-  }
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    const BakedInstance& then = bake.instances[i];
-    const std::string where = pair + "instance " + std::to_string(i) + " ";
-    if (then.node != now[i].node)
-      return Error{ErrorCode::invalidFile,
-                   where + "is \"" + then.node + "\" in the bake and \"" + now[i].node + "\" in the scene"};
-    if (then.contentHash != now[i].contentHash)
-      return Error{ErrorCode::invalidFile, where + "(\"" + now[i].node + "\") has changed since; bake again"};
-  }
-  return done();
+// What the view says of a request.
+void setView(const View& view, RenderRequest& request) {
+  request.camera = view.camera;
+  request.width = view.width;
+  request.height = view.height;
+  request.lights = view.lights;
+  request.emissive = view.emissive;
+  request.skyRadiance = view.skyRadiance;
+}
+
+// The bake, made readable for the scene where it is of another state of it and that is allowed.
+Result<Bake> loadBake(const RenderArguments& arguments, const Scene& scene, Context& context) {
+  auto bake = readBake(arguments.bake);
+  if (!bake) return bake.error();
+  const Status same = checkSameScene(scene, *bake, arguments.bake, arguments.scene);
+  if (same) return bake;
+  if (!arguments.allowStale) return same.error();
+  const std::uint32_t found = matchParts(scene, *bake);
+  context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
+                                         std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
+                                         " parts found by name, the others read the grid");
+  return bake;
 }
 
 std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
@@ -177,31 +116,91 @@ std::filesystem::path outputName(const std::string& output, const std::string& a
   return path;
 }
 
-Status writeImages(const RenderedFrame& frame, const std::vector<Aov>& aovs, const RenderArguments& arguments,
-                   std::vector<std::string>& written) {
-  const float exposure = std::exp2(arguments.exposure);
-  if (arguments.sideBySide && aovs.size() > 1) {
-    const std::size_t count = aovs.size(), width = frame.width;
-    std::vector<glm::vec3> wide(count * width * frame.height);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::vector<glm::vec3> image = composeAov(frame, aovs[k]);
-      for (std::size_t i = 0; i < image.size(); ++i) wide[(i / width * count + k) * width + i % width] = image[i];
-    }
-    written.push_back(arguments.output);
-    return writeImage(arguments.output, static_cast<std::uint32_t>(count * width), frame.height, wide, exposure);
+bool isPng(const RenderArguments& arguments) { return std::filesystem::path(arguments.output).extension() == ".png"; }
+
+// Images of equal size beside each other, from left to right; `width` pixels of `channels` values each.
+template <class T>
+std::vector<T> joined(const std::vector<std::vector<T>>& images, std::size_t width, std::size_t channels) {
+  const std::size_t row = width * channels, rows = images.front().size() / row;
+  std::vector<T> wide(images.size() * images.front().size());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    for (std::size_t y = 0; y < rows; ++y)
+      std::copy_n(images[k].begin() + static_cast<std::ptrdiff_t>(y * row), row,
+                  wide.begin() + static_cast<std::ptrdiff_t>((y * images.size() + k) * row));
   }
+  return wide;
+}
+
+Status writeImages(const RenderedFrame& frame, const std::vector<Aov>& aovs, const PictureScale& scale,
+                   const RenderArguments& arguments, std::vector<std::string>& written) {
+  const bool several = aovs.size() > 1 && !arguments.sideBySide;
+  std::vector<std::vector<glm::vec3>> raw;
+  std::vector<std::vector<std::uint8_t>> pictures;
+  std::vector<std::filesystem::path> paths;
   for (const Aov aov : aovs) {
-    const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], aovs.size() > 1);
-    if (Status ok = writeImage(path, frame.width, frame.height, composeAov(frame, aov), exposure); !ok) return ok;
-    written.push_back(path.string());
+    if (isPng(arguments))
+      pictures.push_back(drawPicture(frame, aov, scale));
+    else
+      raw.push_back(composeAov(frame, aov));
+    paths.push_back(outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several));
+  }
+  std::uint32_t width = frame.width;
+  if (!several) {
+    width *= static_cast<std::uint32_t>(aovs.size());
+    if (isPng(arguments))
+      pictures = {joined(pictures, frame.width, 3)};
+    else
+      raw = {joined(raw, frame.width, 1)};
+    paths.resize(1);
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Status ok = isPng(arguments)
+                          ? writePng(paths[i], width, frame.height, std::span<const std::uint8_t>(pictures[i]))
+                          : writeImage(paths[i], width, frame.height, raw[i]);
+    if (!ok) return ok;
+    written.push_back(paths[i].string());
   }
   return done();
 }
 
-void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, double drawMs, bool json) {
-  if (json) {
+// How the values of a PNG's layers came about.
+nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& scale) {
+  nlohmann::json described = nlohmann::json::object();
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  for (const Aov aov : aovs) {
+    if (isLight(aov)) described["exposureStops"] = scale.exposureStops;
+    if (aov == Aov::position) {
+      described["positionBlackM"] = {low.x, low.y, low.z};
+      described["positionWhiteM"] = {high.x, high.y, high.z};
+    }
+    if (aov == Aov::depth) {
+      described["depthWhiteM"] = scale.nearestM;
+      described["depthDarkestM"] = scale.farthestM;
+    }
+  }
+  return described;
+}
+
+void printScale(const std::vector<Aov>& aovs, const PictureScale& scale, bool automatic) {
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  if (std::any_of(aovs.begin(), aovs.end(), isLight)) {
+    std::printf("exposure: %s stops", stopsText(scale.exposureStops).c_str());
+    if (automatic) std::printf(", from the picture (--exposure %s repeats it)", stopsText(scale.exposureStops).c_str());
+    std::printf("\n");
+  }
+  if (std::count(aovs.begin(), aovs.end(), Aov::position))
+    std::printf("position: %g,%g,%g m is black, %g,%g,%g m white, X Y Z as red green blue\n", low.x, low.y, low.z,
+                high.x, high.y, high.z);
+  if (std::count(aovs.begin(), aovs.end(), Aov::depth))
+    std::printf("depth: white at %g m to dark grey at %g m, black where nothing is\n", scale.nearestM, scale.farthestM);
+}
+
+void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
+                 const PictureScale* scale, double drawMs, const RenderArguments& arguments) {
+  if (arguments.json) {
     nlohmann::json report{
         {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
+    if (scale != nullptr) report["png"] = describeScale(aovs, *scale);
     if (!frame.bands.empty()) report["bands"] = frame.bands;
     report["passMs"] = nlohmann::json::object();
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
@@ -211,6 +210,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
     return;
   }
   for (const std::string& path : written) std::printf("wrote %s\n", path.c_str());
+  if (scale != nullptr) printScale(aovs, *scale, arguments.exposure == "auto");
   if (frame.passTimes.empty()) return;
   std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
               frame.renderer.c_str());
@@ -227,7 +227,7 @@ Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, c
     return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
 #endif
   }
-  auto tracer = RayTracer::create(scene, BakeOptions{}.embreeIsa, context);
+  auto tracer = RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   return renderCpu(*tracer, request, context);
 }
@@ -235,28 +235,26 @@ Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, c
 int runRender(const RenderArguments& arguments) {
   // 1. What is asked for
   RenderRequest request;
+  auto view = readView(arguments.view);
+  if (!view) return fail(view.error());
   if (Status ok = readOptions(arguments, request); !ok) return fail(ok.error());
   auto aovs = chooseAovs(arguments, request);
   if (!aovs) return fail(aovs.error());
+  const auto stops = readExposure(arguments.exposure);
+  if (!stops) return fail(stops.error());
 
   // 2. The scene, and a bake of it
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
-  auto scene = loadScene(arguments.scene, context);
+  auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
-  if (Status ok = chooseCamera(*scene, arguments.camera, request); !ok) return fail(ok.error());
-  if (Status ok = chooseLights(*scene, arguments.lights, request); !ok) return fail(ok.error());
-  if (!arguments.lightsFile.empty()) {
-    const auto more = readLightsFile(arguments.lightsFile);
-    if (!more) return fail(more.error());
-    request.lights.insert(request.lights.end(), more->begin(), more->end());
-  }
+  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+  setView(*view, request);
   std::optional<Bake> bake;
   if (!arguments.bake.empty()) {
-    auto file = readBake(arguments.bake);
-    if (!file) return fail(file.error());
-    bake.emplace(std::move(*file));
-    if (Status ok = checkSameScene(*scene, *bake, arguments); !ok) return fail(ok.error());
+    auto loaded = loadBake(arguments, *scene, context);
+    if (!loaded) return fail(loaded.error());
+    bake.emplace(std::move(*loaded));
     request.bake = &*bake;
   }
 
@@ -266,9 +264,10 @@ int runRender(const RenderArguments& arguments) {
   terminal.finish();
   if (!frame) return fail(frame.error());
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
   std::vector<std::string> written;
-  if (Status ok = writeImages(*frame, *aovs, arguments, written); !ok) return fail(ok.error());
-  printReport(*frame, written, ms, arguments.json);
+  if (Status ok = writeImages(*frame, *aovs, scale, arguments, written); !ok) return fail(ok.error());
+  printReport(*frame, written, *aovs, isPng(arguments) ? &scale : nullptr, ms, arguments);
   return 0;
 }
 
@@ -279,29 +278,21 @@ void addRenderCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("render", "Relight a camera's view with a bake, without a window");
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
   command->add_option("--bake", a->bake, "bake of that scene (.relume); without one, only direct light is known");
-  command->add_option("--camera", a->camera, "camera by name; default: the scene's first");
-  command
-      ->add_option("--lights", a->lights,
-                   "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_option("--lights-file", a->lightsFile,
-                      "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
-                      "innerConeAngle, outerConeAngle}, as KHR_lights_punctual");
-  command->add_option("--sky", a->sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")
-      ->delimiter(',')
-      ->expected(3)
-      ->capture_default_str();
+  command->add_flag("--allow-stale", a->allowStale,
+                    "render with a bake of another state of the scene: parts are found by name, the others read the "
+                    "grid; a warning says so");
+  addViewOptions(*command, a->view);
+  addSceneOptions(*command, a->sceneOptions);
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();
   command
       ->add_option("--aov", a->aovs,
                    "what to draw, separated by commas: indirect, bounced, direct (irradiance / pi without albedo), "
                    "full, unbounced (radiance), albedo, normal, position, depth. Several go to several files: "
-                   "out.NAME.exr")
+                   "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
+                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest)")
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--size", a->size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
@@ -319,8 +310,9 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "strength of a window over the bands that receivers off the light map's own normals read")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command->add_option("--exposure", a->exposure, "stops by which a PNG is brightened; above 1 clips")
-      ->check(CLI::Range(-30.0, 30.0))
+  command
+      ->add_option("--exposure", a->exposure,
+                   "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
       ->capture_default_str();
   command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
   command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")->required();

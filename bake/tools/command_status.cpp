@@ -19,6 +19,7 @@ namespace {
 struct StatusArguments {
   std::string scene, bake;
   bool json = false;
+  SceneOptions sceneOptions;
 };
 
 int runStatus(const StatusArguments& arguments) {
@@ -28,7 +29,7 @@ int runStatus(const StatusArguments& arguments) {
   context.onMessage = [](Severity severity, std::string_view text) {
     if (severity != Severity::info) logMessage(severity, std::string(text));
   };
-  const Result<Scene> scene = loadScene(arguments.scene, context);
+  const Result<Scene> scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
   const Staleness stale = findStaleness(*scene, nullptr, *bake);
 
@@ -59,6 +60,7 @@ void addStatusCommand(CLI::App& app, Action& action) {
   command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->required();
   command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
+  addSceneOptions(*command, arguments->sceneOptions);
   command->callback([arguments, &action] { action = [arguments] { return runStatus(*arguments); }; });
 }
 

@@ -3,6 +3,7 @@
 #include "bake/tools/describe.h"
 
 #include "bake/scene/check_mesh.h"
+#include "bake/tools/scene_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -150,6 +151,21 @@ Json describeLinks(const Links& l) {
           {"cachesWithoutLinks", empty}};
 }
 
+// A light as it is used, and as the file has it where that is another unit.
+Json describeLight(const SceneLight& light, LightUnit inFile) {
+  const char* types[] = {"directional", "point", "spot"};
+  const bool directional = light.type == LightType::directional;
+  Json described = {{"name", light.name},
+                    {"type", types[static_cast<int>(light.type)]},
+                    {"intensity", vec3(light.intensity)},
+                    {"unit", directional ? "W/m^2" : "W/sr"}};
+  if (inFile == LightUnit::photometric) {
+    described["intensityInFile"] = vec3(light.intensity * static_cast<float>(kLumensPerWatt));
+    described["unitInFile"] = directional ? "lx" : "cd";
+  }
+  return described;
+}
+
 }  // namespace
 
 SpacingStatistics surfelSpacing(const Surfels& surfels) {
@@ -206,24 +222,13 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
 }
 
 Json describeScene(const Scene& scene, Context& context) {
-  glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
   std::uint32_t fixed = 0, dynamic = 0;
-  for (const Instance& instance : scene.instances) {
-    (instance.mode == BakeMode::fixed ? fixed : dynamic) += 1;
-    for (const glm::vec3& p : scene.meshes[instance.mesh].position) {
-      const glm::vec3 world(instance.toWorld * glm::vec4(p, 1.0f));
-      low = {std::min(low.x, world.x), std::min(low.y, world.y), std::min(low.z, world.z)};
-      high = {std::max(high.x, world.x), std::max(high.y, world.y), std::max(high.z, world.z)};
-    }
-  }
-  const bool bounded = low.x <= high.x;
+  for (const Instance& instance : scene.instances) (instance.mode == BakeMode::fixed ? fixed : dynamic) += 1;
+  const SceneBounds bounds = boundsOf(scene);
 
   Json cameras = Json::array(), lights = Json::array(), volumes = Json::array(), findings = Json::array();
   for (const Camera& c : scene.cameras) cameras.push_back(c.name);
-  for (const SceneLight& l : scene.lights) {
-    const char* types[] = {"directional", "point", "spot"};
-    lights.push_back({{"name", l.name}, {"type", types[static_cast<int>(l.type)]}, {"intensity", vec3(l.intensity)}});
-  }
+  for (const SceneLight& l : scene.lights) lights.push_back(describeLight(l, scene.lightUnit));
   for (const PlayVolume& v : scene.volumes) volumes.push_back(v.name);
   for (const MeshFinding& f : checkMeshes(scene, context))
     findings.push_back({{"what", toString(f.kind)},
@@ -245,9 +250,10 @@ Json describeScene(const Scene& scene, Context& context) {
           {"materials", scene.materials.size()},
           {"emittingMaterials", emitting},
           {"images", scene.images.size()},
-          {"boundsMinM", bounded ? vec3(low) : Json()},
-          {"boundsMaxM", bounded ? vec3(high) : Json()},
+          {"boundsMinM", bounds.empty ? Json() : vec3(bounds.min)},
+          {"boundsMaxM", bounds.empty ? Json() : vec3(bounds.max)},
           {"cameras", cameras},
+          {"lightUnit", scene.lightUnit == LightUnit::photometric ? "photometric" : "radiometric"},
           {"lights", lights},
           {"volumes", volumes},
           {"meshReport", findings}};

@@ -2,6 +2,7 @@
 // See lights_file.h.
 #include "bake/tools/lights_file.h"
 
+#include "bake/scene/unit_vector.h"
 #include "formats/file_io.h"
 
 #include <glm/geometric.hpp>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace relume {
 namespace {
@@ -47,15 +49,16 @@ class LightReader {
       return wrong("has a \"type\" other than point, spot and directional");
     const bool placed = light.type != LightType::directional, aimed = light.type != LightType::point;
 
-    light.positionWorld = vector("position", placed);
-    light.direction = aimed ? vector("direction", true) : light.direction;
-    light.intensity = number("intensity", 1.0f) * vector("color", false, glm::vec3(1.0f));
+    light.positionWorld = glm::vec3(vector("position", placed));
+    const glm::dvec3 direction = aimed ? vector("direction", true) : glm::dvec3(0, 0, -1);
+    light.intensity =
+        glm::vec3(static_cast<double>(number("intensity", 1.0f)) * vector("color", false, glm::dvec3(1.0)));
     light.range = number("range", 0.0f);
     light.innerConeRad = number("innerConeAngle", 0.0f);
     light.outerConeRad = number("outerConeAngle", light.outerConeRad);
     if (!error_.empty()) return wrong(error_);
-    if (!(glm::length(light.direction) > 0.0f)) return wrong("has a \"direction\" of no length");
-    light.direction = glm::normalize(light.direction);
+    if (direction == glm::dvec3(0.0)) return wrong("has a \"direction\" of no length");
+    light.direction = glm::vec3(unitVector(direction));
     for (int c = 0; c < 3; ++c) {
       if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
         return wrong("is less than dark, or endless");
@@ -78,9 +81,9 @@ class LightReader {
   float number(const char* name, float otherwise) {
     const auto at = object_.find(name);
     if (at == object_.end()) return otherwise;
-    return finite(*at, name);
+    return static_cast<float>(finite(*at, name));
   }
-  glm::vec3 vector(const char* name, bool required, const glm::vec3& otherwise = glm::vec3(0.0f)) {
+  glm::dvec3 vector(const char* name, bool required, const glm::dvec3& otherwise = glm::dvec3(0.0)) {
     const auto at = object_.find(name);
     if (at == object_.end()) {
       if (required) error_ = std::string("has no \"") + name + "\"";
@@ -92,9 +95,11 @@ class LightReader {
     }
     return {finite((*at)[0], name), finite((*at)[1], name), finite((*at)[2], name)};
   }
-  float finite(const json& value, const char* name) {
-    const float v = value.is_number() ? value.get<float>() : std::nanf("");
-    if (!std::isfinite(v)) error_ = std::string("has a \"") + name + "\" that is no finite number";
+  // As double: what a float flushes to zero still points somewhere.
+  double finite(const json& value, const char* name) {
+    const double v = value.is_number() ? value.get<double>() : std::nan("");
+    if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max())))
+      error_ = std::string("has a \"") + name + "\" that is no finite number";
     return v;
   }
 

@@ -4,6 +4,8 @@
 
 #include "bake/scene/check_mesh.h"
 
+#include <CLI/CLI.hpp>
+
 #include <map>
 #include <vector>
 
@@ -32,18 +34,32 @@ void logFindings(const std::vector<MeshFinding>& findings, Context& context) {
   }
 }
 
-Result<Scene> import(const std::string& path, Context& context) {
+Result<Scene> import(const std::string& path, Context& context, const SceneOptions& options) {
   const Context::Stage stage(context, "import");
   context.progress("import", 0.0);
-  Result<Scene> scene = importGltf(path, context);
+  Result<Scene> scene = importGltf(path, context, toImportOptions(options));
   if (scene && context.cancelled()) return cancelledError();
   return scene;
 }
 
 }  // namespace
 
-Result<Scene> loadScene(const std::string& path, Context& context, MeshReport report) {
-  Result<Scene> scene = import(path, context);
+void addSceneOptions(CLI::App& command, SceneOptions& options) {
+  command
+      .add_option(
+          "--light-unit", options.lightUnit,
+          "what the numbers of the level's lights are: radiometric (W/sr, W/m^2) or photometric (cd, lx, as "
+          "Blender exports by default; 683 lm/W); default: extras.relume.lightUnit of the level, or radiometric")
+      ->check(CLI::IsMember({"radiometric", "photometric"}));
+}
+
+ImportOptions toImportOptions(const SceneOptions& options) {
+  if (options.lightUnit.empty()) return {};
+  return {options.lightUnit == "photometric" ? LightUnit::photometric : LightUnit::radiometric};
+}
+
+Result<Scene> loadScene(const std::string& path, Context& context, const SceneOptions& options, MeshReport report) {
+  Result<Scene> scene = import(path, context, options);
   if (!scene) return scene;
   const Context::Stage stage(context, "mesh report");
   if (report == MeshReport::log) logFindings(checkMeshes(*scene, context), context);

@@ -9,12 +9,24 @@
 
 #include <string>
 
+namespace CLI {
+class App;
+}
+
 namespace relume {
 
 // Whether the meshes' findings go to the log, a line a kind, before the repair.
 enum class MeshReport { none, log };
 
+// How a level is read, as the command line has it.
+struct SceneOptions {
+  std::string lightUnit;  // empty: as the file says
+};
+void addSceneOptions(CLI::App& command, SceneOptions& options);
+ImportOptions toImportOptions(const SceneOptions& options);
+
 // Errors of importGltf(); failed when cancelled. A line of the log says what was repaired.
-Result<Scene> loadScene(const std::string& path, Context& context, MeshReport report = MeshReport::none);
+Result<Scene> loadScene(const std::string& path, Context& context, const SceneOptions& options,
+                        MeshReport report = MeshReport::none);
 
 }  // namespace relume

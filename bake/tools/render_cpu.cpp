@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See render_cpu.h. A chunk is a run of pixel rows: their primary rays are traced together, then each hit is shaded.
+// See render_cpu.h. Rays meet what the tracer has: with RayGeometry::drawn, dynamic instances are seen, lit by the grid
+// and cast the punctual lights' shadows, onto what is drawn and onto surfels alike. A chunk is a run of pixel rows:
+// their primary rays are traced together, then each hit is shaded.
 #include "bake/tools/render_cpu.h"
 
 #include "bake/parallel.h"
@@ -62,12 +64,15 @@ Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
 // grid.
 glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const Seen& seen) {
   const Lightmap& map = bake.caches.lightmap;
-  const LightmapPart& part = map.parts[seen.point.instance];
+  // What moves reads the grid, and all does where a bake has a grid alone, and no parts.
+  const Instance& instance = scene.instances[seen.point.instance];
+  const bool onMap = instance.mode == BakeMode::fixed && seen.point.instance < map.parts.size();
+  const LightmapPart part = onMap ? map.parts[seen.point.instance] : LightmapPart{};
   const Array<std::uint32_t>& corners = seen.back ? map.backCornerUv : map.cornerUv;
   const std::uint64_t corner = part.firstCorner + 3ull * seen.point.triangle;
   if (seen.point.triangle < part.triangleCount && corner + 2 < corners.size() && corners[corner] != kGridLit) {
     // The light map has corners in glTF order; a mirrored instance's points count them the other way round.
-    const bool mirrored = scene.instances[seen.point.instance].flipped;
+    const bool mirrored = instance.flipped;
     const glm::vec2 a = unpackUnorm16x2(corners[corner]), b = unpackUnorm16x2(corners[corner + (mirrored ? 2 : 1)]),
                     c = unpackUnorm16x2(corners[corner + (mirrored ? 1 : 2)]);
     const glm::vec2 uv = a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;

@@ -25,6 +25,12 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
   return result;
 }
 
+// Why a relighter applied nothing.
+Error refusal(const Relighter& relighter, const LightSetup& setup) {
+  const Status checked = relighter.check(setup);
+  return checked ? Error{ErrorCode::failed, "the relighter lit no frame"} : checked.error();
+}
+
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
@@ -112,10 +118,13 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   if (!all) return all.error();
   if (prepare) prepare(*all);
   if (request.bounces > 0) {
-    for (int frame = 0; frame < request.bounces; ++frame) all->relight(setup);
+    for (int frame = 0; frame < request.bounces; ++frame) {
+      if (!all->relight(setup)) return refusal(*all, setup);
+    }
     relit.frames = request.bounces;
   } else {
     relit.frames = relightUntilConverged(*all, setup);
+    if (relit.frames == 0) return refusal(*all, setup);
   }
   relit.all.emplace(std::move(*all));
   if (!request.straight) return relit;
@@ -126,7 +135,7 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   if (prepare) prepare(*straight);
   setup.lights = {};
   setup.bounceScale = 0.0f;
-  straight->relight(setup);
+  if (!straight->relight(setup)) return refusal(*straight, setup);
   relit.straight.emplace(std::move(*straight));
   return relit;
 }

@@ -82,7 +82,8 @@ struct Relit {
   std::optional<Relighter> all, straight;
   int frames = 0;
 };
-// `prepare` is called on each new relighter before its first frame: the GL backend sets its shadow maps there.
+// `prepare` is called on each new relighter before its first frame: the GL backend sets its shadow maps there. Errors
+// of the relighter: the bake, or a light that it refuses.
 Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& options, const Visibility& visibility,
                              const std::function<void(const Relighter&)>& prepare);
 

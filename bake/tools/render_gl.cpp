@@ -178,7 +178,9 @@ class GlRenderer {
     glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
     if (relighter) relighter->bindResolveInputs();
-    level_.draw(tileClip(request_, level_, tile));
+    const glm::mat4 clip = tileClip(request_, level_, tile);
+    level_.draw(clip);
+    level_.drawDynamic(clip, glm::mat4(1.0f));
   }
 
   // Mean of the samples of each pixel of a target.
@@ -239,7 +241,9 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   auto shadows = ShadowMaps::create(request.shadowSize);
   if (!shadows) return shadows.error();
   const std::vector<Light> lights = toRuntimeLights(request.lights);
-  if (Status ok = shadows->update(*level, lights); !ok) return ok.error();
+  // Dynamic instances stand where the level has them, and cast shadows as all else.
+  const glm::mat4 unmoved(1.0f);
+  if (Status ok = shadows->update(*level, lights, &unmoved); !ok) return ok.error();
 
   // Relight
   context.progress("relight", 0.0);

@@ -154,7 +154,7 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
     const std::size_t first = vertices.size();
     appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
     level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
-    for (std::size_t v = first; v < vertices.size() && !dynamic; ++v) {
+    for (std::size_t v = first; v < vertices.size(); ++v) {
       level.boundsMin_ = glm::min(level.boundsMin_, vertices[v].position);
       level.boundsMax_ = glm::max(level.boundsMax_, vertices[v].position);
     }

@@ -31,7 +31,7 @@ class GlLevel {
   // Draw the dynamic instances, lit by the grid. `moved` is applied after their own transforms.
   void drawDynamic(const glm::mat4& clipFromWorld, const glm::mat4& moved) const;
 
-  glm::vec3 boundsMin() const { return boundsMin_; }  // [m] of the fixed instances
+  glm::vec3 boundsMin() const { return boundsMin_; }  // [m] of all instances, dynamic ones where the level has them
   glm::vec3 boundsMax() const { return boundsMax_; }
   std::uint32_t triangleCount() const { return triangleCount_; }
 

@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: MIT
 // `relume render` as a user runs it: what it writes, and what it says when it cannot.
 #include "bake/tools/image_io.h"
+#include "tests/cli/make_gltf.h"
 #include "tests/cli/run_program.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb_image.h>
+#pragma GCC diagnostic pop
 
 #include <algorithm>
 #include <cstdlib>
@@ -86,9 +95,126 @@ TEST_F(RenderCommand, refusesOptionsOutOfRange) {
   expectRefused(render({"--bake", bake_, "--samples", "0"}), 1, {"--samples"});
   expectRefused(render({"--bake", bake_, "--backend", "vulkan"}), 1, {"--backend"});
   expectRefused(render({"--bake", bake_, "-o", "image.jpg"}), 1, {".exr", ".png"});
+  for (const char* sky : {"1,1", "1,1,1,1", "1,nan,1", "1,inf,1", "a,b,c", ""})
+    expectRefused(render({"--bake", bake_, "--sky", sky}), 1, {"--sky", "R,G,B"});
+  for (const char* exposure : {"nan", "inf", "31", "-31", "bright", "1 ", ""})
+    expectRefused(render({"--bake", bake_, "--exposure", exposure}), 1, {"--exposure", "auto"});
+  for (const char* fov : {"0", "nan", "180", "-60"})
+    expectRefused(render({"--bake", bake_, "--fov", fov}), 1, {"--fov", "1..170"});
   for (const char* bands : {"Y3Co5Cg5", "Y9Co1Cg1", "Y3Co1Cg2", "Y0Co0Cg0", "3", "y3co1cg1", "Y3Co1Cg1 "})
     expectRefused(render({"--bake", bake_, "--bands", bands}), 1, {"--bands", "Y3Co1Cg1"});
   expectRefused(render({"--bake", bake_, "--deringing", "2"}), 1, {"--deringing"});
+}
+
+TEST_F(RenderCommand, looksFromWhereItIsTold) {
+  // From the middle of the hall straight down: the floor's height, and up in the image is -Z.
+  ASSERT_EQ(render({"--aov", "position", "--eye", "3,1.5,2", "--target", "3,0,2", "--fov", "40"}).status, 0);
+  const auto position = readExr(image())->layer("");
+  const glm::vec3 centre = position[9 * 32 + 16], higher = position[4 * 32 + 16];
+  EXPECT_NEAR(centre.x, 3.0f, 0.1f);
+  EXPECT_NEAR(centre.z, 2.0f, 0.1f);
+  EXPECT_LT(higher.z, centre.z - 0.1f);
+
+  expectRefused(render({"--aov", "albedo", "--eye", "1,1,1"}), 1, {"--target"});
+  expectRefused(render({"--aov", "albedo", "--target", "1,1,1"}), 1, {"--eye"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,1,1", "--target", "1,1,1"}), 1, {"--target", "1,1,1"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,1", "--target", "1,1,1"}), 1, {"--eye", "X,Y,Z"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,nan,1", "--target", "1,1,1"}), 1, {"--eye", "X,Y,Z"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,1,1", "--target", "2,1,1", "--camera", "cam_hall"}), 1,
+                {"--camera"});
+}
+
+TEST_F(RenderCommand, framesALevelThatHasNoCamera) {
+  // A closed room is looked at from within, an open box through its open side.
+  for (const bool open : {false, true}) {
+    GltfParts parts;
+    if (open) parts.room.index.resize(parts.room.index.size() - 6);  // the wall at +Z
+    std::string gltf = makeGltf(parts);
+    const std::string camera = "\"camera\":0,";
+    gltf.erase(gltf.find(camera), camera.size());
+    const fs::path level = folder_ / "room.gltf";
+    std::ofstream(level, std::ios::binary) << gltf;
+    const ProgramResult r = runProgram({"render", level.string(), "--aov", "position", "-o", image(), "--size", "32x18",
+                                        "--samples", "1", "--progress", "plain"},
+                                       folder_);
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(r.err.find("no camera"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("--eye"), std::string::npos) << r.err;
+    const auto position = readExr(image())->layer("");
+    const auto hits =
+        std::count_if(position.begin(), position.end(), [](const glm::vec3& p) { return p != glm::vec3(0.0f); });
+    EXPECT_GT(hits, 32 * 18 / 4) << (open ? "open" : "closed");
+  }
+  expectRefused(runProgram({"render", (folder_ / "room.gltf").string(), "--aov", "direct", "-o", image(), "--camera",
+                            "cam", "--progress", "none"},
+                           folder_),
+                1, {"--camera", "none"});
+}
+
+// 8-bit values of a PNG, RGB.
+std::vector<std::uint8_t> readPng(const fs::path& path) {
+  const std::string file = readAll(path);
+  int width = 0, height = 0, channels = 0;
+  stbi_uc* pixels = stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
+                                          &width, &height, &channels, 3);
+  if (pixels == nullptr) return {};
+  std::vector<std::uint8_t> rgb(pixels, pixels + 3 * std::size_t(width) * std::size_t(height));
+  stbi_image_free(pixels);
+  return rgb;
+}
+
+TEST_F(RenderCommand, pngsOfGeometryAreMappedToWhatAPersonCanSee) {
+  const std::vector<std::string> layers{"--aov", "normal,position,depth", "--camera", "cam_hall"};
+  ASSERT_EQ(render(layers).status, 0);
+  std::vector<std::string> asPng = layers;
+  asPng.insert(asPng.end(), {"-o", (folder_ / "g.png").string(), "--json"});
+  const ProgramResult r = render(asPng);
+  ASSERT_EQ(r.status, 0) << r.err;
+  const nlohmann::json png = nlohmann::json::parse(r.out).at("png");
+  EXPECT_FALSE(png.contains("exposureStops"));
+  const auto layer = [&](const char* name) {
+    return readExr(folder_ / ("image." + std::string(name) + ".exr"))->layer("");
+  };
+  const auto normal = layer("normal"), position = layer("position"), depth = layer("depth");
+  const auto normals = readPng(folder_ / "g.normal.png"), positions = readPng(folder_ / "g.position.png"),
+             depths = readPng(folder_ / "g.depth.png");
+  ASSERT_EQ(depths.size(), 3 * depth.size());
+  const float nearest = png.at("depthWhiteM"), farthest = png.at("depthDarkestM");
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    const bool hit = depth[i].x > 0.0f;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t at = 3 * i + static_cast<std::size_t>(c);
+      const float low = png.at("positionBlackM")[c], high = png.at("positionWhiteM")[c];
+      EXPECT_NEAR(normals[at], hit ? 255.0f * (0.5f * normal[i][c] + 0.5f) : 0.0f, 0.51f);
+      EXPECT_NEAR(positions[at], hit ? 255.0f * (position[i][c] - low) / (high - low) : 0.0f, 0.51f);
+      EXPECT_NEAR(depths[at], hit ? 255.0f * (1.0f - 0.9f * (depth[i].x - nearest) / (farthest - nearest)) : 0.0f,
+                  0.51f);
+    }
+  }
+}
+
+TEST_F(RenderCommand, theExposureOfAPngComesFromThePictureAndCanBeRepeated) {
+  const std::string a = (folder_ / "a.png").string(), b = (folder_ / "b.png").string();
+  const auto draw = [&](const std::string& output, const std::string& intensity, std::vector<std::string> more) {
+    std::ofstream(folder_ / "sun.json") << R"([{"type": "directional", "direction": [0.1, -0.2, 1], "intensity": )"
+                                        << intensity << "}]";
+    std::vector<std::string> arguments{"--aov", "direct",        "--lights",
+                                       "none",  "--json",        "-o",
+                                       output,  "--lights-file", (folder_ / "sun.json").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult r = render(arguments);
+    EXPECT_EQ(r.status, 0) << r.err;
+    return nlohmann::json::parse(r.out).at("png").at("exposureStops").get<double>();
+  };
+  // A thousand times the light: ten stops less, the same picture but for the rounding of the stops.
+  const double dim = draw(a, "0.01", {}), bright = draw(b, "10.24", {});
+  EXPECT_NEAR(dim - bright, 10.0, 1e-5);
+  EXPECT_EQ(readPng(a), readPng(b));
+  // The number gives the picture again.
+  draw(a, "10.24", {"--exposure", std::to_string(bright)});
+  EXPECT_EQ(readPng(a), readPng(b));
+  // Without light there is nothing to expose.
+  EXPECT_EQ(draw(a, "0", {}), 0.0);
 }
 
 TEST_F(RenderCommand, lightsTheBandsItIsToldAndNamesThem) {
@@ -118,6 +244,18 @@ TEST_F(RenderCommand, addsTheLightsOfAFile) {
   EXPECT_GT(one, 0.0);
   ASSERT_EQ(render({"--aov", "direct", "--lights", "none", "--lights-file", file(sun + "4}]")}).status, 0);
   EXPECT_NEAR(brightness(), 2.0 * one, 1e-3 * one);
+
+  // However long its direction is.
+  for (const char* direction : {"[1e29, -2e29, 1e30]", "[1e-41, -2e-41, 1e-40]", "[1e-310, -2e-310, 1e-309]"}) {
+    const std::string text = R"([{"type": "directional", "direction": )" + std::string(direction) +
+                             R"(, "color": [1, 0, 0], "intensity": 2}])";
+    ASSERT_EQ(render({"--aov", "direct", "--lights", "none", "--lights-file", file(text)}).status, 0);
+    EXPECT_NEAR(brightness(), one, 1e-3 * one) << direction;
+    const ProgramResult lit =
+        render({"--bake", bake_, "--aov", "indirect", "--lights", "none", "--lights-file", file(text)});
+    EXPECT_EQ(lit.status, 0) << lit.err;
+    EXPECT_GT(brightness(), 0.0) << direction;
+  }
 
   const std::pair<const char*, const char*> kWrong[] = {
       {"[{", "JSON list"},
@@ -156,7 +294,41 @@ TEST_F(RenderCommand, refusesABakeOfAnotherScene) {
   std::ofstream(changed, std::ios::binary) << glb;
   const ProgramResult r =
       runProgram({"render", changed.string(), "--bake", bake_, "-o", image(), "--progress", "none"}, folder_);
-  expectRefused(r, 3, {"living_wall_west", "changed"});
+  expectRefused(r, 3, {"living_wall_west", "changed", "--allow-stale"});
+
+  // Its light is taken all the same when that is asked for, and said.
+  const auto drawn = [&](const fs::path& scene, std::vector<std::string> more) {
+    std::vector<std::string> arguments{"render", scene.string(), "--bake", bake_,       "--aov", "indirect",   "-o",
+                                       image(),  "--size",       "32x18",  "--samples", "1",     "--progress", "none"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult made = runProgram(arguments, folder_);
+    EXPECT_EQ(made.status, 0) << made.err;
+    return std::pair(made, readExr(image())->layer(""));
+  };
+  const auto [stale, light] = drawn(changed, {"--allow-stale"});
+  EXPECT_NE(stale.err.find("living_wall_west"), std::string::npos) << stale.err;
+  const auto [good, before] = drawn(kLevel, {"--allow-stale"});
+  EXPECT_EQ(good.err, "");
+  // The same irradiance, but for the roundings of an albedo multiplied in and divided out.
+  ASSERT_EQ(light.size(), before.size());
+  for (std::size_t i = 0; i < light.size(); ++i) EXPECT_NEAR(light[i].r, before[i].r, 1e-4f * before[i].r + 1e-6f);
+}
+
+// With an instance less, the parts behind it are found by their names and not by their places.
+TEST_F(RenderCommand, aStaleBakeIsReadByTheNamesOfItsParts) {
+  std::string glb = readAll(kLevel);
+  const std::string dynamic = R"("extras":{"relume":{"bake":"dynamic"}})";
+  const std::string ignored = R"("extras":{"relume":{"bake":"ignore" }})";
+  ASSERT_EQ(dynamic.size(), ignored.size());
+  ASSERT_NE(glb.find(dynamic), std::string::npos) << "the level's JSON is written otherwise";
+  glb.replace(glb.find(dynamic), dynamic.size(), ignored);
+  const fs::path changed = folder_ / "fewer.glb";
+  std::ofstream(changed, std::ios::binary) << glb;
+  const ProgramResult r = runProgram({"render", changed.string(), "--bake", bake_, "--allow-stale", "-o", image(),
+                                      "--size", "32x18", "--samples", "1", "--progress", "none"},
+                                     folder_);
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_NE(r.err.find("instances"), std::string::npos) << r.err;
 }
 
 TEST_F(RenderCommand, saysWhatItCannotRead) {

@@ -3,6 +3,7 @@
 #include "bake/bake.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
+#include "tests/rays/make_scene.h"
 #ifdef RELUME_RENDER_GL
 #include "bake/tools/render_gl.h"
 #endif
@@ -64,9 +65,21 @@ RenderRequest request(const Scene& scene, const Bake* made, const std::string& c
 Result<RenderedFrame> drawCpu(const Scene& scene, const RenderRequest& r, int threads = 0) {
   Context context;
   context.threads = threads;
-  auto tracer = RayTracer::create(scene, "avx2", context);
+  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   return renderCpu(*tracer, r, context);
+}
+
+// The ball of the level that is no part of the bake, from near by.
+RenderRequest requestOfTheToy() {
+  RenderRequest r = request(level(), &levelBake(), "cam_hall");
+  r.camera = test::lookAt({4.6f, 0.6f, 2.2f}, {3.9f, 0.14f, 1.3f}, 0.6f);
+  return r;
+}
+
+// Whether a pixel shows the ball: its centre is within 0.14 m of where the level has it.
+bool showsToy(const RenderedFrame& frame, std::size_t pixel) {
+  return frame.depth[pixel] > 0.0f && glm::length(frame.position[pixel] - glm::vec3(3.9f, 0.14f, 1.3f)) < 0.145f;
 }
 
 // Root of the mean squared difference over the mean of `a`.
@@ -155,6 +168,40 @@ TEST(RenderCpu, isTheSameAtAnyThreadCount) {
     EXPECT_EQ(composeAov(*one, aov), composeAov(*two, aov));
 }
 
+TEST(RenderCpu, drawsDynamicInstancesLitByTheGrid) {
+  const auto frame = drawCpu(level(), requestOfTheToy());
+  ASSERT_TRUE(frame) << frame.error().message;
+  std::size_t shown = 0, lit = 0;
+  const auto indirect = composeAov(*frame, Aov::indirect);
+  for (std::size_t i = 0; i < frame->depth.size(); ++i) {
+    if (!showsToy(*frame, i)) continue;
+    ++shown;
+    lit += indirect[i].r > 0.0f ? 1 : 0;
+  }
+  EXPECT_GT(shown, 300u);
+  EXPECT_EQ(lit, shown);
+}
+
+TEST(RenderCpu, aBakeWithAGridAloneLightsAllFromTheGrid) {
+  Bake gridOnly = levelBake();
+  gridOnly.caches.lightmap.parts = {};
+  const auto frame = drawCpu(level(), request(level(), &gridOnly, "cam_hall"));
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_GT(total(frame->indirect), 0.0);
+}
+
+TEST(RenderCpu, aLightThatTheRelighterRefusesIsAnError) {
+  RenderRequest r = request(level(), &levelBake(), "cam_hall");
+  r.lights.at(0).type = LightType::directional;
+  r.lights.at(0).direction = glm::vec3(0.0f);
+  for (const int bounces : {0, 2}) {
+    r.bounces = bounces;
+    const auto frame = drawCpu(level(), r);
+    ASSERT_FALSE(frame) << bounces;
+    EXPECT_NE(frame.error().message.find("direction"), std::string::npos) << frame.error().message;
+  }
+}
+
 TEST(RenderCpu, emittersAloneHaveNothingBouncedInTheFirstFrame) {
   RenderRequest r = request(level(), &levelBake(), "cam_hall");
   r.lights.clear();
@@ -234,6 +281,27 @@ TEST(RenderGl, agreesWithTheCpu) {
       EXPECT_LT(shareBeyond(a, b, 0.02), 0.01) << name << " " << aovNames()[static_cast<std::size_t>(aov)];
     }
   }
+}
+
+TEST(RenderGl, drawsDynamicInstancesAsTheCpuDoes) {
+  const RenderRequest r = requestOfTheToy();
+  Context context;
+  const auto gl = renderGl(level(), r, context);
+  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
+  ASSERT_TRUE(gl) << gl.error().message;
+  const auto cpu = drawCpu(level(), r);
+  ASSERT_TRUE(cpu) << cpu.error().message;
+  std::vector<glm::vec3> a, b;
+  const auto indirectCpu = composeAov(*cpu, Aov::indirect), indirectGl = composeAov(*gl, Aov::indirect);
+  for (std::size_t i = 0; i < indirectCpu.size(); ++i) {
+    if (!showsToy(*cpu, i) || !showsToy(*gl, i)) continue;
+    a.push_back(indirectCpu[i]);
+    b.push_back(indirectGl[i]);
+  }
+  ASSERT_GT(a.size(), 300u);
+  EXPECT_LT(relativeRms(a, b), 0.03);
+  EXPECT_LT(shareBeyond(composeAov(*cpu, Aov::direct), composeAov(*gl, Aov::direct), 0.05), 0.05)
+      << "the ball's shadow, too";
 }
 
 TEST(RenderGl, tilesJoinWithoutSeams) {

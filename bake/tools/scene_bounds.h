@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// The box that holds all triangles' vertices of a level, dynamic ones with them.
+#pragma once
+
+#include "bake/scene/scene.h"
+
+namespace relume {
+
+struct SceneBounds {
+  glm::vec3 min{0.0f}, max{0.0f};  // [m]
+  bool empty = true;               // the level has no vertex
+};
+
+SceneBounds boundsOf(const Scene& scene);
+
+}  // namespace relume
