@@ -2,6 +2,7 @@
 // The 3xx and 5xx checks: weights and groups of the hierarchy, links as cuts. The bake is safe to index (1xx found
 // nothing).
 #include "formats/compact_links.h"
+#include "formats/decimal.h"
 #include "formats/findings.h"
 #include "formats/pack.h"
 
@@ -155,11 +156,11 @@ void checkEnergy(const Caches& caches, std::uint32_t cache, double transfer, Fin
   const glm::vec3 n = caches.normal[cache];
   const bool surface = n.x != 0.0f || n.y != 0.0f || n.z != 0.0f;
   if (transfer > kSphere * kTolerance)
-    findings.add(Check::linkEnergySphere, "cache " + std::to_string(cache), "at most " + std::to_string(kSphere),
+    findings.add(Check::linkEnergySphere, "cache " + std::to_string(cache), "at most " + decimalGeneral(kSphere, 6),
                  transfer);
   else if (surface && transfer > 0.5 * kSphere * kTolerance)
     findings.add(Check::linkEnergyHemisphere, "cache " + std::to_string(cache),
-                 "at most " + std::to_string(0.5 * kSphere), transfer);
+                 "at most " + decimalGeneral(0.5 * kSphere, 6), transfer);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Collects findings: one a check, with the first place and a count. Private to formats/.
 #pragma once
 
+#include "formats/decimal.h"
 #include "formats/validate.h"
 
 #include <string>
@@ -30,11 +31,14 @@ class Findings {
  private:
   static std::string text(std::string_view s) { return std::string(s); }
   static std::string text(const glm::vec3& v) {
-    return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+    return "(" + decimal(v.x) + ", " + decimal(v.y) + ", " + decimal(v.z) + ")";
   }
   template <class T>
   requires std::is_arithmetic_v<T>
-  static std::string text(T v) { return std::to_string(v); }
+  static std::string text(T v) {
+    if constexpr (std::is_floating_point_v<T>) return decimal(v);
+    return std::to_string(v);
+  }
   // A place is made of an array's name and an index, late.
   template <class T>
   requires requires(const T& t) { t.array; }

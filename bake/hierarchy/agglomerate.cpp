@@ -9,6 +9,7 @@
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/parallel.h"
+#include "formats/decimal.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -27,9 +28,9 @@ Status checkInput(const Surfels& surfels, std::span<const std::uint32_t> members
   const auto inRange = [](float w) { return w >= 0.0f && w <= kMaxWeight; };
   if (!inRange(options.normalWeight) || !inRange(options.balanceWeight) || !inRange(options.outlookWeight)) {
     return Error{ErrorCode::usage, "clustering weights must be in [0, 1e6], found normalWeight " +
-                                       std::to_string(options.normalWeight) + ", balanceWeight " +
-                                       std::to_string(options.balanceWeight) + ", outlookWeight " +
-                                       std::to_string(options.outlookWeight)};
+                                       decimal(options.normalWeight) + ", balanceWeight " +
+                                       decimal(options.balanceWeight) + ", outlookWeight " +
+                                       decimal(options.outlookWeight)};
   }
   if (members.empty()) return Error{ErrorCode::failed, "clustering needs at least one surfel"};
   for (const std::uint32_t member : members) {

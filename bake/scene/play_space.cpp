@@ -9,6 +9,7 @@
 #include "bake/scene/play_space.h"
 
 #include "bake/parallel.h"
+#include "bake/printed.h"
 #include "bake/random.h"
 #include "bake/scene/find_starts.h"
 #include "bake/scene/keep_cells.h"
@@ -21,7 +22,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 namespace relume {
@@ -219,10 +219,9 @@ void thin(std::vector<glm::vec3>& points) {
 void report(const PlaySpace& space, const char* from, Context& context) {
   context.figure("seen_area_m2", space.seenTotal);
   context.figure("culled_share", space.total > 0.0 ? 1.0 - space.seenTotal / space.total : 0.0);
-  std::array<char, 160> text;
-  std::snprintf(text.data(), text.size(), "play space, from %s: %.6g m² of %.6g m² (both sides) matter, %.1f %% culled",
-                from, space.seenTotal, space.total, 100.0 * (1.0 - space.seenTotal / std::max(space.total, 1e-300)));
-  context.message(Severity::info, text.data());
+  context.message(Severity::info, printed("play space, from %s: %.6g m² of %.6g m² (both sides) matter, %.1f %% culled",
+                                          from, space.seenTotal, space.total,
+                                          100.0 * (1.0 - space.seenTotal / std::max(space.total, 1e-300))));
 }
 
 }  // namespace

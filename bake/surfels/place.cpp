@@ -9,6 +9,7 @@
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfel_map.h"
 #include "bake/surfels/surfels.h"
+#include "formats/decimal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ Status checkOptions(const SurfelOptions& options) {
   }
   if (!(options.candidateFactor >= 1.5f && options.candidateFactor <= 20.0f)) {
     return Error{ErrorCode::usage,
-                 "candidate factor of surfels must be in [1.5, 20], found " + std::to_string(options.candidateFactor)};
+                 "candidate factor of surfels must be in [1.5, 20], found " + decimal(options.candidateFactor)};
   }
   if (options.relaxIterations > 1000) {
     return Error{ErrorCode::usage,

@@ -3,30 +3,20 @@
 // (Erratum: 2689k links of 12 bytes are 30.77 MiB, not 30.08).
 #include "bake/tools/bench_report.h"
 
+#include "bake/printed.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 namespace relume {
 namespace {
 
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  std::array<char, 512> text{};
-  va_list arguments;
-  va_start(arguments, pattern);
-  const int n = std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return {text.data(), static_cast<std::size_t>(std::clamp(n, 0, static_cast<int>(text.size()) - 1))};
-}
-
 // Three significant digits, as a table wants them; a dash for nothing.
 std::string number(double value) {
   if (value == 0.0) return "–";
-  if (value >= 100.0) return format("%.0f", value);
-  return format(value >= 10.0 ? "%.1f" : (value >= 1.0 ? "%.2f" : "%.3f"), value);
+  if (value >= 100.0) return printed("%.0f", value);
+  return printed(value >= 10.0 ? "%.1f" : (value >= 1.0 ? "%.2f" : "%.3f"), value);
 }
 
 double mib(std::size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
@@ -87,9 +77,9 @@ const PaperSetting* paperSettingOf(const BakeSizes& sizes) {
 }
 
 std::string sizesText(const BakeSizes& s) {
-  return format("n_S %u, n_C %u, n_L %u (%u %slinks), l %u", s.surfels, s.caches, s.linksPerCache, s.links,
-                (s.linkKind.empty() ? "" : s.linkKind + " ").c_str(), s.lumaBands) +
-         (s.chromaBands != s.lumaBands ? format(" / %u", s.chromaBands) : "");
+  return printed("n_S %u, n_C %u, n_L %u (%u %slinks), l %u", s.surfels, s.caches, s.linksPerCache, s.links,
+                 (s.linkKind.empty() ? "" : s.linkKind + " ").c_str(), s.lumaBands) +
+         (s.chromaBands != s.lumaBands ? printed(" / %u", s.chromaBands) : "");
 }
 
 // The figures of a stage that say how well it did.
@@ -100,27 +90,27 @@ std::string remark(const StageReport& stage) {
     }
     return 0.0;
   };
-  if (stage.stage == "play space") return format("%.0f %% of the area culled", 100.0 * figure("culled_share"));
+  if (stage.stage == "play space") return printed("%.0f %% of the area culled", 100.0 * figure("culled_share"));
   if (stage.stage == "surfels" && figure("spacing_densest_m") > 0.0) {
-    return format("least spacing %.3f D, CV %.3f, area error %.1e",
-                  figure("spacing_min_m") / figure("spacing_densest_m"), figure("spacing_cv"), figure("area_error"));
+    return printed("least spacing %.3f D, CV %.3f, area error %.1e",
+                   figure("spacing_min_m") / figure("spacing_densest_m"), figure("spacing_cv"), figure("area_error"));
   }
-  if (stage.stage == "hierarchy") return format("%.0f senders, depth %.0f", figure("senders"), figure("depth"));
-  if (stage.stage == "caches") return format("%.0f caches", figure("caches"));
+  if (stage.stage == "hierarchy") return printed("%.0f senders, depth %.0f", figure("senders"), figure("depth"));
+  if (stage.stage == "caches") return printed("%.0f caches", figure("caches"));
   if (stage.stage == "links" && stage.seconds > 0.0) {
-    return format("%.1f M rays, %.1f Mray/s with all that is done to them", figure("rays") * 1e-6,
-                  figure("rays") * 1e-6 / stage.seconds);
+    return printed("%.1f M rays, %.1f Mray/s with all that is done to them", figure("rays") * 1e-6,
+                   figure("rays") * 1e-6 / stage.seconds);
   }
   return "";
 }
 
 std::string bakeTable(const BenchReport& report, const BenchSetting& setting) {
   std::string text =
-      format("\n### Bake, %d threads\n\n", report.bakeThreads) + "| stage | seconds | |\n|---|---:|---|\n";
+      printed("\n### Bake, %d threads\n\n", report.bakeThreads) + "| stage | seconds | |\n|---|---:|---|\n";
   text += row({"import", number(report.importSeconds), ""});
   for (const StageReport& stage : setting.bake.stages) text += row({stage.stage, number(stage.seconds), remark(stage)});
   text += row({"**whole bake**", "**" + number(setting.bake.seconds) + "**", "without import"});
-  return text + "\nPeak memory of the process: " + format("%.0f MiB.\n", setting.bake.peakMiB);
+  return text + "\nPeak memory of the process: " + printed("%.0f MiB.\n", setting.bake.peakMiB);
 }
 
 const PassFigures* find(const RelightTimes& times, const std::string& pass) {
@@ -223,7 +213,7 @@ std::string settingSection(const BenchReport& report, const BenchSetting& settin
   const PaperSetting* paper = paperSettingOf(setting.sizes);
   std::string text = "\n## " + setting.name + (paper ? std::string(": PIC's ") + paper->name + " setting" : "") +
                      "\n\n" + sizesText(setting.sizes) + "; light map of " +
-                     format("%u texels.\n", setting.sizes.texels);
+                     printed("%u texels.\n", setting.sizes.texels);
   if (!setting.bake.stages.empty()) text += bakeTable(report, setting);
   if (!setting.relight.empty()) text += relightTable(setting, paper) + memoryTable(setting, paper);
   return text;
@@ -290,7 +280,7 @@ std::string toMarkdown(const BenchReport& report) {
   std::string text =
       "# Performance\n\nWritten by `relume bench`; `tests/bench/performance.sh SCENE` makes it anew.\n\n";
   text += "| | |\n|---|---|\n";
-  text += row({"machine", report.machine.processor + format(", %u cores", report.machine.cores)});
+  text += row({"machine", report.machine.processor + printed(", %u cores", report.machine.cores)});
   if (!report.renderer.empty()) text += row({"OpenGL", report.renderer});
   text += row({"scene", report.scene});
   text += row({"command", "`" + report.command + "`"});

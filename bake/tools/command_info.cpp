@@ -81,7 +81,7 @@ void printLights(const Json& lights) {
 Result<Json> describeFile(const std::string& file, const SceneOptions& options) {
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   if (extension == ".glb" || extension == ".gltf") {
     Context context;
     context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };

@@ -2,12 +2,12 @@
 // See compare_page.h. One function a panel; every panel has an id, so that a test can find it.
 #include "bake/tools/compare_page.h"
 
+#include "bake/printed.h"
 #include "bake/tools/compare_pictures.h"
 #include "bake/tools/image_io.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 namespace relume {
@@ -71,11 +71,7 @@ std::string textOf(const Json& value) {
 
 double number(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
 
-std::string fixed(double value, int digits) {
-  char text[48];
-  std::snprintf(text, sizeof(text), "%.*f", digits, value);
-  return text;
-}
+std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
 std::string percent(const Json& value) { return fixed(100.0 * number(value), 2) + "&nbsp;%"; }
 

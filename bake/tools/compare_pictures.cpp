@@ -2,6 +2,7 @@
 // See compare_pictures.h.
 #include "bake/tools/compare_pictures.h"
 
+#include "bake/printed.h"
 #include "bake/tools/diverging.h"
 #include "formats/color.h"
 
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 namespace relume {
@@ -54,12 +54,6 @@ RgbImage drawTexels(const Lightmap& map, const Color& color) {
     }
   }
   return image;
-}
-
-std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0, double d = 0.0) {
-  char text[256];
-  std::snprintf(text, sizeof(text), pattern, a, b, c, d);
-  return text;
 }
 
 }  // namespace
@@ -140,28 +134,28 @@ std::string histogramSvg(std::span<const float> values, bool logarithmic, double
   std::string svg = "<svg viewBox=\"0 0 340 170\" role=\"img\" aria-label=\"" + label + "\">";
   for (int i = 0; i < kBins; ++i) {
     const double height = 120.0 * static_cast<double>(bins[static_cast<std::size_t>(i)]) / most;
-    svg += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"9.5\" height=\"%.1f\" class=\"bar\"/>", 20.0 + 10.0 * i,
-                  130.0 - height, height);
+    svg += printed("<rect x=\"%.1f\" y=\"%.1f\" width=\"9.5\" height=\"%.1f\" class=\"bar\"/>", 20.0 + 10.0 * i,
+                   130.0 - height, height);
   }
   svg += "<path d=\"M20 130H320\" class=\"axis\"/>";
   const std::array<const char*, 4> decades = {"0.001%", "0.1%", "10%", "1000%"};
   for (int k = 0; k < 4; ++k) {
     const double x = 20.0 + 100.0 * k;
-    svg += format("<text x=\"%.0f\" y=\"145\" text-anchor=\"middle\">", x) +
-           (logarithmic ? std::string(decades[static_cast<std::size_t>(k)]) : format("%.3g", top * k / 3.0)) +
+    svg += printed("<text x=\"%.0f\" y=\"145\" text-anchor=\"middle\">", x) +
+           (logarithmic ? std::string(decades[static_cast<std::size_t>(k)]) : printed("%.3g", top * k / 3.0)) +
            "</text>";
   }
   return svg + "<text x=\"170\" y=\"163\" text-anchor=\"middle\">" + label + "</text></svg>";
 }
 
 std::string planMarksSvg(const PlanView& plan, const LightDifference& light) {
-  std::string svg = format("<svg viewBox=\"0 0 %.0f %.0f\" class=\"marks\">", plan.image.width, plan.image.height);
+  std::string svg = printed("<svg viewBox=\"0 0 %u %u\" class=\"marks\">", plan.image.width, plan.image.height);
   for (std::size_t i = 0; i < light.worst.size(); ++i) {
     const double x = (light.worst[i].positionWorld.x - plan.left) / plan.metresPerPixel;
     const double y = (light.worst[i].positionWorld.z - plan.top) / plan.metresPerPixel;
-    svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\"/>", x, y) +
-           format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%.0f</text>", x, y + 4.0,
-                  static_cast<double>(i + 1));
+    svg += printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\"/>", x, y) +
+           printed("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%.0f</text>", x, y + 4.0,
+                   static_cast<double>(i + 1));
   }
   // A bar of 1, 2 or 5 times a power of ten, about a quarter of the width.
   const double quarter = 0.25 * plan.image.width * plan.metresPerPixel;
@@ -173,8 +167,8 @@ std::string planMarksSvg(const PlanView& plan, const LightDifference& light) {
     }
   }
   const double y = plan.image.height - 8.0;
-  svg += format("<path d=\"M8 %.1fh%.1f\" class=\"scale\"/>", y, metres / plan.metresPerPixel) +
-         format("<text x=\"8\" y=\"%.1f\">%g m</text>", y - 4.0, metres);
+  svg += printed("<path d=\"M8 %.1fh%.1f\" class=\"scale\"/>", y, metres / plan.metresPerPixel) +
+         printed("<text x=\"8\" y=\"%.1f\">%g m</text>", y - 4.0, metres);
   return svg + "</svg>";
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The report of `relume compare` for people: the JSON, in its order, as lines.
+#include "bake/printed.h"
 #include "bake/tools/compare_report.h"
 
 #include <cstdarg>
-#include <cstdio>
 
 namespace relume {
 namespace {
@@ -17,15 +17,8 @@ std::string textOf(const Json& value) {
 __attribute__((format(printf, 2, 3))) void line(std::string& text, const char* format, ...) {
   std::va_list arguments;
   va_start(arguments, format);
-  std::va_list again;
-  va_copy(again, arguments);
-  const int size = std::vsnprintf(nullptr, 0, format, arguments);
+  text += vprinted(format, arguments) + '\n';
   va_end(arguments);
-  std::string one(static_cast<std::size_t>(size) + 1, '\0');
-  std::vsnprintf(one.data(), one.size(), format, again);
-  va_end(again);
-  one.back() = '\n';
-  text += one;
 }
 
 double number(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
@@ -96,11 +89,7 @@ void printLight(std::string& text, const Json& light) {
 }
 
 void printVerdict(std::string& text, const Json& light, const Json& verdict) {
-  const auto bound = [](const Json& value) {
-    char buffer[32] = "none";
-    if (value.is_number()) std::snprintf(buffer, sizeof(buffer), "%g", number(value));
-    return std::string(buffer);
-  };
+  const auto bound = [](const Json& value) { return value.is_number() ? printed("%g", number(value)) : "none"; };
   line(text, "Verdict: rmse %.5f (bound %s), worst cache %.5f (bound %s): %s", number(light["maxRmse"]),
        bound(verdict["maxRmse"]).c_str(), number(light["maxChange"]), bound(verdict["maxCacheChange"]).c_str(),
        verdict["passed"].empty() ? "no bound passed" : "BOUND PASSED");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `relume`: one binary, one subcommand a file (commands.h).
+#include "bake/printed.h"
 #include "bake/tools/commands.h"
 
 #include <CLI/CLI.hpp>
@@ -42,6 +43,7 @@ namespace {
 int main(int argc, char** argv) {
   using namespace relume;
   std::set_terminate(endAfterUncaught);
+  useClassicLocale();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);

@@ -9,6 +9,8 @@
 // sampler to choose a level by, and plain layers for a cube's sides give the same filter everywhere.
 #include "samples/common/shadow_maps.h"
 
+#include "formats/decimal.h"
+
 #include "samples/common/gl_program.h"
 
 #include <glm/ext/matrix_clip_space.hpp>
@@ -126,7 +128,7 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
   return done();
 }
 
-Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const glm::mat4* moved) {
+Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved) {
   if (lights.size() > kMaxLights) {
     return Error{ErrorCode::usage, std::to_string(lights.size()) +
                                        " lights; the sample renderer draws shadows of at most " +
@@ -179,7 +181,7 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
   return done();
 }
 
-void ShadowMaps::renderLayer(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld,
+void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
                              const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, texture, 0, static_cast<GLint>(layer));
   glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
@@ -213,7 +215,7 @@ void ShadowMaps::bind() const {
 
 std::string ShadowMaps::glsl() {
   return "const uint relumeShadowCount = " + std::to_string(kMaxLights) +
-         "u;\nconst float relumeSideTangent = " + std::to_string(kSideTangent) + ";\n" + R"(
+         "u;\nconst float relumeSideTangent = " + decimalGlsl(kSideTangent) + ";\n" + R"(
 uniform mat4 relumeShadowFromWorld[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
 uniform vec4 relumeShadowPlace[relumeShadowCount];

@@ -9,6 +9,7 @@
 #include "formats/compact_links.h"
 #include "runtime/relighter.h"
 #include "tests/cli/check_schema.h"
+#include "tests/comma_locale.h"
 #include "tests/formats/small_bake.h"
 
 #include <gtest/gtest.h>
@@ -251,6 +252,23 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   EXPECT_EQ(images, 3 * light.lightings.size() + 1);
   const std::string same = reportAsPage(reportSame("a", "b", 7), a, b, nullptr, {});
   EXPECT_NE(same.find("Same bytes"), std::string::npos);
+}
+
+TEST(CompareReport, aHostsCommasChangeNothing) {
+  Bake other = makeSmallBake();
+  scaleLinks(other, 2, 4, 0.5f);
+  const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
+  CompareBounds bounds;
+  bounds.maxRmse = 0.125;
+  const auto write = [&] {
+    const LightDifference light = difference(a.bake, b.bake);
+    const Json report = reportDifference(a, b, light, {}, bounds);
+    return report.dump() + "\n" + reportAsText(report) + "\n" + reportAsPage(report, a, b, &light, {});
+  };
+  const std::string before = write();
+  const test::CommaLocale commas;
+  EXPECT_EQ(write(), before);
+  if (!commas.ofC()) GTEST_SKIP() << test::kNoCommaLocale;
 }
 
 }  // namespace

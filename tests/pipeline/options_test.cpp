@@ -2,6 +2,8 @@
 // The table of options: presets are valid, JSON round-trips and is canonical, every range is enforced at both ends.
 #include "bake/options.h"
 
+#include "tests/comma_locale.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,6 +57,27 @@ TEST(Options, jsonRoundTripsEveryOption) {
   const Result<BakeOptions> again = optionsFromJson(json, BakeOptions{});
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(optionsToJson(*again), json);
+}
+
+TEST(Options, aHostsCommasChangeNothing) {
+  const auto write = [] {
+    BakeOptions options;
+    EXPECT_TRUE(setOption(options, "surfels.candidateFactor", "2.25"));
+    EXPECT_FALSE(setOption(options, "surfels.candidateFactor", "2,25"));
+    std::string all = optionsToJson(options);
+    const Result<BakeOptions> again = optionsFromJson(all, BakeOptions{});
+    EXPECT_TRUE(again && again->surfels.candidateFactor == 2.25f);
+    for (const OptionInfo& info : listOptions(options)) all += "\n" + info.name + " " + info.value + " " + info.range;
+    options.surfels.candidateFactor = 0.125f;
+    const Status refused = checkOptions(options);
+    return all + "\n" + (refused ? "" : refused.error().message);
+  };
+  const std::string before = write();
+  EXPECT_NE(before.find("2.25"), std::string::npos);
+  EXPECT_NE(before.find("0.125"), std::string::npos);
+  const test::CommaLocale commas;
+  EXPECT_EQ(write(), before);
+  if (!commas.ofC()) GTEST_SKIP() << test::kNoCommaLocale;
 }
 
 TEST(Options, jsonIsCanonical) {
