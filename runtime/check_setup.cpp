@@ -2,34 +2,72 @@
 // See check_setup.h.
 #include "runtime/check_setup.h"
 
+#include "formats/decimal.h"
+
 #include <glm/geometric.hpp>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace relume {
 namespace {
 
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kMostLight = 1e20f;    // of intensities, radiances, irradiances and factors on them
+constexpr float kMostPosition = 1e9f;  // [m]
+
 Error refused(const std::string& what) { return Error{ErrorCode::usage, "light setup: " + what}; }
 
-bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-bool finiteAndPositive(const glm::vec3& v) { return finite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }
+std::string text(const glm::vec3& v) { return "(" + decimal(v.x) + ", " + decimal(v.y) + ", " + decimal(v.z) + ")"; }
 
-Status checkLight(const Light& light, std::size_t index) {
-  const std::string name = "lights[" + std::to_string(index) + "]";
-  if (light.kind > LightKind::spot) return refused(name + ".kind is none of directional, point, spot");
-  if (!finiteAndPositive(light.intensity)) return refused(name + ".intensity is negative or not finite");
-  if (light.kind != LightKind::directional && !finite(light.positionWorld)) {
-    return refused(name + ".positionWorld is not finite");
-  }
-  if (light.kind != LightKind::point && !(std::abs(glm::dot(light.direction, light.direction) - 1.0f) < 0.01f)) {
-    return refused(name + ".direction is not a unit vector");
-  }
-  if (!(light.range >= 0.0f)) return refused(name + ".range is negative or not a number");
-  if (light.kind == LightKind::spot && !(light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad)) {
-    return refused(name + " has cone angles out of order: expected 0 <= inner <= outer");
+// Comparisons that NaN fails.
+bool within(float v, float low, float high) { return v >= low && v <= high; }
+bool within(const glm::vec3& v, float low, float high) {
+  return within(v.x, low, high) && within(v.y, low, high) && within(v.z, low, high);
+}
+
+Status checkColor(const std::string& name, const glm::vec3& color) {
+  if (within(color, 0.0f, kMostLight)) return done();
+  return refused(name + " is " + text(color) + ", expected 0 to " + decimal(kMostLight) + " in each channel");
+}
+
+Status checkDirection(const std::string& name, const glm::vec3& direction) {
+  const float length = glm::length(direction);
+  if (std::abs(length - 1.0f) <= kDirectionTolerance) return done();
+  return refused(name + " is " + text(direction) + " of length " + decimal(length) +
+                 ", expected 1, at most 1 % more or less: normalise it");
+}
+
+Status checkCone(const std::string& name, const Light& light) {
+  if (!within(light.outerConeRad, 0.0f, kPi))
+    return refused(name + ".outerConeRad is " + decimal(light.outerConeRad) + ", expected 0 to pi");
+  if (!within(light.innerConeRad, 0.0f, light.outerConeRad)) {
+    return refused(name + ".innerConeRad is " + decimal(light.innerConeRad) + ", expected 0 to outerConeRad, " +
+                   decimal(light.outerConeRad));
   }
   return done();
+}
+
+// Fields that a kind of light does not have may hold anything.
+Status checkLight(const Light& light, std::size_t index) {
+  const std::string name = "lights[" + std::to_string(index) + "]";
+  if (light.kind > LightKind::spot) {
+    return refused(name + ".kind is " + std::to_string(static_cast<std::uint32_t>(light.kind)) +
+                   ", expected directional 0, point 1 or spot 2");
+  }
+  if (Status ok = checkColor(name + ".intensity", light.intensity); !ok) return ok;
+  if (light.kind != LightKind::point) {
+    if (Status ok = checkDirection(name + ".direction", light.direction); !ok) return ok;
+  }
+  if (light.kind == LightKind::directional) return done();
+  if (!within(light.positionWorld, -kMostPosition, kMostPosition)) {
+    return refused(name + ".positionWorld is " + text(light.positionWorld) + ", expected coordinates within " +
+                   decimal(kMostPosition) + " m");
+  }
+  if (!(light.range >= 0.0f) || std::isinf(light.range))
+    return refused(name + ".range is " + decimal(light.range) + ", expected a length in metres, or 0 for no limit");
+  return light.kind == LightKind::spot ? checkCone(name, light) : done();
 }
 
 // A span that must be empty or hold `size` radiometric colours.
@@ -40,9 +78,8 @@ Status checkColors(const char* name, std::span<const glm::vec3> colors, std::siz
                    std::to_string(size));
   }
   for (std::size_t i = 0; i < size; ++i) {
-    if (!finiteAndPositive(colors[i])) {
-      return refused(std::string(name) + "[" + std::to_string(i) + "] is negative or not finite");
-    }
+    if (within(colors[i], 0.0f, kMostLight)) continue;
+    return checkColor(std::string(name) + "[" + std::to_string(i) + "]", colors[i]);
   }
   return done();
 }
@@ -56,10 +93,18 @@ Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t 
   if (Status ok = checkColors("surfelIrradiance", setup.surfelIrradiance, surfelCount); !ok) return ok;
   if (Status ok = checkColors("surfelEmission", setup.surfelEmission, surfelCount); !ok) return ok;
   if (Status ok = checkColors("skyPatches", setup.skyPatches, skyPatchCount); !ok) return ok;
-  if (!finiteAndPositive(setup.emissionScale)) return refused("emissionScale is negative or not finite");
-  if (!finiteAndPositive(setup.skyRadiance)) return refused("skyRadiance is negative or not finite");
-  if (!(setup.bounceScale >= 0.0f && setup.bounceScale <= 1.0f)) return refused("bounceScale is outside [0,1]");
+  if (Status ok = checkColor("emissionScale", setup.emissionScale); !ok) return ok;
+  if (Status ok = checkColor("skyRadiance", setup.skyRadiance); !ok) return ok;
+  if (!within(setup.bounceScale, 0.0f, 1.0f))
+    return refused("bounceScale is " + decimal(setup.bounceScale) + ", expected 0 to 1");
   return done();
+}
+
+void normaliseLights(std::span<const Light> lights, std::vector<Light>& normalised) {
+  normalised.assign(lights.begin(), lights.end());
+  for (Light& light : normalised) {
+    if (light.kind != LightKind::point) light.direction = glm::normalize(light.direction);
+  }
 }
 
 }  // namespace relume

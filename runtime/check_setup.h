@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Whether one frame's light can be applied: last frame's light feeds the next, so a number that is not finite would
-// never leave.
+// never leave. What passes here cannot overflow in either backend.
 #pragma once
 
 #include "formats/result.h"
 #include "runtime/lights.h"
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 namespace relume {
 
 // usage: see Relighter::check().
 Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t skyPatchCount);
+
+// The lights of a setup that passes, with directions of length 1. `normalised` keeps its memory from frame to frame.
+void normaliseLights(std::span<const Light> lights, std::vector<Light>& normalised);
 
 }  // namespace relume

@@ -62,10 +62,10 @@ std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirectio
   return radiance;
 }
 
-int relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) {
+Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) {
   std::vector<float> last;
   for (int frame = 1; frame <= maxFrames; ++frame) {
-    if (!relighter.relight(setup)) return frame - 1;
+    if (Status ok = relighter.relight(setup); !ok) return ok.error();
     std::vector<float> now = relighter.cacheCoefficients();
     double change = 0.0, total = 0.0;
     for (std::size_t i = 0; i < now.size(); ++i) {

@@ -10,21 +10,26 @@
 
 namespace relume {
 
+// By how much the length of a light's direction may differ from 1.
+inline constexpr float kDirectionTolerance = 0.01f;
+
 enum class LightKind : std::uint32_t { directional = 0, point = 1, spot = 2 };
 
 // A punctual light as KHR_lights_punctual defines it.
 struct Light {
   LightKind kind = LightKind::point;
-  glm::vec3 intensity{1.0f};      // point, spot: I [W/sr]; directional: E [W/m²]
-  glm::vec3 positionWorld{0.0f};  // [m]
-  glm::vec3 direction{0, -1, 0};  // unit, the way the light travels
-  float range = 0.0f;             // [m] 0 = infinite; else smooth window (1 - (d/range)^4)^+
-  float innerConeRad = 0.0f;      // [rad]
-  float outerConeRad = 0.785398163f;
+  glm::vec3 intensity{1.0f};      // [0..1e20] point, spot: I [W/sr]; directional: E [W/m²]
+  glm::vec3 positionWorld{0.0f};  // [m] within 1e9 of the origin on each axis
+  // The way the light travels, of length 1. Lengths within 1 % of that (kDirectionTolerance) are normalised; any other
+  // is refused.
+  glm::vec3 direction{0, -1, 0};
+  float range = 0.0f;                 // [m] [>= 0, finite] 0 = no limit; else smooth window (1 - (d/range)^4)^+
+  float innerConeRad = 0.0f;          // [rad] [0..outerConeRad]
+  float outerConeRad = 0.785398163f;  // [rad] [0..pi]
 };
 
 // Share [0..1] of light `light` (index into LightSetup::lights) that reaches a point with unit normal: the host's
-// shadows. Called from the threads of the host's own ParallelFor.
+// shadows. Called from the threads of the host's own ParallelFor. Numbers outside [0..1] are clamped, NaN is 0.
 using Visibility = std::function<float(std::uint32_t light, const glm::vec3& positionWorld, const glm::vec3& normal)>;
 
 // One frame's light. Spans are read during relight() only.

@@ -2,6 +2,7 @@
 // The public door of the runtime: checks what comes in and hands it to a backend. See relighter.h.
 #include "runtime/relighter.h"
 
+#include "formats/decimal.h"
 #include "formats/sh.h"
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
@@ -31,6 +32,7 @@ struct Relighter::State {
   float deringing = 0.0f;
   std::unique_ptr<cpu::CpuBackend> cpu;
   std::unique_ptr<gl::GlBackend> gl;
+  std::vector<Light> lights;  // this frame's, with directions of length 1
 
   cpu::CacheLight cacheLight() const {
 #if defined(RELUME_HAS_GL)
@@ -89,7 +91,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   auto state = std::make_unique<State>();
   if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
   if (!(options.deringing >= 0.0f && options.deringing <= 1.0f)) {
-    return usage("deringing is " + std::to_string(options.deringing) + ", expected 0 to 1");
+    return usage("deringing is " + decimal(options.deringing) + ", expected 0 to 1");
   }
   state->deringing = options.deringing;
   state->bake = shareArrays(bake);
@@ -124,13 +126,16 @@ Relighter::Relighter(Relighter&&) noexcept = default;
 Relighter& Relighter::operator=(Relighter&&) noexcept = default;
 Relighter::~Relighter() = default;
 
-bool Relighter::relight(const LightSetup& setup) {
-  if (!check(setup)) return false;
-  if (state_->cpu) state_->cpu->relight(setup);
+Status Relighter::relight(const LightSetup& setup) {
+  if (Status ok = check(setup); !ok) return ok;
+  LightSetup applied = setup;
+  normaliseLights(setup.lights, state_->lights);
+  applied.lights = state_->lights;
+  if (state_->cpu) state_->cpu->relight(applied);
 #if defined(RELUME_HAS_GL)
-  if (state_->gl) state_->gl->relight(setup);
+  if (state_->gl) state_->gl->relight(applied);
 #endif
-  return true;
+  return done();
 }
 
 Status Relighter::check(const LightSetup& setup) const {

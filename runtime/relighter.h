@@ -10,11 +10,15 @@
 //   (6) resolve              per pixel, in the host's shader (resolveGlsl()) or by irradianceOnLightmap() and
 //                            irradianceInGrid() here
 //
-// A Relighter is used from one thread at a time; several may share one Bake, whose arrays it keeps alive. The GL
-// backend must be created, used and destroyed with the same context current. OpenGL state: create() and relight() put
-// back what they bind (program, buffer bindings, texture units, image units, active unit); readers bind
-// GL_COPY_READ_BUFFER and put it back. Units that the GL backend keeps light in are halves: keep irradiance under
-// 60000 of whatever unit the lights are given in.
+// Threads. Several Relighters may share one Bake, whose arrays they keep alive, and run at the same time. Of one
+// Relighter, create(), relight(), reset(), moves and destruction each need it alone. Between them, with the CPU
+// backend, any number of threads may call its const functions at the same time: look-ups only read. With the GL
+// backend every call, const ones included, belongs to the thread on which the context of create() is current: the first
+// look-up after a relight() reads the caches back.
+//
+// OpenGL state: create() and relight() put back what they bind (program, buffer bindings, texture units, image units,
+// active unit); readers bind GL_COPY_READ_BUFFER and put it back. Units that the GL backend keeps light in are halves:
+// keep irradiance under 60000 of whatever unit the lights are given in.
 #pragma once
 
 #include "formats/bake.h"
@@ -87,10 +91,12 @@ class Relighter {
   ~Relighter();
 
   // One frame: steps 2 to 5. Each call adds one bounce of last frame's light. A setup that check() refuses is not
-  // applied: last frame's light stays, and false comes back.
-  bool relight(const LightSetup& setup);
-  // usage: a span of the wrong size, a number that is not finite, a negative radiance; the message names it.
-  Status check(const LightSetup& setup) const;
+  // applied, and its error comes back: last frame's light stays, so a host that does not look sees light that has
+  // frozen. Directions of lights may be off unit length by 1 % (kDirectionTolerance); they are normalised.
+  [[nodiscard]] Status relight(const LightSetup& setup);
+  // What relight() would refuse. usage: a span of the wrong size, a direction that is not of unit length, a number that
+  // is not finite, negative, or outside the range runtime/lights.h gives; the message names light and field.
+  [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light.
   void reset();
 
@@ -98,39 +104,39 @@ class Relighter {
   // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set); never negative.
   // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches
   // have not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
-  glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
-                                 const glm::vec3& geometricNormal) const;
-  glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
-  glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
+                                               const glm::vec3& geometricNormal) const;
+  [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
   // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/bands.h), the rest is
   // zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
-  std::vector<float> cacheCoefficients() const;
+  [[nodiscard]] std::vector<float> cacheCoefficients() const;
   // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
-  std::vector<glm::vec3> nodeRadiosity() const;
+  [[nodiscard]] std::vector<glm::vec3> nodeRadiosity() const;
 
   // What the bake was made from: Provenance::sceneHash. A game that knows the hash of its level tells by it whether the
   // bake is of that level.
-  std::uint64_t sceneHash() const;
+  [[nodiscard]] std::uint64_t sceneHash() const;
 
-  int lumaBands() const;
-  int chromaBands() const;
-  int coefficientsPerCache() const;
-  Backend backend() const;
-  std::vector<PassTime> passTimes() const;
+  [[nodiscard]] int lumaBands() const;
+  [[nodiscard]] int chromaBands() const;
+  [[nodiscard]] int coefficientsPerCache() const;
+  [[nodiscard]] Backend backend() const;
+  [[nodiscard]] std::vector<PassTime> passTimes() const;
   // Name and bytes of each buffer the runtime holds or reads every frame.
-  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+  [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
   // GL backend only; zero and empty on the CPU.
-  GlResolveInputs glResolveInputs() const;
+  [[nodiscard]] GlResolveInputs glResolveInputs() const;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
   // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots
   // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
-  std::string resolveGlsl() const;
+  [[nodiscard]] std::string resolveGlsl() const;
   // Bind all resolve inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
   void bindResolveInputs() const;
-  std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms
+  [[nodiscard]] std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms
 
  private:
   struct State;
@@ -141,11 +147,14 @@ class Relighter {
 // Mean radiance of each sky patch from an equirectangular map: width x height RGB radiance [W/m²/sr], row 0 at +Y, the
 // middle of a row at -Z, columns turning toward +X. A texel belongs to the patch whose centre is nearest. Empty when
 // texels.size() is not width * height or either is 0.
-std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirection, std::span<const glm::vec3> texels,
-                                          std::uint32_t width, std::uint32_t height);
+[[nodiscard]] std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirection,
+                                                        std::span<const glm::vec3> texels, std::uint32_t width,
+                                                        std::uint32_t height);
 
 // Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times. Returns
-// the number of frames. For tools and tests; a game converges over its frames by itself.
-int relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance = 1e-4f, int maxFrames = 64);
+// the number of frames, or what check() says of the setup. For tools and tests; a game converges over its frames by
+// itself.
+[[nodiscard]] Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance = 1e-4f,
+                                                int maxFrames = 64);
 
 }  // namespace relume

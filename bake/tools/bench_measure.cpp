@@ -35,7 +35,7 @@ void resetPeakMemory() {
 double peakMemoryMiB() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) return std::strtod(line.c_str() + 6, nullptr) / 1024.0;
+    if (line.starts_with("VmHWM:")) return static_cast<double>(std::strtoull(line.c_str() + 6, nullptr, 10)) / 1024.0;
   }
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -59,7 +59,7 @@ Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& optio
   LightSetup setup;
   setup.lights = lights;
   for (int i = 0; i < kWarmUpFrames; ++i) {
-    if (!relighter->relight(setup)) return relighter->check(setup).error();
+    if (Status ok = relighter->relight(setup); !ok) return ok.error();
   }
 
   std::vector<std::string> order;
@@ -67,7 +67,7 @@ Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& optio
   std::vector<double> all;
   for (int i = 0; i < frames; ++i) {
     if (context.cancelled()) return cancelledError();
-    if (!relighter->relight(setup)) return relighter->check(setup).error();
+    if (Status ok = relighter->relight(setup); !ok) return ok.error();
     all.push_back(0.0);
     for (const PassTime& each : relighter->passTimes()) {
       if (ms[each.pass].empty()) order.push_back(each.pass);

@@ -76,14 +76,14 @@ Result<Relighter> makeRelighter(const Bake& bake, Context& context) {
   return Relighter::create(bake, options);
 }
 
-CacheReader relit(const Bake& bake, Relighter& relighter, const Lighting& lighting) {
+Result<CacheReader> relit(const Bake& bake, Relighter& relighter, const Lighting& lighting) {
   const std::vector<glm::vec3> emission = emissionOf(bake, lighting.emitters);
   LightSetup setup;
   setup.lights = lighting.lights;
   setup.surfelEmission = emission;
   setup.skyRadiance = glm::vec3(lighting.sky ? 1.0f : 0.0f);
   relighter.reset();
-  relightUntilConverged(relighter, setup);
+  if (const Result<int> frames = relightUntilConverged(relighter, setup); !frames) return frames.error();
   return CacheReader(bake, relighter);
 }
 
@@ -298,8 +298,11 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const LightIg
   for (std::size_t i = 0; i < lightings.size(); ++i) {
     if (!context.progress("relight", static_cast<double>(i) / static_cast<double>(lightings.size()))) context.cancel();
     if (context.cancelled()) return cancelledError();
-    const CacheReader readerA = relit(a, *relighterA, lightings[i]), readerB = relit(b, *relighterB, lightings[i]);
-    d.lightings.push_back(compareLighting(lightings[i], a, b, readerA, readerB, d.match.pairs, ignored));
+    const Result<CacheReader> readerA = relit(a, *relighterA, lightings[i]);
+    if (!readerA) return readerA.error();
+    const Result<CacheReader> readerB = relit(b, *relighterB, lightings[i]);
+    if (!readerB) return readerB.error();
+    d.lightings.push_back(compareLighting(lightings[i], a, b, *readerA, *readerB, d.match.pairs, ignored));
     LightingDifference& l = d.lightings.back();
     l.counted = !off[i];
     if (!l.counted) continue;

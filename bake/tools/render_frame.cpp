@@ -25,12 +25,6 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
   return result;
 }
 
-// Why a relighter applied nothing.
-Error refusal(const Relighter& relighter, const LightSetup& setup) {
-  const Status checked = relighter.check(setup);
-  return checked ? Error{ErrorCode::failed, "the relighter lit no frame"} : checked.error();
-}
-
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
@@ -119,12 +113,13 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   if (prepare) prepare(*all);
   if (request.bounces > 0) {
     for (int frame = 0; frame < request.bounces; ++frame) {
-      if (!all->relight(setup)) return refusal(*all, setup);
+      if (Status ok = all->relight(setup); !ok) return ok.error();
     }
     relit.frames = request.bounces;
   } else {
-    relit.frames = relightUntilConverged(*all, setup);
-    if (relit.frames == 0) return refusal(*all, setup);
+    const Result<int> frames = relightUntilConverged(*all, setup);
+    if (!frames) return frames.error();
+    relit.frames = *frames;
   }
   relit.all.emplace(std::move(*all));
   if (!request.straight) return relit;
@@ -135,7 +130,7 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   if (prepare) prepare(*straight);
   setup.lights = {};
   setup.bounceScale = 0.0f;
-  if (!straight->relight(setup)) return refusal(*straight, setup);
+  if (Status ok = straight->relight(setup); !ok) return ok.error();
   relit.straight.emplace(std::move(*straight));
   return relit;
 }

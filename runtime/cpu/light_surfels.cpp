@@ -4,6 +4,7 @@
 
 #include "runtime/cpu/chunks.h"
 #include "runtime/cpu/simd.h"
+#include "runtime/light_window.h"
 #include "runtime/pack_color.h"
 
 #include <glm/common.hpp>
@@ -39,7 +40,7 @@ PreparedLight prepare(const Light& light) {
     p.direction[k] = light.direction[k];
     p.intensity[k] = light.intensity[k];
   }
-  p.inverseRange2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
+  p.inverseRange2 = inverseRangeSquared(light.range);
   p.cosOuter = std::cos(light.outerConeRad);
   p.coneScale = 1.0f / std::max(std::cos(light.innerConeRad) - p.cosOuter, 0.001f);
   return p;
@@ -57,7 +58,10 @@ void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightS
     glm::vec3 sum(0.0f);
     for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
       const glm::vec3 light = directIrradiance(setup.lights[k], position, normal);
-      if (light != glm::vec3(0.0f)) sum += light * setup.visibility(k, position, normal);
+      if (light == glm::vec3(0.0f)) continue;
+      // A number of the host's that is not finite would never leave the bounces.
+      const float visible = setup.visibility(k, position, normal);
+      if (visible > 0.0f) sum += light * std::min(visible, 1.0f);
     }
     e.put(i, sum);
   }

@@ -3,6 +3,8 @@
 #include "runtime/gl/passes.h"
 
 #include "formats/compact_links.h"
+#include "formats/decimal.h"
+#include "runtime/light_window.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -27,9 +29,9 @@ std::vector<RelumeLight> packLights(std::span<const Light> lights) {
     const bool directional = from.kind == LightKind::directional, spot = from.kind == LightKind::spot;
     const float cosOuter = std::cos(from.outerConeRad);
     const float coneScale = spot ? 1.0f / std::max(std::cos(from.innerConeRad) - cosOuter, 0.001f) : 0.0f;
-    const float inverseRange2 = from.range > 0.0f ? 1.0f / (from.range * from.range) : 0.0f;
-    to.position = glm::vec4(from.positionWorld, directional ? -1.0f : inverseRange2);
-    to.direction = glm::vec4(from.direction, coneScale);
+    to.position = glm::vec4(from.positionWorld, directional ? -1.0f : inverseRangeSquared(from.range));
+    // A point light's direction may hold anything, also what is not finite.
+    to.direction = directional || spot ? glm::vec4(from.direction, coneScale) : glm::vec4(0.0f);
     to.intensity = glm::vec4(from.intensity, spot ? -cosOuter * coneScale : 1.0f);
   }
   return packed;
@@ -66,7 +68,7 @@ std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, i
                                                                 float deringing) {
   auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
   defines.emplace_back("RELUME_GUESS_BANDS", "1");
-  defines.emplace_back("RELUME_DERINGING", std::to_string(deringing));
+  defines.emplace_back("RELUME_DERINGING", decimalGlsl(deringing));
   return defines;
 }
 

@@ -4,6 +4,8 @@
 #include "formats/bake_file.h"
 #include "runtime/relighter.h"
 
+#include <glm/geometric.hpp>
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -31,8 +33,8 @@ int main(int argc, char** argv) {
   // 4. This frame's light: a sun and a lamp. Nothing is in shadow here; a game sets `visibility`
   relume::Light sun, lamp;
   sun.kind = relume::LightKind::directional;
-  sun.intensity = {9.0f, 8.5f, 7.5f};  // [W/m²]
-  sun.direction = {0.28f, -0.75f, 0.6f};
+  sun.intensity = {9.0f, 8.5f, 7.5f};                              // [W/m²]
+  sun.direction = glm::normalize(glm::vec3(0.28f, -0.75f, 0.6f));  // of length 1, or relight() refuses it
   lamp.kind = relume::LightKind::point;
   lamp.intensity = {4.0f, 3.0f, 2.0f};  // [W/sr]
 
@@ -43,7 +45,9 @@ int main(int argc, char** argv) {
     const relume::Light lights[] = {sun, lamp};
     relume::LightSetup setup;
     setup.lights = lights;
-    relighter->relight(setup);
+    // A setup that cannot be lit leaves last frame's light: look, or the light freezes in silence
+    if (const relume::Status lit = relighter->relight(setup); !lit)
+      return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), exitCode(lit.error().code);
 
     const glm::vec3 up = relighter->irradianceInGrid(point, {0.0f, 1.0f, 0.0f});
     std::printf("frame %2d: irradiance at (%.2f %.2f %.2f) facing up: %.4f %.4f %.4f W/m2", frame, point.x, point.y,

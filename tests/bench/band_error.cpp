@@ -218,7 +218,7 @@ std::vector<Coefficients> relight(const Bake& bake, const RayTracer& tracer, con
   LightSetup setup;
   setup.surfelIrradiance = irradiance;
   setup.emissionScale = glm::vec3(lights.empty() ? 1.0f : 0.0f);
-  relightUntilConverged(*relighter, setup);
+  if (!relightUntilConverged(*relighter, setup)) return {};
   const std::vector<float> all = relighter->cacheCoefficients();
   const auto stride = static_cast<std::size_t>(relighter->coefficientsPerCache());
   std::vector<Coefficients> caches(bake.caches.count());

@@ -87,7 +87,7 @@ Result<Times> measureCpu(const Bake& bake, const Bands& bands, const std::vector
   Times times;
   glm::vec3 sum(0.0f);
   for (int frame = 0; frame < frames; ++frame) {
-    relighter->relight(setup);
+    if (Status ok = relighter->relight(setup); !ok) return ok.error();
     times.caches = std::min(times.caches, passMs(*relighter, "caches"));
     const auto begin = std::chrono::steady_clock::now();
     for (const Receiver& r : receivers) sum += relighter->irradianceOnLightmap(r.uv, r.normal);
@@ -145,7 +145,7 @@ Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<
   const LightSetup setup = someLight(lights);
   Times times;
   for (int frame = 0; frame < frames; ++frame) {
-    relighter->relight(setup);
+    if (Status ok = relighter->relight(setup); !ok) return ok.error();
     glFinish();
     times.caches = std::min(times.caches, passMs(*relighter, "caches"));
     relighter->bindResolveInputs();

@@ -78,7 +78,7 @@ std::optional<TracedError> lightError(const Bake& bake, const TracedLevel& level
   LightSetup setup;
   setup.surfelIrradiance = direct;
   setup.emissionScale = glm::vec3(0.0f);
-  relightUntilConverged(*relighter, setup);
+  if (!relightUntilConverged(*relighter, setup)) return std::nullopt;
   std::vector<glm::vec3> found;
   for (const std::uint32_t s : chosen) {
     const std::uint32_t at = bake.surfels.receiver[s];
@@ -107,7 +107,7 @@ std::optional<Cost> costOf(const Bake& bake) {
   setup.lights = lights;
   Cost cost{1e9, 1e9};
   for (int frame = 0; frame < 60; ++frame) {
-    relighter->relight(setup);
+    if (!relighter->relight(setup)) return std::nullopt;
     if (frame < 4) continue;
     double all = 0.0;
     for (const PassTime& pass : relighter->passTimes()) {

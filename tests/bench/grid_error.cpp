@@ -97,7 +97,8 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     LightSetup setup;
     setup.surfelIrradiance = direct;
     setup.emissionScale = glm::vec3(level.emissive ? 1.0f : 0.0f);
-    relightUntilConverged(*relighter, setup);
+    if (const auto lit = relightUntilConverged(*relighter, setup); !lit)
+      return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
     const std::vector<float> coefficients = relighter->cacheCoefficients();
     const cpu::CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients,
                                 baked->links.kind == LinkKind::irradiance};

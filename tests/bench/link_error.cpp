@@ -49,7 +49,9 @@ std::vector<std::uint32_t> lightNodes(const Bake& bake) {
                .positionWorld = bake.caches.positionWorld[bake.caches.count() / 3]};
   LightSetup setup;
   setup.lights = lights;
-  for (int frame = 0; frame < 4; ++frame) relighter.relight(setup);
+  for (int frame = 0; frame < 4; ++frame) {
+    if (!relighter.relight(setup)) return {};
+  }
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& rgb : relighter.nodeRadiosity()) nodes.push_back(packColor(rgb, 0.5f));
   return nodes;

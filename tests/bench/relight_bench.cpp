@@ -40,9 +40,11 @@ void relightPass(benchmark::State& state, const Scene& scene, const std::string&
   lights[1].positionWorld = scene.bake->caches.positionWorld[0];
   LightSetup setup;
   setup.lights = lights;
-  for (int i = 0; i < 4; ++i) relighter->relight(setup);
+  bool lit = true;
+  for (int i = 0; i < 4; ++i) lit = lit && relighter->relight(setup);
+  if (!lit) return state.SkipWithError(relighter->check(setup).error().message.c_str());
   for (auto _ : state) {
-    relighter->relight(setup);
+    if (!relighter->relight(setup)) break;
     double ms = 0.0;
     for (const PassTime& each : relighter->passTimes()) {
       if (pass == "frame" || pass == each.pass) ms += each.ms;

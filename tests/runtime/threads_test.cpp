@@ -10,7 +10,9 @@
 #include "tests/runtime/synthetic_bake.h"
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
+#include <array>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -74,6 +76,45 @@ TEST(TwoThreads, relightOneBakeAsIfEachWereAlone) {
       other.join();
       EXPECT_TRUE(a == aloneA) << "kind " << static_cast<int>(kind);
       EXPECT_TRUE(b == aloneB) << "kind " << static_cast<int>(kind);
+    }
+  }
+}
+
+// The const functions of one Relighter, from many threads between two frames.
+TEST(ManyThreads, lookUpInOneRelighterAsOneWould) {
+  for (const LinkKind kind : kLinkKinds) {
+    const Bake bake = test::makeSyntheticBake({.surfels = 2000, .skyPatches = 16, .linksPerCache = 32, .kind = kind});
+    RelightOptions options;
+    options.deringing = 0.5f;
+    Result<Relighter> made = Relighter::create(bake, options);
+    ASSERT_TRUE(made) << made.error().message;
+    const Relighter& relighter = *made;
+    const Light light{.intensity = glm::vec3(20.0f, 15.0f, 10.0f), .positionWorld = {1, 2, 1}};
+    LightSetup setup;
+    setup.lights = std::span(&light, 1);
+    const auto lookUp = [&] {
+      Seen seen;
+      for (float x = 0.05f; x < 1.0f; x += 0.05f) {
+        const glm::vec3 n = glm::normalize(glm::vec3(x, 1.0f, 0.3f));
+        seen.irradiance.push_back(relighter.irradianceOnLightmap({x, 1.0f - x}, n));
+        seen.irradiance.push_back(relighter.irradianceOnLightmap({x, 0.5f}, n, {0, 1, 0}));
+        seen.irradiance.push_back(relighter.irradianceInGrid({4.0f * x, 1.5f, 2.0f}, n));
+      }
+      seen.coefficients = relighter.cacheCoefficients();
+      for (const glm::vec3& node : relighter.nodeRadiosity()) seen.irradiance.push_back(node);
+      EXPECT_TRUE(relighter.check(setup));
+      EXPECT_EQ(relighter.passTimes().size(), 3u);
+      EXPECT_FALSE(relighter.bufferSizes().empty());
+      return seen;
+    };
+    for (int frame = 0; frame < 2; ++frame) {
+      ASSERT_TRUE(made->relight(setup));
+      std::array<Seen, 4> seen;
+      std::vector<std::thread> threads;
+      for (Seen& each : seen) threads.emplace_back([&] { each = lookUp(); });
+      for (std::thread& thread : threads) thread.join();
+      const Seen alone = lookUp();
+      for (const Seen& each : seen) EXPECT_TRUE(each == alone) << "kind " << static_cast<int>(kind);
     }
   }
 }
