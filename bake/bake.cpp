@@ -29,7 +29,7 @@ auto stage(Context& context, const char* name, Work&& work) {
 
 bool hasFixedTriangles(const Scene& scene) {
   return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-    return instance.mode == BakeMode::fixed && !scene.meshes[instance.mesh].triangle.empty();
+    return instance.baked() && !scene.meshes[instance.mesh].triangle.empty();
   });
 }
 

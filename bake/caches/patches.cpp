@@ -148,8 +148,7 @@ PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const Cache
   set.meshes.resize(scene.meshes.size());
   std::vector<float> scale(scene.meshes.size(), 0.0f);
   for (const Instance& instance : scene.instances) {
-    if (instance.mode == BakeMode::fixed && scale[instance.mesh] == 0.0f)
-      scale[instance.mesh] = typicalScale(instance.toWorld);
+    if (instance.charted() && scale[instance.mesh] == 0.0f) scale[instance.mesh] = typicalScale(instance.toWorld);
   }
   parallelChunks(context, "unwrap", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t m = begin; m < end; ++m) {
@@ -157,7 +156,7 @@ PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const Cache
     }
   });
   for (std::uint32_t i = 0; i < scene.instances.size() && !context.cancelled(); ++i) {
-    if (scene.instances[i].mode == BakeMode::fixed) addPatches(scene, playSpace, i, set);
+    if (scene.instances[i].charted()) addPatches(scene, playSpace, i, set);
   }
   return set;
 }

@@ -7,15 +7,37 @@
 #include "bake/parallel.h"
 #include "formats/pack.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 namespace relume {
+
+namespace {
+
+// What reads the grid by request is dark without one.
+void warnWithoutGrid(const Scene& scene, Context& context) {
+  const auto reads = [&](const Instance& instance) {
+    return instance.baked() && !instance.charted() && !scene.meshes[instance.mesh].triangle.empty();
+  };
+  const auto first = std::find_if(scene.instances.begin(), scene.instances.end(), reads);
+  if (first == scene.instances.end()) return;
+  const auto more = std::count_if(first + 1, scene.instances.end(), reads);
+  context.message(Severity::warning, "node \"" + first->node + "\"" +
+                                         (more > 0 ? " and " + std::to_string(more) + " more are" : " is") +
+                                         " gridLit, but this bake has no grid: bounced light is missing there; give "
+                                         "--grid-caches, or take gridLit off");
+}
+
+}  // namespace
 
 Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                            std::uint64_t /*seed: nothing here is random*/, Context& context) {
   // 1. The grid
   PlacedGrid grid = placeGrid(tracer, playSpace, options, context);
   if (context.cancelled()) return cancelledError();
+
+  if (grid.position.empty()) warnWithoutGrid(tracer.scene(), context);
 
   // 2. The light map
   PlacedLightmap lightmap;

@@ -4,6 +4,7 @@
 
 #include "bake/caches/atlas_texels.h"
 #include "bake/morton.h"
+#include "formats/decimal.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -39,7 +40,7 @@ class Placer {
     set_ = makePatches(scene_, playSpace_, options_, context_);
     if (context_.cancelled()) return cancelledError();
     if (set_.patches.empty() || !(set_.areaSeen > 0.0))
-      return Error{ErrorCode::failed, "no surface for a light map is seen"};
+      return Error{ErrorCode::failed, "no surface for a light map is seen, or all that is seen is gridLit"};
 
     // 2. The texel size that makes as many unique caches as asked for, and the caches
     Texels texels;
@@ -215,7 +216,7 @@ class Placer {
       const double area = unlit[order[i]];
       if (!(area > 1e-3 * set_.areaSeen)) break;
       context_.message(Severity::warning,
-                       "node \"" + scene_.instances[order[i]].node + "\": " + std::to_string(area) +
+                       "node \"" + scene_.instances[order[i]].node + "\": " + decimalGeneral(area, 4) +
                            " m² of seen surface have no light-map cache in free space and read the grid");
     }
   }

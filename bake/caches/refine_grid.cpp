@@ -30,7 +30,7 @@ using Triangles = std::vector<std::array<glm::vec3, 3>>;
 Triangles seenTriangles(const Scene& scene, const PlaySpace& playSpace) {
   Triangles result;
   for (const Instance& instance : scene.instances) {
-    if (instance.mode != BakeMode::fixed) continue;
+    if (!instance.baked()) continue;
     const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < triangles; ++t) {
       const std::size_t side = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t);

@@ -181,7 +181,7 @@ class Stitcher {
 
   void collect(const PatchSet& set, Context& context) {
     std::vector<std::uint8_t> fixed(scene_.meshes.size(), 0);
-    for (const Instance& instance : scene_.instances) fixed[instance.mesh] |= instance.mode == BakeMode::fixed;
+    for (const Instance& instance : scene_.instances) fixed[instance.mesh] |= instance.charted();
     std::vector<std::vector<SeamEdge>> edges(scene_.meshes.size());
     parallelChunks(context, "", edges.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t m = begin; m < end; ++m) {
@@ -190,7 +190,7 @@ class Stitcher {
     });
     for (std::uint32_t i = 0; i < scene_.instances.size(); ++i) {
       const Instance& instance = scene_.instances[i];
-      if (instance.mode != BakeMode::fixed) continue;
+      if (!instance.charted()) continue;
       for (const SeamEdge& edge : edges[instance.mesh]) {
         addEdge(instance, texels_.parts[i], texels_.front, edge);
         addEdge(instance, texels_.parts[i], texels_.back, edge);

@@ -19,7 +19,7 @@ Emitters::Emitters(const Scene& scene, RayGeometry geometry)
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     const float weight = luminance(scene.material(instance).emission);
-    const bool met = instance.mode == BakeMode::fixed || geometry == RayGeometry::drawn;
+    const bool met = instance.baked() || geometry == RayGeometry::drawn;
     if (!met || !(weight > 0.0f)) continue;
     const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < count; ++t) {

@@ -99,8 +99,7 @@ void commit(RTCScene scene) {
 }
 
 bool isMet(const Scene& scene, const Instance& instance, RayGeometry geometry) {
-  const bool asked =
-      instance.mode == BakeMode::fixed || (geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic);
+  const bool asked = instance.baked() || (geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic);
   return asked && !scene.meshes[instance.mesh].triangle.empty();
 }
 

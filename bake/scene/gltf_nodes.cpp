@@ -4,6 +4,8 @@
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/unit_vector.h"
 
+#include "formats/decimal.h"
+
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -15,6 +17,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 namespace relume {
 namespace {
@@ -90,6 +93,14 @@ glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback) {
   return unit == glm::dvec3(0.0) ? fallback : unit;
 }
 
+std::optional<BakeMode> bakeModeByName(std::string_view name) {
+  if (name == "static") return BakeMode::fixed;
+  if (name == "gridLit") return BakeMode::gridLit;
+  if (name == "dynamic") return BakeMode::dynamic;
+  if (name == "ignore") return BakeMode::ignore;
+  return std::nullopt;
+}
+
 std::string NodeImporter::nameOf(int node) const {
   const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
   return name.empty() ? "node" + std::to_string(node) : name;
@@ -158,8 +169,8 @@ Result<std::vector<int>> NodeImporter::roots() const {
   return out;
 }
 
-// extras.relume: {"bake": "static"|"dynamic"|"ignore", "texelDensity": f, "playSpace": false} hold for the node and
-// what is below it;
+// extras.relume: {"bake": "static"|"gridLit"|"dynamic"|"ignore", "texelDensity": f, "playSpace": false} hold for the
+// node and what is below it;
 // {"volume": [x, y, z]} is a play volume of that size in the node's axes.
 Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& where, const glm::mat4& toWorld,
                                 Visit& at) {
@@ -170,9 +181,12 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
   if (relume.Has("bake")) {
     const tinygltf::Value& bake = relume.Get("bake");
     const std::string mode = bake.IsString() ? bake.Get<std::string>() : "";
-    if (mode != "static" && mode != "dynamic" && mode != "ignore")
-      return document_.invalid(path + ".bake", "'" + mode + "'; expected \"static\", \"dynamic\" or \"ignore\"");
-    at.mode = mode == "static" ? BakeMode::fixed : mode == "dynamic" ? BakeMode::dynamic : BakeMode::ignore;
+    const std::optional<BakeMode> known = bakeModeByName(mode);
+    if (!known) {
+      return document_.invalid(path + ".bake",
+                               "'" + mode + "'; expected \"static\", \"gridLit\", \"dynamic\" or \"ignore\"");
+    }
+    at.mode = *known;
   }
   if (relume.Has("texelDensity")) {
     const double density = numberOr(relume, "texelDensity", -1.0);
@@ -346,8 +360,8 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
                     light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
   if (light.type == LightType::spot && !cone)
-    return document_.invalid(path, "cone angles " + std::to_string(light.innerConeRad) + " and " +
-                                       std::to_string(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
+    return document_.invalid(path, "cone angles " + decimal(light.innerConeRad) + " and " +
+                                       decimal(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
 
   const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
                                                    : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
@@ -371,7 +385,7 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
   if (Status status = readExtras(node, where, glm::mat4(toWorld), at); !status) return status;
   if (node.mesh >= 0 && at.mode != BakeMode::ignore) {
     Visit placed = at;
-    if (node.skin >= 0 && from.mode == BakeMode::fixed) {
+    if (node.skin >= 0 && at.mode != BakeMode::dynamic) {
       placed.mode = BakeMode::dynamic;
       context_.message(Severity::info, document_.at(where + ": has a skin; treated as dynamic"));
     }

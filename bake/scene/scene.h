@@ -72,10 +72,12 @@ struct Mesh {
   std::uint32_t material = kNone;            // kNone = glTF's default material
 };
 
-enum class BakeMode : std::uint8_t { fixed, dynamic, ignore };  // extras.relume.bake: "static", "dynamic", "ignore"
+// extras.relume.bake: "static", "dynamic", "ignore", "gridLit"
+enum class BakeMode : std::uint8_t { fixed, dynamic, ignore, gridLit };
 
-// A mesh at a place. Only `fixed` instances occlude, send light and carry light-map caches. Dynamic ones are kept for
-// drawing (lit by the grid); ignored ones are drawn by nobody and not imported.
+// A mesh at a place. `fixed` and `gridLit` instances occlude and send light; of the two only `fixed` ones are on the
+// light map, the others read the grid. Dynamic ones are kept for drawing (lit by the grid); ignored ones are drawn by
+// nobody and not imported.
 struct Instance {
   std::string node;               // glTF node name or "node<index>"
   std::uint32_t nodeIndex = 0;    // glTF node
@@ -87,6 +89,11 @@ struct Instance {
   bool flipped = false;             // toWorld mirrors: triangle winding reverses
   float texelDensity = 1.0f;        // extras.relume.texelDensity: scale of light-map resolution here [0.01..100]
   std::uint32_t firstTriangle = 0;  // scene-wide index of its first triangle
+
+  // Whether it is part of the bake: stands where it is for good, occludes and sends light.
+  bool baked() const { return mode == BakeMode::fixed || mode == BakeMode::gridLit; }
+  // Whether it has a place on the light map.
+  bool charted() const { return mode == BakeMode::fixed; }
 };
 
 struct Camera {

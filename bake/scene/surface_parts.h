@@ -32,7 +32,7 @@ void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
       const Instance& instance = scene.instances[i];
-      if (instance.mode != BakeMode::fixed) continue;
+      if (!instance.baked()) continue;
       const auto triangle = static_cast<std::uint32_t>(t) - instance.firstTriangle;
       const auto corners = scene.corners(instance, triangle);
       const float area = 0.5f * glm::length(crossOf(corners));

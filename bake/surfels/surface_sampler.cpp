@@ -100,7 +100,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
   std::vector<double> emitterArea(instanceCount, 0.0);
   for (std::uint32_t i = 0; i < instanceCount && !context.cancelled(); ++i) {
     const Instance& instance = scene_->instances[i];
-    if (instance.mode != BakeMode::fixed) continue;
+    if (!instance.baked()) continue;
     const auto triangles = static_cast<std::uint32_t>(scene_->meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < triangles; ++t) {
       for (std::uint32_t back = 0; back < 2; ++back) {

@@ -205,7 +205,7 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       const std::uint32_t index = scene.instanceOf(triangle);
       const Instance& instance = scene.instances[index];
       const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
-      if (instance.mode != BakeMode::fixed || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
+      if (!instance.baked() || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
       const float seenArea = playSpace.seenArea[s],
                   width = spacing * (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);

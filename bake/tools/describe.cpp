@@ -222,8 +222,9 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
 }
 
 Json describeScene(const Scene& scene, Context& context) {
-  std::uint32_t fixed = 0, dynamic = 0;
-  for (const Instance& instance : scene.instances) (instance.mode == BakeMode::fixed ? fixed : dynamic) += 1;
+  std::uint32_t fixed = 0, gridLit = 0, dynamic = 0;
+  for (const Instance& instance : scene.instances)
+    (instance.charted() ? fixed : instance.baked() ? gridLit : dynamic) += 1;
   const SceneBounds bounds = boundsOf(scene);
 
   Json cameras = Json::array(), lights = Json::array(), volumes = Json::array(), findings = Json::array();
@@ -246,7 +247,7 @@ Json describeScene(const Scene& scene, Context& context) {
           {"triangles", scene.triangleCount()},
           {"meshTriangles", meshTriangles},
           {"meshes", scene.meshes.size()},
-          {"instances", {{"static", fixed}, {"dynamic", dynamic}}},
+          {"instances", {{"static", fixed}, {"gridLit", gridLit}, {"dynamic", dynamic}}},
           {"materials", scene.materials.size()},
           {"emittingMaterials", emitting},
           {"images", scene.images.size()},

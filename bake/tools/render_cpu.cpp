@@ -66,7 +66,7 @@ glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& 
   const Lightmap& map = bake.caches.lightmap;
   // What moves reads the grid, and all does where a bake has a grid alone, and no parts.
   const Instance& instance = scene.instances[seen.point.instance];
-  const bool onMap = instance.mode == BakeMode::fixed && seen.point.instance < map.parts.size();
+  const bool onMap = instance.charted() && seen.point.instance < map.parts.size();
   const LightmapPart part = onMap ? map.parts[seen.point.instance] : LightmapPart{};
   const Array<std::uint32_t>& corners = seen.back ? map.backCornerUv : map.cornerUv;
   const std::uint64_t corner = part.firstCorner + 3ull * seen.point.triangle;

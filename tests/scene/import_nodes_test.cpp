@@ -211,13 +211,16 @@ TEST(ImportNodes, extrasSetBakeModeDensityAndVolumes) {
   const int quad = b.quad();
   const int dynamicQuad = b.quad();
   const int ignored = b.quad();
+  const int gridLit = b.quad();
   b.root["nodes"][quad]["extras"]["relume"] = {{"bake", "static"}, {"texelDensity", 4.0}};
   b.root["nodes"][dynamicQuad]["extras"]["relume"] = {{"bake", "dynamic"}};
   b.root["nodes"][ignored]["extras"]["relume"] = {{"bake", "ignore"}};
+  b.root["nodes"][gridLit]["extras"]["relume"] = {{"bake", "gridLit"}};
   b.node({{"name", "hall"}, {"translation", {1, 0, 0}}, {"extras", {{"relume", {{"volume", {2, 4, 6}}}}}}});
   const Result<Scene> scene = b.import();
   ASSERT_TRUE(scene) << scene.error().message;
-  ASSERT_EQ(scene->instances.size(), 2u);
+  ASSERT_EQ(scene->instances.size(), 3u);
+  EXPECT_EQ(scene->instances[2].mode, BakeMode::gridLit);
   EXPECT_EQ(scene->instances[0].mode, BakeMode::fixed);
   EXPECT_FLOAT_EQ(scene->instances[0].texelDensity, 4.0f);
   EXPECT_EQ(scene->instances[1].mode, BakeMode::dynamic);
