@@ -96,20 +96,6 @@ void setView(const View& view, RenderRequest& request) {
   request.skyRadiance = view.skyRadiance;
 }
 
-// The bake, made readable for the scene where it is of another state of it and that is allowed.
-Result<Bake> loadBake(const RenderArguments& arguments, const Scene& scene, Context& context) {
-  auto bake = readBake(arguments.bake);
-  if (!bake) return bake.error();
-  const Status same = checkSameScene(scene, *bake, arguments.bake, arguments.scene);
-  if (same) return bake;
-  if (!arguments.allowStale) return same.error();
-  const std::uint32_t found = matchParts(scene, *bake);
-  context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
-                                         std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
-                                         " parts found by name, the others read the grid");
-  return bake;
-}
-
 std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
   std::filesystem::path path(output);
   if (several) path.replace_extension("." + aov + path.extension().string());
@@ -252,7 +238,7 @@ int runRender(const RenderArguments& arguments) {
   setView(*view, request);
   std::optional<Bake> bake;
   if (!arguments.bake.empty()) {
-    auto loaded = loadBake(arguments, *scene, context);
+    auto loaded = readBakeOf(*scene, arguments.bake, arguments.scene, arguments.allowStale, context);
     if (!loaded) return fail(loaded.error());
     bake.emplace(std::move(*loaded));
     request.bake = &*bake;

@@ -3,6 +3,7 @@
 #include "bake/tools/fit_bake.h"
 
 #include "bake/provenance.h"
+#include "formats/bake_file.h"
 
 #include <algorithm>
 #include <deque>
@@ -15,7 +16,7 @@ namespace relume {
 
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile) {
   const std::string pair = "\"" + bakeFile + "\" was not baked from \"" + sceneFile + "\": ";
-  const std::string what = "; bake again, or render it as it is with --allow-stale";
+  const std::string what = "; bake again, or use it as it is with --allow-stale";
   const std::vector<BakedInstance> now = describeInstances(scene);
   if (now.size() != bake.instances.size()) {
     return Error{ErrorCode::invalidFile, pair + "it has " + std::to_string(bake.instances.size()) +
@@ -55,6 +56,20 @@ std::uint32_t matchParts(const Scene& scene, Bake& bake) {
   map.parts = Array<LightmapPart>(std::move(parts));
   bake.instances = now;
   return found;
+}
+
+Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const std::string& sceneFile, bool allowStale,
+                        Context& context) {
+  auto bake = readBake(bakeFile);
+  if (!bake) return bake.error();
+  const Status same = checkSameScene(scene, *bake, bakeFile, sceneFile);
+  if (same) return bake;
+  if (!allowStale) return same.error();
+  const std::uint32_t found = matchParts(scene, *bake);
+  context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
+                                         std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
+                                         " parts found by name, the others read the grid");
+  return bake;
 }
 
 }  // namespace relume

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 // relume-view: a window onto a level that is relit every frame; or, with --headless, frames of it as pictures.
 #include "bake/context.h"
-#include "bake/scene/check_mesh.h"
-#include "bake/scene/scene.h"
-#include "formats/bake_file.h"
+#include "bake/printed.h"
+#include "bake/tools/fit_bake.h"
+#include "bake/tools/load_scene.h"
 #include "samples/02_viewer/headless.h"
 #include "samples/02_viewer/options.h"
 #include "samples/02_viewer/window.h"
 
 #include <cstdio>
+#include <string_view>
 
 namespace {
 
@@ -17,24 +18,25 @@ int fail(const relume::Error& error) {
   return relume::exitCode(error.code);
 }
 
+void say(relume::Severity severity, std::string_view text) {
+  if (severity == relume::Severity::info) return;
+  std::fprintf(stderr, "relume-view: warning: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace relume;
+  useClassicLocale();
   const auto options = parseViewerOptions(argc, argv);
   if (!options) return fail(options.error());
   if (options->exitNow) return 0;
   Context context;
-  auto scene = importGltf(options->scene, context);
+  context.onMessage = say;
+  const auto scene = loadScene(options->scene, context, options->sceneOptions);
   if (!scene) return fail(scene.error());
-  repairMeshes(*scene, context);  // as the baker does
-  const auto bake = mapBake(options->bake);
+  const auto bake = readBakeOf(*scene, options->bake, options->scene, options->allowStale, context);
   if (!bake) return fail(bake.error());
-  if (bake->instances.size() != scene->instances.size()) {
-    return fail({ErrorCode::invalidFile, "\"" + options->bake + "\" was not baked from \"" + options->scene +
-                                             "\": it has " + std::to_string(bake->instances.size()) +
-                                             " instances, the scene " + std::to_string(scene->instances.size())});
-  }
   const Status status =
       options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
   return status ? 0 : fail(status.error());

@@ -33,6 +33,13 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
                  "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
       ->delimiter(',')
       ->capture_default_str();
+  app.add_option("--lights-file", o.lightsFile,
+                 "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
+                 "innerConeAngle, outerConeAngle}, as KHR_lights_punctual; as `relume render` reads it");
+  app.add_flag("--allow-stale", o.allowStale,
+               "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
+               "warning says so");
+  addSceneOptions(app, o.sceneOptions);
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
   app.add_option("--exposure", o.exposure, "stops")->check(CLI::Range(-30.0, 30.0))->capture_default_str();

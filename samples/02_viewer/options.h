@@ -2,6 +2,7 @@
 // The command line of relume-view.
 #pragma once
 
+#include "bake/tools/load_scene.h"
 #include "formats/result.h"
 #include "runtime/bands.h"
 
@@ -18,6 +19,9 @@ inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "
 struct ViewerOptions {
   std::string scene, bake, camera;
   std::vector<std::string> lights{"all"};  // as `relume render`
+  std::string lightsFile;                  // as `relume render`; empty: none
+  SceneOptions sceneOptions;
+  bool allowStale = false;  // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light

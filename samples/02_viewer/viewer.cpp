@@ -2,11 +2,13 @@
 // See viewer.h.
 #include "samples/02_viewer/viewer.h"
 
+#include "bake/tools/lights_file.h"
 #include "formats/color.h"
 #include "samples/02_viewer/display.h"
 #include "samples/common/gl_program.h"
 #include "samples/common/level_shader.h"
 
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -72,6 +74,14 @@ std::vector<Light> activeLights(const ViewState& state) {
   return lights;
 }
 
+// As GlLevel::drawDynamic() wants them.
+std::vector<glm::mat4> movesOf(const ViewState& state) {
+  std::vector<glm::mat4> moved;
+  for (const ViewedObject& object : state.objects)
+    moved.push_back(glm::translate(glm::mat4(1.0f), object.position - object.home));
+  return moved;
+}
+
 Light toRuntime(const SceneLight& light) {
   const LightKind kind = light.type == LightType::directional ? LightKind::directional
                          : light.type == LightType::spot      ? LightKind::spot
@@ -94,6 +104,18 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& names, V
         name == "all" || name == "none" || name == "emissive" ||
         std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
     if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
+  }
+  return done();
+}
+
+// The lights of a file are on.
+Status addFileLights(const std::string& path, ViewState& state) {
+  if (path.empty()) return done();
+  const Result<std::vector<SceneLight>> lights = readLightsFile(path);
+  if (!lights) return lights.error();
+  for (const SceneLight& light : *lights) {
+    const std::string name = light.name.empty() ? "light " + std::to_string(state.lights.size() + 1) : light.name;
+    state.lights.push_back({name, toRuntime(light), true, 0.0f, false, light.positionWorld});
   }
   return done();
 }
@@ -134,7 +156,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   // Shadow maps
   const double begin = nowMs();
   const std::vector<Light> lights = activeLights(state);
-  if (Status ok = shadows_.update(level_, lights, &state.moved); !ok) return ok;
+  const std::vector<glm::mat4> moved = movesOf(state);
+  if (Status ok = shadows_.update(level_, lights, &moved); !ok) return ok;
   glFinish();
   const double shadowed = nowMs();
 
@@ -147,7 +170,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     setup.emissionScale = glm::vec3(state.emission);
     setup.skyRadiance = state.sky;
     setup.bounceScale = state.bounceScale;
-    relighter_.relight(setup);
+    if (Status ok = relighter_.relight(setup); !ok) return ok;
   }
 
   // The level and what is laid over it
@@ -168,7 +191,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const float far = size + glm::length(state.camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
   const glm::mat4 clip = state.camera.clipFromWorld(static_cast<float>(width) / static_cast<float>(height),
                                                     std::max(0.02f, 5e-4f * far), far);
-  drawLevel(state, lights, clip, encode);
+  drawLevel(state, lights, moved, clip, encode);
   drawOverlays(state, clip, width, height, encode);
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
@@ -177,8 +200,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   return done();
 }
 
-void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const glm::mat4& clip,
-                       bool encode) const {
+void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
+                       const glm::mat4& clip, bool encode) const {
   shadows_.setUniforms(program_.name());
   setLevelLights(program_.name(), lights);
   glUseProgram(program_.name());
@@ -188,7 +211,7 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   relighter_.bindResolveInputs();
   shadows_.bind();
   level_.draw(clip);
-  level_.drawDynamic(clip, state.moved);
+  level_.drawDynamic(clip, moved);
 }
 
 void Viewer::drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
@@ -257,6 +280,9 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   }
   if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
+  if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
+  for (const MovingNode& node : movingNodes(scene))
+    state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
   state.exposure = options.exposure;
   state.mode =
       static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());

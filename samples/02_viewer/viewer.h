@@ -32,6 +32,13 @@ struct ViewedLight {
   glm::vec3 home{0.0f};
 };
 
+// A dynamic node of the scene as it stands now.
+struct ViewedObject {
+  std::string name;
+  glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
+  glm::vec3 position{0.0f};  // [m] and where it is
+};
+
 enum class ViewMode : int { full, direct, links, albedo, normal };
 inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links", "albedo", "normals"};
 
@@ -45,8 +52,9 @@ struct ViewState {
   ViewMode mode = ViewMode::full;
   float exposure = 0.0f;  // [stops]
   bool surfels = false, caches = false, lightmap = false;
-  bool relight = true;    // false freezes the light over links
-  glm::mat4 moved{1.0f};  // where dynamic instances are
+  bool relight = true;  // false freezes the light over links
+  std::vector<ViewedObject> objects;
+  bool panel = true;  // whether the panel is shown
 };
 
 class Viewer {
@@ -66,7 +74,8 @@ class Viewer {
  private:
   Viewer(const Bake& bake, GlLevel level, ShadowMaps shadows, Relighter relighter)
       : bake_(&bake), level_(std::move(level)), shadows_(std::move(shadows)), relighter_(std::move(relighter)) {}
-  void drawLevel(const ViewState& state, const std::vector<Light>& lights, const glm::mat4& clip, bool encode) const;
+  void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
+                 const glm::mat4& clip, bool encode) const;
   void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
                     bool encode) const;
   void drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const;

@@ -72,7 +72,8 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
   const ImGuiIO& io = ImGui::GetIO();
   if (!io.WantCaptureMouse && glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
     camera.turn(-0.004f * moved.x, -0.004f * moved.y);
-  if (io.WantCaptureKeyboard) return;
+  // While a number is typed, keys are its own.
+  if (io.WantTextInput) return;
   const auto axis = [&](int plus, int minus) {
     return static_cast<float>((glfwGetKey(window, plus) == GLFW_PRESS) - (glfwGetKey(window, minus) == GLFW_PRESS));
   };
@@ -94,6 +95,8 @@ Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& vi
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
+    if (!ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Tab), false))
+      state.panel = !state.panel;
     drawPanel(scene, bake, viewer, state);
     int width = 0, height = 0;
     glfwGetFramebufferSize(window, &width, &height);

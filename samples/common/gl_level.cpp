@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <tuple>
 
 namespace relume {
 namespace {
@@ -120,24 +121,64 @@ GlVertexArray describeVertices(const GlBuffer& vertices) {
   return layout;
 }
 
+// Box around the instances' vertices in the world.
+glm::vec3 centreOf(const Scene& scene, std::uint32_t first, std::uint32_t count) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high = -low;
+  for (std::uint32_t i = first; i < first + count; ++i) {
+    const Instance& instance = scene.instances[i];
+    for (const glm::vec3& p : scene.meshes[instance.mesh].position) {
+      const glm::vec3 world(instance.toWorld * glm::vec4(p, 1.0f));
+      low = glm::min(low, world);
+      high = glm::max(high, world);
+    }
+  }
+  return low.x <= high.x ? 0.5f * low + 0.5f * high : glm::vec3(scene.instances[first].toWorld[3]);
+}
+
+// Index into movingNodes() of each instance; kNone of those that stand still.
+std::vector<std::uint32_t> movingOf(const Scene& scene, const std::vector<MovingNode>& nodes) {
+  std::vector<std::uint32_t> moving(scene.instances.size(), kNone);
+  for (std::uint32_t k = 0; k < nodes.size(); ++k)
+    std::fill_n(moving.begin() + nodes[k].firstInstance, nodes[k].instanceCount, k);
+  return moving;
+}
+
 }  // namespace
+
+std::vector<MovingNode> movingNodes(const Scene& scene) {
+  std::vector<MovingNode> nodes;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.mode != BakeMode::dynamic) continue;
+    // A node's instances follow one another.
+    const bool more = !nodes.empty() && nodes.back().firstInstance + nodes.back().instanceCount == i &&
+                      scene.instances[i - 1].nodeIndex == instance.nodeIndex &&
+                      scene.instances[i - 1].gpuInstance == instance.gpuInstance;
+    if (!more) nodes.push_back({instance.node, i, 0, {}});
+    ++nodes.back().instanceCount;
+  }
+  for (MovingNode& node : nodes) node.centreWorld = centreOf(scene, node.firstInstance, node.instanceCount);
+  return nodes;
+}
 
 Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   GlLevel level;
   level.materials_ = scene.materials;
   level.materials_.emplace_back();
 
-  // Sort the instances by kind and material; a batch is a run of equal ones.
+  // Sort the instances by kind, what they move with, and material; a batch is a run of equal ones.
   const auto materialOf = [&](std::uint32_t i) {
     const std::uint32_t m = scene.meshes[scene.instances[i].mesh].material;
     return m == kNone ? static_cast<std::uint32_t>(scene.materials.size()) : m;
   };
+  const std::vector<std::uint32_t> moving = movingOf(scene, movingNodes(scene));
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].mode != BakeMode::ignore) order.push_back(i);
   }
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(scene.instances[a].mode, materialOf(a)) < std::pair(scene.instances[b].mode, materialOf(b));
+    return std::tuple(scene.instances[a].mode, moving[a], materialOf(a)) <
+           std::tuple(scene.instances[b].mode, moving[b], materialOf(b));
   });
 
   // Un-indexed triangles: corners of different charts share no vertex anyway.
@@ -146,11 +187,11 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   level.boundsMin_ = glm::vec3(std::numeric_limits<float>::max());
   level.boundsMax_ = -level.boundsMin_;
   for (const std::uint32_t i : order) {
-    const bool dynamic = scene.instances[i].mode == BakeMode::dynamic;
+    const bool dynamic = moving[i] != kNone;
     const std::uint32_t material = materialOf(i);
     if (level.batches_.empty() || level.batches_.back().material != material ||
-        level.batches_.back().dynamic != dynamic)
-      level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, dynamic});
+        level.batches_.back().moving != moving[i])
+      level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, moving[i]});
     const std::size_t first = vertices.size();
     appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
     level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
@@ -182,18 +223,20 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   return level;
 }
 
-void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, glm::mat4(1.0f), false); }
+void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, {}, false); }
 
-void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, const glm::mat4& moved) const {
+void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const {
   drawBatches(clipFromWorld, moved, true);
 }
 
-void GlLevel::drawBatches(const glm::mat4& clipFromWorld, const glm::mat4& moved, bool dynamic) const {
+void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const {
+  const glm::mat4 still(1.0f);
   glUniformMatrix4fv(kClipFromWorld, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
-  glUniformMatrix4fv(kMoved, 1, GL_FALSE, glm::value_ptr(moved));
   glBindVertexArray(layout_.name());
   for (const Batch& batch : batches_) {
-    if (batch.dynamic != dynamic || batch.vertexCount == 0) continue;
+    if ((batch.moving != kNone) != dynamic || batch.vertexCount == 0) continue;
+    const glm::mat4& at = batch.moving < moved.size() ? moved[batch.moving] : still;
+    glUniformMatrix4fv(kMoved, 1, GL_FALSE, glm::value_ptr(at));
     bindMaterial(materials_[batch.material]);
     glDrawArrays(GL_TRIANGLES, batch.firstVertex, batch.vertexCount);
   }

@@ -15,10 +15,19 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace relume {
+
+// What moves together: the dynamic instances of one node, or of one of its GPU instances.
+struct MovingNode {
+  std::string name;
+  std::uint32_t firstInstance = 0, instanceCount = 0;
+  glm::vec3 centreWorld{0.0f};  // [m] of its bounds, where the level has it
+};
+std::vector<MovingNode> movingNodes(const Scene& scene);
 
 class GlLevel {
  public:
@@ -28,8 +37,9 @@ class GlLevel {
   // Draw the fixed instances with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
   // textures and samplers on the two kMaterialUnits.
   void draw(const glm::mat4& clipFromWorld) const;
-  // Draw the dynamic instances, lit by the grid. `moved` is applied after their own transforms.
-  void drawDynamic(const glm::mat4& clipFromWorld, const glm::mat4& moved) const;
+  // Draw the dynamic instances, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
+  // [Size moved: theirs, or 0 = they are where the level has them]
+  void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const;
 
   glm::vec3 boundsMin() const { return boundsMin_; }  // [m] of all instances, dynamic ones where the level has them
   glm::vec3 boundsMax() const { return boundsMax_; }
@@ -42,9 +52,9 @@ class GlLevel {
     GLint firstVertex = 0;
     GLsizei vertexCount = 0;
     std::uint32_t material = kNone;
-    bool dynamic = false;
+    std::uint32_t moving = kNone;  // index into movingNodes(); kNone = fixed
   };
-  void drawBatches(const glm::mat4& clipFromWorld, const glm::mat4& moved, bool dynamic) const;
+  void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const;
   void bindMaterial(const Material& material) const;
   void bindTexture(int unit, const TextureRef& texture) const;
 

@@ -30,10 +30,10 @@ class ShadowMaps {
   // `size` texels a side of a flat map, half as many of a cube's side. failed: a shader did not compile.
   static Result<ShadowMaps> create(std::uint32_t size);
 
-  // Render the maps of these lights. `moved`: where the dynamic instances are; null leaves them out. Changes the
-  // framebuffer binding, the viewport, depth and cull state and the program. usage: more than kMaxLights lights;
-  // failed: no memory for the maps.
-  Status update(const GlLevel& level, std::span<const Light> lights, const glm::mat4* moved = nullptr);
+  // Render the maps of these lights. `moved`: where the dynamic instances are, as for GlLevel::drawDynamic(); null
+  // leaves them out. Changes the framebuffer binding, the viewport, depth and cull state and the program. usage: more
+  // than kMaxLights lights; failed: no memory for the maps.
+  Status update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved = nullptr);
   // Tell a program that contains glsl() where the maps are. Call after update().
   void setUniforms(GLuint program) const;
   // Bind the maps to their units; before drawing and before relight().
@@ -48,8 +48,8 @@ class ShadowMaps {
     glm::vec4 place{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
   };
   Status allocate(std::uint32_t flat, std::uint32_t cubes);
-  void renderLayer(const GlLevel& level, const glm::mat4* moved, const glm::mat4& clipFromWorld, const glm::vec4& light,
-                   GLuint texture, std::uint32_t layer, std::uint32_t size) const;
+  void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
+                   const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const;
 
   GlProgram depthProgram_;
   GlFramebuffer framebuffer_;

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// See virtual_screen.h.
+#include "tests/samples/virtual_screen.h"
+
+#include "tests/cli/run_program.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+namespace relume {
+namespace {
+
+void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+// Big-endian word of an XWD header.
+std::uint32_t wordOf(const std::string& file, std::size_t index) {
+  std::uint32_t word = 0;
+  for (std::size_t i = 0; i < 4; ++i) word = word << 8 | static_cast<unsigned char>(file[4 * index + i]);
+  return word;
+}
+
+}  // namespace
+
+double Picture::share(const std::function<bool(const Rgb&)>& is) const {
+  if (pixel.empty()) return 0.0;
+  return static_cast<double>(std::count_if(pixel.begin(), pixel.end(), is)) / static_cast<double>(pixel.size());
+}
+
+Box differenceOf(const Picture& a, const Picture& b, int threshold) {
+  Box box{{a.width, a.height}, {0, 0}};
+  for (std::size_t i = 0; i < a.pixel.size() && i < b.pixel.size(); ++i) {
+    const Rgb &x = a.pixel[i], &y = b.pixel[i];
+    if (std::abs(x.r - y.r) + std::abs(x.g - y.g) + std::abs(x.b - y.b) <= threshold) continue;
+    const glm::uvec2 at(i % a.width, i / a.width);
+    box.low = glm::min(box.low, at);
+    box.high = glm::max(box.high, at + 1u);
+  }
+  return box.low.x < box.high.x ? box : Box{};
+}
+
+bool VirtualScreen::start(const std::filesystem::path& folder, std::uint32_t width, std::uint32_t height) {
+  folder_ = folder;
+  int ends[2];
+  if (::pipe(ends) != 0) return false;
+  server_ = ::fork();
+  if (server_ == 0) {
+    const int nothing = ::open("/dev/null", O_RDWR);
+    for (const int stream : {0, 1, 2}) ::dup2(nothing, stream);
+    const std::string number = std::to_string(ends[1]),
+                      size = std::to_string(width) + "x" + std::to_string(height) + "x24";
+    ::execlp("Xvfb", "Xvfb", "-displayfd", number.c_str(), "-nolisten", "tcp", "-screen", "0", size.c_str(), "-fbdir",
+             folder.c_str(), nullptr);
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  // The server writes the number of its display once it listens, or goes away.
+  std::string number;
+  for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';) number += c;
+  ::close(ends[0]);
+  display_ = ":" + number;
+  return !number.empty();
+}
+
+void VirtualScreen::stop() {
+  if (server_ > 0) end(server_);
+  server_ = -1;
+}
+
+pid_t VirtualScreen::run(const std::string& program, const std::vector<std::string>& arguments,
+                         const std::filesystem::path& log) const {
+  const pid_t process = ::fork();
+  if (process != 0) return process;
+  std::vector<char*> argv = {const_cast<char*>(program.c_str())};
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  ::setenv("DISPLAY", display_.c_str(), 1);
+  if (!std::freopen(log.c_str(), "wb", stdout) || ::dup2(1, 2) != 2) ::_exit(126);
+  ::execv(program.c_str(), argv.data());
+  ::_exit(127);
+}
+
+bool VirtualScreen::isRunning(pid_t process) const {
+  siginfo_t ended{};
+  return ::waitid(P_PID, static_cast<id_t>(process), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0;
+}
+
+void VirtualScreen::end(pid_t process) const {
+  ::kill(process, SIGTERM);
+  ::waitpid(process, nullptr, 0);
+}
+
+Picture VirtualScreen::picture() const {
+  const std::string file = readAll(folder_ / "Xvfb_screen0");
+  Picture picture;
+  if (file.size() < 100) return picture;
+  // XWD: header's bytes, ..., width (4), height (5), ..., bytes a row (12), ..., colours of 12 bytes (19).
+  const std::size_t header = wordOf(file, 0), row = wordOf(file, 12), colors = wordOf(file, 19);
+  const std::uint32_t width = wordOf(file, 4), height = wordOf(file, 5);
+  const std::size_t first = header + 12 * colors;
+  if (file.size() < first + row * height || row < std::size_t{4} * width) return picture;
+  picture.width = width;
+  picture.height = height;
+  picture.pixel.reserve(std::size_t{width} * height);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      // Blue, green, red and nothing.
+      const auto* at = reinterpret_cast<const unsigned char*>(file.data()) + first + row * y + 4 * x;
+      picture.pixel.push_back({at[2], at[1], at[0]});
+    }
+  }
+  return picture;
+}
+
+bool VirtualScreen::waitFor(const std::function<bool(const Picture&)>& is, const std::function<bool()>& goesOn) const {
+  for (int i = 0; i < 300 && goesOn(); ++i) {
+    if (is(picture())) return true;
+    pause(0.1);
+  }
+  return false;
+}
+
+void VirtualScreen::settle() const {
+  int still = 0;
+  Picture last = picture();
+  for (int i = 0; i < 100 && still < 3; ++i) {
+    pause(0.2);
+    Picture now = picture();
+    still = differenceOf(last, now, 6).width() == 0 ? still + 1 : 0;
+    last = std::move(now);
+  }
+}
+
+void VirtualScreen::xdotool(const std::string& arguments) const {
+  const std::string command = "DISPLAY=" + display_ + " xdotool " + arguments + " >/dev/null 2>&1";
+  if (std::system(command.c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
+}
+
+void VirtualScreen::key(const std::string& name) const { holdKey(name, 0.5); }
+
+void VirtualScreen::holdKey(const std::string& name, double seconds) const {
+  // A slow machine's window looks at keys once a frame.
+  xdotool("keydown " + name);
+  pause(seconds);
+  xdotool("keyup " + name);
+}
+
+void VirtualScreen::drag(int button, const glm::ivec2& from, const glm::ivec2& to) const {
+  const std::string number = std::to_string(button);
+  const auto move = [&](const glm::ivec2& at) {
+    xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y));
+    pause(0.5);
+  };
+  move(from);
+  xdotool("mousedown " + number);
+  pause(0.5);
+  for (int i = 1; i <= 4; ++i) move(from + (to - from) * i / 4);
+  xdotool("mouseup " + number);
+}
+
+void VirtualScreen::click(const glm::ivec2& at) const { drag(1, at, at); }
+
+}  // namespace relume
