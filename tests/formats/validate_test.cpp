@@ -257,7 +257,7 @@ TEST(Validate, findingNamesPlaceExpectedAndFoundAndCounts) {
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(toString(findings[0]),
             "E202 surfel normal is not a unit vector: surfel.normal[0]: expected length 1, found "
-            "(0.000000, 2.000000, 0.000000) (6 times)");
+            "(0, 2, 0) (6 times)");
 }
 
 }  // namespace
