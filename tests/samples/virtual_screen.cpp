@@ -119,23 +119,25 @@ Picture VirtualScreen::picture() const {
   return picture;
 }
 
-bool VirtualScreen::waitFor(const std::function<bool(const Picture&)>& is, const std::function<bool()>& goesOn) const {
-  for (int i = 0; i < 300 && goesOn(); ++i) {
+bool VirtualScreen::waitFor(const Condition& is, const std::function<bool()>& goesOn) const {
+  for (int i = 0; i < 600 && goesOn(); ++i) {
     if (is(picture())) return true;
     pause(0.1);
   }
   return false;
 }
 
-void VirtualScreen::settle() const {
+Picture VirtualScreen::settled() const {
+  constexpr int kStill = 15;
   int still = 0;
   Picture last = picture();
-  for (int i = 0; i < 100 && still < 3; ++i) {
+  for (int i = 0; i < 300 && still < kStill; ++i) {
     pause(0.2);
     Picture now = picture();
     still = differenceOf(last, now, 6).width() == 0 ? still + 1 : 0;
     last = std::move(now);
   }
+  return last;
 }
 
 void VirtualScreen::xdotool(const std::string& arguments) const {
@@ -143,28 +145,28 @@ void VirtualScreen::xdotool(const std::string& arguments) const {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
 }
 
-void VirtualScreen::key(const std::string& name) const { holdKey(name, 0.5); }
-
-void VirtualScreen::holdKey(const std::string& name, double seconds) const {
-  // A slow machine's window looks at keys once a frame.
+bool VirtualScreen::holdKey(const std::string& name, const Condition& is) const {
   xdotool("keydown " + name);
-  pause(seconds);
+  const bool seen = waitFor(is);
   xdotool("keyup " + name);
+  return seen;
 }
 
-void VirtualScreen::drag(int button, const glm::ivec2& from, const glm::ivec2& to) const {
-  const std::string number = std::to_string(button);
+bool VirtualScreen::drag(int button, const glm::ivec2& from, const glm::ivec2& to, const Condition& is) const {
   const auto move = [&](const glm::ivec2& at) {
     xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y));
-    pause(0.5);
   };
   move(from);
-  xdotool("mousedown " + number);
-  pause(0.5);
-  for (int i = 1; i <= 4; ++i) move(from + (to - from) * i / 4);
-  xdotool("mouseup " + number);
+  xdotool("mousedown " + std::to_string(button));
+  bool seen = false;
+  // There and back again, for windows that saw neither the button nor the way.
+  for (int i = 0; i < 600 && !seen; ++i) {
+    move(from + (to - from) * (i % 20) / 19);
+    pause(0.1);
+    seen = is(picture());
+  }
+  xdotool("mouseup " + std::to_string(button));
+  return seen;
 }
-
-void VirtualScreen::click(const glm::ivec2& at) const { drag(1, at, at); }
 
 }  // namespace relume

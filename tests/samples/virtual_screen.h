@@ -56,15 +56,17 @@ class VirtualScreen {
   void end(pid_t process) const;
 
   Picture picture() const;
-  // Whether a picture comes within half a minute that is() likes, while goesOn().
-  bool waitFor(const std::function<bool(const Picture&)>& is, const std::function<bool()>& goesOn) const;
-  // Waits until the picture has stopped changing.
-  void settle() const;
+  using Condition = std::function<bool(const Picture&)>;
+  // Whether a picture comes within a minute that is() likes, while goesOn(). A software rasteriser has frames of
+  // seconds: wait for what is to be seen, never for a time.
+  bool waitFor(
+      const Condition& is, const std::function<bool()>& goesOn = [] { return true; }) const;
+  // The picture once it has stopped changing.
+  Picture settled() const;
 
-  void key(const std::string& name) const;
-  void holdKey(const std::string& name, double seconds) const;
-  void drag(int button, const glm::ivec2& from, const glm::ivec2& to) const;
-  void click(const glm::ivec2& at) const;
+  // Hold a key, or a button while the mouse goes from one place to another, until is() or a minute is over.
+  bool holdKey(const std::string& name, const Condition& is) const;
+  bool drag(int button, const glm::ivec2& from, const glm::ivec2& to, const Condition& is) const;
 
  private:
   void xdotool(const std::string& arguments) const;
