@@ -57,7 +57,7 @@ void objectControls(ViewState& state) {
     ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f");
     ImGui::PopID();
   }
-  if (ImGui::Button("back")) {
+  if (ImGui::Button("put back")) {
     for (ViewedObject& object : state.objects) object.position = object.home;
   }
 }

@@ -6,7 +6,9 @@
 namespace {
 
 [[gnu::constructor]] void chooseCommas() {
-  // The program's own start may not end it.
+  // Programs that this one starts, localedef among them, are not meant.
+  ::unsetenv("LD_PRELOAD");
+  // Kept until the process ends.
   static auto* const commas = new relume::test::CommaLocale;
   if (!commas->ofC()) std::fprintf(stderr, "comma_host: %s\n", relume::test::kNoCommaLocale);
 }
