@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// relume-view without a window: bakes that are not of the level, lights of a file.
+#include "tests/cli/run_program.h"
+
+#include <gtest/gtest.h>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+constexpr int kNoGl = 5;  // exit status without EGL
+
+class ViewerCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("relume_viewer_" + std::string(info->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string at(const char* name) const { return (folder_ / name).string(); }
+  std::string bake(const std::string& level) {
+    const ProgramResult baked = runProgram(
+        {"bake", level, "-o", at("level.relume"), "--preset", "draft", "--surfels", "512", "--lightmap-caches", "200",
+         "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"},
+        folder_);
+    EXPECT_EQ(baked.status, 0) << baked.err;
+    return at("level.relume");
+  }
+  // Exit status of the viewer for one frame to `frames`; what it says goes to log().
+  int view(const std::string& level, const std::string& bake, const char* frames, const std::string& more = "") {
+    const std::string command = "'" RELUME_VIEW "' '" + level + "' --bake '" + bake +
+                                "' --headless 1 --size 64x36 --shadow-size 64 -o '" + at(frames) + "' " + more + " >'" +
+                                at("log.txt") + "' 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  std::string log() const { return readAll(folder_ / "log.txt"); }
+
+  fs::path folder_;
+};
+
+// The level with one word of its JSON changed, of the same length.
+std::string changed(const fs::path& to, const std::string& from, const std::string& into) {
+  std::string bytes = readAll(kLevel);
+  const std::size_t at = bytes.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at != std::string::npos) bytes.replace(at, from.size(), into);
+  std::ofstream(to, std::ios::binary) << bytes;
+  return to.string();
+}
+
+TEST_F(ViewerCommand, aBakeOfAnotherLevelIsRefusedOrShownWithAWarning) {
+  // As many instances as the level has, one of another name: their number says nothing.
+  const std::string other = changed(folder_ / "other.glb", "\"name\":\"sofa\"", "\"name\":\"seat\"");
+  const std::string made = bake(other);
+  EXPECT_EQ(view(kLevel, made, "frames"), 3);
+  EXPECT_NE(log().find("was not baked from"), std::string::npos) << log();
+  EXPECT_NE(log().find("--allow-stale"), std::string::npos) << log();
+  EXPECT_FALSE(fs::exists(folder_ / "frames"));
+
+  const int status = view(kLevel, made, "frames", "--allow-stale");
+  EXPECT_NE(log().find("warning: "), std::string::npos) << log();
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(status, 0) << log();
+  EXPECT_TRUE(fs::exists(folder_ / "frames" / "frame_0000.png"));
+}
+
+TEST_F(ViewerCommand, lightsOfAFileAreOn) {
+  const std::string made = bake(kLevel), lights = at("lights.json");
+  std::ofstream(lights) << R"([{"type": "point", "position": [2.5, 1.5, 1.5], "intensity": 40}])";
+  const int status = view(kLevel, made, "dark", "--lights none");
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(status, 0) << log();
+  EXPECT_EQ(view(kLevel, made, "lit", "--lights none --lights-file '" + lights + "'"), 0) << log();
+  EXPECT_NE(readAll(folder_ / "dark" / "frame_0000.png"), readAll(folder_ / "lit" / "frame_0000.png"));
+  std::ofstream(lights) << R"([{"type": "point"}])";
+  EXPECT_EQ(view(kLevel, made, "wrong", "--lights-file '" + lights + "'"), 3);
+  EXPECT_NE(log().find("has no \"position\""), std::string::npos) << log();
+}
+
+}  // namespace
+}  // namespace relume
