@@ -31,6 +31,7 @@ constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
+constexpr double kManyCells = 16384.0;
 constexpr double kMaxCoarser = 2.0;  // than wanted; then a grid of grids, fine where something is seen
 constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
 constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
@@ -44,7 +45,7 @@ glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
 
 struct GridShape {
   std::uint32_t corner = 0, columns = 1, rows = 1;
-  double coarser = 1.0;  // than wanted
+  bool nested = false;  // so little of it is seen that cells of one size were too coarse
 };
 
 // Cells about `size` wide, started from the corner that needs the fewest. Coarser where the areas do not justify them.
@@ -69,7 +70,8 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   const auto cells = [&](double along) {
     return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
   };
-  shape.coarser = 1.0 / shrink;
+  shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyCells &&
+                 most < kMaxCellsPerArea * area / (size * size);
   shape.columns = cells(columns);
   shape.rows = cells(rows);
   return shape;
@@ -219,7 +221,7 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
                           (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
-      if (seenArea > 0.0f && shape.coarser > kMaxCoarser && !playSpace.tree.empty() && playSpace.partly[s]) {
+      if (shape.nested && !playSpace.tree.empty() && playSpace.partly[s]) {
         sides[s].nested = 1;  // laid out by itself
         continue;
       }
