@@ -51,24 +51,34 @@ std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t
 
 // Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
 // rings only.
-void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels) {
-  std::vector<std::uint32_t> empty, found;
+void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context& context) {
+  // The empty texels beside filled ones are a ring; the empty ones beside a ring are the next.
+  std::vector<std::uint32_t> ring, next, found;
+  std::vector<std::uint8_t> known(texels.size(), 0);
   for (std::uint32_t i = 0; i < texels.size(); ++i) {
-    if (texels[i] == kNoCache) empty.push_back(i);
+    known[i] = texels[i] != kNoCache;
+    if (!known[i] && neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)) != kNoCache)
+      ring.push_back(i);
   }
-  while (!empty.empty()) {
+  for (const std::uint32_t i : ring) known[i] = 1;
+  while (!ring.empty() && !context.cancelled()) {
     found.clear();
-    for (const std::uint32_t i : empty)
+    for (const std::uint32_t i : ring)
       found.push_back(neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)));
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < empty.size(); ++i) {
-      if (found[i] != kNoCache)
-        texels[empty[i]] = found[i];
-      else
-        empty[left++] = empty[i];
+    for (std::size_t k = 0; k < ring.size(); ++k) texels[ring[k]] = found[k];
+    next.clear();
+    for (const std::uint32_t i : ring) {
+      for (std::uint32_t k = 0; k < 9; ++k) {
+        // Wraps around below zero, and is beyond the size then.
+        const std::uint32_t x = i % size.x + k % 3 - 1, y = i / size.x + k / 3 - 1;
+        if (x >= size.x || y >= size.y) continue;
+        const std::uint32_t at = y * size.x + x;
+        if (known[at]) continue;
+        known[at] = 1;
+        next.push_back(at);
+      }
     }
-    if (left == empty.size()) return;
-    empty.resize(left);
+    ring.swap(next);
   }
 }
 
@@ -89,9 +99,10 @@ class Filler {
 
   Lightmap run(SeamJump& seams, Context& context) {
     placeParts();
-    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
-      if (request_.rectangleOf[p] != kNone) fillRectangle(p);
+    for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) {
+      if (request_.rectangleOf[p] != kNone) fillRectangle(p, context);
     }
+    if (context.cancelled()) return {};
     for (std::size_t s = 0; s < request_.single.size(); ++s) {
       const glm::uvec2& at = plan_.single[s];
       texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
@@ -99,7 +110,8 @@ class Filler {
       home_[request_.single[s]] = at;
     }
     surround();
-    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) writeCorners(p, false);
+    for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) writeCorners(p, false);
+    if (context.cancelled()) return {};
     seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_},
                         context);
     parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -132,10 +144,11 @@ class Filler {
     back_.assign(corner, kGridLit);
   }
 
-  void fillRectangle(std::uint32_t patch) {
+  void fillRectangle(std::uint32_t patch, Context& context) {
     const glm::uvec2 size = cells_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
     std::vector<std::uint32_t> texels = ownTexels(cells_, shared_, patch);
-    dilate(size, texels);
+    dilate(size, texels, context);
+    if (context.cancelled()) return;
     const float texelSize = cells_.texelSize / set_.patches[patch].density;
     for (std::uint32_t c = cells_.firstCell[patch]; c < cells_.firstCell[patch + 1]; ++c) {
       const Cell& cell = cells_.cells[c];

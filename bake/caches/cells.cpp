@@ -21,6 +21,9 @@ constexpr std::size_t kMostPoints = 8;
 // room would see little but the corner.
 constexpr float kInset = 0.8f;
 constexpr std::uint32_t kMostTexels = 8192;
+// Lattice points of a triangle that are looked through block by block where only a part of it is seen.
+constexpr std::int64_t kManyPoints = 1 << 16;
+constexpr int kBlock = 64;
 
 // Texels along an axis of `length` texels: one for less than one, else enough to span it from border to border.
 std::uint32_t texelsAlong(float length) {
@@ -70,9 +73,9 @@ class PatchSampler {
     }
   }
 
-  void run(std::uint32_t patchIndex, std::vector<Cell>& cells, std::vector<ChartPoint>& points) {
-    collect();
-    if (samples_.empty()) return;
+  void run(std::uint32_t patchIndex, std::vector<Cell>& cells, std::vector<ChartPoint>& points, Context& context) {
+    collect(context);
+    if (samples_.empty() || context.cancelled()) return;
     std::stable_sort(samples_.begin(), samples_.end(),
                      [](const Sample& a, const Sample& b) { return a.cell < b.cell; });
     const float toWorld = patch_.uvScale.x * patch_.uvScale.y;
@@ -116,18 +119,53 @@ class PatchSampler {
     return seenBy(scene_, playSpace_, patch_, {chart_.triangle[slot], barycentric});
   }
 
-  void collect() {
+  // Whether any of a block of the lattice may be seen on that triangle. Blocks are parallelograms of its plane.
+  bool blockSeen(std::uint32_t slot, int x, int y) const {
+    const auto& t = chart_.uv[slot];
+    const float twice = cross2(t[1] - t[0], t[2] - t[0]);
+    if (twice == 0.0f) return true;
+    const Instance& instance = scene_.instances[patch_.instance];
+    const glm::uvec3& v = scene_.meshes[instance.mesh].triangle[chart_.triangle[slot]];
+    const auto& position = scene_.meshes[instance.mesh].position;
+    glm::vec3 low(INFINITY), high(-INFINITY);
+    for (int k = 0; k < 4; ++k) {
+      const glm::vec2 uv = glm::vec2(x + (k & 1) * kBlock, y + (k >> 1) * kBlock) * step_;
+      const glm::vec2 w(cross2(uv - t[0], t[2] - t[0]) / twice, cross2(t[1] - t[0], uv - t[0]) / twice);
+      const glm::vec3 local =
+          position[v.x] + w.x * (position[v.y] - position[v.x]) + w.y * (position[v.z] - position[v.x]);
+      const glm::vec3 world(instance.toWorld * glm::vec4(local, 1.0f));
+      low = glm::min(low, world);
+      high = glm::max(high, world);
+    }
+    return playSpace_.mayBeSeenIn(2 * (instance.firstTriangle + chart_.triangle[slot]) + patch_.side, low, high);
+  }
+
+  void collect(Context& context) {
     std::vector<std::uint8_t> taken(static_cast<std::size_t>(lattice_.x) * static_cast<std::size_t>(lattice_.y), 0);
     const float sampleArea = step_.x * step_.y;
-    for (std::uint32_t slot = 0; slot < chart_.triangle.size(); ++slot) {
+    for (std::uint32_t slot = 0; slot < chart_.triangle.size() && !context.cancelled(); ++slot) {
       const auto& t = chart_.uv[slot];
       const glm::vec2 low = glm::min(t[0], glm::min(t[1], t[2])) / step_ - 0.5f,
                       high = glm::max(t[0], glm::max(t[1], t[2])) / step_ - 0.5f;
       bool any = false;
-      for (int y = std::max(0, static_cast<int>(std::ceil(low.y - 1e-3f)));
-           y <= std::min(lattice_.y - 1, static_cast<int>(high.y + 1e-3f)); ++y) {
-        for (int x = std::max(0, static_cast<int>(std::ceil(low.x - 1e-3f)));
-             x <= std::min(lattice_.x - 1, static_cast<int>(high.x + 1e-3f)); ++x) {
+      const int firstY = std::max(0, static_cast<int>(std::ceil(low.y - 1e-3f))),
+                lastY = std::min(lattice_.y - 1, static_cast<int>(high.y + 1e-3f)),
+                firstX = std::max(0, static_cast<int>(std::ceil(low.x - 1e-3f))),
+                lastX = std::min(lattice_.x - 1, static_cast<int>(high.x + 1e-3f));
+      const bool many = std::int64_t{lastX - firstX + 1} * (lastY - firstY + 1) > kManyPoints;
+      std::vector<std::uint8_t> rowOfBlocks;
+      for (int y = firstY; y <= lastY && !context.cancelled(); ++y) {
+        if (many && (y == firstY || y % kBlock == 0)) {
+          rowOfBlocks.assign(static_cast<std::size_t>(lastX / kBlock) + 1, 0);
+          for (int b = firstX / kBlock; b <= lastX / kBlock; ++b)
+            rowOfBlocks[static_cast<std::size_t>(b)] = blockSeen(slot, b * kBlock, y / kBlock * kBlock);
+          any = true;  // so many points of the lattice cannot miss it
+        }
+        for (int x = firstX; x <= lastX; ++x) {
+          if (many && !rowOfBlocks[static_cast<std::size_t>(x / kBlock)]) {
+            x |= kBlock - 1;
+            continue;
+          }
           const glm::vec2 uv = (glm::vec2(x, y) + 0.5f) * step_;
           glm::vec2 w;
           if (!barycentricAt(t, uv, 1e-4f, w)) continue;
@@ -235,7 +273,7 @@ CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet&
       const std::size_t before = part.cells.size();
       const auto index = static_cast<std::uint32_t>(p);
       if (resolution != glm::uvec2(1))
-        PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.cells, part.points);
+        PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.cells, part.points, context);
       // Also where everything fell between the samples.
       result.resolution[p] = part.cells.size() > before ? resolution : glm::uvec2(1);
       if (part.cells.size() == before) addSmallPatch(scene, playSpace, charts, patch, index, part.cells, part.points);

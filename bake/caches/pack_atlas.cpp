@@ -66,7 +66,7 @@ std::optional<AtlasPlan> packInto(std::span<const glm::uvec2> sizes, std::uint32
 }  // namespace
 
 std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
-                                   std::uint32_t side) {
+                                   std::uint32_t side, const Context* context) {
   if (side != 0) return packInto(sizes, singles, gutter, side);
   double area = singles;
   std::uint32_t longest = 8;
@@ -78,6 +78,7 @@ std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint3
   const auto roundUp = [](double v) { return static_cast<std::uint32_t>(std::ceil(v / 8.0)) * 8; };
   std::uint32_t next = roundUp(std::max(std::sqrt(area), static_cast<double>(longest)));
   for (; next <= kMaxAtlasSide; next = std::max(next + 8, roundUp(next * 1.03))) {
+    if (context != nullptr && context->cancelled()) break;
     if (std::optional<AtlasPlan> plan = packInto(sizes, singles, gutter, next)) return plan;
   }
   return std::nullopt;

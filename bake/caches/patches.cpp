@@ -75,6 +75,7 @@ MeshCharts makeMeshCharts(const Mesh& mesh, float scale, bool useTexcoord1, Cont
   if (useTexcoord1) result.charts = chartsFromTexcoord1(mesh, scale);
   result.fromTexcoord1 = !result.charts.empty();
   if (result.charts.empty()) result.charts = unwrapMesh(mesh, scale, context);
+  if (context.cancelled()) return {};
   result.quality = measureCharts(mesh, result.charts, scale);
   for (const Chart& chart : result.charts) {
     glm::vec2 size(0.0f);
@@ -124,6 +125,7 @@ void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t in
       bool visible = false;
       for (const std::uint32_t t : chart.triangle) {
         const std::size_t s = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t) + side;
+        if (playSpace.isFar(static_cast<std::uint32_t>(s))) continue;
         area += playSpace.seenArea[s];
         visible = visible || playSpace.visible[s] != 0;
       }
@@ -141,7 +143,58 @@ glm::vec2 worldOrder(const Instance& instance, const glm::vec2& barycentric) {
   return instance.flipped ? glm::vec2(barycentric.y, barycentric.x) : barycentric;
 }
 
+// Drop the emptiest patches (kMostEmpty).
+void dropWidePatches(PatchSet& set, const Scene& scene) {
+  struct Place {
+    double emptiness, rectangle;  // rectangle per seen area; [m²] at the density of the texels
+    std::uint32_t patch;
+  };
+  std::vector<Place> places;
+  double all = 0.0, seen = 0.0;
+  for (std::uint32_t p = 0; p < set.patches.size(); ++p) {
+    const Patch& patch = set.patches[p];
+    const glm::dvec2 size(set.meshes[scene.instances[patch.instance].mesh].size[patch.chart] * patch.uvScale);
+    const double perArea = static_cast<double>(patch.density) * static_cast<double>(patch.density);
+    const double rectangle = size.x * size.y * perArea;
+    places.push_back({rectangle / (static_cast<double>(patch.area) * perArea), rectangle, p});
+    all += rectangle;
+    seen += static_cast<double>(patch.area) * perArea;
+  }
+  if (!(all > kMostEmpty * seen)) return;
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.emptiness != b.emptiness ? a.emptiness > b.emptiness : a.patch < b.patch;
+  });
+  std::vector<std::uint8_t> gone(set.patches.size(), 0);
+  for (const Place& place : places) {
+    if (!(all > kMostEmpty * seen)) break;
+    all -= place.rectangle;
+    gone[place.patch] = 1;
+    set.wide.push_back(set.patches[place.patch].instance);
+  }
+  std::sort(set.wide.begin(), set.wide.end());
+  set.wide.erase(std::unique(set.wide.begin(), set.wide.end()), set.wide.end());
+  std::size_t kept = 0;
+  for (std::size_t p = 0; p < gone.size(); ++p) {
+    if (!gone[p]) set.patches[kept++] = set.patches[p];
+  }
+  set.patches.resize(kept);
+  set.areaSeen = 0.0;
+  for (const Patch& patch : set.patches) set.areaSeen += patch.area;
+}
+
 }  // namespace
+
+double wideShare(const Scene& scene, const PlaySpace& playSpace) {
+  double wide = 0.0;
+  for (std::uint32_t side = 0; side < playSpace.partly.size(); ++side) {
+    if (!playSpace.partly[side] || playSpace.isFar(side)) continue;
+    const Instance& instance = scene.instances[scene.instanceOf(side / 2)];
+    const auto c = scene.corners(instance, side / 2 - instance.firstTriangle);
+    const double parallelogram = glm::length(glm::cross(glm::dvec3(c[1] - c[0]), glm::dvec3(c[2] - c[0])));
+    if (parallelogram > kMostEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];
+  }
+  return playSpace.seenTotal > 0.0 ? wide / playSpace.seenTotal : 0.0;
+}
 
 PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const CacheOptions& options, Context& context) {
   PatchSet set;
@@ -158,6 +211,7 @@ PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const Cache
   for (std::uint32_t i = 0; i < scene.instances.size() && !context.cancelled(); ++i) {
     if (scene.instances[i].charted()) addPatches(scene, playSpace, i, set);
   }
+  dropWidePatches(set, scene);
   return set;
 }
 

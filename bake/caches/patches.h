@@ -35,14 +35,21 @@ struct Patch {
 };
 
 struct PatchSet {
-  std::vector<MeshCharts> meshes;  // [Size scene meshes] empty where no fixed instance uses the mesh
-  std::vector<Patch> patches;      // by instance, then chart, then side
-  double areaSeen = 0.0;           // [m²] of all patches
+  std::vector<MeshCharts> meshes;   // [Size scene meshes] empty where no fixed instance uses the mesh
+  std::vector<Patch> patches;       // by instance, then chart, then side
+  double areaSeen = 0.0;            // [m²] of all patches
+  std::vector<std::uint32_t> wide;  // instances, ascending: some of their charts are far larger than what is seen of
+                                    // them, and read the grid
 };
 
 // Unwrap every mesh that a fixed instance uses and find the sides of its charts that are seen. Surfaces that no
-// receiver sees itself, but whose light it sees, get kIndirectDensity of the texels.
+// receiver sees itself, but whose light it sees, get kIndirectDensity of the texels. What is seen from far away only
+// has none; nor have the emptiest charts, as long as all rectangles together are more than kMostEmpty times what is
+// seen: texels could not be small enough on a ground of many kilometres.
+inline constexpr double kMostEmpty = 64.0;
 inline constexpr float kIndirectDensity = 0.5f;
+// The share of what is seen that is on triangles so much larger than all of it.
+double wideShare(const Scene& scene, const PlaySpace& playSpace);
 PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const CacheOptions& options, Context& context);
 
 // World position and unit geometric normal (of that side) of a chart's point.

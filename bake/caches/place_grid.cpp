@@ -3,6 +3,7 @@
 // sees nothing of what the play space sees is where no receiver comes.
 #include "bake/caches/place_grid.h"
 
+#include "bake/caches/patches.h"
 #include "bake/caches/refine_grid.h"
 #include "bake/caches/relocate.h"
 #include "bake/caches/see_depths.h"
@@ -95,14 +96,18 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
 
   // 1. Lattice and bricks, once more where many points have no valid place
   const bool byCount = options.gridResolution == glm::uvec3(0) && !(options.gridSpacing > 0.0f);
-  const double wanted = options.gridCaches;
+  // What is too large for the light map reads the grid: the caches that it would have had go there.
+  const double wanted =
+      options.gridCaches +
+      (options.gridCaches > 0 && byCount ? options.lightmapCaches * wideShare(tracer.scene(), playSpace) : 0.0);
   double count = wanted, leastOff = INFINITY;
   GridLayout layout;
   std::vector<GridPoint> points;
   Places places;
   std::size_t every = 1;  // so many-th point has been asked
   for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
-    GridLayout trial = layoutGrid(tracer, playSpace, options, count);
+    GridLayout trial = layoutGrid(tracer, playSpace, options, count, context);
+    if (context.cancelled()) return {};
     std::vector<GridPoint> trialPoints = pointsOf(trial);
     const std::size_t trialEvery = byCount ? std::max<std::size_t>(1, trialPoints.size() / kEnoughPoints) : 1;
     Places trialPlaces = findPlaces(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);
@@ -120,7 +125,7 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
     if (off < kCloseEnough) break;
     count *= std::clamp(wanted / valid, 0.25, 4.0);
   }
-  if (points.empty()) return result;
+  if (points.empty() || context.cancelled()) return {};
   if (every > 1) places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
 
   // 2. Indices of the valid ones

@@ -51,7 +51,7 @@ class Placer {
       if (context_.cancelled()) return cancelledError();
       sortCaches(texels.shared);
       request = requestAtlas(texels.cells, texels.shared);
-      plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, 0);
+      plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, 0, &context_);
     } else {
       plan = searchSide(texels, request);
     }
@@ -67,6 +67,7 @@ class Placer {
     // 3. The texture of indices, and where the triangles read it
     PlacedLightmap result;
     result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
+    if (context_.cancelled()) return cancelledError();
     report(texels, *plan, request);
     result.caches = std::move(texels.shared.caches);
     return result;
@@ -76,6 +77,7 @@ class Placer {
   Texels place(double texelSize) {
     Texels texels;
     texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
+    if (context_.cancelled()) return texels;
     texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
     return texels;
   }
@@ -127,7 +129,7 @@ class Placer {
       sortCaches(texels.shared);
       request = requestAtlas(texels.cells, texels.shared);
       if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_,
-                                options_.lightmapSize))
+                                options_.lightmapSize, &context_))
         return plan;
     }
     return std::nullopt;
@@ -205,6 +207,18 @@ class Placer {
     context_.figure("texels_without_cache", texels.shared.statistics.dropped);
     context_.figure("grid_lit_area_share", unlitTotal / set_.areaSeen);
     warnUnlit(unlit);
+    warnWide();
+  }
+
+  void warnWide() {
+    if (set_.wide.empty()) return;
+    std::string names;
+    for (std::size_t i = 0; i < std::min<std::size_t>(set_.wide.size(), 5); ++i)
+      names += (i > 0 ? ", \"" : "\"") + scene_.instances[set_.wide[i]].node + "\"";
+    if (set_.wide.size() > 5) names += " and " + std::to_string(set_.wide.size() - 5) + " more";
+    context_.message(Severity::warning, "node " + names +
+                                            ": far larger than what is seen of it, reads the grid. For a light map, "
+                                            "split its triangles where receivers come near");
   }
 
   void warnUnlit(const std::vector<double>& unlit) {

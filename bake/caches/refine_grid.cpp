@@ -15,6 +15,10 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kMostAlong = 1024;
+// Where a box around all that is seen would be so many times as long as one around most of it, the latter counts: large
+// triangles are seen in a corner.
+constexpr float kMuchLonger = 4.0f;
+constexpr double kOutermost = 0.01;  // receivers left out at each end
 
 struct Box {
   glm::vec3 low{INFINITY}, high{-INFINITY};
@@ -34,10 +38,29 @@ Triangles seenTriangles(const Scene& scene, const PlaySpace& playSpace) {
     const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < triangles; ++t) {
       const std::size_t side = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t);
+      if (playSpace.isFar(static_cast<std::uint32_t>(side)) || playSpace.isFar(static_cast<std::uint32_t>(side + 1)))
+        continue;
       if (playSpace.visible[side] || playSpace.visible[side + 1]) result.push_back(scene.corners(instance, t));
     }
   }
   return result;
+}
+
+// The box around most of what is looked at, and of the receivers.
+Box lookedAtBounds(const PlaySpace& playSpace) {
+  Box box;
+  box.add(playSpace.lookedAtMin);
+  box.add(playSpace.lookedAtMax);
+  const std::size_t count = playSpace.receivers.size(),
+                    skipped = static_cast<std::size_t>(kOutermost * static_cast<double>(count));
+  for (int k = 0; k < 3 && count > 0; ++k) {
+    std::vector<float> at;
+    for (const glm::vec3& p : playSpace.receivers) at.push_back(p[k]);
+    std::sort(at.begin(), at.end());
+    box.low[k] = std::min(box.low[k], at[skipped]);
+    box.high[k] = std::max(box.high[k], at[count - 1 - skipped]);
+  }
+  return box;
 }
 
 // The box around everything the play space sees, and the receivers themselves.
@@ -48,7 +71,13 @@ Box boundsOf(const RayTracer& tracer, const PlaySpace& playSpace, const Triangle
   }
   for (const glm::vec3& p : playSpace.receivers) box.add(glm::clamp(p, tracer.boundsMin(), tracer.boundsMax()));
   if (!(box.low.x <= box.high.x)) return {tracer.boundsMin(), tracer.boundsMax()};
-  return box;
+  if (playSpace.tree.empty() && playSpace.farShare.empty()) return box;
+  if (!(playSpace.lookedAtMin.x <= playSpace.lookedAtMax.x)) return box;
+  const Box seen = lookedAtBounds(playSpace);
+  const glm::vec3 length = box.high - box.low, seenLength = seen.high - seen.low;
+  const float longest = std::max({length.x, length.y, length.z}),
+              seenLongest = std::max({seenLength.x, seenLength.y, seenLength.z});
+  return seenLongest >= 0.0f && longest > kMuchLonger * seenLongest ? seen : box;
 }
 
 // A convex polygon cut by slabs: a triangle has at most nine corners in a box.
@@ -216,7 +245,7 @@ double countOf(const GridLayout& layout) {
 }
 
 // The spacing whose number of points comes nearest to what is wanted: steps in the logarithms.
-GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted) {
+GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted, const Context& context) {
   constexpr int kSteps = 10;
   const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
   double spacing =
@@ -224,7 +253,7 @@ GridLayout layoutByCount(const Box& box, const Triangles& triangles, double want
   double fine = 0.0, coarse = INFINITY, bestOff = INFINITY;
   GridLayout best;
   std::vector<std::pair<glm::uvec3, double>> tried;  // resolutions and their counts: many spacings have the same
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < kSteps && !context.cancelled(); ++i) {
     const glm::uvec3 resolution = coarseResolution(box, spacing);
     auto known = std::find_if(tried.begin(), tried.end(), [&](const auto& t) { return t.first == resolution; });
     if (known == tried.end()) {
@@ -299,14 +328,15 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
   return words;
 }
 
-GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, double count) {
+GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, double count,
+                      const Context& context) {
   const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
   const Box box = boundsOf(tracer, playSpace, triangles);
   if (options.gridResolution != glm::uvec3(0)) return uniform(box, glm::max(options.gridResolution, glm::uvec3(1)));
   if (options.gridSpacing > 0.0f)
     return twoLevels(box, triangles, coarseResolution(box, static_cast<double>(options.gridSpacing)));
   if (options.gridCaches == 0) return {};
-  return layoutByCount(box, triangles, count);
+  return layoutByCount(box, triangles, count, context);
 }
 
 }  // namespace relume

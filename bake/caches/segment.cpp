@@ -92,8 +92,8 @@ constexpr std::uint32_t kUnassigned = kNone;
 
 class Grower {
  public:
-  Grower(const FaceGraph& graph, const RegionLimits& limits)
-      : graph_(graph), limits_(limits), region_(graph.vertex.size(), kUnassigned) {}
+  Grower(const FaceGraph& graph, const RegionLimits& limits, const Context& context)
+      : graph_(graph), limits_(limits), context_(context), region_(graph.vertex.size(), kUnassigned) {}
 
   std::vector<std::vector<std::uint32_t>> run() {
     std::vector<std::uint32_t> seeds(graph_.vertex.size());
@@ -101,6 +101,7 @@ class Grower {
     std::stable_sort(seeds.begin(), seeds.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return graph_.area[a] > graph_.area[b]; });
     for (const std::uint32_t seed : seeds) {
+      if (context_.cancelled()) break;
       if (region_[seed] == kUnassigned && !graph_.degenerate(seed)) grow(seed);
     }
     mergeSmall();
@@ -115,7 +116,7 @@ class Grower {
     glm::vec3 sum(0.0f);
     std::priority_queue<Candidate> queue;
     queue.push({0.0f, seed, seed});
-    while (!queue.empty()) {
+    while (!queue.empty() && !context_.cancelled()) {
       const Candidate next = queue.top();
       queue.pop();
       if (region_[next.face] != kUnassigned) continue;
@@ -144,6 +145,7 @@ class Grower {
                      [&](std::uint32_t a, std::uint32_t b) { return glm::length(sum_[a]) < glm::length(sum_[b]); });
     std::vector<std::pair<std::uint32_t, float>> border;
     for (const std::uint32_t small : order) {
+      if (context_.cancelled()) return;
       if (faces_[small].size() > kSmallFaces) continue;
       border.clear();
       for (const std::uint32_t face : faces_[small]) {
@@ -185,6 +187,7 @@ class Grower {
 
   const FaceGraph& graph_;
   const RegionLimits& limits_;
+  const Context& context_;
   std::vector<std::uint32_t> region_;  // of a face
   std::vector<std::vector<std::uint32_t>> faces_;
   std::vector<glm::vec3> sum_;  // area-weighted normals
@@ -216,8 +219,9 @@ FaceGraph buildFaceGraph(const Mesh& mesh) {
   return graph;
 }
 
-std::vector<std::vector<std::uint32_t>> growRegions(const FaceGraph& graph, const RegionLimits& limits) {
-  return Grower(graph, limits).run();
+std::vector<std::vector<std::uint32_t>> growRegions(const FaceGraph& graph, const RegionLimits& limits,
+                                                    const Context& context) {
+  return Grower(graph, limits, context).run();
 }
 
 std::vector<std::vector<std::uint32_t>> connectedPieces(const FaceGraph& graph, std::span<const std::uint32_t> faces) {

@@ -4,6 +4,7 @@
 // number of faces.
 #pragma once
 
+#include "bake/context.h"
 #include "bake/scene/scene.h"
 
 #include <cstdint>
@@ -36,7 +37,9 @@ struct RegionLimits {
 // Regions of connected faces, largest seed first, each grown toward the face that agrees best with its mean normal;
 // then small regions join the neighbour they share the longest border with, where normals allow. A region lists its
 // faces in the order they were added. Deterministic: ties break by face index.
-std::vector<std::vector<std::uint32_t>> growRegions(const FaceGraph& graph, const RegionLimits& limits);
+// Incomplete when cancelled.
+std::vector<std::vector<std::uint32_t>> growRegions(const FaceGraph& graph, const RegionLimits& limits,
+                                                    const Context& context);
 
 // The connected pieces of a set of faces, each in the order of `faces`.
 std::vector<std::vector<std::uint32_t>> connectedPieces(const FaceGraph& graph, std::span<const std::uint32_t> faces);

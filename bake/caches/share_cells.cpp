@@ -84,14 +84,17 @@ class Sharer {
     // Later rounds serve cells from which no cache near by is in sight, or whose cache proved invalid.
     for (int round = 0; round < kRounds && !open.empty() && !context.cancelled(); ++round) {
       makeUnits(open, context);
+      if (context.cancelled()) return {};
       const std::size_t before = result_.caches.size();
-      openCaches();
+      openCaches(context);
       if (result_.caches.size() == before && round > 0) break;
       checkCaches(before, context);
       chooseCaches(open, reach_, kGridError, context);
       std::erase_if(open, [&](std::uint32_t cell) { return result_.cacheOfCell[cell] != kNoCache; });
     }
+    if (context.cancelled()) return {};
     chooseCaches(open, kLastReach, INFINITY, context);
+    if (context.cancelled()) return {};
     compact();
     return std::move(result_);
   }
@@ -199,10 +202,11 @@ class Sharer {
 
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
   // what is open now does not see them.
-  void openCaches() {
+  void openCaches(const Context& context) {
     std::vector<std::pair<Neighbour*, float>> served;
     const float cost = kCacheCost * options_.minChartTexels;
     for (Unit& unit : unit_) {
+      if (context.cancelled()) return;
       if (unit.closed || unit.weight <= 0.0f) continue;
       const SurfaceSpot& spot = unit.spot;
       served.clear();

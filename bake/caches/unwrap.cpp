@@ -32,12 +32,13 @@ void improveCurved(const Mesh& mesh, const FaceGraph& graph, float scale, Chart&
 
 // Pieces of a region after everything that overlaps has been split off, until nothing does.
 void flattenRegion(const Mesh& mesh, const FaceGraph& graph, std::span<const std::uint32_t> faces, float scale,
-                   std::vector<Chart>& charts) {
+                   std::vector<Chart>& charts, const Context& context) {
   constexpr int kMaxRounds = 32;
   std::vector<std::vector<std::uint32_t>> pending{std::vector<std::uint32_t>(faces.begin(), faces.end())};
   for (int round = 0; !pending.empty(); ++round) {
     std::vector<std::vector<std::uint32_t>> next;
     for (const auto& piece : pending) {
+      if (context.cancelled()) return;
       // A pile of coincident faces would take a round each: past the limit every face stands alone.
       if (round >= kMaxRounds) {
         for (const std::uint32_t face : piece) charts.push_back(projectPlanar(mesh, graph, std::span(&face, 1), scale));
@@ -62,11 +63,12 @@ void flattenRegion(const Mesh& mesh, const FaceGraph& graph, std::span<const std
 }  // namespace
 
 std::vector<Chart> unwrapMesh(const Mesh& mesh, float scale, Context& context) {
-  const FaceGraph graph = buildFaceGraph(mesh);
   std::vector<Chart> charts;
-  for (const auto& region : growRegions(graph, RegionLimits{})) {
+  if (context.cancelled()) return charts;
+  const FaceGraph graph = buildFaceGraph(mesh);
+  for (const auto& region : growRegions(graph, RegionLimits{}, context)) {
     if (context.cancelled()) return charts;
-    flattenRegion(mesh, graph, region, scale, charts);
+    flattenRegion(mesh, graph, region, scale, charts, context);
   }
 
   double total = 0.0;

@@ -14,15 +14,29 @@ namespace {
 
 constexpr std::size_t kMostBundles = 512;  // each is looked at for each cache
 
+// Mean emission of what a cell of the map holds: a surfel, or cells.
+double meanEmission(const Surfels& surfels, const std::vector<std::uint32_t>& cell, std::uint32_t content) {
+  if (content == kNone) return 0.0;
+  if (!SurfelMap::isInner(content)) {
+    const glm::vec3& e = surfels.emission[content];
+    return double{e.x + e.y + e.z} / 3.0;
+  }
+  constexpr std::uint32_t kCells = SurfelMap::kInnerAlong * SurfelMap::kInnerAlong;
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < kCells; ++i)
+    sum += meanEmission(surfels, cell, cell[SurfelMap::firstInner(content) + i]);
+  return sum / kCells;
+}
+
 // Mean emission of a side, over the cells of the map that have a surfel and those that have none.
 float meanEmission(const Surfels& surfels, const SurfelMap& map, std::uint32_t side) {
   const std::uint32_t begin = map.sides[side].firstCell, end = begin + map.sides[side].cellCount();
   double sum = 0.0;
   for (std::uint32_t i = begin; i < end; ++i) {
     if (map.cell[i] == kNone) continue;
-    const glm::vec3& e = surfels.emission[map.cell[i]];
-    if (!(e.x + e.y + e.z > 0.0f)) return 0.0f;  // an emitting side has emitters only
-    sum += double{e.x + e.y + e.z} / 3.0;
+    const double e = meanEmission(surfels, map.cell, map.cell[i]);
+    if (!(e > 0.0) && !SurfelMap::isInner(map.cell[i])) return 0.0f;  // an emitting side has emitters only
+    sum += e;
   }
   return end > begin ? static_cast<float>(sum / static_cast<double>(end - begin)) : 0.0f;
 }

@@ -70,7 +70,7 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
       sky_(hierarchy.skyDirection) {
   leafOfCell_.reserve(map.cell.size());
   for (const std::uint32_t surfel : map.cell) {
-    leafOfCell_.push_back(surfel == kNone ? kNone : hierarchy.leafNode[surfel]);
+    leafOfCell_.push_back(surfel == kNone || SurfelMap::isInner(surfel) ? kNone : hierarchy.leafNode[surfel]);
   }
 }
 

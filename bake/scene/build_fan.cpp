@@ -4,6 +4,8 @@
 // nodes of eight so that the areas of all nodes together are least.
 #include "bake/scene/fan_tree.h"
 
+#include "bake/context.h"
+
 #include <glm/common.hpp>
 
 #include <algorithm>
@@ -185,7 +187,7 @@ class Flatten {
 
 }  // namespace
 
-FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles) {
+FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, const Context& context) {
   FanTree tree;
   std::vector<RTCBuildPrimitive> primitives = primitivesOf(triangles);
   if (primitives.empty()) return tree;
@@ -204,7 +206,10 @@ FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles) {
   arguments.setNodeChildren = setChildren;
   arguments.setNodeBounds = setBounds;
   arguments.createLeaf = createLeaf;
-  if (auto* root = static_cast<Built*>(rtcBuildBVH(&arguments))) Flatten(triangles, tree).addRoot(root);
+  arguments.buildProgress = [](void* told, double) { return !static_cast<const Context*>(told)->cancelled(); };
+  arguments.userPtr = const_cast<Context*>(&context);
+  if (auto* root = static_cast<Built*>(rtcBuildBVH(&arguments)); root != nullptr && !context.cancelled())
+    Flatten(triangles, tree).addRoot(root);
   return tree;
 }
 

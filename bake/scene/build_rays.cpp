@@ -83,12 +83,16 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
   return geometry;
 }
 
+// Asked by Embree while it builds.
+bool goesOn(void* context, double) { return !static_cast<const Context*>(context)->cancelled(); }
+
 // Not RTC_SCENE_FLAG_ROBUST: it costs 1.75 times the time, and without it one random ray of ten million slips through
 // an edge, which no cache notices.
-ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality) {
+ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality, Context& context) {
   ScenePtr scene(rtcNewScene(device));
   rtcSetSceneBuildQuality(scene.get(), quality);
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+  rtcSetSceneProgressMonitorFunction(scene.get(), goesOn, &context);
   return scene;
 }
 
@@ -133,16 +137,16 @@ Survey survey(const Scene& scene, RayGeometry geometry) {
 
 }  // namespace
 
-FanTree RayTracer::State::buildFans() const {
+FanTree RayTracer::State::buildFans(const Context& context) const {
   std::vector<FanTriangle> triangles;
-  for (std::uint32_t id = 0; id < instance.size(); ++id) {
+  for (std::uint32_t id = 0; id < instance.size() && !context.cancelled(); ++id) {
     const Instance& placed = scene->instances[instance[id]];
     const std::uint32_t alphaTest = isMasked(*scene, placed) ? kFanMasked : 0;
     for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
       triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
   }
-  return buildFanTree(device.get(), triangles);
+  return buildFanTree(device.get(), triangles, context);
 }
 
 void RayTracer::State::noteOverlapsInFans() {
@@ -194,7 +198,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   const bool hasFans = structure == RayStructure::fans && level.triangles <= kMostFanTriangles;
   const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
-  state->top = makeScene(device, quality);
+  state->top = makeScene(device, quality, context);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (!isMet(scene, instance, geometry)) continue;
@@ -217,7 +221,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
         const float* inObject = nullptr;
         RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), makeMasked(), inObject);
         if (mesh == nullptr) break;
-        state->shared.push_back(makeScene(device, quality));
+        state->shared.push_back(makeScene(device, quality, context));
         below = state->shared.back().get();
         rtcAttachGeometry(below, mesh);
         rtcReleaseGeometry(mesh);
@@ -241,12 +245,16 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
     runOnOneThread([&] {
       const auto launch = context.threads == 1 ? std::launch::deferred : std::launch::async;
       std::future<FanTree> fans;
-      if (hasFans) fans = std::async(launch, [&] { return state->buildFans(); });
+      if (hasFans) fans = std::async(launch, [&] { return state->buildFans(context); });
       rtcCommitScene(state->top.get());
       if (hasFans) state->fans = fans.get();
     });
   }
+  if (context.cancelled()) return cancelledError();
   if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
+  // Nobody is to be asked once this returns: a context may go before its tracer.
+  rtcSetSceneProgressMonitorFunction(state->top.get(), nullptr, nullptr);
+  for (const ScenePtr& below : state->shared) rtcSetSceneProgressMonitorFunction(below.get(), nullptr, nullptr);
   state->overlaps.resize(state->vertices.size());
   state->findOverlaps(context);
   if (context.cancelled()) return cancelledError();

@@ -13,6 +13,8 @@
 
 namespace relume {
 
+class Context;
+
 struct FanTree {
   std::vector<FanNode> nodes;  // [0] the root
   std::vector<FanLeaf> leaves;
@@ -28,6 +30,7 @@ struct FanTriangle {
 
 // Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
 // finite, or farther than 1e17 m, are left out. Empty on failure, which the device reports.
-FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles);
+// Empty when cancelled.
+FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, const Context& context);
 
 }  // namespace relume

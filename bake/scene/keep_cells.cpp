@@ -5,7 +5,6 @@
 #include "bake/scene/surface_parts.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <limits>
 #include <mutex>
@@ -19,15 +18,16 @@ constexpr std::uint32_t kFillNeighbours = 2;  // of six, that make a cell seen
 
 // Drop the thinly hit cells (kDroppedHits); needs each cell's area.
 std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,
-                               Context& context) {
+                               bool hasLarge, Context& context) {
   // Sum areas in fixed point, so that the order of additions does not matter.
   const double unit = totalArea * 0x1p-52;
   const CellIndex index(cells);
+  const CellTree tree = hasLarge ? CellTree(grid, cells, 0) : CellTree();
   std::vector<std::atomic<std::uint64_t>> area(cells.size());
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
     const glm::vec3 normal = crossOf(corners);
     std::vector<std::size_t> found;
-    const std::uint32_t parts = forEachPart(corners, triangle, grid.size, [&](const glm::vec3& p) {
+    const double parts = forEachPart(corners, triangle, grid.size, tree, i, [&](const glm::vec3& p) {
       for (const std::uint64_t key : grid.keys(i, p, normal)) found.push_back(index.find(key));
     });
     const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
@@ -58,18 +58,19 @@ std::vector<CellHits> dropThin(const Scene& scene, const CellGrid& grid, std::ve
 }
 
 // Add the cells between kept ones: hits are random, and a thinly hit surface would be full of holes.
-void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& cells, Context& context) {
+void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& cells, bool hasLarge,
+               Context& context) {
   const CellIndex index(cells);
+  const CellTree tree = hasLarge ? CellTree(grid, cells, 1) : CellTree();
   std::vector<CellHits> filled;
   std::mutex mutex;
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
     std::vector<CellHits> found;
-    forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
-      const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
+    forEachPart(corners, area, grid.size, tree, i, [&](const glm::vec3& p) {
       for (std::size_t side = 0; side < 2; ++side) {
-        const std::uint64_t key = keys[side];
-        if (index.contains(key)) continue;
+        CellHits cell = grid.cell(i, p, side == 0 ? normal : -normal);
+        if (index.contains(cell.key)) continue;
         std::uint32_t around = 0, direct = 0;
         for (const std::uint64_t neighbour : grid.neighbours(i, p, side == 0 ? normal : -normal)) {
           const std::size_t at = index.find(neighbour);
@@ -77,7 +78,10 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
           ++around;
           direct += cells[at].direct > 0 ? 1 : 0;
         }
-        if (around >= kFillNeighbours) found.push_back({key, direct > 0 ? 1u : 0u, 1});
+        if (around < kFillNeighbours) continue;
+        cell.direct = direct > 0 ? 1 : 0;
+        cell.bounced = 1;
+        found.push_back(cell);
       }
     });
     if (found.empty()) return;
@@ -95,9 +99,9 @@ void fillHoles(const Scene& scene, const CellGrid& grid, std::vector<CellHits>& 
 }  // namespace
 
 std::vector<CellHits> keepCells(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,
-                                Context& context) {
-  std::vector<CellHits> kept = dropThin(scene, grid, std::move(cells), totalArea, context);
-  fillHoles(scene, grid, kept, context);
+                                bool hasLarge, Context& context) {
+  std::vector<CellHits> kept = dropThin(scene, grid, std::move(cells), totalArea, hasLarge, context);
+  if (!context.cancelled()) fillHoles(scene, grid, kept, hasLarge, context);
   return kept;
 }
 

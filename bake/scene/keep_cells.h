@@ -11,8 +11,9 @@ namespace relume {
 
 // Drop the cells that are thinly hit, so thinly that all of them together hold 0.5 % of the hits: little light can come
 // from there. Then add the cells between kept ones: hits are random, and a thinly hit surface would be full of holes.
-// totalArea [m²] of the scene, both sides. Cells by ascending key in and out.
+// totalArea [m²] of the scene, both sides. hasLarge: some triangles are worth a CellTree. Cells by ascending key in and
+// out.
 std::vector<CellHits> keepCells(const Scene& scene, const CellGrid& grid, std::vector<CellHits> cells, double totalArea,
-                                Context& context);
+                                bool hasLarge, Context& context);
 
 }  // namespace relume

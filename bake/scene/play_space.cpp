@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -34,6 +35,9 @@ constexpr std::size_t kReceivers = 1u << 14;  // points handed over
 constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
 constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
+constexpr float kFarLooks = 64.0f;            // times that distance is far: nobody goes there
+constexpr double kOutermostHits = 0.01;       // left out of the box around what is looked at, at each end
+constexpr double kMinFarShare = 1e-4;         // of all hits, that make a far side matter
 
 // One walk on its way.
 struct Walker {
@@ -51,11 +55,26 @@ glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
   return glm::normalize(d);
 }
 
+// What hits are counted by.
+struct Counts {
+  Counts(const CellGrid& cellGrid, float farDistance, std::size_t sides)
+      : grid(cellGrid), far(farDistance), farHits(sides) {}
+  CellGrid grid;
+  float far;                                        // [m] from here on
+  CellCounter near;                                 // by cell
+  std::vector<std::atomic<std::uint32_t>> farHits;  // [Size 2 * triangles] by side
+};
+
 // Let a walker go on from what it hit; count the hit.
-void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walker& w, std::vector<CellHits>& hits) {
+void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w, std::vector<CellHits>& hits) {
   const Scene& scene = tracer.scene();
-  if (!hit) {
-    // Nobody follows into the sky: look elsewhere from the last point in the air.
+  const bool far = hit && hit.distance > counts.far;
+  if (far) {
+    const std::size_t side = 2 * (std::size_t{scene.instances[hit.instance].firstTriangle} + hit.triangle);
+    counts.farHits[side + (hit.back ? 1 : 0)].fetch_add(1, std::memory_order_relaxed);
+  }
+  if (!hit || far) {
+    // Nobody follows into the sky, or so far: look elsewhere from the last point in the air.
     w.origin = w.air;
     w.inAir = true;
     w.direction = uniformDirection(w.random.uniform2());
@@ -71,8 +90,8 @@ void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walk
   const auto corners = scene.corners(instance, hit.triangle);
   const glm::vec3 position = pointOf(corners, hit.barycentric);
   const glm::vec3 cross = hit.back ? -crossOf(corners) : crossOf(corners);
-  const std::uint64_t key = grid.key(hit.instance, position, cross);
-  hits.push_back({key, w.inAir ? 1u : 0u, w.inAir ? 0u : 1u});
+  CellHits& cell = hits.emplace_back(counts.grid.cell(hit.instance, position, cross));
+  (w.inAir ? cell.direct : cell.bounced) = 1;
 
   const float length = glm::length(cross);
   const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
@@ -92,9 +111,8 @@ void advance(const RayTracer& tracer, const CellGrid& grid, const Hit& hit, Walk
 
 // Walk one round. Walk i starts anew or, in later rounds, where a walk of an earlier round came to (pool); the points
 // in the air where the walks end become the next pool.
-void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOptions& options, std::uint64_t seed,
-               std::uint32_t round, const StartPlaces& places, std::vector<glm::vec3>& pool, CellCounter& counter,
-               Context& context) {
+void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed, std::uint32_t round,
+               const StartPlaces& places, std::vector<glm::vec3>& pool, Counts& counts, Context& context) {
   const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
   std::vector<glm::vec3> reached(walks);
   std::vector<std::uint8_t> valid(walks, 0);
@@ -123,10 +141,10 @@ void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOpt
       for (std::size_t i = 0; i < count; ++i) rays[i] = {walkers[i].origin, 0.0f, walkers[i].direction};
       tracer.trace(rays, found);
       for (std::size_t i = 0; i < count; ++i) {
-        if (!walkers[i].ended) advance(tracer, grid, found[i], walkers[i], hits);
+        if (!walkers[i].ended) advance(tracer, counts, found[i], walkers[i], hits);
       }
     }
-    counter.add(hits);
+    counts.near.add(hits);
     for (std::size_t i = 0; i < count; ++i) {
       reached[begin + i] = walkers[i].air;
       valid[begin + i] = !walkers[i].ended && walkers[i].known ? 1 : 0;
@@ -141,7 +159,7 @@ void walkRound(const RayTracer& tracer, const CellGrid& grid, const PlaySpaceOpt
 
 // What the starts see.
 struct FirstLook {
-  float distance = 0.0f;  // [m] median distance to a hit; 0 = nothing is hit
+  float distance = 0.0f;  // [m] median distance to a hit, of the near ones; 0 = nothing is hit
   float hitShare = 0.0f;  // of the rays
 };
 
@@ -160,21 +178,24 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartPla
     if (hit) distances.push_back(hit.distance);
   }
   if (distances.empty()) return {};
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return {*middle, static_cast<float>(distances.size()) / static_cast<float>(kProbes)};
+  std::sort(distances.begin(), distances.end());
+  const float share = static_cast<float>(distances.size()) / static_cast<float>(kProbes);
+  // Where most of it is a sky box, or other such scenery, it is not what is near.
+  const float middle = distances[distances.size() / 2], quarter = distances[distances.size() / 4];
+  return {middle > kFarLooks * quarter ? quarter : middle, share};
 }
 
 // What of each side lies in the kept cells.
-void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space,
-                  Context& context) {
+void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, bool hasLarge,
+                  PlaySpace& space, Context& context) {
   const Scene& scene = tracer.scene();
   CellIndex cellIndex(cells);
+  if (hasLarge) space.tree = CellTree(grid, cells, 0);
   space.partly.assign(space.seenArea.size(), 0);
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
-    std::array<std::uint32_t, 2> seen{}, direct{};
-    const std::uint32_t parts = forEachPart(corners, area, grid.size, [&](const glm::vec3& p) {
+    std::array<std::uint64_t, 2> seen{}, direct{};
+    const double parts = forEachPart(corners, area, grid.size, space.tree, i, [&](const glm::vec3& p) {
       const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
       for (std::size_t side = 0; side < 2; ++side) {
         const std::size_t at = cellIndex.find(keys[side]);
@@ -187,7 +208,7 @@ void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vect
       const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
       space.seenArea[index] = area * static_cast<float>(seen[side]) / static_cast<float>(parts);
       space.visible[index] = direct[side] > 0 ? 1 : 0;
-      space.partly[index] = seen[side] > 0 && seen[side] < parts ? 1 : 0;
+      space.partly[index] = seen[side] > 0 && static_cast<double>(seen[side]) < parts ? 1 : 0;
     }
   });
   space.cells = std::move(cellIndex);
@@ -202,6 +223,38 @@ void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
       space.visible[index] = 1;
     }
   });
+}
+
+// Sides that are seen from far away only, all of each: nobody comes near enough to tell their parts apart.
+void addFarSides(const std::vector<float>& area, const Counts& counts, double nearHits, PlaySpace& space) {
+  double all = nearHits;
+  for (const auto& hits : counts.farHits) all += hits.load();
+  for (std::size_t side = 0; side < counts.farHits.size(); ++side) {
+    const double share = counts.farHits[side].load() / std::max(all, 1.0);
+    if (share < kMinFarShare || space.seenArea[side] > 0.0f || !(area[side] > 0.0f)) continue;
+    if (space.farShare.empty()) space.farShare.assign(area.size(), 0.0f);
+    space.farShare[side] = static_cast<float>(share);
+  }
+}
+
+// The box of the cells without the outermost hits along each axis.
+void boundHits(const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space) {
+  for (int k = 0; k < 3; ++k) {
+    std::vector<std::pair<int, double>> hits;
+    double all = 0.0;
+    for (const CellHits& c : cells) {
+      hits.emplace_back(c.voxel[k], static_cast<double>(c.direct) + c.bounced);
+      all += hits.back().second;
+    }
+    std::sort(hits.begin(), hits.end());
+    double below = 0.0;
+    for (const auto& [voxel, count] : hits) {
+      const float low = grid.origin[k] + static_cast<float>(voxel) * grid.size;
+      if (below <= kOutermostHits * all) space.lookedAtMin[k] = low;
+      if (below < (1.0 - kOutermostHits) * all) space.lookedAtMax[k] = low + grid.size;
+      below += count;
+    }
+  }
 }
 
 double sum(const std::vector<float>& values) {
@@ -235,6 +288,14 @@ bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
   const glm::vec3 normal = side % 2 == 0 ? crossOf(corners) : -crossOf(corners);
   const CellGrid grid{cellOrigin, cellSize};
   return cells.contains(grid.key(i, pointOf(corners, barycentric), normal));
+}
+
+bool PlaySpace::mayBeSeenIn(std::uint32_t side, const glm::vec3& low, const glm::vec3& high) const {
+  if (!(seenArea[side] > 0.0f)) return false;
+  if (scene == nullptr || partly.empty() || partly[side] == 0 || tree.empty()) return true;
+  const std::uint32_t i = scene->instanceOf(side / 2);
+  const Instance& instance = scene->instances[i];
+  return tree.meets(i, crossOf(scene->corners(instance, side / 2 - instance.firstTriangle)), low, high);
 }
 
 Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
@@ -275,20 +336,34 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
                        kMaxCellShare * look.distance);
   grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
-  CellCounter counter;
+  Counts counts(grid, kFarLooks * look.distance, sides);
   std::vector<glm::vec3> pool;
   for (std::uint32_t round = 0; round < kRounds; ++round) {
-    walkRound(tracer, grid, options, seed, round, places, pool, counter, context);
+    walkRound(tracer, options, seed, round, places, pool, counts, context);
     if (context.cancelled()) return cancelledError();
   }
 
   // Keep what matters.
-  const std::vector<CellHits> cells = keepCells(scene, grid, counter.sorted(), space.total, context);
-  measureSides(tracer, grid, cells, space, context);
+  const float largest = *std::max_element(space.seenArea.begin(), space.seenArea.end());
+  const bool hasLarge = TriangleParts(largest, grid.size).along >= TriangleParts::kFew;
+  const std::vector<float> area = space.seenArea;
+  std::vector<CellHits> hitCells = counts.near.sorted();
+  double nearHits = 0.0;
+  for (const CellHits& c : hitCells) nearHits += static_cast<double>(c.direct) + c.bounced;
+  const std::vector<CellHits> cells = keepCells(scene, grid, std::move(hitCells), space.total, hasLarge, context);
+  if (context.cancelled()) return cancelledError();
+  measureSides(tracer, grid, cells, hasLarge, space, context);
+  addFarSides(area, counts, nearHits, space);
+  boundHits(grid, cells, space);
   space.scene = &scene;
   space.cellOrigin = grid.origin;
   space.cellSize = grid.size;
   space.seenTotal = sum(space.seenArea);
+  for (std::size_t side = 0; side < space.farShare.size(); ++side) {
+    if (!(space.farShare[side] > 0.0f)) continue;
+    space.seenArea[side] = area[side];
+    space.partly[side] = 0;
+  }
   space.receivers = std::move(pool);
   thin(space.receivers);
   if (context.cancelled()) return cancelledError();

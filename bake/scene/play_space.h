@@ -5,10 +5,12 @@
 
 #include "bake/context.h"
 #include "bake/options.h"
+#include "bake/scene/cell_tree.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/scene/seen_cells.h"
 #include "formats/result.h"
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -20,16 +22,24 @@ struct PlaySpace {
                                 // between 0 and the triangle's area (big triangles may be seen in part)
   std::vector<std::uint8_t> visible;  // [Size 2 * triangles] 1 where light goes straight to some receiver; a side with
                                       // seenArea alone matters through bounces only
-  std::vector<glm::vec3> receivers;   // [m] points in free space the walks passed: where receivers can be
+  std::vector<float> farShare;      // [Size 0 or 2 * triangles] of sides that are seen from far away only, as a sky box
+                                    // is, all of them: their share of what receivers see, > 0. Not in seenTotal
+  glm::vec3 lookedAtMin{INFINITY};  // [m] the box of all but the outermost hundredth of what receivers look at along
+  glm::vec3 lookedAtMax{-INFINITY};     // each axis; empty when walks were not asked
+  std::vector<glm::vec3> receivers;     // [m] points in free space the walks passed: where receivers can be
   double seenTotal = 0.0, total = 0.0;  // [m²] both sides counted
 
   // Where a side is seen in part: the cells of space in which it is. See seenAt().
   const Scene* scene = nullptr;      // must outlive this; null = no side is seen in part
   std::vector<std::uint8_t> partly;  // [Size 0 or 2 * triangles] 1 where seenAt() has to look at the cells
   CellIndex cells;                   // the seen ones: instance, direction of the normal, voxel
+  CellTree tree;                     // and where there are any; empty when no triangle is large
   glm::vec3 cellOrigin{0.0f};        // [m]
   float cellSize = 0.0f;             // [m]
 
+  bool isFar(std::uint32_t side) const { return !farShare.empty() && farShare[side] > 0.0f; }
+  // Whether light may matter from some point of this side in a box [m]; never says no where seenAt() says yes.
+  bool mayBeSeenIn(std::uint32_t side, const glm::vec3& low, const glm::vec3& high) const;
   // Whether light from this point's side can matter. Thread-safe.
   bool seenAt(std::uint32_t side, const glm::vec2& barycentric) const;
 };

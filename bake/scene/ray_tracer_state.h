@@ -115,7 +115,7 @@ struct RayTracer::State {
               std::span<Hit> hits) const;
   Hit settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
   void findOverlaps(Context& context);
-  FanTree buildFans() const;
+  FanTree buildFans(const Context& context) const;
   void noteOverlapsInFans();
 };
 

@@ -10,5 +10,5 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
 endif()
 target_link_libraries(relume_rays PUBLIC relume_scene PRIVATE embree)
 
-relume_room(relume_play_space play_space.cpp find_starts.cpp seen_cells.cpp keep_cells.cpp)
+relume_room(relume_play_space play_space.cpp find_starts.cpp seen_cells.cpp cell_tree.cpp keep_cells.cpp)
 target_link_libraries(relume_play_space PUBLIC relume_rays)

@@ -4,8 +4,6 @@
 
 #include "bake/random.h"
 
-#include <glm/ext/vector_int3_sized.hpp>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -16,13 +14,6 @@ namespace relume {
 
 namespace {
 
-// A 64-bit hash stands for the cell: two of a million cells meet with probability 3e-8.
-std::uint64_t keyOf(std::uint32_t instance, std::uint32_t direction, const glm::i64vec3& voxel) {
-  std::uint64_t hash = mix64((std::uint64_t{instance} << 3) | direction);
-  for (int a = 0; a < 3; ++a) hash = mix64(hash ^ static_cast<std::uint64_t>(voxel[a]));
-  return std::max<std::uint64_t>(hash, 1);  // 0 marks an empty slot
-}
-
 // Signed axis that a normal follows most, 0..5.
 std::uint32_t directionOf(const glm::vec3& normal) {
   int axis = 0;
@@ -32,37 +23,53 @@ std::uint32_t directionOf(const glm::vec3& normal) {
   return static_cast<std::uint32_t>(2 * axis + (normal[axis] < 0.0f ? 1 : 0));
 }
 
-glm::i64vec3 voxelOf(const CellGrid& grid, const glm::vec3& position) {
-  glm::i64vec3 voxel;
+}  // namespace
+
+std::uint64_t cellKey(std::uint32_t facing, const glm::ivec3& voxel) {
+  std::uint64_t hash = mix64(facing);
+  for (int a = 0; a < 3; ++a) hash = mix64(hash ^ static_cast<std::uint64_t>(std::int64_t{voxel[a]}));
+  return std::max<std::uint64_t>(hash, 1);  // 0 marks an empty slot
+}
+
+glm::ivec3 CellGrid::voxelOf(const glm::vec3& positionWorld) const {
+  glm::ivec3 voxel;
   for (int a = 0; a < 3; ++a) {
-    const float v = std::floor((position[a] - grid.origin[a]) / grid.size);
-    voxel[a] = static_cast<std::int64_t>(std::clamp(v, -1e9f, 1e9f));
+    const float v = std::floor((positionWorld[a] - origin[a]) / size);
+    voxel[a] = static_cast<int>(std::clamp(v, -1e9f, 1e9f));
   }
   return voxel;
 }
 
-}  // namespace
+std::uint32_t CellGrid::facingOf(std::uint32_t instance, const glm::vec3& normalOfSide) {
+  return (instance << 3) | directionOf(normalOfSide);
+}
+
+CellHits CellGrid::cell(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const {
+  const std::uint32_t facing = facingOf(instance, normalOfSide);
+  const glm::ivec3 voxel = voxelOf(positionWorld);
+  return {cellKey(facing, voxel), 0, 0, voxel, facing};
+}
 
 std::uint64_t CellGrid::key(std::uint32_t instance, const glm::vec3& positionWorld,
                             const glm::vec3& normalOfSide) const {
-  return keyOf(instance, directionOf(normalOfSide), voxelOf(*this, positionWorld));
+  return cellKey(facingOf(instance, normalOfSide), voxelOf(positionWorld));
 }
 
 std::array<std::uint64_t, 2> CellGrid::keys(std::uint32_t instance, const glm::vec3& positionWorld,
                                             const glm::vec3& normal) const {
-  const glm::i64vec3 voxel = voxelOf(*this, positionWorld);
-  return {keyOf(instance, directionOf(normal), voxel), keyOf(instance, directionOf(-normal), voxel)};
+  const glm::ivec3 voxel = voxelOf(positionWorld);
+  return {cellKey(facingOf(instance, normal), voxel), cellKey(facingOf(instance, -normal), voxel)};
 }
 
 std::array<std::uint64_t, 6> CellGrid::neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
                                                   const glm::vec3& normalOfSide) const {
-  const std::uint32_t direction = directionOf(normalOfSide);
-  const glm::i64vec3 centre = voxelOf(*this, positionWorld);
+  const std::uint32_t facing = facingOf(instance, normalOfSide);
+  const glm::ivec3 centre = voxelOf(positionWorld);
   std::array<std::uint64_t, 6> keys;
   for (int face = 0; face < 6; ++face) {
-    glm::i64vec3 voxel = centre;
+    glm::ivec3 voxel = centre;
     voxel[face / 2] += face % 2 == 0 ? 1 : -1;
-    keys[static_cast<std::size_t>(face)] = keyOf(instance, direction, voxel);
+    keys[static_cast<std::size_t>(face)] = cellKey(facing, voxel);
   }
   return keys;
 }
@@ -107,6 +114,8 @@ void CellCounter::Shard::add(const CellHits& hits) {
   while (slots[at].key != 0 && slots[at].key != hits.key) at = (at + 1) & mask;
   if (slots[at].key == 0) ++used;
   slots[at].key = hits.key;
+  slots[at].voxel = hits.voxel;
+  slots[at].facing = hits.facing;
   slots[at].direct += hits.direct;
   slots[at].bounced += hits.bounced;
 }

@@ -15,10 +15,24 @@
 
 namespace relume {
 
+struct CellHits {
+  std::uint64_t key = 0;
+  std::uint32_t direct = 0;   // hits straight from a receiver
+  std::uint32_t bounced = 0;  // hits after a bounce
+  glm::ivec3 voxel{0};        // where the cell is
+  std::uint32_t facing = 0;   // instance and axis, see CellGrid::facingOf()
+};
+
 // The voxels that cut surfaces into cells.
 struct CellGrid {
   glm::vec3 origin{0.0f};  // [m]
   float size = 1.0f;       // [m]
+
+  glm::ivec3 voxelOf(const glm::vec3& positionWorld) const;
+  // The instance, and which axis the side's normal follows most: what a cell has beside its voxel.
+  static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide);
+  // The cell of a point, without hits.
+  CellHits cell(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
 
   // Key of the cell of a point: instance, voxel, and which axis the side's normal follows most.
   std::uint64_t key(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
@@ -30,11 +44,8 @@ struct CellGrid {
                                           const glm::vec3& normalOfSide) const;
 };
 
-struct CellHits {
-  std::uint64_t key = 0;
-  std::uint32_t direct = 0;   // hits straight from a receiver
-  std::uint32_t bounced = 0;  // hits after a bounce
-};
+// Key of a cell. A 64-bit hash stands for it: two of a million cells meet with probability 3e-8.
+std::uint64_t cellKey(std::uint32_t facing, const glm::ivec3& voxel);
 
 // Finds cells by their keys, in about one step: keys are hashes, so their leading bits say where they stand.
 // Thread-safe.

@@ -4,16 +4,20 @@
 
 #include "bake/context.h"
 #include "bake/parallel.h"
+#include "bake/scene/cell_tree.h"
 #include "bake/scene/scene.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace relume {
 
@@ -41,23 +45,97 @@ void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
   });
 }
 
-// Visit the centres of the n² equal parts of a triangle, small enough for the cells: visit(position).
-template <class Visit>
-std::uint32_t forEachPart(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const Visit& visit) {
-  constexpr float kMaxSplits = 1024.0f;  // along an edge
-  const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
-  const auto n = static_cast<std::uint32_t>(std::clamp(wanted, 1.0f, kMaxSplits));
-  const float third = 1.0f / (3.0f * static_cast<float>(n));
-  for (std::uint32_t row = 0; row < n; ++row) {
-    for (std::uint32_t k = 0; k < 2 * (n - row) - 1; ++k) {
-      // Parts that point up sit at (1/3, 1/3) of their square, those that point down at (2/3, 2/3).
-      const float inner = k % 2 == 0 ? 1.0f : 2.0f;
-      const glm::vec2 b(third * (3.0f * static_cast<float>(k / 2) + inner),
-                        third * (3.0f * static_cast<float>(row) + inner));
-      visit(pointOf(corners, b));
-    }
+// The n² equal parts of a triangle, n along an edge, small enough for the cells. Two to a square of the barycentric
+// plane: those that point up sit at (1/3, 1/3) of it, those that point down at (2/3, 2/3).
+struct TriangleParts {
+  static constexpr double kMost = 4194304.0;  // along an edge
+  static constexpr std::uint32_t kFew = 64;   // along an edge: not worth a look at the tree
+
+  std::uint32_t along = 1;
+  double count() const { return static_cast<double>(along) * along; }
+
+  TriangleParts(float area, float cellSize) {
+    const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
+    along = static_cast<std::uint32_t>(std::clamp(static_cast<double>(wanted), 1.0, kMost));
   }
-  return n * n;
+
+  // Barycentric centre of part k of a row, of 2 (along - row) - 1.
+  glm::vec2 centre(std::uint32_t row, std::uint32_t k) const {
+    const float inner = k % 2 == 0 ? 1.0f : 2.0f;
+    if (along > 1024u) {  // beyond what floats tell apart
+      const double third = 1.0 / (3.0 * along);
+      return {third * (3.0 * (k / 2) + static_cast<double>(inner)), third * (3.0 * row + static_cast<double>(inner))};
+    }
+    const float third = 1.0f / (3.0f * static_cast<float>(along));
+    return {third * (3.0f * static_cast<float>(k / 2) + inner), third * (3.0f * static_cast<float>(row) + inner)};
+  }
+};
+
+// A block of squares of a triangle's barycentric plane.
+struct PartBlock {
+  std::uint32_t column, row, width;  // [squares]
+};
+
+// The box around a block. [m]
+inline std::array<glm::vec3, 2> boxOf(const std::array<glm::vec3, 3>& corners, std::uint32_t along,
+                                      const PartBlock& block) {
+  const double each = 1.0 / along;
+  glm::vec3 low(INFINITY), high(-INFINITY);
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const glm::vec2 b((block.column + (k & 1u) * block.width) * each, (block.row + (k >> 1) * block.width) * each);
+    const glm::vec3 p = pointOf(corners, b);
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  return {low, high};
+}
+
+// Visit the blocks of at most 8 squares' width that meet what `meets(low, high)` says yes to.
+template <class Meets, class Visit>
+void forEachBlock(const std::array<glm::vec3, 3>& corners, std::uint32_t along, const Meets& meets,
+                  const Visit& visit) {
+  constexpr std::uint32_t kBlock = 8;
+  std::vector<PartBlock> stack;
+  stack.push_back({0, 0, std::bit_ceil(std::max(along, kBlock))});
+  while (!stack.empty()) {
+    const PartBlock block = stack.back();
+    stack.pop_back();
+    if (block.column + block.row >= along) continue;
+    const auto [low, high] = boxOf(corners, along, block);
+    if (!meets(low, high)) continue;
+    if (block.width <= kBlock) {
+      visit(block);
+      continue;
+    }
+    const std::uint32_t half = block.width / 2;
+    for (std::uint32_t k = 0; k < 4; ++k)
+      stack.push_back({block.column + (k & 1u) * half, block.row + (k >> 1) * half, half});
+  }
+}
+
+// Visit the centres of the parts of a triangle that may be in a cell of the tree: visit(position). Returns the number
+// of all its parts.
+template <class Visit>
+double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const CellTree& tree,
+                   std::uint32_t instance, const Visit& visit) {
+  const TriangleParts parts(area, cellSize);
+  const std::uint32_t n = parts.along;
+  const auto visitRow = [&](std::uint32_t row, std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = 2 * begin; k < std::min(2 * end, 2 * (n - row) - 1); ++k)
+      visit(pointOf(corners, parts.centre(row, k)));
+  };
+  if (n < TriangleParts::kFew || tree.empty()) {
+    for (std::uint32_t row = 0; row < n; ++row) visitRow(row, 0, n);
+    return parts.count();
+  }
+  const glm::vec3 normal = crossOf(corners);
+  forEachBlock(
+      corners, n, [&](const glm::vec3& low, const glm::vec3& high) { return tree.meets(instance, normal, low, high); },
+      [&](const PartBlock& block) {
+        for (std::uint32_t row = block.row; row < std::min(block.row + block.width, n); ++row)
+          visitRow(row, block.column, block.column + block.width);
+      });
+  return parts.count();
 }
 
 }  // namespace relume

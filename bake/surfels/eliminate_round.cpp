@@ -91,12 +91,14 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
   std::vector<glm::vec3> position(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) position[i] = candidates[points[i]].positionWorld;
   const PointGrid grid(position, spacing, context);
+  if (context.cancelled()) return;
   std::vector<SurfaceNode> node(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const SurfaceSample& sample = candidates[points[grid.order()[i]]];
     node[i] = {sample.positionWorld, sample.normal, sample.emitter};
   }
   sortIntoCells(node, count, kCellSpacings * spacing);
+  if (context.cancelled()) return;
 
   source_.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -183,6 +185,7 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
   });
 
   // Join the parts, in the order of the points.
+  if (context.cancelled()) return;
   neighbourBegin_.assign(node.size() + 1, 0);
   for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[rank_[i] + 1] = found[i];
   for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[i + 1] += neighbourBegin_[i];
@@ -330,6 +333,7 @@ class EliminationRound::Queue {
 };
 
 std::vector<std::uint32_t> EliminationRound::run(std::vector<std::uint32_t>& removed, Context& context) {
+  if (context.cancelled()) return {};
   // Many at a time while there are many to go.
   const double all = static_cast<double>(left_);
   while (left_ > kFewPoints && left_ - count_ > left_ / kLastShare) {
@@ -342,6 +346,7 @@ std::vector<std::uint32_t> EliminationRound::run(std::vector<std::uint32_t>& rem
   // The rest one by one.
   Queue queue(*this);
   for (; left_ > count_; --left_) {
+    if (left_ % 1024 == 0 && context.cancelled()) return {};
     const std::uint32_t i = queue.pop();
     remove(i);
     removed.push_back(source_[i]);

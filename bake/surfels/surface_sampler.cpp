@@ -4,6 +4,7 @@
 
 #include "bake/parallel.h"
 #include "bake/random.h"
+#include "bake/scene/surface_parts.h"
 
 #include <glm/geometric.hpp>
 
@@ -16,11 +17,13 @@ namespace {
 
 constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
 constexpr double kMaxEmitterShare = 0.125;    // of all points, for making small emitters denser
+constexpr double kMaxFarShare = 0.125;        // of all points, on sides seen from far away only
 constexpr std::size_t kSidesPerChunk = 2048;
 constexpr std::size_t kPointsPerChunk = 8192;
-constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen all over; more where only a part is seen
-constexpr double kRareShare = 0.25;         // sides seen less than that are looked through for the seen parts
-constexpr std::uint32_t kMaxPartsAlong = 1024;
+constexpr double kMaxTriesPerPoint = 64.0;      // on a side that is seen all over; more where only a part is seen
+constexpr double kRareShare = 0.25;             // sides seen less than that are looked through for the seen parts
+constexpr std::uint32_t kMaxPartsAlong = 1024;  // more are found by the tree of the play space
+constexpr std::uint64_t kTriesPerCheck = 1024;  // for a cancel
 
 // Uniform on the triangle: the unit square, its far half folded over.
 glm::vec2 foldToTriangle(double u, double v) {
@@ -37,36 +40,47 @@ double fraction(double x) { return x - std::floor(x); }
 // would take longer; empty otherwise.
 struct SeenParts {
   std::uint32_t along = 0;
-  std::vector<std::uint32_t> part;  // row * along + column
+  std::vector<std::uint64_t> part;  // row * along + column
 
   // Point i of `count`: spread evenly over the parts; (u, v) places it within its part.
   glm::vec2 at(std::int64_t i, std::int64_t count, double u, double v) const {
     const auto index = static_cast<std::size_t>((static_cast<double>(i) + 0.5) / static_cast<double>(count) *
                                                 static_cast<double>(part.size()));
-    const std::uint32_t p = part[std::min(index, part.size() - 1)];
-    const std::uint32_t column = p % along, row = p / along;
-    const bool diagonal = column + row + 1 == along;
+    const std::uint64_t p = part[std::min(index, part.size() - 1)];
+    const auto column = static_cast<double>(p % along), row = static_cast<double>(p / along);
+    const bool diagonal = column + row + 1.0 == along;
     const glm::dvec2 inner = diagonal ? glm::dvec2(foldToTriangle(u, v)) : glm::dvec2(u, v);
     return {static_cast<float>((column + inner.x) / along), static_cast<float>((row + inner.y) / along)};
   }
 };
 
-SeenParts findSeenParts(const PlaySpace& playSpace, std::uint32_t side, double area, double tries) {
+SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 3>& corner, std::uint32_t side,
+                        double area, double tries) {
   SeenParts parts;
   const double seenShare = playSpace.seenArea[side] / area;
   if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
   const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
-  parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, double{kMaxPartsAlong}));
-  if (tries < 2.0 * parts.along * parts.along) return parts;
-  for (std::uint32_t row = 0; row < parts.along; ++row) {
-    for (std::uint32_t column = 0; column + row < parts.along; ++column) {
-      // Squares on the diagonal stick out of the triangle: look at the middle of what is inside.
-      const float middle = column + row + 1 < parts.along ? 0.5f : 0.33f;
-      const glm::vec2 at((static_cast<float>(column) + middle) / static_cast<float>(parts.along),
-                         (static_cast<float>(row) + middle) / static_cast<float>(parts.along));
-      if (playSpace.seenAt(side, at)) parts.part.push_back(row * parts.along + column);
+  parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMost));
+  const bool large = parts.along > kMaxPartsAlong;
+  if (!large && tries < 2.0 * parts.along * parts.along) return parts;
+  const auto visit = [&](const PartBlock& block) {
+    const std::uint32_t end = std::min(block.row + block.width, parts.along);
+    for (std::uint32_t row = block.row; row < end; ++row) {
+      for (std::uint32_t column = block.column; column < block.column + block.width && column + row < parts.along;
+           ++column) {
+        // Squares on the diagonal stick out of the triangle: look at the middle of what is inside.
+        const float middle = column + row + 1 < parts.along ? 0.5f : 0.33f;
+        glm::vec2 at((static_cast<float>(column) + middle) / static_cast<float>(parts.along),
+                     (static_cast<float>(row) + middle) / static_cast<float>(parts.along));
+        if (large) at = {(column + 0.5) / parts.along, (row + 0.5) / parts.along};
+        if (playSpace.seenAt(side, at)) parts.part.push_back(std::uint64_t{row} * parts.along + column);
+      }
     }
-  }
+  };
+  forEachBlock(
+      corner, parts.along,
+      [&](const glm::vec3& low, const glm::vec3& high) { return playSpace.mayBeSeenIn(side, low, high); }, visit);
+  std::sort(parts.part.begin(), parts.part.end());
   return parts;
 }
 
@@ -98,6 +112,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
   // Collect the sides that are seen. A triangle whose normal is lost to rounding has no side to stand on.
   const auto instanceCount = static_cast<std::uint32_t>(scene_->instances.size());
   std::vector<double> emitterArea(instanceCount, 0.0);
+  double farShare = 0.0;
   for (std::uint32_t i = 0; i < instanceCount && !context.cancelled(); ++i) {
     const Instance& instance = scene_->instances[i];
     if (!instance.baked()) continue;
@@ -109,6 +124,10 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
         if (!(area > 0.0f) || geometricNormal(*scene_, {i, t, {}}) == glm::vec3(0.0f)) continue;
         const std::uint32_t emitter = emitterOf(*scene_, i, side);
         sides_.push_back({side, i, emitter, 1.0f});
+        if (playSpace.isFar(side)) {
+          farShare += playSpace.farShare[side];
+          continue;
+        }
         seenArea_ += area;
         if (emitter != kReflector) emitterArea[i] += area;
       }
@@ -120,9 +139,22 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
   const double most = emitters > 0 ? kMaxEmitterShare * pointCount / static_cast<double>(emitters) : 0.0;
   const double wanted = std::min<double>(emitterPoints, most);
   for (Side& side : sides_) {
-    if (side.emitter == kReflector || !(emitterArea[side.instance] > 0.0)) continue;
+    if (side.emitter == kReflector || !(emitterArea[side.instance] > 0.0) || playSpace.isFar(side.side)) continue;
     const double expected = pointCount * emitterArea[side.instance] / seenArea_;
     side.density = static_cast<float>(std::max(1.0, wanted / expected));
+  }
+
+  // Thin out far sides: by their share of what is seen.
+  double measure = 0.0;
+  for (const Side& side : sides_) {
+    if (!playSpace.isFar(side.side)) measure += static_cast<double>(playSpace.seenArea[side.side]) * side.density;
+  }
+  const double farScale = std::min(1.0, kMaxFarShare / std::max(farShare, 1e-30));
+  for (Side& side : sides_) {
+    if (!playSpace.isFar(side.side)) continue;
+    const double wantedMeasure = measure * farScale * playSpace.farShare[side.side];
+    side.density = static_cast<float>(std::min(1.0, wantedMeasure / playSpace.seenArea[side.side]));
+    seenArea_ += static_cast<double>(playSpace.seenArea[side.side]) * side.density;
   }
 
   measureEnd_.reserve(sides_.size() + 1);
@@ -133,7 +165,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
 }
 
 void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
-                              std::vector<SurfaceSample>& out) const {
+                              std::vector<SurfaceSample>& out, Context& context) const {
   // Steps of the line that begin on this side.
   const auto first = static_cast<std::int64_t>(std::ceil(measureEnd_[index] / step - offset));
   const auto last = static_cast<std::int64_t>(std::ceil(measureEnd_[index + 1] / step - offset));
@@ -151,18 +183,20 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const double shiftU = random.uniform(), shiftV = random.uniform();
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
   const double tries = static_cast<double>(last - first) * std::max(1.0, area / seen);
-  const SeenParts parts = findSeenParts(*playSpace_, s.side, area, tries);
+  const SeenParts parts = findSeenParts(*playSpace_, corner, s.side, area, tries);
   auto triesLeft = static_cast<std::int64_t>(std::min(1e8, kMaxTriesPerPoint * (1.0 + tries)));
   std::uint64_t halton = 0;
   SurfaceSample sample = sampleAt(*scene_, s.instance, s.side, glm::vec2(0.0f));
   sample.density = s.density;
   for (std::int64_t i = first; i < last; ++i) {
     glm::vec2 at(0.0f);
+    if (context.cancelled()) return;
     do {
       ++halton;
       const double u = fraction(radicalInverse(2, halton) + shiftU), v = fraction(radicalInverse(3, halton) + shiftV);
       at = parts.part.empty() ? foldToTriangle(u, v) : parts.at(i - first, last - first, u, v);
-    } while (--triesLeft > 0 && !playSpace_->seenAt(s.side, at));
+    } while (--triesLeft > 0 && !playSpace_->seenAt(s.side, at) &&
+             !(halton % kTriesPerCheck == 0 && context.cancelled()));
     if (masked && !opaqueAt(*scene_, {s.instance, triangle, at})) continue;
     sample.point.barycentric = at;
     sample.positionWorld = corner[0] + at.x * (corner[1] - corner[0]) + at.y * (corner[2] - corner[0]);
@@ -189,7 +223,8 @@ std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t
   std::vector<std::vector<SurfaceSample>> parts(chunkBegin.size() - 1);
   parallelChunks(context, "", parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      for (std::size_t i = chunkBegin[c]; i < chunkBegin[c + 1]; ++i) drawSide(i, step, offset, seed, salt, parts[c]);
+      for (std::size_t i = chunkBegin[c]; i < chunkBegin[c + 1]; ++i)
+        drawSide(i, step, offset, seed, salt, parts[c], context);
     }
   });
 

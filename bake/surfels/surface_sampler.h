@@ -4,7 +4,8 @@
 //
 // The sides of the triangles are laid end to end along a line, each as long as its seen area, and the line is cut into
 // equal steps: every triangle gets its share to within one point, and triangles too small for a point of their own
-// share one with their neighbours. Within a triangle points follow the Halton sequence.
+// share one with their neighbours. Within a triangle points follow the Halton sequence. Sides that are seen from far
+// away only get points by their share of what is seen, not by their area.
 #pragma once
 
 #include "bake/context.h"
@@ -25,7 +26,7 @@ struct SurfaceSample {
   SurfacePoint point;
   std::uint32_t side = 0;              // scene-wide 2 * triangle + back
   std::uint32_t emitter = kReflector;  // instance that emits from this side, or kReflector
-  float density = 1.0f;                // [>= 1] how much denser than elsewhere surfels are wanted here
+  float density = 1.0f;                // how much denser than elsewhere surfels are wanted here; below 1 far away only
 };
 
 class SurfaceSampler {
@@ -40,7 +41,7 @@ class SurfaceSampler {
   std::vector<SurfaceSample> draw(std::size_t count, std::uint64_t seed, std::uint32_t salt, Context& context) const;
 
   bool empty() const { return sides_.empty(); }
-  double seenArea() const { return seenArea_; }          // [m²] alpha masks not taken off
+  double seenArea() const { return seenArea_; }  // [m²] alpha masks not taken off; far sides count as their points do
   double measure() const { return measureEnd_.back(); }  // [m²] the same, times density
 
  private:
@@ -51,7 +52,7 @@ class SurfaceSampler {
     float density = 1.0f;
   };
   void drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
-                std::vector<SurfaceSample>& out) const;
+                std::vector<SurfaceSample>& out, Context& context) const;
 
   const Scene* scene_ = nullptr;
   const PlaySpace* playSpace_ = nullptr;

@@ -7,6 +7,7 @@
 #include "bake/parallel.h"
 #include "bake/point_grid.h"
 #include "bake/surfels/map_cost.h"
+#include "bake/surfels/nested_grid.h"
 #include "bake/wide_clones.h"
 
 #include <glm/geometric.hpp>
@@ -30,6 +31,8 @@ constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
+constexpr double kManyCells = 16384.0;
+constexpr double kMaxCoarser = 2.0;  // than wanted; then a grid of grids, fine where something is seen
 constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
 constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
@@ -42,6 +45,7 @@ glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
 
 struct GridShape {
   std::uint32_t corner = 0, columns = 1, rows = 1;
+  bool nested = false;  // so little of it is seen that cells of one size were too coarse
 };
 
 // Cells about `size` wide, started from the corner that needs the fewest. Coarser where the areas do not justify them.
@@ -66,6 +70,8 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   const auto cells = [&](double along) {
     return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
   };
+  shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyCells &&
+                 most < kMaxCellsPerArea * area / (size * size);
   shape.columns = cells(columns);
   shape.rows = cells(rows);
   return shape;
@@ -74,8 +80,8 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
 // Surfels sorted by the cells of a grid, one spacing wide.
 struct SortedSurfels {
   PointGrid grid;
-  std::vector<MapPlace> surfel;  // in the grid's order
-  std::span<const std::uint32_t> id;
+  std::vector<MapPlace> surfel;   // in the grid's order
+  std::vector<std::uint32_t> id;  // their indices
   float spacing = 0.0f;
 };
 
@@ -182,22 +188,27 @@ class Search {
   std::vector<Block> blocks_;  // by a hash of their cube and depth
 };
 
-SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, float spacing, Context& context) {
+// which: of the surfels, ascending.
+SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vector<std::uint32_t>& which,
+                          float spacing, Context& context) {
   SortedSurfels sorted;
   sorted.spacing = spacing;
   std::vector<glm::vec3> position;
-  position.reserve(surfels.size());
-  for (const SurfaceSample& s : surfels) position.push_back(s.positionWorld);
+  position.reserve(which.size());
+  for (const std::uint32_t i : which) position.push_back(surfels[i].positionWorld);
   sorted.grid = PointGrid(position, spacing, context);
-  sorted.id = sorted.grid.order();
-  sorted.surfel.reserve(surfels.size());
-  for (const std::uint32_t i : sorted.id) sorted.surfel.push_back(mapPlace(surfels[i]));
+  sorted.id.reserve(which.size());
+  sorted.surfel.reserve(which.size());
+  for (const std::uint32_t i : sorted.grid.order()) {
+    sorted.id.push_back(which[i]);
+    sorted.surfel.push_back(mapPlace(surfels[which[i]]));
+  }
   return sorted;
 }
 
 // Gives every side its grid of cells, one after the other; sides that nothing stands on have none.
 std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing,
-                                         Context& context) {
+                                         float farSpacing, Context& context) {
   std::vector<SurfelMap::Side> sides(2 * std::size_t{scene.triangleCount()});
   parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
@@ -207,9 +218,14 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
       if (!instance.baked() || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
       const float seenArea = playSpace.seenArea[s],
-                  width = spacing * (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
+                  width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
+                          (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
-      sides[s].columns = static_cast<std::uint16_t>(shape.columns);
+      if (shape.nested && !playSpace.tree.empty() && playSpace.partly[s]) {
+        sides[s].nested = 1;  // laid out by itself
+        continue;
+      }
+      sides[s].columns = shape.columns & 0x7FFFu;
       sides[s].rows = shape.rows & kMaxAlong;
       sides[s].corner = shape.corner & 3u;
     }
@@ -253,6 +269,7 @@ void mapCells(const Scene& scene, Search& search, std::uint32_t side, const Surf
 void dropEmptySides(SurfelMap& map) {
   std::uint32_t kept = 0;
   for (SurfelMap::Side& side : map.sides) {
+    if (side.nested) continue;
     const auto first = map.cell.begin() + side.firstCell, last = first + side.cellCount();
     if (std::all_of(first, last, [](std::uint32_t surfel) { return surfel == kNone; })) {
       side = {};
@@ -266,20 +283,69 @@ void dropEmptySides(SurfelMap& map) {
   map.cell.shrink_to_fit();
 }
 
+void addNestedGrids(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float spacing,
+                    SurfelMap& map, Context& context) {
+  for (std::uint32_t s = 0; s < map.sides.size() && !context.cancelled(); ++s) {
+    if (!map.sides[s].nested) continue;
+    const std::uint32_t index = scene.instanceOf(s / 2);
+    const std::array<glm::vec3, 3> corner =
+        scene.corners(scene.instances[index], s / 2 - scene.instances[index].firstTriangle);
+    NestedGrid grid(playSpace, s, corner, kCellSpacings * spacing, static_cast<float>(kSeenReach) * spacing);
+    const MapPlace place = mapPlace(sampleAt(scene, index, s, glm::vec2(1.0f / 3.0f)));
+    parallelChunks(context, "", grid.leaves().size(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
+      Search search(sorted);
+      MapPlace point = place;
+      std::uint32_t guess = kNone;
+      for (const NestedGrid::Leaf& leaf : grid.leaves().subspan(begin, end - begin)) {
+        point.positionWorld =
+            corner[0] + leaf.middle.x * (corner[1] - corner[0]) + leaf.middle.y * (corner[2] - corner[0]);
+        const std::uint32_t found = search.best(point, static_cast<float>(kSeenReach) * spacing, guess);
+        if (found == kNone) continue;
+        guess = found;
+        grid.set(leaf.cell, sorted.id[found]);
+      }
+    });
+    grid.append(map, map.sides[s]);
+  }
+}
+
+// The surfels that stand for what is seen from far away only, or the others; spacing [m]: of the densest packing.
+struct Class {
+  SortedSurfels sorted;
+  float spacing = 0.0f;
+};
+
+Class sortClass(const PlaySpace& playSpace, std::span<const SurfaceSample> surfels, float spacing, bool far,
+                Context& context) {
+  Class result{{}, spacing};
+  std::vector<std::uint32_t> id;
+  float least = 1.0f;
+  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+    if (playSpace.isFar(surfels[i].side) != far) continue;
+    id.push_back(i);
+    if (far) least = std::min(least, surfels[i].density);
+  }
+  result.spacing = spacing / std::sqrt(std::max(least, 1e-30f));
+  result.sorted = sortSurfels(surfels, id, result.spacing, context);
+  return result;
+}
+
 }  // namespace
 
 std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + cell.size() * sizeof(std::uint32_t); }
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
-  const SortedSurfels sorted = sortSurfels(surfels, spacing, context);
+  const Class near = sortClass(playSpace, surfels, spacing, false, context),
+              far = sortClass(playSpace, surfels, spacing, true, context);
   SurfelMap map;
-  map.sides = layOutSides(scene, playSpace, spacing, context);
+  map.sides = layOutSides(scene, playSpace, spacing, far.spacing, context);
   if (map.sides.empty() || context.cancelled()) return {};
   map.cell.assign(map.sides.back().firstCell + map.sides.back().cellCount(), kNone);
   parallelChunks(context, "surfel map", map.cell.size(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
-    Search search(sorted);
-    std::array<std::uint32_t, 4> guess{kNone, kNone, kNone, kNone};  // front, back; of sides that are seen or not
+    Search search(near.sorted), farSearch(far.sorted);
+    // front, back; of sides that are not seen, seen, far
+    std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
     // The side of the first cell is the last that does not begin behind it.
     auto side = std::upper_bound(map.sides.begin(), map.sides.end(), begin,
                                  [](std::size_t cell, const SurfelMap::Side& s) { return cell < s.firstCell; }) -
@@ -288,15 +354,18 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
       const auto s = static_cast<std::uint32_t>(side - map.sides.begin());
       const std::size_t last = std::min<std::size_t>(end, side->firstCell + side->cellCount());
       if (last <= at) continue;
-      const bool seen = playSpace.seenArea[s] > 0.0f;
-      mapCells(scene, search, s, *side, static_cast<float>(seen ? kSeenReach : kUnseenReach) * spacing,
+      const bool seen = playSpace.seenArea[s] > 0.0f, isFar = playSpace.isFar(s);
+      mapCells(scene, isFar ? farSearch : search, s, *side,
+               static_cast<float>(seen ? kSeenReach : kUnseenReach) * (isFar ? far : near).spacing,
                static_cast<std::uint32_t>(at) - side->firstCell, static_cast<std::uint32_t>(last) - side->firstCell,
-               guess[2 * seen + s % 2], map.cell.data() + at);
+               guess[(isFar ? 4 : 2 * seen) + s % 2], map.cell.data() + at);
       at = last;
     }
   });
   if (context.cancelled()) return {};
   dropEmptySides(map);
+  addNestedGrids(scene, playSpace, near.sorted, spacing, map, context);
+  if (context.cancelled()) return {};
   return map;
 }
 

@@ -27,13 +27,14 @@ struct SurfelSeed {
 
 // Answers which surfel stands for a point on a side of a triangle: per side a small grid over two of its edges with the
 // nearest surfel per cell, where nearest means on the same plane or mesh first, then by distance. Emitting sides have
-// emitting surfels only, and the others none of them. Immutable, thread-safe.
+// emitting surfels only, and the others none of them. On a large side of which little is seen, a cell of the grid may
+// hold a finer grid, and so on, down to the size that the surfels need. Immutable, thread-safe.
 class SurfelMap {
  public:
   // The surfel of a hit, or kNone when the side has none near (never seen from the play space).
   std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const {
     const std::uint32_t c = cellOf(side, barycentric);
-    return c == kNone ? kNone : cell[c];
+    return c == kNone || isInner(cell[c]) ? kNone : cell[c];
   }
   // Where `cell` holds it; kNone when the side has no cells. (Here: it is asked for every ray.)
   std::uint32_t cellOf(std::uint32_t side, const glm::vec2& barycentric) const {
@@ -44,15 +45,25 @@ class SurfelMap {
       const float at = std::max(x * static_cast<float>(cells), 0.0f);
       return std::min(static_cast<std::uint32_t>(at), cells - 1);
     };
-    return s.firstCell + along(g.y, s.rows) * s.columns + along(g.x, s.columns);
+    const std::uint32_t column = along(g.x, s.columns), row = along(g.y, s.rows);
+    const std::uint32_t found = s.firstCell + row * s.columns + column;
+    if (!s.nested) return found;
+    return innerCell(found, {g.x * static_cast<float>(s.columns) - static_cast<float>(column),
+                             g.y * static_cast<float>(s.rows) - static_cast<float>(row)});
   }
+  // What a cell holds that is a grid of kInnerAlong x kInnerAlong cells: the first of them.
+  static constexpr std::uint32_t kInnerAlong = 4;
+  static bool isInner(std::uint32_t content) { return content >> 31 != 0 && content != kNone; }
+  static std::uint32_t firstInner(std::uint32_t content) { return content & 0x7FFFFFFFu; }
+  static std::uint32_t innerFrom(std::uint32_t first) { return first | 0x80000000u; }
   std::size_t sizeBytes() const;
 
   struct Side {
     std::uint32_t firstCell = 0;
-    std::uint16_t columns = 0;     // cells along the first edge, 0 = no surfel
-    std::uint16_t rows : 14 = 0;   // along the other
-    std::uint16_t corner : 2 = 0;  // that the edges leave from
+    std::uint16_t columns : 15 = 0;  // cells along the first edge, 0 = no surfel
+    std::uint16_t nested : 1 = 0;    // some cells hold finer grids
+    std::uint16_t rows : 14 = 0;     // along the other
+    std::uint16_t corner : 2 = 0;    // that the edges leave from
     std::uint32_t cellCount() const { return std::uint32_t{columns} * rows; }
     // A point's coordinates in the grid: weights of the two corners after `corner`.
     glm::vec2 toGrid(const glm::vec2& b) const {
@@ -62,7 +73,20 @@ class SurfelMap {
     bool operator==(const Side&) const = default;
   };
   std::vector<Side> sides;          // [Size 2 * triangles]
-  std::vector<std::uint32_t> cell;  // surfel per cell, or kNone
+  std::vector<std::uint32_t> cell;  // surfel per cell, or kNone; or a finer grid: isInner()
+
+ private:
+  // The finest cell within one, at a place given in widths of it.
+  std::uint32_t innerCell(std::uint32_t at, glm::vec2 inside) const {
+    while (isInner(cell[at])) {
+      inside = glm::vec2(std::max(inside.x, 0.0f), std::max(inside.y, 0.0f)) * static_cast<float>(kInnerAlong);
+      const auto x = std::min(static_cast<std::uint32_t>(inside.x), kInnerAlong - 1),
+                 y = std::min(static_cast<std::uint32_t>(inside.y), kInnerAlong - 1);
+      inside -= glm::vec2(x, y);
+      at = firstInner(cell[at]) + y * kInnerAlong + x;
+    }
+    return at;
+  }
 };
 
 struct PlacedSurfels {

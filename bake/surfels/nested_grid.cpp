@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// See nested_grid.h.
+#include "bake/surfels/nested_grid.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr double kMostRootCells = 64.0;  // along an edge
+constexpr int kMostDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
+
+}  // namespace
+
+NestedGrid::NestedGrid(const PlaySpace& playSpace, std::uint32_t side, const std::array<glm::vec3, 3>& corner,
+                       float width, float margin)
+    : playSpace_(playSpace), side_(side), corner_(corner), margin_(margin) {
+  double longest = 0.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    longest = std::max(longest, glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k])));
+  double along = std::max(1.0, longest / static_cast<double>(width));
+  int depth = 0;
+  for (; along > kMostRootCells && depth < kMostDepth; ++depth) along /= SurfelMap::kInnerAlong;
+  root_ = static_cast<std::uint32_t>(std::ceil(std::min(along, kMostRootCells)));
+  cell_.assign(std::size_t{root_} * root_, kNone);
+  for (std::uint32_t i = 0; i < root_ * root_; ++i)
+    divide(i, glm::dvec2(i % root_, i / root_) / static_cast<double>(root_), 1.0 / root_, depth);
+}
+
+// Whether any of a square of the barycentric plane is seen, or near what is.
+bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
+  if (at.x + at.y > 1.0) return false;
+  glm::vec3 low(INFINITY), high(-INFINITY);
+  for (int k = 0; k < 4; ++k) {
+    const glm::dvec2 b = at + width * glm::dvec2(k & 1, k >> 1);
+    const glm::vec3 p(glm::dvec3(corner_[0]) + b.x * glm::dvec3(corner_[1] - corner_[0]) +
+                      b.y * glm::dvec3(corner_[2] - corner_[0]));
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  return playSpace_.mayBeSeenIn(side_, low - margin_, high + margin_);
+}
+
+void NestedGrid::divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth) {
+  if (!wanted(at, width)) return;
+  if (depth == 0) {
+    glm::dvec2 middle = at + 0.5 * width;
+    if (middle.x + middle.y > 1.0) middle /= middle.x + middle.y;
+    leaf_.push_back({cell, glm::vec2(middle)});
+    return;
+  }
+  constexpr std::uint32_t kAlong = SurfelMap::kInnerAlong;
+  const auto first = static_cast<std::uint32_t>(cell_.size());
+  cell_[cell] = first;
+  inner_.push_back(cell);
+  cell_.resize(cell_.size() + kAlong * kAlong, kNone);
+  const double inner = width / kAlong;
+  for (std::uint32_t k = 0; k < kAlong * kAlong; ++k)
+    divide(first + k, at + inner * glm::dvec2(k % kAlong, k / kAlong), inner, depth - 1);
+}
+
+void NestedGrid::append(SurfelMap& map, SurfelMap::Side& side) const {
+  const auto base = static_cast<std::uint32_t>(map.cell.size());
+  map.cell.insert(map.cell.end(), cell_.begin(), cell_.end());
+  for (const std::uint32_t cell : inner_) map.cell[base + cell] = SurfelMap::innerFrom(base + cell_[cell]);
+  side = {};
+  side.firstCell = base;
+  side.columns = root_ & 0x7Fu;
+  side.rows = root_ & 0x7Fu;
+  side.nested = 1;
+}
+
+}  // namespace relume
