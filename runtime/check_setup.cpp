@@ -2,6 +2,8 @@
 // See check_setup.h.
 #include "runtime/check_setup.h"
 
+#include "formats/limits.h"
+
 #include <glm/geometric.hpp>
 
 #include <cmath>
@@ -18,9 +20,10 @@ bool finiteAndPositive(const glm::vec3& v) { return finite(v) && v.x >= 0.0f && 
 Status checkLight(const Light& light, std::size_t index) {
   const std::string name = "lights[" + std::to_string(index) + "]";
   if (light.kind > LightKind::spot) return refused(name + ".kind is none of directional, point, spot");
-  if (!finiteAndPositive(light.intensity)) return refused(name + ".intensity is negative or not finite");
-  if (light.kind != LightKind::directional && !finite(light.positionWorld)) {
-    return refused(name + ".positionWorld is not finite");
+  if (!finiteAndPositive(light.intensity) || !isWithin(light.intensity, kMostIntensity))
+    return refused(name + ".intensity is negative, not finite or above 1e20");
+  if (light.kind != LightKind::directional && !isWithin(light.positionWorld, kMostCoordinate)) {
+    return refused(name + ".positionWorld is not finite or beyond 1e9 m");
   }
   if (light.kind != LightKind::point && !(std::abs(glm::dot(light.direction, light.direction) - 1.0f) < 0.01f)) {
     return refused(name + ".direction is not a unit vector");
