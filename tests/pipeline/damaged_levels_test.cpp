@@ -149,7 +149,7 @@ void expectEnds(const GltfBuilder& level, int seed, int& baked) {
 }
 
 // RELUME_LONG_TESTS tries many more.
-int seeds(int few) { return std::getenv("RELUME_LONG_TESTS") != nullptr ? 40 * few : few; }
+int seeds(int few) { return std::getenv("RELUME_LONG_TESTS") != nullptr ? 10 * few : few; }
 
 TEST(DamagedLevels, theLevelItselfBakes) { EXPECT_EQ(bakeOf(Level().builder), ""); }
 

@@ -113,7 +113,7 @@ TEST(Limits, camerasVolumesAndLightsBeyondThemAreNamed) {
     node(b, 3)["translation"] = {0, 1e8, 0};
     light(b)["intensity"] = 1e20;
     light(b)["range"] = 1e300;
-    b.root["cameras"][1]["orthographic"]["ymag"] = 1e6;
+    b.root["cameras"][1]["orthographic"] = {{"xmag", 1e8}, {"ymag", 1e8}, {"znear", 1e8}, {"zfar", 2e8}};
   });
 }
 

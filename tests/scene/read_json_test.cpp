@@ -21,7 +21,7 @@ std::string nested(std::size_t depth, const std::string& open, const std::string
 TEST(ReadJson, takesNestingUpToItsBoundAndNoneBeyond) {
   EXPECT_TRUE(readJson(nested(kMaxJsonDepth, "[", "1", "]")));
   EXPECT_TRUE(readJson(nested(kMaxJsonDepth, "{\"a\":", "1", "}")));
-  for (const std::size_t depth : {kMaxJsonDepth + 1, std::size_t{100'000}, std::size_t{2'000'000}}) {
+  for (const std::size_t depth : {kMaxJsonDepth + 1, std::size_t{100'000}, std::size_t{200'000}}) {
     for (const std::string& text :
          {nested(depth, "[", "1", "]"), nested(depth, "{\"a\":", "1", "}"), nested(depth, "[{\"a\":", "1", "}]"),
           nested(depth, "[", "", ""), nested(depth, "{\"a\":", "", ""), "[1," + nested(depth, "[", "]", "")}) {
