@@ -47,7 +47,8 @@ Status readSize(const std::string& text, View& view) {
 
 Result<glm::vec3> readPoint(const char* option, const std::string& text) {
   const std::optional<glm::vec3> point = threeNumbers(text);
-  if (!point) return usage(std::string(option) + ": X,Y,Z in metres expected, \"" + text + "\" found");
+  if (!point || !isWithin(*point, kMostLevelCoordinate))
+    return usage(std::string(option) + ": X,Y,Z in metres, within 1e8, expected, \"" + text + "\" found");
   return *point;
 }
 
