@@ -6,9 +6,11 @@
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/links.h"
 #include "bake/provenance.h"
+#include "bake/scene/check_limits.h"
 #include "bake/scene/play_space.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/surfels/surfels.h"
+#include "formats/validate.h"
 
 #include <algorithm>
 #include <new>
@@ -40,6 +42,14 @@ RayStructure rayStructureFor(const BakeOptions& options) {
   const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
   if (caches * options.links.raysPerCache < kMany) return RayStructure::quick;
   return options.links.raysPerCache < kFan ? RayStructure::thorough : RayStructure::fans;
+}
+
+Status checkResult(const Bake& bake) {
+  for (const Finding& finding : validateBake(bake)) {
+    if (finding.severity == FindingSeverity::error)
+      return Error{ErrorCode::failed, "the bake is not valid, a fault of the baker: " + toString(finding)};
+  }
+  return done();
 }
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
@@ -89,6 +99,11 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
                 std::move(traced->links),   std::move(instances),  std::move(provenance)};
   });
   if (context.cancelled()) return cancelledError();
+  if (!bake) return bake;
+
+  // 6. Hand over nothing that a reader would refuse
+  const Status valid = stage(context, "validate", [&] { return checkResult(*bake); });
+  if (!valid) return valid.error();
   return bake;
 }
 
@@ -96,6 +111,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
 
 Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context) {
   if (const Status status = checkOptions(options); !status) return status.error();
+  if (const Status status = checkLimits(scene); !status) return status.error();
   if (!hasFixedTriangles(scene))
     return Error{ErrorCode::failed, "scene \"" + scene.name +
                                         "\" has no triangle to bake: no mesh, or every node is "

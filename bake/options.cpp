@@ -3,6 +3,7 @@
 #include "bake/options.h"
 
 #include "bake/option_table.h"
+#include "bake/read_json.h"
 
 #include <nlohmann/json.hpp>
 
@@ -224,8 +225,8 @@ Status checkTogether(const BakeOptions& o) {
 Json parseText(const Field& field, const std::string& text) {
   if (std::holds_alternative<Choice>(field.place) || std::holds_alternative<std::string*>(field.place)) return text;
   const bool list = std::holds_alternative<glm::uvec3*>(field.place);
-  Json json = Json::parse(list ? "[" + text + "]" : text, nullptr, /*allow_exceptions=*/false);
-  return json.is_discarded() ? Json(text) : json;
+  Result<Json> json = readJson(list ? "[" + text + "]" : text);
+  return json ? std::move(*json) : Json(text);
 }
 
 }  // namespace
@@ -281,15 +282,12 @@ std::string optionsToJson(const BakeOptions& options) {
 }
 
 Result<BakeOptions> optionsFromJson(const std::string& text, const BakeOptions& base) {
-  try {
-    const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/true, /*ignore_comments=*/true);
-    if (!json.is_object()) return Error{ErrorCode::usage, "options: expected a JSON object"};
-    BakeOptions options = base;
-    if (const Status status = readObject(json, "", fields(options)); !status) return status.error();
-    return options;
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::usage, std::string("options: not JSON: ") + e.what()};
-  }
+  const Result<Json> json = readJson(text, JsonComments::skip);
+  if (!json) return Error{ErrorCode::usage, "options: " + json.error().message};
+  if (!json->is_object()) return Error{ErrorCode::usage, "options: expected a JSON object"};
+  BakeOptions options = base;
+  if (const Status status = readObject(*json, "", fields(options)); !status) return status.error();
+  return options;
 }
 
 std::vector<OptionInfo> listOptions(const BakeOptions& options) {

@@ -4,6 +4,7 @@
 #include "formats/compact_links.h"
 #include "formats/findings.h"
 #include "formats/grid_depth.h"
+#include "formats/limits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +12,6 @@
 
 namespace relume {
 namespace {
-
-bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 std::string range(std::uint64_t low, std::uint64_t high) { return std::to_string(low) + ".." + std::to_string(high); }
 
@@ -30,6 +29,14 @@ void checkSurfelArrays(const Bake& bake, Findings& findings) {
     if (s.instance[i] >= bake.instances.size())
       findings.add(Check::surfelInstance, At{"surfel.instance", i}, "below " + std::to_string(bake.instances.size()),
                    s.instance[i]);
+  }
+}
+
+// Readers turn positions into cells and directions: whole numbers and quotients that a huge one would overflow.
+void checkCoordinates(const Array<glm::vec3>& positions, const char* name, Findings& findings) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!isWithin(positions[i], kMostCoordinate))
+      findings.add(Check::coordinate, At{name, i}, "within 1e9 m", positions[i]);
   }
 }
 
@@ -156,8 +163,13 @@ void checkGrid(const Caches& c, Findings& findings) {
     findings.add(Check::gridSize, "grid.cache",
                  std::to_string(r.x) + " x " + std::to_string(r.y) + " x " + std::to_string(r.z), g.cache.size());
   const bool spaced = g.spacing.x > 0.0f && g.spacing.y > 0.0f && g.spacing.z > 0.0f;
-  if (!isFinite(g.originWorld) || !isFinite(g.spacing) || (!g.cache.empty() && !spaced))
-    findings.add(Check::gridPlacement, "scalars, grid spacing", "finite and positive", g.spacing);
+  const glm::vec3 end = g.originWorld + g.spacing * glm::vec3(glm::max(r, glm::uvec3(1)) - 1u);
+  if (!isWithin(g.originWorld, kMostCoordinate))
+    findings.add(Check::gridPlacement, "scalars, grid origin", "within 1e9 m", g.originWorld);
+  if (!isWithin(g.spacing, kMostCoordinate) || (!g.cache.empty() && !spaced))
+    findings.add(Check::gridPlacement, "scalars, grid spacing", "above 0, at most 1e9 m", g.spacing);
+  if (!isWithin(end, kMostCoordinate))
+    findings.add(Check::gridPlacement, "scalars, end of the grid", "within 1e9 m", end);
   checkIndices(g.cache, "grid.cache", c.positionWorld.size(), Check::gridCacheIndex, findings);
   checkBricks(c, findings);
 }
@@ -287,6 +299,8 @@ void checkBands(const Bake& bake, Findings& findings) {
 
 void checkStructureInto(const Bake& bake, Findings& findings) {
   checkSurfelArrays(bake, findings);
+  checkCoordinates(bake.surfels.positionWorld, "surfel.position", findings);
+  checkCoordinates(bake.caches.positionWorld, "cache.position", findings);
   checkHierarchyArrays(bake, findings);
   if (!findings.empty()) return;
   checkLevels(bake.hierarchy, findings);

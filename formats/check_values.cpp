@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The 2xx and 4xx checks: numbers of surfels, caches and light map. The bake is safe to index (1xx found nothing).
 #include "formats/findings.h"
+#include "formats/limits.h"
 #include "formats/pack.h"
 
 #include <algorithm>
@@ -11,8 +12,6 @@
 
 namespace relume {
 namespace {
-
-bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // Within what storing and normalising in single precision can explain. False for NaN.
 bool isUnit(const glm::vec3& v) { return std::abs(v.x * v.x + v.y * v.y + v.z * v.z - 1.0f) < 2e-3f; }
@@ -103,7 +102,6 @@ void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, co
 
 void checkSurfels(const Bake& bake, Findings& findings) {
   const Surfels& s = bake.surfels;
-  checkEach(s.positionWorld, "surfel.position", Check::surfelPosition, "finite", isFinite, findings);
   checkEach(s.normal, "surfel.normal", Check::surfelNormal, "length 1", isUnit, findings);
   checkEach(
       s.albedo, "surfel.albedo", Check::surfelAlbedo, "0..1",
@@ -112,8 +110,9 @@ void checkSurfels(const Bake& bake, Findings& findings) {
       },
       findings);
   checkEach(
-      s.emission, "surfel.emission", Check::surfelEmission, "finite, >= 0",
-      [](const glm::vec3& v) { return isFinite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }, findings);
+      s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr",
+      [](const glm::vec3& v) { return isWithin(v, kMostRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
+      findings);
   if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
     findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
   for (std::size_t i = 0; i < s.receiver.size() && !bake.caches.lightmap.cache.empty(); ++i) {
@@ -124,7 +123,6 @@ void checkSurfels(const Bake& bake, Findings& findings) {
 
 void checkCaches(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
-  checkEach(c.positionWorld, "cache.position", Check::cachePosition, "finite", isFinite, findings);
   checkEach(
       c.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
       [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);

@@ -31,7 +31,7 @@ struct DepthNodes {
   std::array<float, 3> weight;
 };
 
-// v: any vector but zero; l1 = |v|_1.
+// v: any vector but zero, finite and within single precision squared (formats/limits.h); l1 = |v|_1.
 inline DepthNodes depthNodesAround(const glm::vec3& v, float l1) {
   // Unfold the octahedron: a = |u|, |v| in [0, kDepthHalf]; the diagonal a.x + a.y = kDepthHalf is the equator.
   const glm::vec3 p = glm::abs(v) / l1;

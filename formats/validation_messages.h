@@ -45,8 +45,9 @@ enum class Check : std::uint16_t {
   gridDepthSize = 132,
   childOrder = 133,
   gridAfterLightmap = 134,
+  coordinate = 135,
 
-  surfelPosition = 201,
+  // 201 and 401 were positions that are not finite: 135 says so.
   surfelNormal = 202,
   surfelAlbedo = 203,
   surfelEmission = 204,
@@ -61,7 +62,6 @@ enum class Check : std::uint16_t {
   groupMixed = 306,
   skyDirection = 307,
 
-  cachePosition = 401,
   cacheNormal = 402,
   cacheUnused = 403,
   gridCacheNormal = 404,
@@ -105,7 +105,8 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::cacheArraySize, FindingSeverity::error, "cache array has another size than cache.position"},
     {Check::gridSize, FindingSeverity::error, "grid.cache does not have the size of the grid"},
     {Check::gridCacheIndex, FindingSeverity::error, "grid point refers to a cache that does not exist"},
-    {Check::gridPlacement, FindingSeverity::error, "grid origin or spacing is not finite, or spacing is not positive"},
+    {Check::gridPlacement, FindingSeverity::error,
+     "grid lies beyond the coordinates a bake may have, or spacing is not positive"},
     {Check::lightmapSize, FindingSeverity::error, "map.cache does not have the size of the light map"},
     {Check::lightmapCacheIndex, FindingSeverity::error, "texel refers to a cache that does not exist"},
     {Check::lightmapPartCount, FindingSeverity::error, "there are light-map parts, but not one for each instance"},
@@ -126,11 +127,12 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::gridDepthSize, FindingSeverity::error, "grid.depth does not have the size of the grid's caches"},
     {Check::childOrder, FindingSeverity::error, "children do not follow those of the nodes before"},
     {Check::gridAfterLightmap, FindingSeverity::error, "a cache of the grid comes after one of the light map"},
+    {Check::coordinate, FindingSeverity::error, "position is not finite, or beyond the coordinates a bake may have"},
 
-    {Check::surfelPosition, FindingSeverity::error, "surfel position is not finite"},
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
     {Check::surfelAlbedo, FindingSeverity::error, "surfel albedo is not within 0 to 1"},
-    {Check::surfelEmission, FindingSeverity::error, "surfel emission is negative or not finite"},
+    {Check::surfelEmission, FindingSeverity::error,
+     "surfel emission is negative, not finite or beyond what a bake may hold"},
     {Check::surfelArea, FindingSeverity::error, "area of a surfel is not positive and finite"},
     {Check::surfelReceiverUnfilled, FindingSeverity::warning, "surfel reads a light-map texel without a cache"},
 
@@ -144,7 +146,6 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::groupMixed, FindingSeverity::error, "a group mixes reflectors, emitters or sky"},
     {Check::skyDirection, FindingSeverity::error, "direction of a sky patch is not a unit vector"},
 
-    {Check::cachePosition, FindingSeverity::error, "cache position is not finite"},
     {Check::cacheNormal, FindingSeverity::error, "cache normal is neither a unit vector nor zero"},
     {Check::cacheUnused, FindingSeverity::warning, "neither grid nor light map uses the cache"},
     {Check::gridCacheNormal, FindingSeverity::error, "cache of a grid point has a normal"},

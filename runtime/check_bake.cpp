@@ -4,7 +4,10 @@
 
 #include "formats/compact_links.h"
 #include "formats/grid_depth.h"
+#include "formats/limits.h"
 #include "formats/sh.h"
+
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -25,11 +28,36 @@ Error wrongElement(const char* array, std::size_t index, const std::string& expe
                  expected);
 }
 
+std::string toText(const glm::vec3& v) {
+  return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+}
+
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 Status checkFinite(const char* array, std::span<const glm::vec3> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!finite(values[i])) return invalid(std::string(array) + "[" + std::to_string(i) + "] is not finite");
+  }
+  return done();
+}
+
+Status checkCoordinates(const char* array, std::span<const glm::vec3> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!isWithin(values[i], kMostCoordinate)) {
+      return invalid(std::string(array) + "[" + std::to_string(i) + "] is " + toText(values[i]) +
+                     ", expected coordinates within 1e9 m");
+    }
+  }
+  return done();
+}
+
+// Of length 1, or 0 where `orZero`, but for what single precision and packing explain.
+Status checkNormals(const char* array, std::span<const glm::vec3> values, bool orZero) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const float length2 = glm::dot(values[i], values[i]);
+    if (std::abs(length2 - 1.0f) < 0.01f || (orZero && length2 == 0.0f)) continue;
+    return invalid(std::string(array) + "[" + std::to_string(i) + "] is " + toText(values[i]) +
+                   ", expected a unit vector" + (orZero ? " or zero" : ""));
   }
   return done();
 }
@@ -40,8 +68,8 @@ Status checkSurfels(const Surfels& s) {
   if (s.albedo.size() != count) return wrongSize("surfels.albedo", count, s.albedo.size());
   if (s.emission.size() != count) return wrongSize("surfels.emission", count, s.emission.size());
   if (s.receiver.size() != count) return wrongSize("surfels.receiver", count, s.receiver.size());
-  if (Status ok = checkFinite("surfels.positionWorld", s.positionWorld); !ok) return ok;
-  if (Status ok = checkFinite("surfels.normal", s.normal); !ok) return ok;
+  if (Status ok = checkCoordinates("surfels.positionWorld", s.positionWorld); !ok) return ok;
+  if (Status ok = checkNormals("surfels.normal", s.normal, false); !ok) return ok;
   if (Status ok = checkFinite("surfels.albedo", s.albedo); !ok) return ok;
   if (Status ok = checkFinite("surfels.emission", s.emission); !ok) return ok;
   for (std::size_t i = 0; i < count; ++i) {
@@ -50,6 +78,7 @@ Status checkSurfels(const Surfels& s) {
       return invalid("surfels.albedo[" + std::to_string(i) + "] is outside [0,1]");
     }
     if (!(e.r >= 0 && e.g >= 0 && e.b >= 0)) return invalid("surfels.emission[" + std::to_string(i) + "] is negative");
+    if (!isWithin(e, kMostRadiance)) return invalid("surfels.emission[" + std::to_string(i) + "] is above 1e9 W/m²/sr");
   }
   return done();
 }
@@ -127,10 +156,17 @@ Status checkCaches(const Caches& c) {
   }
   if (c.normal.size() != c.positionWorld.size())
     return wrongSize("caches.normal", c.positionWorld.size(), c.normal.size());
-  if (Status ok = checkFinite("caches.normal", c.normal); !ok) return ok;
+  if (Status ok = checkCoordinates("caches.positionWorld", c.positionWorld); !ok) return ok;
+  if (Status ok = checkNormals("caches.normal", c.normal, true); !ok) return ok;
   const CacheGrid& g = c.grid;
-  if (!finite(g.originWorld) || !finite(g.spacing)) return invalid("caches.grid is not at a finite place");
   const glm::uvec3 r = g.resolution;
+  const glm::vec3 end = g.originWorld + g.spacing * glm::vec3(glm::max(r, glm::uvec3(1)) - 1u);
+  for (const glm::vec3& corner : {g.originWorld, g.spacing, end}) {
+    if (!isWithin(corner, kMostCoordinate))
+      return invalid("caches.grid reaches " + toText(corner) + ", expected coordinates within 1e9 m");
+  }
+  if (!g.cache.empty() && !(g.spacing.x > 0.0f && g.spacing.y > 0.0f && g.spacing.z > 0.0f))
+    return invalid("caches.grid.spacing is " + toText(g.spacing) + ", expected three lengths above 0");
   if (r.x > 65535 || r.y > 65535 || r.z > 65535) return invalid("caches.grid has more than 65535 points on an axis");
   if (Status ok = checkIndexTexture("caches.grid.cache", g.cache, std::uint64_t{r.x} * r.y * r.z, c.count()); !ok)
     return ok;

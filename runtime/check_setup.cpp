@@ -3,6 +3,7 @@
 #include "runtime/check_setup.h"
 
 #include "formats/decimal.h"
+#include "formats/limits.h"
 
 #include <glm/geometric.hpp>
 
@@ -14,8 +15,7 @@ namespace relume {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kMostLight = 1e20f;    // of intensities, radiances, irradiances and factors on them
-constexpr float kMostPosition = 1e9f;  // [m]
+constexpr float kMostLight = kMostIntensity;  // of radiances, irradiances and factors on them as well
 
 Error refused(const std::string& what) { return Error{ErrorCode::usage, "light setup: " + what}; }
 
@@ -61,9 +61,9 @@ Status checkLight(const Light& light, std::size_t index) {
     if (Status ok = checkDirection(name + ".direction", light.direction); !ok) return ok;
   }
   if (light.kind == LightKind::directional) return done();
-  if (!within(light.positionWorld, -kMostPosition, kMostPosition)) {
+  if (!within(light.positionWorld, -kMostCoordinate, kMostCoordinate)) {
     return refused(name + ".positionWorld is " + text(light.positionWorld) + ", expected coordinates within " +
-                   decimal(kMostPosition) + " m");
+                   decimal(kMostCoordinate) + " m");
   }
   if (!(light.range >= 0.0f) || std::isinf(light.range))
     return refused(name + ".range is " + decimal(light.range) + ", expected a length in metres, or 0 for no limit");

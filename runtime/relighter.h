@@ -101,7 +101,8 @@ class Relighter {
   void reset();
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
-  // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set); never negative.
+  // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set). Finite and
+  // never negative; zero where a coordinate is not finite, or a normal is not finite or longer than 2.
   // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches
   // have not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,

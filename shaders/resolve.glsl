@@ -35,6 +35,11 @@ layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCache
 layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGrid[]; };
 layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
 
+// Receivers that are read for, as in runtime/cpu/resolve.h; by bits, for GLSL may take it that nothing is NaN.
+bool relumeFinite(float v) { return (floatBitsToUint(v) & 0x7F800000u) != 0x7F800000u; }
+bool relumeFinite(vec3 v) { return relumeFinite(v.x) && relumeFinite(v.y) && relumeFinite(v.z); }
+bool relumeCanShade(vec3 n) { return relumeFinite(n) && dot(n, n) <= RELUME_MOST_NORMAL2; }
+
 // Factors of the linear (x) and the clamped form (y) at a surface cache: formats/sh.h, surfaceLobe().
 vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
   float blend = smoothstep(0.85, 0.99, cosine);
@@ -85,6 +90,7 @@ vec3 relumeFinish(vec3 e, mat3x4 c, float upper, vec3 n, float clamped) {
 }
 
 vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
+  if (!relumeFinite(uv.x) || !relumeFinite(uv.y) || !relumeCanShade(n) || !relumeCanShade(geometricNormal)) return vec3(0.0);
   // The filtered w is the share of texels that have a cache: dividing by it leaves the others out.
   vec4 normal = textureLod(relumeLightmapNormal, uv, 0.0);
   if (!(normal.w > 0.0)) return vec3(0.0);
@@ -215,7 +221,8 @@ void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 
 
 vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
   uvec3 r = relumeResolve.gridResolution;
-  if (r.x == 0u || r.y == 0u || r.z == 0u) return vec3(0.0);
+  if (r.x == 0u || r.y == 0u || r.z == 0u || !relumeFinite(positionWorld) || !relumeCanShade(n)) return vec3(0.0);
+  positionWorld = clamp(positionWorld, vec3(-RELUME_MOST_COORDINATE), vec3(RELUME_MOST_COORDINATE));
   vec3 spacing = max(relumeResolve.gridSpacing, vec3(1e-20));
   uvec3 cells = max(r, uvec3(2u)) - 1u;
   vec3 p = min(max((positionWorld - relumeResolve.gridOriginWorld) / spacing, vec3(0.0)), vec3(r - 1u));

@@ -1,22 +1,25 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Build the libFuzzer targets (clang, ASan and UBSan) and run each for a while. Stops with an error at the first crash, leak,
-# or input that costs more than a second of CPU time; the input that did it is kept in build/fuzz/findings.
+# or input that costs more than a second of CPU time (a bake: ten); the input that did it is kept in build/fuzz/findings.
 #   tests/fuzz.sh                     a minute each
 #   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only
 #   tests/fuzz.sh --seconds N [NAME]  N seconds, always from the same seed: a suite that passes passes again
-# Targets: bake_file, gltf (a scene alone in its folder), gltf_files (beside a buffer and an image), options.
+# Targets: bake_file, runtime (a bake relit and read), gltf (a scene alone in its folder), gltf_files (beside a buffer and
+# an image), bake (a scene baked), options, side_files (lights, reports).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=60
 seed=0  # of libFuzzer; 0 = another one each time
-names=(bake_file gltf gltf_files options)
+names=(bake_file runtime gltf gltf_files bake options side_files)
+known=" ${names[*]} "
 while [ $# -gt 0 ]; do
   case "$1" in
     --minutes) seconds=$((60 * ${2:?--minutes needs a number})); shift 2 ;;
     --seconds) seconds="${2:?--seconds needs a number}"; seed=1; shift 2 ;;
-    bake_file|gltf|gltf_files|options) names=("$1"); shift ;;
-    *) echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N, bake_file, gltf, gltf_files, options)" >&2; exit 1 ;;
+    *)
+      [[ $known == *" $1 "* ]] || { echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N,${known% })" >&2; exit 1; }
+      names=("$1"); shift ;;
   esac
 done
 
@@ -29,7 +32,10 @@ for name in "${names[@]}"; do
   mkdir -p "$seeds/$name" "$corpus/$name" "$findings"
   [ ! -d "tests/fuzz/seeds/$name" ] || cp tests/fuzz/seeds/"$name"/* "$seeds/$name/"
 done
-[ ! -d "$seeds/bake_file" ] || cp tests/golden/*.relume "$seeds/bake_file/"
+for name in bake_file runtime; do
+  [ ! -d "$seeds/$name" ] || cp tests/golden/*.relume "$seeds/$name/"
+done
+[ ! -d "$seeds/bake" ] || cp tests/fuzz/seeds/gltf/* "$seeds/bake/"
 if [ -d "$seeds/gltf" ] && [ -d "${RELUME_SHARED_DIR:-}/scenes/conformance" ]; then
   find "$RELUME_SHARED_DIR/scenes/conformance" -name '*.gl[bt]*' -size -8k -exec cp -f {} "$seeds/gltf/" \;
 fi
@@ -38,13 +44,15 @@ export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time goes into stacks of allocations and cold memory otherwise
 failed=0
 for name in "${names[@]}"; do
+  slow_s=1
+  [ "$name" != bake ] || slow_s=10
   echo "== fuzz_$name, $seconds s"
-  "build/fuzz/tests/fuzz/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=60 -report_slow_units=1 -rss_limit_mb=2048 \
+  "build/fuzz/tests/fuzz/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=60 -report_slow_units=$slow_s -rss_limit_mb=2048 \
     -max_len=8192 -entropic=0 -artifact_prefix="$findings/$name-" -print_final_stats=1 "$corpus/$name" "$seeds/$name"
-  # What took over a second by the clock must not have: again, by CPU time.
+  # What took longer by the clock must not have: again, by CPU time.
   for slow in "$findings/$name"-slow-unit-*; do
     [ -e "$slow" ] || continue
-    if (ulimit -t 2 && "build/fuzz/tests/fuzz/fuzz_$name" "$slow" >/dev/null 2>&1); then rm "$slow"; else
+    if (ulimit -t $((2 * slow_s)) && "build/fuzz/tests/fuzz/fuzz_$name" "$slow" >/dev/null 2>&1); then rm "$slow"; else
       echo "fuzz_$name: slow: $slow" >&2
       failed=1
     fi

@@ -4,6 +4,7 @@
 #include "bake/scene/gltf_document.h"
 
 #include "bake/context.h"
+#include "bake/read_json.h"
 #include "bake/scene/gltf_file.h"
 #include "bake/scene/gltf_schema.h"
 
@@ -64,16 +65,11 @@ Status checkExtensions(const json& root, const std::string& file) {
 }
 
 Result<json> parseJson(const std::string& text, const std::string& file) {
-  if (Status depth = checkJsonDepth(text, file); !depth) return depth.error();
-  json root;
-  try {
-    root = json::parse(text);
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::invalidFile, file + ": not valid JSON: " + e.what()};
-  }
-  if (Status status = checkGltfSchema(root, file); !status) return status.error();
-  if (Status status = checkVersion(root["asset"], file); !status) return status.error();
-  if (Status status = checkExtensions(root, file); !status) return status.error();
+  Result<json> root = readJson(text);
+  if (!root) return Error{ErrorCode::invalidFile, file + ": " + root.error().message};
+  if (Status status = checkGltfSchema(*root, file); !status) return status.error();
+  if (Status status = checkVersion((*root)["asset"], file); !status) return status.error();
+  if (Status status = checkExtensions(*root, file); !status) return status.error();
   return root;
 }
 

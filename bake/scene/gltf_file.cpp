@@ -167,26 +167,6 @@ Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std:
   return container;
 }
 
-Status checkJsonDepth(std::string_view json, const std::string& file) {
-  std::size_t depth = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (quoted) {
-      if (c == '\\') ++i;
-      quoted = c != '"';
-    } else if (c == '"') {
-      quoted = true;
-    } else if (c == '{' || c == '[') {
-      if (++depth > kMaxJsonDepth)
-        return invalid(file, "JSON nested more than " + std::to_string(kMaxJsonDepth) + " deep");
-    } else if ((c == '}' || c == ']') && depth > 0) {
-      --depth;
-    }
-  }
-  return done();
-}
-
 Result<std::vector<std::uint8_t>> readUri(const std::string& uri, const fs::path& folder, const std::string& where,
                                           std::vector<fs::path>& filesRead) {
   if (uri.starts_with("data:")) return readDataUri(uri, where);

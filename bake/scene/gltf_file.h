@@ -14,9 +14,6 @@
 
 namespace relume {
 
-// [max] levels of arrays and objects in a glTF's JSON: parsers recurse.
-inline constexpr std::size_t kMaxJsonDepth = 128;
-
 // All bytes of a regular file. io: missing, not a regular file, not readable.
 Result<std::vector<std::uint8_t>> readFileBytes(const std::filesystem::path& path, const std::string& where);
 
@@ -28,9 +25,6 @@ struct GltfContainer {
 
 // A .glb by its magic, anything else as the JSON of a .gltf. invalidFile: header or chunk lengths do not fit the file.
 Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std::string& file);
-
-// invalidFile: deeper than kMaxJsonDepth.
-Status checkJsonDepth(std::string_view json, const std::string& file);
 
 // The bytes of a data URI, or of a file beside the scene, which is then added to `filesRead`. invalidFile: not base64,
 // or leaves the folder (absolute, "..", a link that points out, another scheme); io: not readable.

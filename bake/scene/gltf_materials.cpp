@@ -8,6 +8,7 @@
 #include "bake/scene/read_images.h"
 
 #include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -57,6 +58,8 @@ class MaterialReader {
     if (const auto it = extensions.find("KHR_texture_transform"); it != extensions.end()) transform = it->second;
     return slot(texture, texcoord, transform, where);
   }
+
+  void warn(const std::string& what) { context_.message(Severity::warning, document_.at(what)); }
 
   // The slot of an extension's textureInfo, which tinygltf keeps as a plain value.
   Result<Slot> slot(const tinygltf::Value& info, const std::string& where) {
@@ -142,11 +145,17 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
   draft.albedo = *albedo;
   m.albedo = glm::clamp(toVec3(factor), 0.0f, 1.0f);
   m.alpha = std::clamp(toFloat(factor[3]), 0.0f, 1.0f);
+  constexpr float kRounding = 1e-3f;  // of exporters
+  if (glm::any(glm::greaterThan(glm::abs(m.albedo - toVec3(factor)), glm::vec3(kRounding))) ||
+      std::abs(m.alpha - toFloat(factor[3])) > kRounding)
+    reader.warn(where + ": base colour or alpha is outside 0 to 1; clamped");
 
   const tinygltf::Value* strength = extensionOf(source, "KHR_materials_emissive_strength");
   const double scale = strength ? numberOr(*strength, "emissiveStrength", 1.0) : 1.0;
   for (int i = 0; i < 3; ++i)
     m.emission[i] = std::max(toFloat(source.emissiveFactor[static_cast<std::size_t>(i)] * scale), 0.0f);
+  if (scale < 0.0 || *std::min_element(source.emissiveFactor.begin(), source.emissiveFactor.end()) < 0.0)
+    reader.warn(where + ": emissive factor or strength is negative; taken for 0");
   const tinygltf::TextureInfo& info = source.emissiveTexture;
   const Result<Slot> emission = reader.slot(info.index, info.texCoord, info.extensions, where + ".emissiveTexture");
   if (!emission) return emission.error();

@@ -15,6 +15,9 @@ namespace {
 constexpr std::uint64_t kMaxTrianglesPerByte = 64;
 constexpr std::uint64_t kMinTriangleBudget = 1u << 20;
 
+// From here on a float has no digits left for a place within the image.
+constexpr float kMostTexcoord = 1e7f;
+
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // Vertex indices of triangles from those of a primitive: glTF 2.0, section 3.7.2.1.
@@ -100,14 +103,14 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     for (const std::uint32_t v : used) {
       const glm::vec2 uv(uvs->values[2 * static_cast<std::size_t>(v)],
                          uvs->values[2 * static_cast<std::size_t>(v) + 1]);
-      const bool good = std::isfinite(uv.x) && std::isfinite(uv.y);
+      const bool good = std::abs(uv.x) <= kMostTexcoord && std::abs(uv.y) <= kMostTexcoord;
       mesh.uv[set].push_back(good ? uv : glm::vec2(0.0f));
       broken += !good;
     }
   }
   if (broken > 0)
     context_.message(Severity::warning, document_.at(where + ": " + std::to_string(broken) +
-                                                     " texture coordinates are not finite; read as 0"));
+                                                     " texture coordinates are not finite or beyond 1e7; read as 0"));
   return done();
 }
 

@@ -3,6 +3,7 @@
 // it is walked with a stack of our own, so that depth costs nothing. Transforms are multiplied in double precision.
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/unit_vector.h"
+#include "formats/limits.h"
 
 #include "formats/decimal.h"
 
@@ -357,6 +358,7 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
   light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
   if (!(light.range >= 0.0f)) return document_.invalid(path, "range is negative");
+  if (light.range >= kMostCoordinate) light.range = 0.0f;  // beyond everything: none
   const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
                     light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
   if (light.type == LightType::spot && !cone)

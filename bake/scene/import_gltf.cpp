@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
 #include "bake/context.h"
+#include "bake/scene/check_limits.h"
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/scene.h"
 
@@ -25,6 +26,8 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();
   // 4. The lights' unit
   if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
+  // 5. Numbers that the baker can compute with
+  if (Status status = checkLimits(scene); !status) return status.error();
   scene.files = std::move(document->files);
   return scene;
 }

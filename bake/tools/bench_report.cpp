@@ -4,6 +4,7 @@
 #include "bake/tools/bench_report.h"
 
 #include "bake/printed.h"
+#include "bake/read_json.h"
 
 #include <algorithm>
 #include <array>
@@ -270,9 +271,10 @@ BakeSizes sizesOf(const Bake& bake) {
   }
   sizes.lumaBands = bake.provenance.lumaBands;
   sizes.chromaBands = bake.provenance.chromaBands;
-  const nlohmann::json options = nlohmann::json::parse(bake.provenance.optionsJson, nullptr, false);
   const auto kind = "/links/kind"_json_pointer;
-  if (options.contains(kind) && options.at(kind).is_string()) sizes.linkKind = options.at(kind).get<std::string>();
+  const Result<nlohmann::json> options = readJson(bake.provenance.optionsJson);
+  if (options && options->contains(kind) && options->at(kind).is_string())
+    sizes.linkKind = options->at(kind).get<std::string>();
   return sizes;
 }
 

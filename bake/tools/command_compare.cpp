@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is passed.
+#include "bake/read_json.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/compare_light.h"
 #include "bake/tools/compare_page.h"
@@ -58,8 +59,9 @@ Result<Json> readRun(const std::string& path) {
   const Result<FileBytes> file = readFile(path);
   if (!file) return file.error();
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
-  Json json = Json::parse(text, text + file->bytes.size(), nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object())
+  Result<Json> json = readJson({text, file->bytes.size()});
+  if (!json) return Error{ErrorCode::invalidFile, path + ": " + json.error().message};
+  if (!json->is_object())
     return Error{ErrorCode::invalidFile, path + ": expected a report of relume bake --report, a JSON object"};
   return json;
 }

@@ -2,6 +2,7 @@
 // See compare_report.h.
 #include "bake/tools/compare_report.h"
 
+#include "bake/read_json.h"
 #include "bake/tools/compare_scene.h"
 #include "formats/compact_links.h"
 
@@ -31,8 +32,8 @@ std::uint64_t bytesOf(const BakeFile& file) {
 // Options that differ, by path; null where a bake has none of that name.
 Json compareOptions(const std::string& a, const std::string& b) {
   const auto flat = [](const std::string& text) {
-    const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-    return json.is_object() ? json.flatten() : Json::object();
+    const Result<Json> json = readJson(text);
+    return json && json->is_object() ? json->flatten() : Json::object();
   };
   const Json flatA = flat(a), flatB = flat(b);
   std::set<std::string> names;

@@ -2,6 +2,7 @@
 // See describe.h.
 #include "bake/tools/describe.h"
 
+#include "bake/read_json.h"
 #include "bake/scene/check_mesh.h"
 #include "bake/tools/scene_bounds.h"
 
@@ -191,7 +192,7 @@ SpacingStatistics surfelSpacing(const Surfels& surfels) {
 
 Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
   const Provenance& p = bake.provenance;
-  const Json options = Json::parse(p.optionsJson, nullptr, /*allow_exceptions=*/false);
+  const Result<Json> options = readJson(p.optionsJson);
   std::uint64_t bytes = 0;
   for (const ChunkInfo& c : chunks) bytes = std::max(bytes, c.offset + c.bytes);
   Json instances = Json::array();
@@ -208,7 +209,7 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
             {"rayTracer", p.rayTracer},
             {"lumaBands", p.lumaBands},
             {"chromaBands", p.chromaBands}}},
-          {"options", options.is_discarded() ? Json(p.optionsJson) : options},
+          {"options", options ? *options : Json(p.optionsJson)},
           {"surfels", describeSurfels(bake)},
           {"hierarchy",
            {{"nodes", bake.hierarchy.nodeCount()},

@@ -2,8 +2,10 @@
 // See lights_file.h.
 #include "bake/tools/lights_file.h"
 
+#include "bake/read_json.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/file_io.h"
+#include "formats/limits.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
@@ -63,6 +65,8 @@ class LightReader {
       if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
         return wrong("is less than dark, or endless");
     }
+    if (!isWithin(light.intensity, kMostIntensity)) return wrong("has an intensity above 1e20");
+    if (!isWithin(light.positionWorld, kMostLevelCoordinate)) return wrong("has a \"position\" beyond 1e8 m");
     if (light.range < 0.0f) return wrong("has a negative \"range\"");
     if (!(light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
           light.outerConeRad <= glm::half_pi<float>())) {
@@ -114,15 +118,16 @@ Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path
   if (!file) return file.error();
   const std::string name = "\"" + path.string() + "\": ";
   const auto* begin = reinterpret_cast<const char*>(file->bytes.data());
-  const json list = json::parse(begin, begin + file->bytes.size(), nullptr, false, true);
-  if (!list.is_array()) return Error{ErrorCode::invalidFile, name + "a JSON list of lights expected"};
-  if (list.size() > kMostLights) {
+  const Result<json> list = readJson({begin, file->bytes.size()}, JsonComments::skip);
+  if (!list) return Error{ErrorCode::invalidFile, name + list.error().message + "; a JSON list of lights expected"};
+  if (!list->is_array()) return Error{ErrorCode::invalidFile, name + "a JSON list of lights expected"};
+  if (list->size() > kMostLights) {
     return Error{ErrorCode::invalidFile,
-                 name + std::to_string(list.size()) + " lights, at most " + std::to_string(kMostLights)};
+                 name + std::to_string(list->size()) + " lights, at most " + std::to_string(kMostLights)};
   }
   std::vector<SceneLight> lights;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    Result<SceneLight> light = LightReader(list[i], name + "light " + std::to_string(i)).read();
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    Result<SceneLight> light = LightReader((*list)[i], name + "light " + std::to_string(i)).read();
     if (!light) return light.error();
     lights.push_back(std::move(*light));
   }

@@ -6,6 +6,7 @@
 #include "bake/tools/default_view.h"
 #include "bake/tools/lights_file.h"
 #include "bake/tools/parse_numbers.h"
+#include "formats/limits.h"
 
 #include <CLI/CLI.hpp>
 
@@ -46,7 +47,8 @@ Status readSize(const std::string& text, View& view) {
 
 Result<glm::vec3> readPoint(const char* option, const std::string& text) {
   const std::optional<glm::vec3> point = threeNumbers(text);
-  if (!point) return usage(std::string(option) + ": X,Y,Z in metres expected, \"" + text + "\" found");
+  if (!point || !isWithin(*point, kMostLevelCoordinate))
+    return usage(std::string(option) + ": X,Y,Z in metres, within 1e8, expected, \"" + text + "\" found");
   return *point;
 }
 
@@ -159,8 +161,8 @@ Result<View> readView(const ViewOptions& options) {
   View view;
   if (Status ok = readSize(options.size, view); !ok) return ok.error();
   const std::optional<glm::vec3> sky = threeNumbers(options.sky);
-  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f)
-    return usage("--sky: R,G,B, three finite numbers of at least 0, expected, \"" + options.sky + "\" found");
+  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMostRadiance))
+    return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
   view.skyRadiance = *sky;
   return view;
 }

@@ -3,6 +3,7 @@
 #include "runtime/cpu/resolve.h"
 
 #include "formats/color.h"
+#include "formats/limits.h"
 #include "formats/sh.h"
 #include "runtime/cpu/stencil.h"
 
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace relume::cpu {
@@ -129,10 +131,15 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
   return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
 }
 
+// A receiver whose normal can shade: nothing is read for others. False for NaN.
+bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) <= kMostNormal2; }
+
 }  // namespace
 
 glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
                                const glm::vec3& normal, const glm::vec3& geometricNormal) {
+  if (!std::isfinite(uv.x) || !std::isfinite(uv.y) || !canShade(normal) || !canShade(geometricNormal))
+    return glm::vec3(0.0f);
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
@@ -148,7 +155,9 @@ glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, co
 
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal) {
-  const Stencil stencil = gridStencil(caches, positionWorld, normal);
+  if (!isWithin(positionWorld, std::numeric_limits<float>::max()) || !canShade(normal)) return glm::vec3(0.0f);
+  const glm::vec3 near = glm::clamp(positionWorld, -kMostCoordinate, kMostCoordinate);
+  const Stencil stencil = gridStencil(caches, near, normal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
   return gather(light, stencil, makeLobe(light, normal, {}, 1.0f), normal, 1.0f / total);

@@ -35,7 +35,12 @@ struct CacheLight {
   std::size_t stride() const { return lumaCount() + 2 * chromaCount(); }
 };
 
-// Irradiance [W/m²], never negative, zero where there are no caches. `uv` is a point of the light map, whichever of its
+// Square of the longest normal that receivers may have: unit ones, and what is left of them by interpolation or
+// packing.
+inline constexpr float kMostNormal2 = 4.0f;
+
+// Irradiance [W/m²], finite and never negative; zero where there are no caches, where uv or the position is not finite,
+// and for a normal that is not finite or longer than 2. `uv` is a point of the light map, whichever of its
 // coordinate sets (front or back sides) it came from. Texels without a cache have weight 0, the others share it.
 // `normal` is the shading normal, `geometricNormal` that of the receiver's plane (formats/sh.h, surfaceLobe()).
 glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
@@ -45,8 +50,9 @@ inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& li
   return irradianceOnLightmap(caches, light, uv, normal, normal);
 }
 
-// Trilinear between the points of the grid, the position clamped to it; points behind the receiver count less (the wrap
-// weight), those behind a wall next to nothing (formats/grid_depth.h), points without a cache nothing.
+// Trilinear between the points of the grid, the position clamped to it (and to 1e9 m, formats/limits.h); points behind
+// the receiver count less (the wrap weight), those behind a wall next to nothing (formats/grid_depth.h), points without
+// a cache nothing.
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal);
 

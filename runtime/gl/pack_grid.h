@@ -5,6 +5,8 @@
 
 #include "formats/caches.h"
 #include "formats/grid_depth.h"
+#include "formats/limits.h"
+#include "runtime/cpu/resolve.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -14,6 +16,7 @@
 namespace relume::gl {
 
 static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
+static_assert(RELUME_MOST_COORDINATE == kMostCoordinate && RELUME_MOST_NORMAL2 == cpu::kMostNormal2);
 
 struct PackedGrid {
   std::vector<std::uint32_t> words;

@@ -54,6 +54,10 @@
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve
 #endif
 
+// What receivers may have: formats/limits.h, runtime/cpu/resolve.h.
+#define RELUME_MOST_COORDINATE 1e9f  // [m]
+#define RELUME_MOST_NORMAL2 4.0f
+
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64
 

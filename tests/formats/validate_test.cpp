@@ -129,7 +129,9 @@ const std::vector<Corruption>& corruptions() {
       {Check::receiverWithoutLightmap, "dropped map", cone, [](Bake& b) { b.caches.lightmap = Lightmap{}; }},
       {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
-      {Check::surfelPosition, "nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
+      {Check::coordinate, "surfel nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
+      {Check::coordinate, "surfel far", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, 0, 2e9f)); }},
+      {Check::surfelEmission, "bright", cone, [](Bake& b) { set(b.surfels.emission, 4, V(2e9f, 0, 0)); }},
       {Check::surfelNormal, "length", cone, [](Bake& b) { set(b.surfels.normal, 2, V(0, 1.1f, 0)); }},
       {Check::surfelAlbedo, "above", cone, [](Bake& b) { set(b.surfels.albedo, 2, V(0, 1.5f, 0)); }},
       {Check::surfelEmission, "negative", cone, [](Bake& b) { set(b.surfels.emission, 5, V(1, -1, 0)); }},
@@ -150,7 +152,9 @@ const std::vector<Corruption>& corruptions() {
       {Check::groupMixed, "emitter", cone, [](Bake& b) { set(b.surfels.emission, 1, V(1, 1, 1)); }},
       {Check::skyDirection, "length", cone, [](Bake& b) { set(b.hierarchy.skyDirection, 1, V(0, 0, 0)); }},
 
-      {Check::cachePosition, "nan", cone, [](Bake& b) { set(b.caches.positionWorld, 1, V(kNan, 0, 0)); }},
+      {Check::coordinate, "cache nan", cone, [](Bake& b) { set(b.caches.positionWorld, 1, V(kNan, 0, 0)); }},
+      {Check::coordinate, "cache infinite", cone, [](Bake& b) { set(b.caches.positionWorld, 1, V(0, -kInfinity, 0)); }},
+      {Check::coordinate, "cache far", cone, [](Bake& b) { set(b.caches.positionWorld, 1, V(0, 0, 3e38f)); }},
       {Check::cacheNormal, "length", cone, [](Bake& b) { set(b.caches.normal, 3, V(0, 0.5f, 0)); }},
       {Check::cacheUnused, "grid", cone, [](Bake& b) {
          set(b.caches.grid.cache, 0, kNoCache);

@@ -3,15 +3,11 @@
 // with RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
 #include "bake/context.h"
 #include "bake/scene/scene.h"
+#include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <string>
-
-#include <unistd.h>
 
 namespace {
 
@@ -23,29 +19,6 @@ constexpr bool kWithFiles = true;
 #else
 constexpr bool kWithFiles = false;
 #endif
-
-// A folder of this process, in memory where there is such a place; removed at exit.
-const fs::path& folder() {
-  static const fs::path path = [] {
-    const fs::path memory = "/dev/shm";
-    const fs::path made = (fs::is_directory(memory) ? memory : fs::temp_directory_path()) /
-                          ("relume_fuzz_gltf_" + std::to_string(::getpid()));
-    fs::create_directories(made);
-    std::atexit([] {
-      std::error_code ignored;
-      fs::remove_all(folder(), ignored);
-    });
-    return made;
-  }();
-  return path;
-}
-
-void write(const fs::path& path, const std::uint8_t* data, std::size_t size) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) std::abort();
-  std::fwrite(data, 1, size, file);
-  std::fclose(file);
-}
 
 void import(const fs::path& path) {
   relume::Context context;
@@ -82,15 +55,12 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (kWithFiles) {
     const relume::fuzz::FileSet files = relume::fuzz::splitFiles({data, size});
-    write(folder() / "b.bin", files.buffer.data(), files.buffer.size());
-    write(folder() / "i.png", files.image.data(), files.image.size());
-    write(folder() / "scene.gltf", files.scene.data(), files.scene.size());
-    import(folder() / "scene.gltf");
+    relume::fuzz::writeToMemory("b.bin", files.buffer);
+    relume::fuzz::writeToMemory("i.png", files.image);
+    import(relume::fuzz::writeToMemory("scene.gltf", files.scene));
   } else {
     const bool binary = size >= 4 && std::memcmp(data, "glTF", 4) == 0;
-    const fs::path path = folder() / (binary ? "scene.glb" : "scene.gltf");
-    write(path, data, size);
-    import(path);
+    import(relume::fuzz::writeToMemory(binary ? "scene.glb" : "scene.gltf", {data, size}));
   }
   return 0;
 }

@@ -67,6 +67,32 @@ constexpr double kNumbers[] = {0,
                                5125,
                                5126};
 
+// The same of single precision, and coordinates about the bounds of levels.
+constexpr float kFloats[] = {0.0f,
+                             -0.0f,
+                             1.0f,
+                             -1.0f,
+                             0.5f,
+                             1e-45f,
+                             1e-38f,
+                             1e-20f,
+                             1e-10f,
+                             1e-5f,
+                             1e3f,
+                             1e5f,
+                             1e7f,
+                             9.9e7f,
+                             -9.9e7f,
+                             1.1e8f,
+                             9.9e8f,
+                             1e12f,
+                             1e19f,
+                             1e30f,
+                             3.4e38f,
+                             -3.4e38f,
+                             std::numeric_limits<float>::infinity(),
+                             std::numeric_limits<float>::quiet_NaN()};
+
 constexpr const char* kGltfWords[] = {"accessors",
                                       "alphaCutoff",
                                       "alphaMode",
@@ -295,6 +321,14 @@ void changeOnce(json& root, std::span<const char* const> words, Random& random) 
     case 3:
       value = randomValue(words, random);
       return;
+    case 4:  // bury it, rarely as deep as readers allow and beyond
+      if (random() % 16 == 0) {
+        constexpr std::size_t kDepths[] = {1, 3, 120, 127, 128, 129, 1000};
+        for (std::size_t depth = pick(kDepths, random); depth > 0; --depth)
+          value = random() % 2 ? json::array({value}) : json::object({{"a", value}});
+        return;
+      }
+      break;
     default:
       break;
   }
@@ -313,6 +347,29 @@ void putU32(Bytes& out, std::size_t value) {
   const auto v = static_cast<std::uint32_t>(value);
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(&v);
   out.insert(out.end(), bytes, bytes + 4);
+}
+
+// Numbers of a buffer, most of which are floats: to the ends of what floats can say, or a little off.
+void changeFloats(Bytes& buffer, Random& random) {
+  for (auto left = 1 + random() % 4; left > 0; --left) {
+    const std::size_t at = 4 * (random() % (buffer.size() / 4));
+    float value = 0.0f;
+    std::memcpy(&value, &buffer[at], 4);
+    switch (random() % 4) {
+      case 0:
+        value *= random() % 2 ? -1.0f : 1.001f;
+        break;
+      case 1:
+        value += 0.25f;
+        break;
+      case 2:
+        std::memcpy(&value, &buffer[4 * (random() % (buffer.size() / 4))], 4);
+        break;
+      default:
+        value = pick(kFloats, random);
+    }
+    std::memcpy(&buffer[at], &value, 4);
+  }
 }
 
 Bytes bytesOf(std::span<const std::uint8_t> span) { return {span.begin(), span.end()}; }
@@ -356,7 +413,10 @@ Bytes mutateGltf(std::span<const std::uint8_t> file, std::size_t most, Random& r
   // Change one of the two chunks and give both their true sizes.
   Bytes binary = file.size() >= 28 + jsonBytes ? bytesOf(file.subspan(28 + jsonBytes)) : Bytes{};
   const std::size_t room = most > 40 + binary.size() ? most - 40 - binary.size() : 0;
-  if (!binary.empty() && random() % 4 == 0) {
+  const auto way = random() % 8;
+  if (binary.size() >= 4 && way == 0) {
+    changeFloats(binary, random);
+  } else if (!binary.empty() && way == 1) {
     mutateBytes(binary, random() % 4 == 0 && most > text.size() + 40 ? most - text.size() - 40 : binary.size());
   } else {
     text = mutateJson(text, room, kGltfWords, random);

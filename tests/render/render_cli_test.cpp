@@ -121,6 +121,8 @@ TEST_F(RenderCommand, looksFromWhereItIsTold) {
   expectRefused(render({"--aov", "albedo", "--eye", "1,1,1", "--target", "1,1,1"}), 1, {"--target", "1,1,1"});
   expectRefused(render({"--aov", "albedo", "--eye", "1,1", "--target", "1,1,1"}), 1, {"--eye", "X,Y,Z"});
   expectRefused(render({"--aov", "albedo", "--eye", "1,nan,1", "--target", "1,1,1"}), 1, {"--eye", "X,Y,Z"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,3e38,1", "--target", "1,1,1"}), 1, {"--eye", "within 1e8"});
+  expectRefused(render({"--aov", "albedo", "--eye", "1,1,1", "--target", "1,-1e20,1"}), 1, {"--target", "within 1e8"});
   expectRefused(render({"--aov", "albedo", "--eye", "1,1,1", "--target", "2,1,1", "--camera", "cam_hall"}), 1,
                 {"--camera"});
 }

@@ -5,6 +5,7 @@
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/cpu/stencil.h"
+#include "runtime/relighter.h"
 
 #include "formats/color.h"
 #include "formats/pack.h"
@@ -117,6 +118,42 @@ TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
 }
 
 // A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
+TEST(Resolve, receiversThatAreNowhereReadNothingAndAllOthersFiniteLight) {
+  const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
+  Result<Relighter> relighter = Relighter::create(bake, {});
+  ASSERT_TRUE(relighter) << relighter.error().message;
+  const std::array<Light, 1> lights{
+      Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}}};
+  LightSetup setup;
+  setup.lights = lights;
+  ASSERT_TRUE(relighter->relight(setup));
+  const auto isLight = [](const glm::vec3& e) {
+    return std::isfinite(e.x) && std::isfinite(e.y) && std::isfinite(e.z) && e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f;
+  };
+  std::size_t lit = 0;
+  for (const test::WeirdReceiver& r : test::weirdReceivers()) {
+    const glm::vec3 grid = relighter->irradianceInGrid(r.position, r.normal);
+    const glm::vec3 map = relighter->irradianceOnLightmap(glm::vec2(r.position), r.normal);
+    const glm::vec3 plane = relighter->irradianceOnLightmap(glm::vec2(0.5f), {0, 1, 0}, r.normal);
+    ASSERT_TRUE(isLight(grid) && isLight(map) && isLight(plane)) << r.position.x << " " << r.position.y;
+    if (!r.isInGrid()) {
+      ASSERT_EQ(grid, glm::vec3(0.0f));
+    }
+    if (!r.isOnMap()) {
+      ASSERT_EQ(map, glm::vec3(0.0f));
+    }
+    if (!r.canShade()) {
+      ASSERT_EQ(plane, glm::vec3(0.0f));
+    }
+    // Far away reads what the border of the grid has.
+    if (r.isInGrid()) {
+      ASSERT_GT(grid.r, 0.0f) << r.position.x << " " << r.position.y << " " << r.position.z;
+    }
+    lit += r.isInGrid();
+  }
+  EXPECT_GT(lit, 50u);
+}
+
 TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   Caches caches;
   caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};

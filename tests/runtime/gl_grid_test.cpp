@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The grid with bricks and with depths: the shader reads what the CPU reads.
-#include "formats/grid_depth.h"
 #include "runtime/relighter.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -15,36 +14,6 @@ namespace relume {
 namespace {
 
 class GlGrid : public test::GlTest {};
-
-// A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches
-// see any distance.
-Bake bakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {
-  Bake bake = test::makeSyntheticBake({.surfels = 200, .grid = resolution, .lightmapCaches = 12, .linksPerCache = 16});
-  CacheGrid& grid = bake.caches.grid;
-  const auto caches = static_cast<std::uint32_t>(grid.cache.size());
-  std::mt19937 random(5);
-  if (bricks) {
-    const glm::uvec3 cells = grid.cells();
-    std::vector<std::uint32_t> brick(cells.x * cells.y * cells.z), fine;
-    std::uint32_t count = 0;
-    for (std::uint32_t& b : brick) b = random() % 3 == 0 ? kNoBrick : count++;
-    for (std::uint32_t i = 0; i < kBrickWords * count; ++i) {
-      const std::uint32_t pick = random() % 5;
-      fine.push_back(pick == 0 ? kNoCache : pick == 1 ? kHangingPoint : static_cast<std::uint32_t>(random() % caches));
-    }
-    grid.brick = brick;
-    grid.fine = fine;
-  }
-  if (depths) {
-    std::vector<std::uint32_t> depth(std::size_t{kDepthWords} * caches, 0);
-    for (std::uint32_t c = 0; c < caches; ++c) {
-      for (std::uint32_t n = 0; n < kDepthSide * kDepthSide; ++n)
-        depth[kDepthWords * c + n / 4] |= (random() % 140u) << (8 * (n % 4));
-    }
-    grid.depth = depth;
-  }
-  return bake;
-}
 
 Relighter light(const Bake& bake, Backend backend) {
   RelightOptions options;
@@ -112,11 +81,49 @@ void expectSame(const Bake& bake) {
   EXPECT_LT(largest, 5e-3);
 }
 
-TEST_F(GlGrid, latticeAgreesWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, false, false)); }
-TEST_F(GlGrid, bricksAgreeWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, true, false)); }
-TEST_F(GlGrid, depthsAgreeWithTheCpu) { expectSame(bakeWithBricks({4, 3, 4}, false, true)); }
-TEST_F(GlGrid, bricksAndDepthsAgreeWithTheCpu) { expectSame(bakeWithBricks({3, 4, 2}, true, true)); }
-TEST_F(GlGrid, gridsOfOnePointAlongAnAxisAgreeWithTheCpu) { expectSame(bakeWithBricks({3, 1, 2}, true, true)); }
+// The shader answers for any bits that a host may hand over as the CPU does, on the grid and on the light map.
+TEST_F(GlGrid, receiversThatAreNowhereReadNothing) {
+  const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
+  const Relighter cpu = light(bake, Backend::cpu), gl = light(bake, Backend::gl);
+  const std::vector<test::WeirdReceiver> receivers = test::weirdReceivers();
+  std::vector<float> in;
+  for (const test::WeirdReceiver& r : receivers)
+    in.insert(in.end(), {r.position.x, r.position.y, r.position.z, r.normal.x, r.normal.y, r.normal.z});
+  gl.bindResolveInputs();
+  const std::vector<float> found = test::runCompute(
+      gl.resolveGlsl(),
+      "uint k = 6u * i; vec3 n = vec3(inData[k+3u], inData[k+4u], inData[k+5u]);\n"
+      "vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), n);\n"
+      "vec3 m = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, vec3(0, 1, 0));\n"
+      "for (int j = 0; j < 3; ++j) { outData[6u*i+uint(j)] = e[j]; outData[6u*i+3u+uint(j)] = m[j]; }\n",
+      in, receivers.size(), receivers.size() * 6);
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const test::WeirdReceiver& r = receivers[i];
+    const glm::vec3 grid = cpu.irradianceInGrid(r.position, r.normal);
+    const glm::vec3 map = cpu.irradianceOnLightmap(glm::vec2(r.position), r.normal, {0, 1, 0});
+    const auto same = [&](int at, const glm::vec3& expected, bool whole) {
+      for (int k = 0; k < 3; ++k) {
+        const float v = found[6 * i + static_cast<std::size_t>(at + k)];
+        ASSERT_TRUE(std::isfinite(v) && v >= 0.0f) << i << ": " << v;
+        if (whole) {
+          ASSERT_NEAR(v, expected[k], 0.02f * expected[k] + 0.02f) << i;
+        } else {
+          ASSERT_EQ(v, 0.0f) << i;
+        }
+      }
+    };
+    same(0, grid, r.isInGrid());
+    same(3, map, r.isOnMap());
+  }
+}
+
+TEST_F(GlGrid, latticeAgreesWithTheCpu) { expectSame(test::makeBakeWithBricks({4, 3, 4}, false, false)); }
+TEST_F(GlGrid, bricksAgreeWithTheCpu) { expectSame(test::makeBakeWithBricks({4, 3, 4}, true, false)); }
+TEST_F(GlGrid, depthsAgreeWithTheCpu) { expectSame(test::makeBakeWithBricks({4, 3, 4}, false, true)); }
+TEST_F(GlGrid, bricksAndDepthsAgreeWithTheCpu) { expectSame(test::makeBakeWithBricks({3, 4, 2}, true, true)); }
+TEST_F(GlGrid, gridsOfOnePointAlongAnAxisAgreeWithTheCpu) {
+  expectSame(test::makeBakeWithBricks({3, 1, 2}, true, true));
+}
 
 }  // namespace
 }  // namespace relume

@@ -398,6 +398,24 @@ TEST(BakeCheck, eachBrokenInvariantIsNamed) {
   expectInvalid([](Bake& b) { change(b.hierarchy.leafNode, 3, 7u); }, "hierarchy.leafNode[3]");
   expectInvalid([](Bake& b) { change(b.caches.lightmap.cache, 5, 7u); }, "caches.lightmap.cache[5]");
   expectInvalid([](Bake& b) { change(b.caches.grid.cache, 0, 99u); }, "caches.grid.cache[0]");
+  expectInvalid([](Bake& b) { change(b.surfels.positionWorld, 1, glm::vec3(0, 0, 3e38f)); },
+                "surfels.positionWorld[1]");
+  expectInvalid([](Bake& b) { change(b.surfels.normal, 1, glm::vec3(0, 0, 1e30f)); }, "surfels.normal[1]");
+  expectInvalid([](Bake& b) { change(b.surfels.emission, 1, glm::vec3(2e9f)); }, "surfels.emission[1]");
+  for (const float far : {2e9f, 3e38f, std::numeric_limits<float>::infinity(), std::nanf("")}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 2);
+      glm::vec3 position(0.0f);
+      position[axis] = -far;
+      change(bake.caches.positionWorld, 3, position);
+      const Result<Relighter> made = Relighter::create(bake, {});
+      ASSERT_FALSE(made);
+      EXPECT_NE(made.error().message.find("caches.positionWorld[3]"), std::string::npos) << made.error().message;
+    }
+  }
+  expectInvalid([](Bake& b) { change(b.caches.normal, 2, glm::vec3(3, 0, 0)); }, "caches.normal[2]");
+  expectInvalid([](Bake& b) { b.caches.grid.originWorld.y = 2e9f; }, "caches.grid reaches");
+  expectInvalid([](Bake& b) { b.caches.grid.spacing.y = -1.0f; }, "caches.grid.spacing");
   expectInvalid([](Bake& b) { b.caches.lightmap.width = 7; }, "caches.lightmap.cache has 6");
   expectInvalid([](Bake& b) { change(b.links.rowBegin, 2, 99u); }, "links.rowBegin[3]");
   expectInvalid([](Bake& b) { change(b.links.shNode, 4, 11u); }, "links.node[4]");

@@ -3,6 +3,7 @@
 #include "tests/runtime/synthetic_bake.h"
 
 #include "formats/compact_links.h"
+#include "formats/grid_depth.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 
@@ -13,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <queue>
 #include <random>
@@ -354,6 +356,60 @@ Bake makeSyntheticBake(const SyntheticOptions& options) {
   makeLinks(options, clusters, bake.hierarchy, bake.caches, bake.links);
   bake.provenance.lumaBands = bake.provenance.chromaBands = options.bands;
   return bake;
+}
+
+Bake makeBakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {
+  Bake bake = makeSyntheticBake({.surfels = 200, .grid = resolution, .lightmapCaches = 12, .linksPerCache = 16});
+  CacheGrid& grid = bake.caches.grid;
+  const auto caches = static_cast<std::uint32_t>(grid.cache.size());
+  std::mt19937 random(5);
+  if (bricks) {
+    const glm::uvec3 cells = grid.cells();
+    std::vector<std::uint32_t> brick(cells.x * cells.y * cells.z), fine;
+    std::uint32_t count = 0;
+    for (std::uint32_t& b : brick) b = random() % 3 == 0 ? kNoBrick : count++;
+    for (std::uint32_t i = 0; i < kBrickWords * count; ++i) {
+      const std::uint32_t pick = random() % 5;
+      fine.push_back(pick == 0 ? kNoCache : pick == 1 ? kHangingPoint : static_cast<std::uint32_t>(random() % caches));
+    }
+    grid.brick = brick;
+    grid.fine = fine;
+  }
+  if (depths) {
+    std::vector<std::uint32_t> depth(std::size_t{kDepthWords} * caches, 0);
+    for (std::uint32_t c = 0; c < caches; ++c) {
+      for (std::uint32_t n = 0; n < kDepthSide * kDepthSide; ++n)
+        depth[kDepthWords * c + n / 4] |= (random() % 140u) << (8 * (n % 4));
+    }
+    grid.depth = depth;
+  }
+  return bake;
+}
+
+bool WeirdReceiver::canShade() const {
+  return std::isfinite(normal.x) && std::isfinite(normal.y) && std::isfinite(normal.z) &&
+         glm::length(glm::dvec3(normal)) <= 2.0;
+}
+
+bool WeirdReceiver::isInGrid() const {
+  return canShade() && std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z);
+}
+
+bool WeirdReceiver::isOnMap() const { return canShade() && std::isfinite(position.x) && std::isfinite(position.y); }
+
+std::vector<WeirdReceiver> weirdReceivers() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+  const std::array<float, 9> values = {0.3f, 0.0f, -1e10f, 3e38f, -3e38f, kInfinity, -kInfinity, kNan, -kNan};
+  std::vector<WeirdReceiver> receivers;
+  for (const float x : values) {
+    for (const float y : values) {
+      for (const float z : values) {
+        receivers.push_back({{x, y, z}, {0, 1, 0}});
+        receivers.push_back({{0.3f, 0.6f, 0.2f}, {x, y, z}});
+      }
+    }
+  }
+  return receivers;
 }
 
 }  // namespace relume::test

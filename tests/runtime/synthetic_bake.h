@@ -5,6 +5,8 @@
 
 #include "formats/bake.h"
 
+#include <vector>
+
 namespace relume::test {
 
 struct SyntheticOptions {
@@ -25,5 +27,20 @@ inline SyntheticOptions moderateSetting() { return {32768, 0, {24, 8, 12}, 98, 8
 
 // Each row's transfers are scaled to cover the hemisphere (surface caches) or sphere (grid caches) exactly.
 Bake makeSyntheticBake(const SyntheticOptions& options);
+
+// A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches
+// see any distance.
+Bake makeBakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths);
+
+// A receiver as a host may hand it over by a fault of its own: any mix of ordinary, huge, infinite and NaN numbers.
+struct WeirdReceiver {
+  glm::vec3 position, normal;  // position.xy is also a light-map coordinate
+
+  bool canShade() const;  // finite, and no longer than normals may be
+  bool isInGrid() const;
+  bool isOnMap() const;
+};
+// Every combination of the components of a position, and of those of a normal.
+std::vector<WeirdReceiver> weirdReceivers();
 
 }  // namespace relume::test

@@ -38,7 +38,7 @@ TEST(HostileFiles, emptyAndForeignFilesAreNamed) {
   expectRefused(importFile(writeFile("a.glb", Bytes{})), ErrorCode::invalidFile, "a.glb: empty file");
   expectRefused(importFile(writeFile("b.glb", std::string("PK\3\4 something"))), ErrorCode::invalidFile,
                 "neither a .glb");
-  expectRefused(importFile(writeFile("c.gltf", std::string("{\"asset\": "))), ErrorCode::invalidFile, "not valid JSON");
+  expectRefused(importFile(writeFile("c.gltf", std::string("{\"asset\": "))), ErrorCode::invalidFile, "not JSON");
   expectRefused(importFile(writeFile("d.gltf", std::string("[1, 2]"))), ErrorCode::invalidFile, "neither a .glb");
   expectRefused(importFile(writeFile("e.gltf", std::string("{\"a\": \"\xff\xfe\"}"))), ErrorCode::invalidFile, "JSON");
 }

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// See check_limits.h.
+#include "bake/scene/check_limits.h"
+
+#include "formats/limits.h"
+
+#include <glm/common.hpp>
+
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+// Offsets and factors of a texture transform: beyond, a float has no digits left for a place within the image.
+constexpr float kMostTextureTransform = 1e6f;
+constexpr float kMostAspect = 1e4f;  // of a camera, also its inverse
+
+std::string number(float v) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", static_cast<double>(v));
+  return text.data();
+}
+
+std::string vector(const glm::vec3& v) { return "(" + number(v.x) + ", " + number(v.y) + ", " + number(v.z) + ")"; }
+
+std::string coordinates(float most) { return "; expected finite coordinates within " + number(most) + " m"; }
+
+// True for numbers of [0, most], false for NaN.
+bool isBetween(float v, float most) { return v >= 0.0f && v <= most; }
+bool isBetween(const glm::vec3& v, float most) {
+  return isBetween(v.x, most) && isBetween(v.y, most) && isBetween(v.z, most);
+}
+
+// Box of a mesh's positions; nothing when one of them is beyond what a mesh may have.
+struct Box {
+  glm::vec3 low{std::numeric_limits<float>::max()}, high{-std::numeric_limits<float>::max()};
+};
+
+// What is wrong, without the name of the level.
+using Finding = std::optional<std::string>;
+
+Finding checkMesh(const Mesh& mesh, Box& box) {
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    const glm::vec3& p = mesh.position[v];
+    if (!isWithin(p, kMostCoordinate))
+      return "mesh '" + mesh.name + "': vertex " + std::to_string(v) + " is at " + vector(p) +
+             coordinates(kMostCoordinate);
+    box.low = glm::min(box.low, p);
+    box.high = glm::max(box.high, p);
+  }
+  return std::nullopt;
+}
+
+glm::vec3 cornerOf(const Box& box, int corner) {
+  return {corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
+          corner & 4 ? box.high.z : box.low.z};
+}
+
+Finding checkTransform(const glm::mat4& m, const std::string& who) {
+  constexpr const char* kAxes[] = {"x axis", "y axis", "z axis", "origin"};
+  for (int c = 0; c < 4; ++c) {
+    if (!isWithin(glm::vec3(m[c]), kMostLevelCoordinate))
+      return who + ": its transform to the world takes the " + kAxes[c] + " to " + vector(glm::vec3(m[c])) +
+             coordinates(kMostLevelCoordinate);
+  }
+  return std::nullopt;
+}
+
+// The corners of the mesh's box are within the bound nearly always; only where they are not, look at every vertex.
+Finding checkInstance(const Instance& instance, const Mesh& mesh, const Box& box) {
+  const std::string who = "nodes[" + std::to_string(instance.nodeIndex) + "] '" + instance.node + "'";
+  if (Finding found = checkTransform(instance.toWorld, who)) return found;
+  const auto toWorld = [&](const glm::vec3& p) { return glm::vec3(instance.toWorld * glm::vec4(p, 1.0f)); };
+  bool within = true;
+  for (int corner = 0; corner < 8 && within && !mesh.position.empty(); ++corner)
+    within = isWithin(toWorld(cornerOf(box, corner)), kMostLevelCoordinate);
+  for (std::size_t v = 0; v < mesh.position.size() && !within; ++v) {
+    const glm::vec3 world = toWorld(mesh.position[v]);
+    if (!isWithin(world, kMostLevelCoordinate))
+      return who + ": vertex " + std::to_string(v) + " of mesh '" + mesh.name + "' is at " + vector(world) +
+             coordinates(kMostLevelCoordinate);
+  }
+  return std::nullopt;
+}
+
+Finding checkCamera(const Camera& camera) {
+  const std::string who = "camera '" + camera.name + "'";
+  if (Finding found = checkTransform(camera.toWorld, who)) return found;
+  const auto length = [&](const char* what, float v) -> Finding {
+    if (isBetween(v, kMostLevelCoordinate)) return std::nullopt;
+    return who + ": its " + what + " is " + number(v) + " m; expected 0 to " + number(kMostLevelCoordinate) + " m";
+  };
+  if (Finding found = length("znear", camera.znear)) return found;
+  if (Finding found = camera.orthographic ? length("ymag", camera.yMag) : std::nullopt) return found;
+  const bool shaped = camera.aspect == 0.0f || (camera.aspect >= 1.0f / kMostAspect && camera.aspect <= kMostAspect);
+  if (!shaped)
+    return who + ": it is " + number(camera.aspect) + " times as wide as high; expected " + number(1.0f / kMostAspect) +
+           " to " + number(kMostAspect);
+  return camera.orthographic ? length("xmag", camera.yMag * camera.aspect) : std::nullopt;
+}
+
+Finding checkVolume(const PlayVolume& volume) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec3 unit = cornerOf({glm::vec3(-0.5f), glm::vec3(0.5f)}, corner);
+    const glm::vec3 world(volume.toWorld * glm::vec4(unit, 1.0f));
+    if (!isWithin(world, kMostLevelCoordinate))
+      return "play volume of node '" + volume.name + "': a corner is at " + vector(world) +
+             coordinates(kMostLevelCoordinate);
+  }
+  return std::nullopt;
+}
+
+Finding checkLight(const SceneLight& light) {
+  const std::string who = "light '" + light.name + "'";
+  if (light.type != LightType::directional && !isWithin(light.positionWorld, kMostLevelCoordinate))
+    return who + " is at " + vector(light.positionWorld) + coordinates(kMostLevelCoordinate);
+  if (!isBetween(light.intensity, kMostIntensity))
+    return who + ": its intensity is " + vector(light.intensity) + "; expected 0 to " + number(kMostIntensity);
+  return std::nullopt;
+}
+
+Finding checkMaterial(const Material& material) {
+  const std::string who = "material '" + material.name + "'";
+  if (!isBetween(material.emission, kMostRadiance))
+    return who + ": its emission, factor times strength, is " + vector(material.emission) + "; expected 0 to " +
+           number(kMostRadiance) + " W/m²/sr";
+  if (!isBetween(material.albedo, 1.0f) || !isBetween(material.alpha, 1.0f))
+    return who + ": its base colour is " + vector(material.albedo) + " and alpha " + number(material.alpha) +
+           "; expected 0 to 1";
+  for (const TextureRef* texture : {&material.albedoTexture, &material.emissionTexture}) {
+    for (const float v : texture->transform) {
+      if (!isBetween(glm::abs(v), kMostTextureTransform))
+        return who + ": its texture transform has a factor or offset of " + number(v) + "; expected at most " +
+               number(kMostTextureTransform);
+    }
+  }
+  return std::nullopt;
+}
+
+Finding findBeyond(const Scene& scene) {
+  std::vector<Box> boxes(scene.meshes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (Finding found = checkMesh(scene.meshes[i], boxes[i])) return found;
+  }
+  for (const Instance& instance : scene.instances) {
+    if (Finding found = checkInstance(instance, scene.meshes[instance.mesh], boxes[instance.mesh])) return found;
+  }
+  for (const Camera& camera : scene.cameras) {
+    if (Finding found = checkCamera(camera)) return found;
+  }
+  for (const PlayVolume& volume : scene.volumes) {
+    if (Finding found = checkVolume(volume)) return found;
+  }
+  for (const SceneLight& light : scene.lights) {
+    if (Finding found = checkLight(light)) return found;
+  }
+  for (const Material& material : scene.materials) {
+    if (Finding found = checkMaterial(material)) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Status checkLimits(const Scene& scene) {
+  if (const Finding found = findBeyond(scene)) return Error{ErrorCode::invalidFile, scene.name + ": " + *found};
+  return done();
+}
+
+}  // namespace relume

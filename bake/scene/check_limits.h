@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The one rule for how large the numbers of a level may be (formats/limits.h): beyond it, single precision overflows,
+// and so does Embree.
+#pragma once
+
+#include "bake/scene/scene.h"
+#include "formats/result.h"
+
+namespace relume {
+
+// Every position, size, transform, lens, light and material. invalidFile: the first that is not finite or beyond its
+// bound, with the node, camera, volume, light or material, what was found and what is allowed.
+Status checkLimits(const Scene& scene);
+
+}  // namespace relume
