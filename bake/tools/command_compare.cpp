@@ -4,6 +4,8 @@
 #include "bake/tools/compare_light.h"
 #include "bake/tools/compare_page.h"
 #include "bake/tools/compare_report.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
@@ -27,7 +29,7 @@ struct CompareArguments {
   CompareBounds bounds;
   LightIgnore ignore;
   std::string page, runA, runB;
-  bool json = false;
+  bool json = false, force = false;
   TerminalOptions terminal;
 };
 
@@ -64,7 +66,23 @@ Result<Json> readRun(const std::string& path) {
   return json;
 }
 
+CommandFiles filesOf(const CompareArguments& arguments) {
+  CommandFiles files;
+  files.read("bake A", arguments.a);
+  files.read("bake B", arguments.b);
+  files.read("the file of --report-a", arguments.runA);
+  files.read("the file of --report-b", arguments.runB);
+  files.write("--html", arguments.page, FileKind::comparePage);
+  files.force = arguments.force;
+  return files;
+}
+
 int runCompare(const CompareArguments& arguments) {
+  {
+    Terminal terminal(arguments.terminal);
+    if (const Status status = checkOutputs(filesOf(arguments), terminal.context()); !status)
+      return fail(status.error());
+  }
   const Result<BakeFile> a = readChecked(arguments.a);
   if (!a) return fail(a.error());
   const Result<BakeFile> b = readChecked(arguments.b);
@@ -73,9 +91,6 @@ int runCompare(const CompareArguments& arguments) {
   const Result<Json> runA = readRun(arguments.runA), runB = readRun(arguments.runB);
   if (!runA) return fail(runA.error());
   if (!runB) return fail(runB.error());
-  if (!arguments.page.empty()) {
-    if (const Status status = checkWritable(arguments.page); !status) return fail(status.error());
-  }
 
   Json report;
   std::optional<LightDifference> difference;
@@ -96,8 +111,7 @@ int runCompare(const CompareArguments& arguments) {
         writeFileAtomically(arguments.page, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); });
     if (!written) return fail(written.error());
   }
-  const std::string text =
-      arguments.json ? report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : reportAsText(report);
+  const std::string text = arguments.json ? jsonText(report) + "\n" : reportAsText(report);
   std::fputs(text.c_str(), stdout);
   return boundPassed(report) ? kDifferenceFound : 0;
 }
@@ -133,6 +147,7 @@ void addCompareCommand(CLI::App& app, Action& action) {
   command->add_option("--report-a", arguments->runA, "What relume bake --report wrote for A: stage times for the page")
       ->option_text("FILE");
   command->add_option("--report-b", arguments->runB, "The same for B")->option_text("FILE");
+  command->add_flag("--force", arguments->force, "Let --html write over a file that is something else");
   command->add_flag("--json", arguments->json, "Print JSON (docs/compare.schema.json)");
   addTerminalOptions(*command, arguments->terminal);
   command->callback([arguments, &action] { action = [arguments] { return runCompare(*arguments); }; });

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
 // `relume`: one binary, one subcommand a file (commands.h).
 #include "bake/tools/commands.h"
+#include "bake/tools/printable.h"
 
 #include <CLI/CLI.hpp>
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
@@ -15,7 +21,7 @@ namespace relume {
 
 int fail(const Error& error) {
   std::fflush(stdout);
-  std::fprintf(stderr, "relume: error: %s\n", error.message.c_str());
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(error.message).c_str());
   return exitCode(error.code);
 }
 
@@ -32,17 +38,31 @@ namespace {
     what = text.c_str();
   } catch (...) {
   }
-  std::fprintf(stderr, "relume: error: %s\n", what);
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(what).c_str());
   std::_Exit(exitCode(ErrorCode::failed));
 }
 
-}  // namespace
-}  // namespace relume
+// A stream that the caller has closed must not become the first file that is opened, which messages would then be
+// written into. Standard output gets a descriptor that refuses writing, so that nothing is lost in silence.
+bool holdStandardStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
+    if (::open("/dev/null", fd == STDERR_FILENO ? O_WRONLY : O_RDONLY) != fd) return false;
+  }
+  return true;
+}
 
-int main(int argc, char** argv) {
-  using namespace relume;
-  std::set_terminate(endAfterUncaught);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
+// What was printed must have arrived: a command whose result is lost has not done its work.
+int withOutputFlushed(int status) {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  const int reason = errno;
+  if (flushed && std::ferror(stdout) == 0) return status;
+  return fail({ErrorCode::io, std::string("standard output cannot be written") +
+                                  (reason != 0 ? std::string(": ") + std::strerror(reason) : "")});
+}
+
+int run(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.require_subcommand(0, 1);
@@ -80,4 +100,14 @@ int main(int argc, char** argv) {
   } catch (const std::exception& e) {
     return fail({ErrorCode::failed, e.what()});
   }
+}
+
+}  // namespace
+}  // namespace relume
+
+int main(int argc, char** argv) {
+  std::set_terminate(relume::endAfterUncaught);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
+  if (!relume::holdStandardStreams()) return relume::exitCode(relume::ErrorCode::io);
+  return relume::withOutputFlushed(relume::run(argc, argv));
 }

@@ -2,6 +2,8 @@
 // See terminal.h.
 #include "bake/tools/terminal.h"
 
+#include "bake/tools/printable.h"
+
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -116,7 +118,7 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
   } else if (style == ProgressStyle::json) {
     const nlohmann::json line = {
         {"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"seconds", seconds}, {"secondsLeft", eta}};
-    std::fprintf(stderr, "%s\n", line.dump().c_str());
+    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
   } else if (finished) {
     std::fprintf(stderr, "relume: %s: done in %.2f s\n", stage.c_str(), seconds);
   } else if (eta > 0.5) {
@@ -142,7 +144,7 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
       ->transform(CLI::CheckedTransformer(kStyles).description(""));
 }
 
-void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), text); }
+void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), printable(text)); }
 
 Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<State>()) {
   State& s = *state_;
@@ -161,7 +163,7 @@ Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<Sta
     const char* names[] = {"info", "warning", "error"};
     const nlohmann::json line = {
         {"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", message}};
-    std::fprintf(stderr, "%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
   };
 
   // Stages that report rarely still see the cancellation, within 50 ms.

@@ -3,6 +3,7 @@
 #include "samples/common/egl_context.h"
 
 #include "bake/tools/image_io.h"
+#include "bake/tools/printable.h"
 #include "samples/02_viewer/headless.h"
 #include "samples/02_viewer/viewer.h"
 
@@ -72,7 +73,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
     std::snprintf(name, sizeof name, "frame_%04u.png", frame);
     const std::filesystem::path path = std::filesystem::path(options.output) / name;
     if (Status ok = writePng(path, options.width, options.height, pixels); !ok) return ok;
-    std::printf("%s ", path.string().c_str());
+    std::printf("%s ", printable(path.string()).c_str());
     for (const auto& [pass, ms] : viewer->times()) std::printf("  %s %.2f ms", pass.c_str(), ms);
     std::printf("\n");
   }

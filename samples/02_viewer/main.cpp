@@ -3,6 +3,7 @@
 #include "bake/context.h"
 #include "bake/scene/check_mesh.h"
 #include "bake/scene/scene.h"
+#include "bake/tools/printable.h"
 #include "formats/bake_file.h"
 #include "samples/02_viewer/headless.h"
 #include "samples/02_viewer/options.h"
@@ -13,7 +14,7 @@
 namespace {
 
 int fail(const relume::Error& error) {
-  std::fprintf(stderr, "relume-view: error: %s\n", error.message.c_str());
+  std::fprintf(stderr, "relume-view: error: %s\n", relume::printableLines(error.message).c_str());
   return relume::exitCode(error.code);
 }
 

@@ -236,8 +236,9 @@ TEST_F(Cli, scenesWithNothingToBakeFailByName) {
 TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
   std::ofstream(out_) << "old";
   // Enough rays for minutes, so that the signal comes in the middle.
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
-               folder_);
+  Program bake(
+      bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain", "--force"}),
+      folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGINT);
   const ProgramResult result = bake.wait();
@@ -250,13 +251,14 @@ TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
 TEST_F(Cli, killedBakesLeaveTheOldFileAndTheNextRunCleansUp) {
   std::ofstream(out_) << "old";
   std::ofstream(out_ + ".4242-0.tmp") << "left by a killed run";
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
-               folder_);
+  Program bake(
+      bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain", "--force"}),
+      folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGKILL);
   EXPECT_EQ(bake.wait().status, 128 + SIGKILL);
   EXPECT_EQ(readAll(out_), "old");
-  EXPECT_EQ(run(bakeArguments(room_)).status, 0);
+  EXPECT_EQ(run(bakeArguments(room_, {"--force"})).status, 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
 }
 
