@@ -188,15 +188,18 @@ Result<fs::path> targetOf(const fs::path& path) {
 
 }  // namespace
 
-Result<FileBytes> readFile(const fs::path& path) {
+Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes) {
   std::size_t size = 0;
   const Result<Descriptor> file = openRegular(path, size);
   if (!file) return file.error();
+  if (size > mostBytes)
+    return Error{ErrorCode::invalidFile, path.string() + ": has " + std::to_string(size) + " bytes, at most " +
+                                             std::to_string(mostBytes) + " expected"};
   std::shared_ptr<std::vector<Block>> blocks;
   try {
     blocks = std::make_shared<std::vector<Block>>((size + sizeof(Block) - 1) / sizeof(Block));
   } catch (const std::exception&) {
-    return Error{ErrorCode::io, path.string() + ": no memory for its " + std::to_string(size) + " bytes"};
+    return Error{ErrorCode::failed, path.string() + ": out of memory for its " + std::to_string(size) + " bytes"};
   }
   auto* data = reinterpret_cast<std::byte*>(blocks->data());
   for (std::size_t at = 0; at < size;) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -19,8 +20,10 @@ struct FileBytes {
   std::span<const std::byte> bytes;
 };
 
-// io: cannot be opened or read, or is not a regular file. Messages name the path.
-Result<FileBytes> readFile(const std::filesystem::path& path);
+// io: cannot be opened or read, or is not a regular file. invalidFile: larger than `mostBytes`, which is looked at
+// before anything is read. failed: no memory for it. Messages name the path.
+Result<FileBytes> readFile(const std::filesystem::path& path,
+                           std::size_t mostBytes = std::numeric_limits<std::size_t>::max());
 // The same, mapped read-only. The file must not be shortened while it is mapped (replacing it by rename is safe).
 Result<FileBytes> mapFile(const std::filesystem::path& path);
 

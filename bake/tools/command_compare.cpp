@@ -57,7 +57,8 @@ bool sameBytes(const BakeFile& a, const BakeFile& b) {
 // What `relume bake --report` wrote; null without a file.
 Result<Json> readRun(const std::string& path) {
   if (path.empty()) return Json();
-  const Result<FileBytes> file = readFile(path);
+  constexpr std::size_t kMostReportBytes = 16 << 20;
+  const Result<FileBytes> file = readFile(path, kMostReportBytes);
   if (!file) return file.error();
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
   Json json = Json::parse(text, text + file->bytes.size(), nullptr, /*allow_exceptions=*/false);
