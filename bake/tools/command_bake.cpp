@@ -41,11 +41,8 @@ struct BakeArguments {
 constexpr std::size_t kMostOptionsBytes = 1 << 20;
 
 Result<std::string> readText(const std::string& path) {
-  const Result<FileBytes> file = readFile(path);
+  const Result<FileBytes> file = readFile(path, kMostOptionsBytes);
   if (!file) return file.error();
-  if (file->bytes.size() > kMostOptionsBytes)
-    return Error{ErrorCode::usage,
-                 path + ": an options file has at most " + std::to_string(kMostOptionsBytes) + " bytes"};
   return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
 }
 
@@ -168,11 +165,10 @@ int runBake(const BakeArguments& arguments) {
     std::fputs(describeOptions(*options).c_str(), stdout);
     return 0;
   }
-  if (arguments.scene.empty() || arguments.output.empty())
-    return fail({ErrorCode::usage, "a scene and -o FILE are required (see relume bake --help)"});
 
+  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   // Find out now, not after the bake, whether the results can be written, and over what.
-  Terminal terminal(arguments.terminal);
+  Terminal terminal(arguments.terminal, planBake(*options, arguments.verify));
   Context& context = terminal.context();
   CommandFiles files = filesOf(arguments);
   if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
@@ -218,8 +214,10 @@ int runBake(const BakeArguments& arguments) {
 void addBakeCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("bake", "Bake how light travels through a level");
   auto arguments = std::make_shared<BakeArguments>();
-  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->option_text("FILE");
-  command->add_option("-o,--output", arguments->output, "Bake to write (.relume)")->option_text("FILE");
+  CLI::Option* scene = command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)");
+  scene->option_text("FILE REQUIRED")->required();
+  CLI::Option* output = command->add_option("-o,--output", arguments->output, "Bake to write (.relume)");
+  output->option_text("FILE REQUIRED")->required();
   static const std::map<std::string, Preset> kPresets = {
       {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
   command
@@ -230,7 +228,13 @@ void addBakeCommand(CLI::App& app, Action& action) {
       ->transform(CLI::CheckedTransformer(kPresets).description(""));
   command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")
       ->option_text("FILE");
-  command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
+  // Called before what is required is looked at.
+  const auto printOnly = [arguments, scene, output] {
+    arguments->printOptions = true;
+    scene->required(false);
+    output->required(false);
+  };
+  command->add_flag_callback("--print-options", printOnly, "Print all options as JSON with comments, and stop");
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")
       ->option_text("FILE");
   command->add_flag(

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 // `relume`: one binary, one subcommand a file (commands.h).
+#include "bake/provenance.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/printable.h"
+#include "bake/tools/terminal.h"
+#include "bake/tools/usage_message.h"
+#include "formats/chunks.h"
 
 #include <CLI/CLI.hpp>
 
@@ -62,12 +66,19 @@ int withOutputFlushed(int status) {
                                   (reason != 0 ? std::string(": ") + std::strerror(reason) : "")});
 }
 
+std::string versionText() {
+  return std::string("relume " RELUME_VERSION "\nbake format ") + std::to_string(kBakeFormatVersion) +
+         ", algorithm version " + std::to_string(kAlgorithmVersion) + "\ncommit " +
+         (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
-  app.set_version_flag("--version", RELUME_VERSION);
+  app.set_version_flag("--version", versionText);
   app.require_subcommand(0, 1);
   app.footer(
-      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
+      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found, "
+      "130 cancelled.");
   Action action;
   addBakeCommand(app, action);
   addBenchCommand(app, action);
@@ -83,7 +94,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
-    return fail({ErrorCode::usage, std::string(e.what()) + " (see relume --help)"});
+    return fail({ErrorCode::usage, usageMessage(app, e)});
   }
 
   if (!action) {
@@ -94,7 +105,8 @@ int run(int argc, char** argv) {
 
   // The last line of defence: room doors return errors, so only exhausted memory should arrive here.
   try {
-    return action();
+    const int status = action();
+    return status == exitCode(ErrorCode::failed) && interruptedBySignal() ? kCancelled : status;
   } catch (const std::bad_alloc&) {
     return fail({ErrorCode::failed, "out of memory"});
   } catch (const std::exception& e) {

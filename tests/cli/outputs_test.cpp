@@ -158,6 +158,22 @@ TEST_F(Outputs, specialFilesAreRefusedByName) {
   EXPECT_NE(descriptor.err.find("open file of a process"), std::string::npos) << descriptor.err;
 }
 
+TEST_F(Outputs, fileSystemsWithoutLocksAreWrittenTo) {
+  if (std::string(RELUME_SANITIZE) != "") GTEST_SKIP() << "built with " RELUME_SANITIZE ", which is to be loaded first";
+  put("out/room.relume.4242-0.tmp", "of a neighbour, perhaps");
+  const std::string old = put("out/room.relume.4242-1.tmp", "forgotten");
+  fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
+  const ProgramResult result = runProgram(bakeArguments(room_, out_, {"--report", at("report.json")}), folder_,
+                                          [] { ::setenv("LD_PRELOAD", RELUME_NO_FLOCK, 1); });
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(run({"validate", out_}).status, 0);
+  const std::size_t told = result.err.find("has no locks");
+  EXPECT_NE(told, std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("has no locks", told + 1), std::string::npos) << "said twice: " << result.err;
+  EXPECT_EQ(filesIn(folder_ / "out"), 2u) << "the bake, and what a neighbour may be writing";
+  EXPECT_FALSE(fs::exists(old));
+}
+
 TEST_F(Outputs, aStandardOutputThatTakesNothingIsAnError) {
   bake(room_, out_);
   const std::string other = at("other.relume");
