@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <string_view>
 #include <type_traits>
 #include <variant>
@@ -164,10 +165,14 @@ Error outOfRange(const Field& field, const std::string& found, const std::string
 
 Status checkField(const Field& field) {
   const std::string range = rangeText(field);
-  const auto within = [&](double v) { return v >= field.low && v <= field.high; };  // false for NaN
+  const auto within = [&](double v) { return v >= field.low && v <= field.high; };
+  // A float at the end of its range is not the double that the table has there. False for NaN.
+  const auto floatWithin = [&](float v) {
+    return v >= static_cast<float>(field.low) && v <= static_cast<float>(field.high);
+  };
   if (const auto* v = std::get_if<std::uint32_t*>(&field.place); v && !within(**v))
     return outOfRange(field, std::to_string(**v), range);
-  if (const auto* v = std::get_if<float*>(&field.place); v && !within(**v))
+  if (const auto* v = std::get_if<float*>(&field.place); v && !floatWithin(**v))
     return outOfRange(field, std::isfinite(**v) ? number(shortest(**v)) : "not finite", range);
   if (const auto* v = std::get_if<glm::uvec3*>(&field.place);
       v && !(within((*v)->x) && within((*v)->y) && within((*v)->z)))

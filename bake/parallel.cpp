@@ -3,11 +3,13 @@
 #include "bake/parallel.h"
 
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 namespace relume {
 
@@ -28,6 +30,11 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
     }
   };
 
+  // An arena is no larger than what oneTBB allows the process, which is a thread for each core; more are asked for
+  // here.
+  std::optional<tbb::global_control> more;
+  if (context.threads > tbb::info::default_concurrency())
+    more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
   tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
 }

@@ -160,7 +160,9 @@ Status load(std::span<const std::byte> bytes, T& value) {
     return done();
   } catch (const UnknownVersion& e) {
     return Error{ErrorCode::unsupported, e.what()};
-  } catch (const std::exception& e) {  // cereal::Exception, std::length_error, std::bad_alloc
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, "out of memory"};
+  } catch (const std::exception& e) {  // cereal::Exception, std::length_error
     return Error{ErrorCode::invalidFile, e.what()};
   }
 }

@@ -263,6 +263,8 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const v
 }
 
 Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums) {
+  // Header and table first: what is no bake is not read into memory.
+  if (const Result<std::vector<ChunkInfo>> chunks = listChunks(path); !chunks) return chunks.error();
   const Result<FileBytes> file = readFile(path);
   if (!file) return file.error();
   return named(path, parseBake(file->bytes, file->owner, checksums));

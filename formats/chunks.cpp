@@ -16,14 +16,13 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file is little endian and used in place");
 
 // No text file starts so, and transfers that change line ends or strip bits destroy it.
-constexpr std::array<unsigned char, 8> kMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t kEndianMark = 0x01020304;
 // Bounds far above any bake's, so that a hostile table costs no time.
 constexpr std::uint64_t kMostChunks = 256;
 constexpr std::uint64_t kMostColumns = 64;
 
 struct FileHeader {
-  std::array<unsigned char, 8> magic = kMagic;
+  std::array<unsigned char, 8> magic = kBakeMagic;
   std::uint32_t version = kBakeFormatVersion;
   std::uint32_t endianMark = kEndianMark;
   std::uint32_t headerBytes = 64;
@@ -77,8 +76,8 @@ std::uint64_t hashTable(FileHeader header, std::span<const std::byte> table) {
 Result<FileHeader> readHeader(std::span<const std::byte> file) {
   FileHeader header;
   if (file.empty()) return invalid("empty file");
-  const std::size_t magicBytes = std::min(file.size(), kMagic.size());
-  if (std::memcmp(file.data(), kMagic.data(), magicBytes) != 0)
+  const std::size_t magicBytes = std::min(file.size(), kBakeMagic.size());
+  if (std::memcmp(file.data(), kBakeMagic.data(), magicBytes) != 0)
     return invalid("header magic: expected a Relume bake, found something else");
   if (file.size() < sizeof(header)) return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
   std::memcpy(&header, file.data(), sizeof(header));

@@ -18,6 +18,7 @@ namespace relume {
 
 inline constexpr std::uint32_t kBakeFormatVersion = 2;
 inline constexpr std::size_t kChunkAlignment = 64;
+inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 
 // What the elements of a chunk are. The numbers stand in the file.
 enum class ElementType : std::uint32_t {

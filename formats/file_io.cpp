@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: MIT
 // See file_io.h. A temporary is named "<file>.<process>-<n>.tmp" and locked while its writer lives, so that a later run
-// can tell the leavings of a killed one from the work of a neighbour.
+// can tell the leavings of a killed one from the work of a neighbour. File systems without locks (NFS without lockd,
+// some FUSE) are told by the error of the first attempt; there the age of a temporary decides.
 #include "formats/file_io.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -75,6 +80,24 @@ bool isTemporaryOf(std::string_view name, std::string_view target) {
   return dash != std::string_view::npos && isDigits(middle.substr(0, dash)) && isDigits(middle.substr(dash + 1));
 }
 
+enum class Lock { held, taken, none };  // ours; another process's; the file system has no locks
+
+Lock tryLock(const Descriptor& file) {
+  int result = 0;
+  do {
+    result = ::flock(file.get(), LOCK_EX | LOCK_NB);
+  } while (result != 0 && errno == EINTR);
+  if (result == 0) return Lock::held;
+  return errno == EWOULDBLOCK ? Lock::taken : Lock::none;
+}
+
+// Without locks, whether a temporary is so old that no writer can still be at it.
+bool isForgotten(const fs::directory_entry& entry) {
+  std::error_code failed;
+  const fs::file_time_type written = entry.last_write_time(failed);
+  return !failed && fs::file_time_type::clock::now() - written > std::chrono::hours(24);
+}
+
 // Remove the temporaries that nobody holds a lock on.
 void removeStaleTemporaries(const fs::path& path) {
   std::error_code ignored;
@@ -82,24 +105,49 @@ void removeStaleTemporaries(const fs::path& path) {
   for (fs::directory_iterator entry(folderOf(path), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
     if (!isTemporaryOf(entry->path().filename().string(), target)) continue;
     const Descriptor file(::open(entry->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-    if (file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(entry->path().c_str());
+    if (file.get() < 0) continue;
+    const Lock lock = tryLock(file);
+    if (lock == Lock::held || (lock == Lock::none && isForgotten(*entry))) ::unlink(entry->path().c_str());
   }
 }
 
-// A locked, empty temporary beside the path. Its name is tried again when another run's clean-up was faster than our
-// lock.
-Result<Descriptor> createTemporary(const fs::path& path, fs::path& temporary) {
-  for (int attempt = 0; attempt < 1000; ++attempt) {
-    temporary = folderOf(path) /
-                (path.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".tmp");
-    Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (file.get() < 0 && errno == EEXIST) continue;
-    if (file.get() < 0) return ioError(path, "cannot create a file in its folder", errno);
+// A file that goes with this object unless it was renamed.
+struct Temporary {
+  Descriptor file;
+  fs::path path;
+  bool locked = false;
+
+  Temporary(Descriptor opened, fs::path name) : file(std::move(opened)), path(std::move(name)) {}
+  Temporary(Temporary&& other) noexcept
+      : file(std::move(other.file)), path(std::exchange(other.path, {})), locked(other.locked) {}
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+  Temporary& operator=(Temporary&&) = delete;
+  ~Temporary() {
+    if (isThere()) ::unlink(path.c_str());
+  }
+  // Whether the name still is the open file's: a clean-up may have removed it.
+  bool isThere() const {
     struct stat mine {
     }, named{};
-    if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.get(), &mine) == 0 &&
-        ::stat(temporary.c_str(), &named) == 0 && mine.st_ino == named.st_ino && mine.st_dev == named.st_dev)
-      return file;
+    return !path.empty() && ::fstat(file.get(), &mine) == 0 && ::stat(path.c_str(), &named) == 0 &&
+           mine.st_ino == named.st_ino && mine.st_dev == named.st_dev;
+  }
+};
+
+// An empty temporary beside the path, locked where there are locks. Its name is tried again when another run's clean-up
+// was faster than our lock.
+Result<Temporary> createTemporary(const fs::path& path) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const fs::path name = folderOf(path) / (path.filename().string() + "." + std::to_string(::getpid()) + "-" +
+                                            std::to_string(attempt) + ".tmp");
+    Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0 && errno == EEXIST) continue;
+    if (file.get() < 0) return ioError(path, "cannot create a file in its folder", errno);
+    Temporary temporary(std::move(file), name);
+    const Lock lock = tryLock(temporary.file);
+    temporary.locked = lock == Lock::held;
+    if (lock != Lock::taken && temporary.isThere()) return temporary;
   }
   return Error{ErrorCode::io, path.string() + ": no free name for a temporary file beside it"};
 }
@@ -125,22 +173,33 @@ Status checkTarget(const fs::path& path) {
   if (path.filename().empty()) return ioError(path, "cannot be written", EISDIR);
   if (::stat(path.c_str(), &status) == 0) {
     if (S_ISDIR(status.st_mode)) return ioError(path, "cannot be written", EISDIR);
-    if (!S_ISREG(status.st_mode)) return Error{ErrorCode::io, path.string() + ": is not a regular file"};
+    if (!S_ISREG(status.st_mode))
+      return Error{ErrorCode::io,
+                   path.string() + ": is not a regular file; a file's name expected, for files are written as a whole"};
   }
   return done();
 }
 
+// What is written for `path`: the end of its links.
+Result<fs::path> targetOf(const fs::path& path) {
+  if (const Status status = checkTarget(path); !status) return status.error();
+  return followLinks(path);
+}
+
 }  // namespace
 
-Result<FileBytes> readFile(const fs::path& path) {
+Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes) {
   std::size_t size = 0;
   const Result<Descriptor> file = openRegular(path, size);
   if (!file) return file.error();
+  if (size > mostBytes)
+    return Error{ErrorCode::invalidFile, path.string() + ": has " + std::to_string(size) + " bytes, at most " +
+                                             std::to_string(mostBytes) + " expected"};
   std::shared_ptr<std::vector<Block>> blocks;
   try {
     blocks = std::make_shared<std::vector<Block>>((size + sizeof(Block) - 1) / sizeof(Block));
   } catch (const std::exception&) {
-    return Error{ErrorCode::io, path.string() + ": no memory for its " + std::to_string(size) + " bytes"};
+    return Error{ErrorCode::failed, path.string() + ": out of memory for its " + std::to_string(size) + " bytes"};
   }
   auto* data = reinterpret_cast<std::byte*>(blocks->data());
   for (std::size_t at = 0; at < size;) {
@@ -164,37 +223,50 @@ Result<FileBytes> mapFile(const fs::path& path) {
   return FileBytes{std::move(owner), {static_cast<const std::byte*>(address), size}};
 }
 
+Result<fs::path> followLinks(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as the kernel
+  fs::path target = path;
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code failed;
+    const fs::path next = fs::read_symlink(target, failed);
+    if (failed) return target;  // not a link, or nothing there yet
+    struct statfs system {};
+    if (::statfs(folderOf(target).c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC)
+      return Error{ErrorCode::io, path.string() + ": is an open file of a process; a file's own name expected"};
+    target = next.is_absolute() ? next : folderOf(target) / next;
+  }
+  return ioError(path, "cannot be written", ELOOP);
+}
+
 Status writeFileAtomically(const fs::path& path, const std::function<bool(const ByteSink&)>& body) {
-  if (const Status status = checkTarget(path); !status) return status;
-  removeStaleTemporaries(path);
-  fs::path temporary;
-  const Result<Descriptor> file = createTemporary(path, temporary);
-  if (!file) return file.error();
+  const Result<fs::path> target = targetOf(path);
+  if (!target) return target.error();
+  removeStaleTemporaries(*target);
+  const Result<Temporary> temporary = createTemporary(*target);
+  if (!temporary) return temporary.error();
 
   int reason = 0;
   const auto step = [&](bool good) {
     if (!good && reason == 0) reason = errno != 0 ? errno : EIO;
     return good;
   };
-  const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(file->get(), bytes)); };
+  const int fd = temporary->file.get();
+  const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(fd, bytes)); };
   errno = 0;
   const bool written =
-      step(body(sink)) && step(::fsync(file->get()) == 0) && step(::rename(temporary.c_str(), path.c_str()) == 0);
-  if (!written) {
-    ::unlink(temporary.c_str());
-    return ioError(path, "cannot be written", reason);
-  }
-  syncFolder(folderOf(path));
+      step(body(sink)) && step(::fsync(fd) == 0) && step(::rename(temporary->path.c_str(), target->c_str()) == 0);
+  if (!written) return ioError(path, "cannot be written", reason);
+  syncFolder(folderOf(*target));
   return done();
 }
 
-Status checkWritable(const fs::path& path) {
-  if (const Status status = checkTarget(path); !status) return status;
-  removeStaleTemporaries(path);
-  fs::path temporary;
-  const Result<Descriptor> file = createTemporary(path, temporary);
-  if (!file) return file.error();
-  ::unlink(temporary.c_str());
+Status checkWritable(const fs::path& path, bool* locks) {
+  const Result<fs::path> target = targetOf(path);
+  if (!target) return target.error();
+  removeStaleTemporaries(*target);
+  const Result<Temporary> temporary = createTemporary(*target);
+  if (!temporary) return temporary.error();
+  if (locks != nullptr) *locks = temporary->locked;
   return done();
 }
 

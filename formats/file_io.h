@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -19,8 +20,10 @@ struct FileBytes {
   std::span<const std::byte> bytes;
 };
 
-// io: cannot be opened or read, or is not a regular file. Messages name the path.
-Result<FileBytes> readFile(const std::filesystem::path& path);
+// io: cannot be opened or read, or is not a regular file. invalidFile: larger than `mostBytes`, which is looked at
+// before anything is read. failed: no memory for it. Messages name the path.
+Result<FileBytes> readFile(const std::filesystem::path& path,
+                           std::size_t mostBytes = std::numeric_limits<std::size_t>::max());
 // The same, mapped read-only. The file must not be shortened while it is mapped (replacing it by rename is safe).
 Result<FileBytes> mapFile(const std::filesystem::path& path);
 
@@ -28,12 +31,19 @@ Result<FileBytes> mapFile(const std::filesystem::path& path);
 using ByteSink = std::function<bool(std::span<const std::byte>)>;
 
 // Write through `body` into a temporary beside `path`, flush it to the disk, and rename it to `path`. On failure the
-// temporary is removed and `path` is untouched. Temporaries that killed runs left for the same path are removed first.
+// temporary is removed and `path` is untouched. Temporaries that killed runs left for the same path are removed first;
+// where the file system has no locks, those of the last day are left alone, because a neighbour may be writing them.
+// A symbolic link stays, and what it points to is written. Devices, pipes and links of /proc are refused.
 // io: names the path and the system's reason.
 Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body);
 
 // Whether writeFileAtomically() can work: the folder exists and can be written, the path is no folder. Also removes
-// stale temporaries. For commands that compute for minutes before they write.
-Status checkWritable(const std::filesystem::path& path);
+// stale temporaries. For commands that compute for minutes before they write. `locks`, unless null, becomes whether
+// the file system has locks (flock).
+Status checkWritable(const std::filesystem::path& path, bool* locks = nullptr);
+
+// The path with its last component's symbolic links followed; the last of them may point to a file that does not exist
+// yet. io: links in a circle, a link of /proc (an open file of a process, which has no name to rename to).
+Result<std::filesystem::path> followLinks(const std::filesystem::path& path);
 
 }  // namespace relume

@@ -14,7 +14,8 @@ mkdir -p "$output"
 
 install_packages packages.txt
 echo "== Building"
-cmake --preset release -DRELUME_BUILD_TESTS=OFF >"$output/build.log"
+cmake --preset release >"$output/build.log"  # the settings of tests/run.sh, which builds in the same folder
+end_if_configure_only
 cmake --build build/release --parallel "$(nproc)" --target relume >>"$output/build.log" ||
   { tail -n 40 "$output/build.log" >&2; exit 1; }
 relume=build/release/bake/tools/relume

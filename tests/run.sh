@@ -25,7 +25,8 @@ install_packages packages.txt
 install_packages packages.txt optional || echo "packages.txt: optional packages are missing, the tests that need them skip" >&2
 
 step "release"
-cmake --preset release
+cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUME_BUILD_BAKE=ON
+end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
 ctest --preset release --no-tests=error
 [ "$sanitizers" -eq 1 ] || exit 0
@@ -33,12 +34,12 @@ ctest --preset release --no-tests=error
 # The long runs are of the release build: the sanitizers see the default suite.
 export RELUME_LONG_TESTS=0
 step "threads: TSan"
-cmake --preset tsan
+cmake --preset tsan -DRELUME_BUILD_TESTS=ON
 cmake --build build/tsan --parallel "$(nproc)" --target relume_tests
 ctest --preset tsan --no-tests=error
 
 step "memory and undefined behaviour: ASan, UBSan"
-cmake --preset dev -DRELUME_BUILD_SAMPLES=OFF
+cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/dev --parallel "$(nproc)" --target relume_tests
 ctest --preset dev --no-tests=error
 

@@ -301,6 +301,8 @@ std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context) {
     for (std::size_t m = begin; m < end; ++m) {
       try {
         found[m] = checkMesh(scene.meshes[m]);
+      } catch (const std::bad_alloc&) {
+        throw;  // the mesh is not to blame
       } catch (const std::exception& e) {
         failed[m] = e.what();
       }

@@ -217,7 +217,7 @@ Status checkRanges(const GltfDocument& document) {
     const int buffer = model.bufferViews[static_cast<std::size_t>(view)].buffer;
     return !document.decodedViews[static_cast<std::size_t>(view)].empty() ||
            (buffer >= 0 && static_cast<std::size_t>(buffer) < document.buffers.size() &&
-            !document.buffers[static_cast<std::size_t>(buffer)].empty());
+            document.buffers[static_cast<std::size_t>(buffer)].fileBytes > 0);
   };
   for (std::size_t i = 0; i < model.bufferViews.size(); ++i) {
     const auto view = static_cast<int>(i);

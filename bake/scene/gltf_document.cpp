@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <new>
 #include <string_view>
 
 namespace relume {
@@ -73,6 +74,27 @@ Result<json> parseJson(const std::string& text, const std::string& file) {
   return root;
 }
 
+// The bytes of a buffer that views, compressed ones among them, read; views that reach beyond its `length` are refused
+// when they are read.
+ByteRange rangeOfViews(const json& root, std::size_t buffer, std::uint64_t length) {
+  ByteRange range{length, 0};
+  const auto add = [&](const json& view) {
+    if (view.value("buffer", std::uint64_t{0}) != buffer) return;
+    const auto begin = view.value("byteOffset", std::uint64_t{0}), size = view.value("byteLength", std::uint64_t{0});
+    if (begin > length || size > length - begin) return;
+    range.begin = std::min(range.begin, begin);
+    range.end = std::max(range.end, begin + size);
+  };
+  const auto views = root.find("bufferViews");
+  if (views == root.end()) return range;
+  for (const json& view : *views) {
+    add(view);
+    const json::json_pointer compressed("/extensions/EXT_meshopt_compression");
+    if (view.contains(compressed)) add(view[compressed]);
+  }
+  return range;
+}
+
 // Load every buffer; a buffer without data (the fallback of EXT_meshopt_compression) stays empty.
 Status loadBuffers(const json& root, GltfContainer& container, GltfDocument& document) {
   const auto buffers = root.find("buffers");
@@ -80,24 +102,26 @@ Status loadBuffers(const json& root, GltfContainer& container, GltfDocument& doc
   for (std::size_t i = 0; i < buffers->size(); ++i) {
     const json& buffer = (*buffers)[i];
     const std::string where = jsonPath("buffers", static_cast<int>(i));
-    std::vector<std::uint8_t> bytes;
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    FileSlice bytes;
     const auto uri = buffer.find("uri");
     if (uri != buffer.end()) {
-      auto read = readUri(uri->get_ref<const std::string&>(), document.folder, document.at(where), document.files);
+      auto read = readUri(uri->get_ref<const std::string&>(), document.folder, document.at(where), document.files,
+                          rangeOfViews(root, i, length));
       if (!read) return read.error();
       bytes = std::move(*read);
     } else if (i == 0 && container.hasBinary) {
-      bytes = std::move(container.binary);
+      bytes = {std::move(container.binary), 0, 0};
+      bytes.fileBytes = bytes.bytes.size();
     } else {
       document.buffers.emplace_back();
       continue;
     }
-    const auto length = buffer["byteLength"].get<std::uint64_t>();
-    if (bytes.size() < length)
+    if (bytes.fileBytes < length)
       return document.invalid(where, "byteLength is " + std::to_string(length) + ", its data has " +
-                                         std::to_string(bytes.size()) + " bytes");
-    bytes.resize(static_cast<std::size_t>(length));
-    document.dataBytes += length;
+                                         std::to_string(bytes.fileBytes) + " bytes");
+    bytes.fileBytes = length;
+    document.dataBytes += std::min<std::uint64_t>(bytes.bytes.size(), length);
     document.buffers.push_back(std::move(bytes));
   }
   return done();
@@ -136,6 +160,8 @@ Status parseModel(json& root, GltfDocument& document) {
     if (!loader.LoadASCIIFromString(&document.model, &error, &warning, text.c_str(),
                                     static_cast<unsigned int>(text.size()), "", 0))
       return Error{ErrorCode::invalidFile, document.at(error.empty() ? "not a glTF" : error)};
+  } catch (const std::bad_alloc&) {
+    throw;  // importGltf() says so: the file is not to blame
   } catch (const std::exception& e) {
     return Error{ErrorCode::invalidFile, document.at(e.what())};
   }
@@ -156,12 +182,13 @@ Result<std::span<const std::uint8_t>> GltfDocument::viewBytes(int view, const st
   if (v.buffer < 0 || static_cast<std::size_t>(v.buffer) >= buffers.size())
     return invalid(jsonPath("bufferViews", view),
                    jsonPath("buffers", v.buffer) + " does not exist, there are " + std::to_string(buffers.size()));
-  const std::vector<std::uint8_t>& bytes = buffers[static_cast<std::size_t>(v.buffer)];
-  if (v.byteOffset > bytes.size() || v.byteLength > bytes.size() - v.byteOffset)
+  const FileSlice& buffer = buffers[static_cast<std::size_t>(v.buffer)];
+  const auto bytes = buffer.range(v.byteOffset, v.byteLength);
+  if (!bytes)
     return invalid(jsonPath("bufferViews", view),
                    "bytes " + std::to_string(v.byteOffset) + " + " + std::to_string(v.byteLength) + " of " +
-                       jsonPath("buffers", v.buffer) + ", which has " + std::to_string(bytes.size()));
-  return std::span<const std::uint8_t>(bytes).subspan(v.byteOffset, v.byteLength);
+                       jsonPath("buffers", v.buffer) + ", which has " + std::to_string(buffer.fileBytes));
+  return *bytes;
 }
 
 Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context&) {
@@ -169,7 +196,7 @@ Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context
   document.file = path.filename().string();
   document.folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   document.files.push_back(path);
-  auto bytes = readFileBytes(path, document.file);
+  auto bytes = readSceneBytes(path, document.file);
   if (!bytes) return bytes.error();
   Result<GltfContainer> container = splitContainer(std::move(*bytes), document.file);
   if (!container) return container.error();

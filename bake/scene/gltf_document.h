@@ -3,6 +3,7 @@
 // images are. Shared by the importer's files; includes tinygltf.
 #pragma once
 
+#include "bake/scene/gltf_file.h"
 #include "formats/result.h"
 
 #include <tiny_gltf.h>
@@ -20,8 +21,8 @@ class Context;
 struct GltfDocument {
   std::string file;  // name without folder, opens every message
   std::filesystem::path folder;
-  tinygltf::Model model;  // without buffers and images: those are below
-  std::vector<std::vector<std::uint8_t>> buffers;
+  tinygltf::Model model;                                // without buffers and images: those are below
+  std::vector<FileSlice> buffers;                       // of each, what its views ask for
   std::vector<std::vector<std::uint8_t>> decodedViews;  // [Size bufferViews] of EXT_meshopt_compression
   struct ImageSource {
     std::string name, uri;

@@ -139,6 +139,8 @@ std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes, Dra
       status = decodeWith<draco::MeshEdgebreakerDecoder>(buffer, claims, *mesh);
     if (status.ok()) return mesh;
     error = claims.refused.empty() ? status.error_msg_string() : claims.refused;
+  } catch (const std::bad_alloc&) {
+    throw;  // importGltf() says so: the file is not to blame
   } catch (const std::exception& e) {
     error = e.what();
   }

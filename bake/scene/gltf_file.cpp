@@ -28,6 +28,20 @@ std::uint32_t readU32(std::span<const std::uint8_t> bytes, std::size_t at) {
          static_cast<std::uint32_t>(bytes[at + 2]) << 16 | static_cast<std::uint32_t>(bytes[at + 3]) << 24;
 }
 
+Error glbTooShort(const std::string& file, std::uint64_t claimed, std::uint64_t found) {
+  return invalid(file, "GLB says it has " + std::to_string(claimed) + " bytes, the file has " + std::to_string(found));
+}
+
+bool isGlb(std::span<const std::uint8_t> bytes) { return bytes.size() >= 4 && readU32(bytes, 0) == kGlbMagic; }
+
+Status checkBeginsAsJson(std::span<const std::uint8_t> bytes, const std::string& file) {
+  if (bytes.empty()) return invalid(file, "empty file; expected a .glb or .gltf");
+  const auto text = std::find_if(bytes.begin(), bytes.end(), [](std::uint8_t c) { return c > ' '; });
+  const bool bom = bytes.size() > 3 && bytes[0] == 0xEF && bytes[1] == 0xBB && bytes[2] == 0xBF;
+  if (bom || (text != bytes.end() && *text == '{')) return done();
+  return invalid(file, "neither a .glb (magic 'glTF') nor a .gltf (JSON object)");
+}
+
 int hexDigit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
@@ -113,29 +127,62 @@ Result<fs::path> resolveInside(const std::string& uri, const fs::path& folder, c
 
 }  // namespace
 
-Result<std::vector<std::uint8_t>> readFileBytes(const fs::path& path, const std::string& where) {
+std::optional<std::span<const std::uint8_t>> FileSlice::range(std::uint64_t offset, std::uint64_t length) const {
+  if (offset > fileBytes || length > fileBytes - offset) return std::nullopt;
+  if (length == 0) return std::span<const std::uint8_t>();
+  if (offset < begin || offset - begin > bytes.size() || length > bytes.size() - (offset - begin)) return std::nullopt;
+  return std::span(bytes).subspan(static_cast<std::size_t>(offset - begin), static_cast<std::size_t>(length));
+}
+
+Result<FileSlice> readFileBytes(const fs::path& path, const std::string& where, ByteRange range) {
+  // The scene's own name is told once.
+  const std::string file = (path.filename() == where ? "" : where + ": ") + path.string();
   std::error_code ec;
   const fs::file_status status = fs::status(path, ec);
-  if (!fs::exists(status)) return Error{ErrorCode::io, where + ": no such file: " + path.string()};
-  if (!fs::is_regular_file(status)) return Error{ErrorCode::io, where + ": not a regular file: " + path.string()};
+  if (!fs::exists(status)) return Error{ErrorCode::io, file + ": no such file"};
+  if (!fs::is_regular_file(status)) return Error{ErrorCode::io, file + ": not a regular file"};
   const std::uintmax_t size = fs::file_size(path, ec);
   std::ifstream in(path, std::ios::binary);
-  if (ec || !in) return Error{ErrorCode::io, where + ": cannot be read: " + path.string()};
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (static_cast<std::uintmax_t>(in.gcount()) != size)
-    return Error{ErrorCode::io, where + ": ended early: " + path.string()};
-  return bytes;
+  if (ec || !in) return Error{ErrorCode::io, file + ": cannot be read"};
+  FileSlice slice;
+  slice.fileBytes = size;
+  const std::uint64_t end = std::min<std::uint64_t>(range.end, size);
+  slice.begin = std::min(range.begin, end);
+  slice.bytes.resize(static_cast<std::size_t>(end - slice.begin));
+  in.seekg(static_cast<std::streamoff>(slice.begin));
+  in.read(reinterpret_cast<char*>(slice.bytes.data()), static_cast<std::streamsize>(slice.bytes.size()));
+  if (static_cast<std::size_t>(in.gcount()) != slice.bytes.size())
+    return Error{ErrorCode::io, file + ": ended early"};
+  return slice;
+}
+
+Result<std::vector<std::uint8_t>> readSceneBytes(const fs::path& path, const std::string& file) {
+  constexpr std::uint64_t kBeginning = 4096;  // white space before a .gltf's first brace may be as long
+  Result<FileSlice> beginning = readFileBytes(path, file, {0, kBeginning});
+  if (!beginning) return beginning.error();
+  const std::vector<std::uint8_t>& bytes = beginning->bytes;
+  std::uint64_t end = beginning->fileBytes;
+  if (isGlb(bytes)) {
+    const std::uint64_t claimed = bytes.size() >= 12 ? readU32(bytes, 8) : end;
+    if (claimed > end) return glbTooShort(file, claimed, end);
+    end = claimed;
+  } else {
+    if (const Status status = checkBeginsAsJson(bytes, file); !status) return status.error();
+    if (end > kMaxGltfBytes)
+      return invalid(file, "a .gltf of " + std::to_string(end) + " bytes, at most " + std::to_string(kMaxGltfBytes) +
+                               " expected; buffers may have files of their own");
+  }
+  // A header that claims less than itself is told by splitContainer().
+  if (end <= bytes.size()) return std::move(beginning->bytes);
+  Result<FileSlice> whole = readFileBytes(path, file, {0, end});
+  if (!whole) return whole.error();
+  return std::move(whole->bytes);
 }
 
 Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std::string& file) {
-  if (bytes.empty()) return invalid(file, "empty file; expected a .glb or .gltf");
   GltfContainer container;
-  if (bytes.size() < 4 || readU32(bytes, 0) != kGlbMagic) {
-    const auto text = std::find_if(bytes.begin(), bytes.end(), [](std::uint8_t c) { return c > ' '; });
-    const bool bom = bytes.size() > 3 && bytes[0] == 0xEF && bytes[1] == 0xBB && bytes[2] == 0xBF;
-    if (!bom && (text == bytes.end() || *text != '{'))
-      return invalid(file, "neither a .glb (magic 'glTF') nor a .gltf (JSON object)");
+  if (!isGlb(bytes)) {
+    if (const Status status = checkBeginsAsJson(bytes, file); !status) return status.error();
     container.json.assign(bytes.begin(), bytes.end());
     return container;
   }
@@ -144,9 +191,7 @@ Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std:
   const std::uint32_t version = readU32(bytes, 4), length = readU32(bytes, 8);
   if (version != 2)
     return Error{ErrorCode::unsupported, file + ": GLB version " + std::to_string(version) + "; expected 2"};
-  if (length > bytes.size() || length < 20)
-    return invalid(
-        file, "GLB says it has " + std::to_string(length) + " bytes, the file has " + std::to_string(bytes.size()));
+  if (length > bytes.size() || length < 20) return glbTooShort(file, length, bytes.size());
   for (std::size_t at = 12, index = 0; at + 8 <= length; ++index) {
     const std::size_t size = readU32(bytes, at);
     const std::uint32_t type = readU32(bytes, at + 4);
@@ -167,13 +212,18 @@ Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std:
   return container;
 }
 
-Result<std::vector<std::uint8_t>> readUri(const std::string& uri, const fs::path& folder, const std::string& where,
-                                          std::vector<fs::path>& filesRead) {
-  if (uri.starts_with("data:")) return readDataUri(uri, where);
+Result<FileSlice> readUri(const std::string& uri, const fs::path& folder, const std::string& where,
+                          std::vector<fs::path>& filesRead, ByteRange range) {
+  if (uri.starts_with("data:")) {
+    Result<std::vector<std::uint8_t>> bytes = readDataUri(uri, where);
+    if (!bytes) return bytes.error();
+    const std::uint64_t size = bytes->size();
+    return FileSlice{std::move(*bytes), 0, size};
+  }
   const Result<fs::path> file = resolveInside(uri, folder, where);
   if (!file) return file.error();
-  filesRead.push_back(*file);
-  return readFileBytes(*file, where);
+  if (filesRead.empty() || filesRead.back() != *file) filesRead.push_back(*file);
+  return readFileBytes(*file, where, range);
 }
 
 }  // namespace relume

@@ -220,9 +220,16 @@ Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<s
     if (!view) return view.error();
     bytes = *view;
   } else if (!source.uri.empty()) {
-    auto read = readUri(source.uri, document.folder, document.at(where), document.files);
-    if (!read) return read.error();
-    fileBytes = std::move(*read);
+    // Look at a file's beginning and size before the whole of it is read.
+    auto beginning = readUri(source.uri, document.folder, document.at(where), document.files, {0, kImageBeginning});
+    if (!beginning) return beginning.error();
+    if (Status status = checkImageFile(beginning->bytes, beginning->fileBytes, document.at(where)); !status)
+      return status.error();
+    if (beginning->bytes.size() < beginning->fileBytes) {
+      beginning = readUri(source.uri, document.folder, document.at(where), document.files);
+      if (!beginning) return beginning.error();
+    }
+    fileBytes = std::move(beginning->bytes);
     bytes = fileBytes;
   } else {
     return document.invalid(where, "neither uri nor bufferView");

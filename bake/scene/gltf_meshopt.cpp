@@ -23,14 +23,15 @@ Result<Compressed> readExtension(const GltfDocument& document, const tinygltf::V
   const int buffer = indexOr(extension, "buffer", -1);
   if (buffer < 0 || static_cast<std::size_t>(buffer) >= document.buffers.size())
     return document.invalid(where, jsonPath("buffers", buffer) + " does not exist");
-  const auto& bytes = document.buffers[static_cast<std::size_t>(buffer)];
+  const FileSlice& slice = document.buffers[static_cast<std::size_t>(buffer)];
   const auto offset = static_cast<std::uint64_t>(numberOr(extension, "byteOffset", 0.0));
   const auto length = static_cast<std::uint64_t>(numberOr(extension, "byteLength", 0.0));
-  if (offset > bytes.size() || length > bytes.size() - offset)
+  const auto bytes = slice.range(offset, length);
+  if (!bytes)
     return document.invalid(where, "bytes " + std::to_string(offset) + " + " + std::to_string(length) + " of " +
-                                       jsonPath("buffers", buffer) + ", which has " + std::to_string(bytes.size()));
+                                       jsonPath("buffers", buffer) + ", which has " + std::to_string(slice.fileBytes));
   Compressed out;
-  out.bytes = std::span<const std::uint8_t>(bytes).subspan(offset, length);
+  out.bytes = *bytes;
   out.count = static_cast<std::size_t>(numberOr(extension, "count", 0.0));
   out.stride = static_cast<std::size_t>(numberOr(extension, "byteStride", 0.0));
   out.mode = extension.Get("mode").Get<std::string>();

@@ -7,9 +7,27 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 
+namespace {
+
+// Whether stb_image was refused memory since this was last reset: its own reason is not always set, and is then that of
+// an earlier image.
+thread_local bool refusedMemory = false;
+
+void* noted(void* memory, std::size_t bytes) {
+  if (memory == nullptr && bytes > 0) refusedMemory = true;
+  return memory;
+}
+
+}  // namespace
+
+#define STBI_MALLOC(bytes) noted(std::malloc(bytes), bytes)
+#define STBI_REALLOC(memory, bytes) noted(std::realloc(memory, bytes), bytes)
+#define STBI_FREE(memory) std::free(memory)
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
@@ -96,6 +114,19 @@ std::vector<std::uint8_t> withoutEmptyData(std::span<const std::uint8_t> png) {
   return kept;
 }
 
+// Forget what stb_image said about an earlier image.
+void resetReason() {
+  stbi__g_failure_reason = nullptr;
+  refusedMemory = false;
+}
+
+// Why stb_image has failed, since resetReason().
+Error decodingError(const std::string& where, const std::string& what) {
+  if (refusedMemory) return {ErrorCode::failed, where + ": out of memory"};
+  const char* reason = stbi_failure_reason();
+  return {ErrorCode::invalidFile, where + ": " + what + (reason != nullptr ? std::string(" (") + reason + ")" : "")};
+}
+
 // Share of each source texel in one destination texel along an axis; at most three where a size is odd.
 struct BoxTaps {
   std::uint32_t first = 0, count = 0;
@@ -173,6 +204,17 @@ Image::Level halve(const Image::Level& source, bool weighByAlpha) {
 
 }  // namespace
 
+Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fileBytes, const std::string& where) {
+  constexpr std::array<std::uint8_t, 4> kPng = {0x89, 'P', 'N', 'G'};
+  const bool png = beginning.size() >= kPng.size() && std::equal(kPng.begin(), kPng.end(), beginning.begin());
+  if (!png && !isJpeg(beginning))
+    return Error{ErrorCode::invalidFile, where + ": not a PNG or JPEG image, or an empty file"};
+  if (fileBytes > kMaxImageBytes)
+    return Error{ErrorCode::invalidFile, where + ": an image of " + std::to_string(fileBytes) + " bytes, at most " +
+                                             std::to_string(kMaxImageBytes) + " expected"};
+  return done();
+}
+
 std::uint64_t mostPixels(std::uint64_t bytes) { return kMaxPixelsPerByte * bytes + 4096; }
 
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where) {
@@ -182,12 +224,9 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
   if (const char* problem = isJpeg(bytes) ? jpegProblem(bytes) : nullptr)
     return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
   int width = 0, height = 0, channels = 0;
-  if (bytes.empty() ||
-      !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels)) {
-    const char* reason = bytes.empty() ? "no data" : stbi_failure_reason();
-    return Error{ErrorCode::invalidFile,
-                 where + ": not a PNG or JPEG image that can be read (" + (reason ? reason : "unknown") + ")"};
-  }
+  resetReason();
+  if (bytes.empty() || !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels))
+    return decodingError(where, "not a PNG or JPEG image that can be read");
   const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
   const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * size.height;
   if (size.width == 0 || size.height == 0 || size.width > kMaxImageSide || size.height > kMaxImageSide ||
@@ -210,13 +249,11 @@ Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string
   if (!kept.empty()) bytes = kept;
 
   int width = 0, height = 0, channels = 0;
+  resetReason();
   const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
       stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 4),
       stbi_image_free);
-  if (!rgba || width <= 0 || height <= 0) {
-    const char* reason = stbi_failure_reason();
-    return Error{ErrorCode::invalidFile, where + ": broken image (" + (reason ? reason : "unknown") + ")"};
-  }
+  if (!rgba || width <= 0 || height <= 0) return decodingError(where, "broken image");
   Image image;
   Image::Level level{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
   level.rgba.assign(rgba.get(), rgba.get() + 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));

@@ -14,6 +14,13 @@ namespace relume {
 inline constexpr std::uint32_t kMaxImageSide = 16384;         // [texels]
 inline constexpr std::uint64_t kMaxImagePixels = 1ull << 27;  // of one image
 
+// [byte, max] of an image's file: four channels of 16 bits for each texel, and what may stand around them.
+inline constexpr std::uint64_t kMaxImageBytes = 8 * kMaxImagePixels + (64 << 20);
+inline constexpr std::uint64_t kImageBeginning = 8;  // [byte] in which a PNG and a JPEG show
+
+// Whether a file with this beginning and size is worth reading. invalidFile: neither PNG nor JPEG, or too large.
+Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fileBytes, const std::string& where);
+
 // The size of an image from its header alone. invalidFile: not an image we can read, or its header claims more than the
 // limits above or than a compressed file of that many bytes can hold; `where` names the image in messages.
 struct ImageSize {

@@ -6,6 +6,8 @@
 #include "bake/tools/commands.h"
 #include "bake/tools/depfile.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
 #include "bake/tools/verify_bake.h"
@@ -39,11 +41,8 @@ struct BakeArguments {
 constexpr std::size_t kMostOptionsBytes = 1 << 20;
 
 Result<std::string> readText(const std::string& path) {
-  const Result<FileBytes> file = readFile(path);
+  const Result<FileBytes> file = readFile(path, kMostOptionsBytes);
   if (!file) return file.error();
-  if (file->bytes.size() > kMostOptionsBytes)
-    return Error{ErrorCode::usage,
-                 path + ": an options file has at most " + std::to_string(kMostOptionsBytes) + " bytes"};
   return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
 }
 
@@ -111,7 +110,7 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
                                  {"caches", bake.caches.count()},
                                  {"links", bake.links.count()},
                                  {"rayTracer", bake.provenance.rayTracer}};
-  return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return jsonText(report) + "\n";
 }
 
 // The bake that stands at the output, when scene and options would give it again. Whatever is wrong with it: no.
@@ -147,6 +146,17 @@ Status writeSideFiles(const BakeArguments& arguments, const Scene& scene, const 
   return writeText(arguments.depfile, makeDepfile(arguments.output, files));
 }
 
+CommandFiles filesOf(const BakeArguments& arguments) {
+  CommandFiles files;
+  files.read("the scene", arguments.scene);
+  files.read("the file of --options", arguments.optionsFile);
+  files.write("-o", arguments.output, FileKind::bake);
+  files.write("--report", arguments.reportFile, FileKind::bakeReport);
+  files.write("--depfile", arguments.depfile, FileKind::depfile);
+  files.force = arguments.force;
+  return files;
+}
+
 int runBake(const BakeArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const Result<BakeOptions> options = chooseOptions(arguments);
@@ -155,18 +165,17 @@ int runBake(const BakeArguments& arguments) {
     std::fputs(describeOptions(*options).c_str(), stdout);
     return 0;
   }
-  if (arguments.scene.empty() || arguments.output.empty())
-    return fail({ErrorCode::usage, "a scene and -o FILE are required (see relume bake --help)"});
-  // Find out now, not after the bake, whether the results can be written.
-  for (const std::string& path : {arguments.output, arguments.reportFile, arguments.depfile}) {
-    if (path.empty()) continue;
-    if (const Status status = checkWritable(path); !status) return fail(status.error());
-  }
 
-  Terminal terminal(arguments.terminal);
+  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
+  // Find out now, not after the bake, whether the results can be written, and over what.
+  Terminal terminal(arguments.terminal, planBake(*options, arguments.verify));
   Context& context = terminal.context();
+  CommandFiles files = filesOf(arguments);
+  if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
   const Result<Scene> scene = loadScene(arguments.scene, context, arguments.sceneOptions, MeshReport::log);
   if (!scene) return terminal.finish(), fail(scene.error());
+  files.read("a file of the scene", scene->files);
+  if (const Status status = checkApart(files); !status) return terminal.finish(), fail(status.error());
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
     terminal.finish();
@@ -175,7 +184,7 @@ int runBake(const BakeArguments& arguments) {
     std::filesystem::last_write_time(arguments.output, std::filesystem::file_time_type::clock::now(), ignored);
     const std::string report = describeRun(context, *options, *existing, seconds(), true);
     if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
-    std::printf("%s: up to date (--force bakes again)\n", arguments.output.c_str());
+    std::printf("%s: up to date (--force bakes again)\n", printable(arguments.output).c_str());
     return 0;
   }
   const Result<Bake> baked = bake(*scene, *options, context);
@@ -194,9 +203,9 @@ int runBake(const BakeArguments& arguments) {
 
   const std::string report = describeRun(context, *options, *baked, seconds(), false);
   if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
-  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s\n", arguments.output.c_str(),
-              baked->surfels.count(), baked->caches.count(), baked->links.count(), seconds(), peakMemoryMiB(),
-              arguments.verify ? ", verified" : "");
+  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s\n",
+              printable(arguments.output).c_str(), baked->surfels.count(), baked->caches.count(), baked->links.count(),
+              seconds(), peakMemoryMiB(), arguments.verify ? ", verified" : "");
   return 0;
 }
 
@@ -205,8 +214,10 @@ int runBake(const BakeArguments& arguments) {
 void addBakeCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("bake", "Bake how light travels through a level");
   auto arguments = std::make_shared<BakeArguments>();
-  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->option_text("FILE");
-  command->add_option("-o,--output", arguments->output, "Bake to write (.relume)")->option_text("FILE");
+  CLI::Option* scene = command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)");
+  scene->option_text("FILE REQUIRED")->required();
+  CLI::Option* output = command->add_option("-o,--output", arguments->output, "Bake to write (.relume)");
+  output->option_text("FILE REQUIRED")->required();
   static const std::map<std::string, Preset> kPresets = {
       {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
   command
@@ -217,10 +228,18 @@ void addBakeCommand(CLI::App& app, Action& action) {
       ->transform(CLI::CheckedTransformer(kPresets).description(""));
   command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")
       ->option_text("FILE");
-  command->add_flag("--print-options", arguments->printOptions, "Print all options as JSON with comments, and stop");
+  // Called before what is required is looked at.
+  const auto printOnly = [arguments, scene, output] {
+    arguments->printOptions = true;
+    scene->required(false);
+    output->required(false);
+  };
+  command->add_flag_callback("--print-options", printOnly, "Print all options as JSON with comments, and stop");
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")
       ->option_text("FILE");
-  command->add_flag("--force", arguments->force, "Bake even if the output is up to date with scene and options");
+  command->add_flag(
+      "--force", arguments->force,
+      "Bake even if the output is up to date with scene and options, and write over files that are something else");
   command->add_flag("--verify", arguments->verify,
                     "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")

@@ -5,6 +5,8 @@
 #include "bake/tools/bench_report.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 #include "formats/file_io.h"
@@ -33,7 +35,7 @@ struct BenchArguments {
   int repeat = 50, bakes = 1;
   std::vector<int> threads{1, 2};
   std::vector<std::string> backends{"cpu", "gl"};
-  bool curve = false, json = false;
+  bool curve = false, json = false, force = false;
   std::vector<std::uint32_t> curveSurfels, curveCaches;
   ProgressStyle progress = ProgressStyle::automatic;
   TerminalOptions terminal() const { return {*std::max_element(threads.begin(), threads.end()), progress}; }
@@ -113,7 +115,6 @@ Status checkArguments(const BenchArguments& a) {
   if (!a.bakeFile.empty() && (a.flags.any() || curve)) {
     return usage("--bake measures a finished bake: options of the bake and curves need a scene");
   }
-  if (!a.markdown.empty()) return checkWritable(a.markdown);
   return done();
 }
 
@@ -192,6 +193,15 @@ Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& r
   return done();
 }
 
+CommandFiles filesOf(const BenchArguments& a) {
+  CommandFiles files;
+  files.read("the scene", a.scene);
+  files.read("the bake", a.bakeFile);
+  files.write("--markdown", a.markdown, FileKind::benchPage);
+  files.force = a.force;
+  return files;
+}
+
 // A terminal for each bake: its progress and its stages are one bake's.
 Status measureScene(const BenchArguments& a, Measured& measured) {
   BenchReport& report = measured.report;
@@ -201,8 +211,11 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
     return loadScene(a.scene, terminal.context(), a.sceneOptions);
   }();
   if (!scene) return scene.error();
+  CommandFiles files = filesOf(a);
+  files.read("a file of the scene", scene->files);
+  if (const Status status = checkApart(files); !status) return status;
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  report.scene = scene->name + ", " + std::to_string(scene->triangleCount()) + " triangles";
+  report.scene = printable(scene->name) + ", " + std::to_string(scene->triangleCount()) + " triangles";
   for (const Preset preset : a.presets) {
     const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags);
     if (!options) return options.error();
@@ -225,7 +238,7 @@ Status measureBakeFile(const BenchArguments& a, Measured& measured) {
   if (!file) return file.error();
   Result<std::vector<RelightTimes>> relight = measureThreads(*file, a, context);
   if (!relight) return relight.error();
-  measured.report.scene = std::filesystem::path(a.bakeFile).filename().string();
+  measured.report.scene = printable(std::filesystem::path(a.bakeFile).filename().string());
   measured.report.settings.push_back({measured.report.scene, sizesOf(*file), {}, std::move(*relight)});
   measured.bakes.push_back(std::move(*file));
   return done();
@@ -250,11 +263,15 @@ int runBench(const BenchArguments& a) {
     if (const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags); !options)
       return fail(options.error());
   }
+  {
+    Terminal terminal(a.terminal());
+    if (const Status status = checkOutputs(filesOf(a), terminal.context()); !status) return fail(status.error());
+  }
 
   Measured all;
   BenchReport& report = all.report;
   report.date = today();
-  report.command = describeCommand(a);
+  report.command = printable(describeCommand(a));
   report.version = RELUME_VERSION;
   report.machine = describeMachine();
   report.bakeThreads = a.terminal().threads;
@@ -268,7 +285,7 @@ int runBench(const BenchArguments& a) {
     const auto write = [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); };
     if (const Status status = writeFileAtomically(a.markdown, write); !status) return fail(status.error());
   }
-  const std::string text = a.json ? toJson(report).dump(2) + "\n" : page;
+  const std::string text = a.json ? jsonText(toJson(report)) + "\n" : page;
   if (a.json || a.markdown.empty()) std::fputs(text.c_str(), stdout);
   return 0;
 }
@@ -314,6 +331,7 @@ void addBenchCommand(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(1u, 10000000u).description(""));
+  command->add_flag("--force", a->force, "Let --markdown write over a file that is something else");
   command->add_flag("--json", a->json, "Print what was measured as JSON");
   command->add_option("--markdown", a->markdown, "Write it as a page of tables, in place of printing it")
       ->option_text("FILE");

@@ -5,6 +5,8 @@
 #include "bake/tools/compare_light.h"
 #include "bake/tools/compare_page.h"
 #include "bake/tools/compare_report.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
@@ -28,7 +30,7 @@ struct CompareArguments {
   CompareBounds bounds;
   LightIgnore ignore;
   std::string page, runA, runB;
-  bool json = false;
+  bool json = false, force = false;
   TerminalOptions terminal;
 };
 
@@ -56,7 +58,8 @@ bool sameBytes(const BakeFile& a, const BakeFile& b) {
 // What `relume bake --report` wrote; null without a file.
 Result<Json> readRun(const std::string& path) {
   if (path.empty()) return Json();
-  const Result<FileBytes> file = readFile(path);
+  constexpr std::size_t kMostReportBytes = 16 << 20;
+  const Result<FileBytes> file = readFile(path, kMostReportBytes);
   if (!file) return file.error();
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
   Result<Json> json = readJson({text, file->bytes.size()});
@@ -66,7 +69,23 @@ Result<Json> readRun(const std::string& path) {
   return json;
 }
 
+CommandFiles filesOf(const CompareArguments& arguments) {
+  CommandFiles files;
+  files.read("bake A", arguments.a);
+  files.read("bake B", arguments.b);
+  files.read("the file of --report-a", arguments.runA);
+  files.read("the file of --report-b", arguments.runB);
+  files.write("--html", arguments.page, FileKind::comparePage);
+  files.force = arguments.force;
+  return files;
+}
+
 int runCompare(const CompareArguments& arguments) {
+  {
+    Terminal terminal(arguments.terminal);
+    if (const Status status = checkOutputs(filesOf(arguments), terminal.context()); !status)
+      return fail(status.error());
+  }
   const Result<BakeFile> a = readChecked(arguments.a);
   if (!a) return fail(a.error());
   const Result<BakeFile> b = readChecked(arguments.b);
@@ -75,9 +94,6 @@ int runCompare(const CompareArguments& arguments) {
   const Result<Json> runA = readRun(arguments.runA), runB = readRun(arguments.runB);
   if (!runA) return fail(runA.error());
   if (!runB) return fail(runB.error());
-  if (!arguments.page.empty()) {
-    if (const Status status = checkWritable(arguments.page); !status) return fail(status.error());
-  }
 
   Json report;
   std::optional<LightDifference> difference;
@@ -98,8 +114,7 @@ int runCompare(const CompareArguments& arguments) {
         writeFileAtomically(arguments.page, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(page))); });
     if (!written) return fail(written.error());
   }
-  const std::string text =
-      arguments.json ? report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : reportAsText(report);
+  const std::string text = arguments.json ? jsonText(report) + "\n" : reportAsText(report);
   std::fputs(text.c_str(), stdout);
   return boundPassed(report) ? kDifferenceFound : 0;
 }
@@ -135,6 +150,7 @@ void addCompareCommand(CLI::App& app, Action& action) {
   command->add_option("--report-a", arguments->runA, "What relume bake --report wrote for A: stage times for the page")
       ->option_text("FILE");
   command->add_option("--report-b", arguments->runB, "The same for B")->option_text("FILE");
+  command->add_flag("--force", arguments->force, "Let --html write over a file that is something else");
   command->add_flag("--json", arguments->json, "Print JSON (docs/compare.schema.json)");
   addTerminalOptions(*command, arguments->terminal);
   command->callback([arguments, &action] { action = [arguments] { return runCompare(*arguments); }; });

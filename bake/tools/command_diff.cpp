@@ -4,8 +4,11 @@
 #include "bake/tools/exposure.h"
 #include "bake/tools/image_diff.h"
 #include "bake/tools/image_io.h"
+#include "bake/tools/output_files.h"
 #include "bake/tools/parse_numbers.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/read_picture.h"
+#include "bake/tools/terminal.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -22,7 +25,7 @@ namespace {
 
 struct DiffArguments {
   std::string image, reference, output, layer, exposure = "auto", maxRmse, maxFlip;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 struct Bounds {
@@ -84,22 +87,33 @@ void printJson(const PictureDifference& d, const DiffArguments& a, const Picture
                         {"withinBounds", !exceeded}};
   if (!a.output.empty()) report["errorPicture"] = a.output;
   if (scale > 0.0) report["errorPictureScale"] = scale;
-  std::printf("%s\n", report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  std::printf("%s\n", jsonText(report).c_str());
 }
 
 void printText(const PictureDifference& d, const DiffArguments& a, const PictureFile& image,
                const PictureFile& reference, float stops, double scale, const Bounds& bounds, bool exceeded) {
   std::printf("%u x %u pixels, %s against %s of the reference\n", image.picture.width, image.picture.height,
-              image.channels.c_str(), reference.channels.c_str());
+              printable(image.channels).c_str(), printable(reference.channels).c_str());
   std::printf("RMSE           %.6g\n", d.rmse);
   std::printf("relative RMSE  %.4g %%\n", 100.0 * d.relativeRmse);
   std::printf("energy         %.5g of the reference's\n", d.energy);
   std::printf("FLIP           %.4g (0 the same .. 1), at %s stops\n", d.flip, stopsText(stops).c_str());
   std::printf("worst          %.6g at pixel %u,%u\n", d.worst, d.worstX, d.worstY);
-  if (!a.output.empty()) std::printf("wrote %s", a.output.c_str());
+  if (!a.output.empty()) std::printf("wrote %s", printable(a.output).c_str());
   if (scale > 0.0) std::printf(": red is too bright, blue too dark, full colour at %g %% or more", 100.0 * scale);
   if (!a.output.empty()) std::printf("\n");
   if (bounds.rmse || bounds.flip) std::printf("%s\n", exceeded ? "EXCEEDED" : "WITHIN BOUNDS");
+}
+
+Status checkFiles(const DiffArguments& a) {
+  CommandFiles files;
+  files.read("the image", a.image);
+  files.read("the reference", a.reference);
+  files.write("-o", a.output, imageKind(a.output));
+  files.force = a.force;
+  Context context;
+  context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
+  return checkOutputs(files, context);
 }
 
 int runDiff(const DiffArguments& a) {
@@ -113,6 +127,7 @@ int runDiff(const DiffArguments& a) {
   const std::string extension = std::filesystem::path(a.output).extension().string();
   if (!a.output.empty() && extension != ".png" && extension != ".exr")
     return fail({ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + a.output + "\" found"});
+  if (Status ok = checkFiles(a); !ok) return fail(ok.error());
 
   // 2. Read and compare
   const auto image = readPicture(a.image, a.layer), reference = readPicture(a.reference, a.layer);
@@ -160,6 +175,7 @@ void addDiffCommand(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--max-rmse", a->maxRmse, "exit with 7 when the relative RMSE is beyond this (0.02 = 2 %)");
   command->add_option("--max-flip", a->maxFlip, "exit with 7 when the mean of FLIP is beyond this [0..1]");
+  command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
   command->add_flag("--json", a->json, "print JSON");
   command->callback([a, &action] { action = [a] { return runDiff(*a); }; });
 }

@@ -4,6 +4,7 @@
 #include "bake/tools/commands.h"
 #include "bake/tools/describe.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 
@@ -74,6 +75,7 @@ void printLights(const Json& lights) {
                 triple(light["intensity"]).c_str(), plain(light["unit"]).c_str());
     if (light.contains("unitInFile"))
       std::printf(" (%s %s in the file)", triple(light["intensityInFile"]).c_str(), plain(light["unitInFile"]).c_str());
+    if (light.contains("positionM")) std::printf(", at %s m", triple(light["positionM"]).c_str());
     std::printf("\n");
   }
 }
@@ -101,15 +103,16 @@ int runInfo(const InfoArguments& arguments) {
   if (!info) return fail(info.error());
   (*info)["file"] = arguments.file;
   if (arguments.json) {
-    std::printf("%s\n", info->dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+    std::printf("%s\n", jsonText(*info).c_str());
     return 0;
   }
-  printFields(*info, 0);
-  if (info->contains("instances") && (*info)["instances"].is_array())
-    std::printf("%-24s %zu\n", "instances", (*info)["instances"].size());
-  if (info->contains("chunks")) printChunks((*info)["chunks"]);
-  if (info->contains("lights")) printLights((*info)["lights"]);
-  if (info->contains("meshReport")) printMeshReport((*info)["meshReport"]);
+  const Json text = printableStrings(*info);
+  printFields(text, 0);
+  if (text.contains("instances") && text["instances"].is_array())
+    std::printf("%-24s %zu\n", "instances", text["instances"].size());
+  if (text.contains("lights") && !text["lights"].empty()) printLights(text["lights"]);
+  if (text.contains("chunks")) printChunks(text["chunks"]);
+  if (text.contains("meshReport")) printMeshReport(text["meshReport"]);
   return 0;
 }
 

@@ -8,6 +8,8 @@
 #include "bake/tools/exposure.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/terminal.h"
 #include "bake/tools/view_options.h"
 
@@ -32,7 +34,7 @@ struct ReferenceArguments {
   SceneOptions sceneOptions;
   ReferenceOptions options;
   DynamicParts dynamic = DynamicParts::solid;
-  bool half = false;
+  bool half = false, force = false;
   TerminalOptions terminal;
 };
 
@@ -88,13 +90,13 @@ Status writeReference(const ReferenceImage& image, const std::optional<float>& s
                       const ReferenceArguments& arguments) {
   if (!isPng(arguments)) {
     if (Status ok = writeExr(arguments.output, toChannels(image), arguments.half); !ok) return ok;
-    std::printf("wrote %s\n", arguments.output.c_str());
+    std::printf("wrote %s\n", printable(arguments.output).c_str());
     return done();
   }
   const std::vector<glm::vec3> radiance = radianceOf(image);
   const float exposure = stops.value_or(autoExposure(radiance));
   if (Status ok = writePng(arguments.output, image.width, image.height, radiance, std::exp2(exposure)); !ok) return ok;
-  std::printf("wrote %s\nexposure: %s stops\n", arguments.output.c_str(), stopsText(exposure).c_str());
+  std::printf("wrote %s\nexposure: %s stops\n", printable(arguments.output).c_str(), stopsText(exposure).c_str());
   return done();
 }
 
@@ -110,8 +112,16 @@ int runReference(const ReferenceArguments& arguments) {
   }
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
+  CommandFiles files;
+  files.read("the scene", arguments.scene);
+  files.read("the file of --lights-file", arguments.view.lightsFile);
+  files.write("-o", arguments.output, imageKind(arguments.output));
+  files.force = arguments.force;
+  if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
   auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
+  files.read("a file of the scene", scene->files);
+  if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
 
   // 2. Trace
@@ -159,6 +169,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
                    "stops by which a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
       ->capture_default_str();
   command->add_flag("--half", a->half, "write 16-bit floats, except depth and position");
+  command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runReference(*a); }; });
 }

@@ -8,7 +8,9 @@
 #include "bake/tools/fit_bake.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/output_files.h"
 #include "bake/tools/parse_numbers.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
 #include "bake/tools/render_pictures.h"
@@ -37,7 +39,7 @@ struct RenderArguments {
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   float deringing = 0.0f;
-  bool sideBySide = false, allowStale = false, json = false;
+  bool sideBySide = false, allowStale = false, json = false, force = false;
   TerminalOptions terminal;
 };
 
@@ -100,6 +102,20 @@ std::filesystem::path outputName(const std::string& output, const std::string& a
   std::filesystem::path path(output);
   if (several) path.replace_extension("." + aov + path.extension().string());
   return path;
+}
+
+CommandFiles filesOf(const RenderArguments& arguments, const std::vector<Aov>& aovs) {
+  CommandFiles files;
+  files.read("the scene", arguments.scene);
+  files.read("the bake", arguments.bake);
+  files.read("the file of --lights-file", arguments.view.lightsFile);
+  const bool several = aovs.size() > 1 && !arguments.sideBySide;
+  for (const Aov aov : aovs) {
+    const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several);
+    if (several || aov == aovs.front()) files.write("-o", path, imageKind(path));
+  }
+  files.force = arguments.force;
+  return files;
 }
 
 bool isPng(const RenderArguments& arguments) { return std::filesystem::path(arguments.output).extension() == ".png"; }
@@ -192,10 +208,10 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
     report["bufferBytes"] = nlohmann::json::object();
     for (const auto& [name, bytes] : frame.bufferBytes) report["bufferBytes"][name] = bytes;
-    std::printf("%s\n", report.dump().c_str());
+    std::printf("%s\n", jsonText(report, -1).c_str());
     return;
   }
-  for (const std::string& path : written) std::printf("wrote %s\n", path.c_str());
+  for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
   if (scale != nullptr) printScale(aovs, *scale, arguments.exposure == "auto");
   if (frame.passTimes.empty()) return;
   std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
@@ -232,8 +248,12 @@ int runRender(const RenderArguments& arguments) {
   // 2. The scene, and a bake of it
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
+  CommandFiles files = filesOf(arguments, *aovs);
+  if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
   auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
+  files.read("a file of the scene", scene->files);
+  if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request);
   std::optional<Bake> bake;
@@ -302,6 +322,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
   command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")->required();
+  command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runRender(*a); }; });

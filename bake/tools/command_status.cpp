@@ -2,6 +2,7 @@
 // relume status SCENE BAKE: is the bake up to date, and what changed if not? Exit status 7 when something did.
 #include "bake/tools/commands.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/printable.h"
 #include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
@@ -41,12 +42,12 @@ int runStatus(const StatusArguments& arguments) {
     for (const std::string& text : stale.others) changes.push_back({{"text", text}});
     const Json report = {
         {"scene", arguments.scene}, {"bake", arguments.bake}, {"upToDate", stale.upToDate()}, {"changes", changes}};
-    std::printf("%s\n", report.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+    std::printf("%s\n", jsonText(report).c_str());
   } else if (stale.upToDate()) {
-    std::printf("%s: up to date\n", arguments.bake.c_str());
+    std::printf("%s: up to date\n", printable(arguments.bake).c_str());
   } else {
-    std::printf("%s: out of date\n", arguments.bake.c_str());
-    for (const std::string& sentence : stale.sentences()) std::printf("  %s\n", sentence.c_str());
+    std::printf("%s: out of date\n", printable(arguments.bake).c_str());
+    for (const std::string& sentence : stale.sentences()) std::printf("  %s\n", printable(sentence).c_str());
   }
   return stale.upToDate() ? 0 : kDifferenceFound;
 }

@@ -2,6 +2,7 @@
 // relume validate FILE [--json]: every numbered finding of formats/validation_messages.h. Exit status 3 when one of
 // them is an error.
 #include "bake/tools/commands.h"
+#include "bake/tools/printable.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
 
@@ -23,8 +24,6 @@ struct ValidateArguments {
 
 using Json = nlohmann::json;
 
-std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
-
 int validateJson(const std::string& file, const Result<Bake>& bake, const std::vector<Finding>& findings, int status) {
   Json list = Json::array();
   for (const Finding& f : findings)
@@ -37,7 +36,7 @@ int validateJson(const std::string& file, const Result<Bake>& bake, const std::v
                     {"count", f.count}});
   Json report = {{"file", file}, {"valid", status == 0}, {"findings", list}};
   if (!bake) report["unreadable"] = bake.error().message;
-  std::printf("%s\n", dump(report).c_str());
+  std::printf("%s\n", jsonText(report).c_str());
   return status;
 }
 
@@ -49,9 +48,9 @@ int runValidate(const ValidateArguments& arguments) {
   const int status = !bake ? exitCode(bake.error().code) : broken ? exitCode(ErrorCode::invalidFile) : 0;
   if (arguments.json) return validateJson(arguments.file, bake, findings, status);
   if (!bake) return fail(bake.error());
-  for (const Finding& f : findings) std::printf("%s\n", toString(f).c_str());
-  std::printf("%s: %s, %zu finding%s\n", arguments.file.c_str(), broken ? "invalid" : "valid", findings.size(),
-              findings.size() == 1 ? "" : "s");
+  for (const Finding& f : findings) std::printf("%s\n", printable(toString(f)).c_str());
+  std::printf("%s: %s, %zu finding%s\n", printable(arguments.file).c_str(), broken ? "invalid" : "valid",
+              findings.size(), findings.size() == 1 ? "" : "s");
   return status;
 }
 

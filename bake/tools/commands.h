@@ -9,7 +9,8 @@
 //     command->callback([arguments, &action] { action = [arguments] { return runThing(*arguments); }; });
 //   }
 //
-// runThing() returns the exit status: 0, exitCode(error.code), or kDifferenceFound. To add a command: a declaration
+// runThing() returns the exit status: 0, exitCode(error.code), or kDifferenceFound; main.cpp turns what a
+// signal has cancelled into kCancelled. To add a command: a declaration
 // here, a call in main.cpp, a source file in CMakeLists.txt.
 #pragma once
 
@@ -24,6 +25,7 @@ class App;
 namespace relume {
 
 inline constexpr int kDifferenceFound = 7;
+inline constexpr int kCancelled = 130;  // by Ctrl-C or SIGTERM, as shells have it
 
 // What the chosen subcommand does once all arguments are parsed; returns the exit status.
 using Action = std::function<int()>;

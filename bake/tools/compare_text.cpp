@@ -3,6 +3,8 @@
 #include "bake/printed.h"
 #include "bake/tools/compare_report.h"
 
+#include "bake/tools/printable.h"
+
 #include <cstdarg>
 
 namespace relume {
@@ -100,7 +102,8 @@ void printVerdict(std::string& text, const Json& light, const Json& verdict) {
 
 }  // namespace
 
-std::string reportAsText(const Json& report) {
+std::string reportAsText(const Json& all) {
+  const Json report = printableStrings(all);
   std::string text;
   line(text, "A: %s", textOf(report["a"]["file"]).c_str());
   line(text, "B: %s", textOf(report["b"]["file"]).c_str());

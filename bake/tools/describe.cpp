@@ -160,6 +160,7 @@ Json describeLight(const SceneLight& light, LightUnit inFile) {
                     {"type", types[static_cast<int>(light.type)]},
                     {"intensity", vec3(light.intensity)},
                     {"unit", directional ? "W/m^2" : "W/sr"}};
+  if (!directional) described["positionM"] = vec3(light.positionWorld);
   if (inFile == LightUnit::photometric) {
     described["intensityInFile"] = vec3(light.intensity * static_cast<float>(kLumensPerWatt));
     described["unitInFile"] = directional ? "lx" : "cd";

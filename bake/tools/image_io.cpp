@@ -3,10 +3,12 @@
 #include "bake/tools/image_io.h"
 
 #include "formats/color.h"
+#include "formats/file_io.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <half.h>
@@ -27,8 +29,7 @@
 #include <cmath>
 #include <exception>
 #include <fstream>
-#include <functional>
-#include <system_error>
+#include <new>
 
 namespace relume {
 namespace {
@@ -40,19 +41,31 @@ std::string channelName(const std::string& layer, char suffix) {
   return layer.empty() ? std::string(1, suffix) : layer + '.' + suffix;
 }
 
-// Let `write` fill a temporary neighbour of path, then put it in its place. `write` returns an empty string or why not.
-Status writeThenRename(const std::filesystem::path& path, const std::function<std::string(const std::string&)>& write) {
-  std::filesystem::path temporary = path;
-  temporary += ".part";
-  std::error_code ec;
-  std::string why = write(temporary.string());
-  if (why.empty()) {
-    std::filesystem::rename(temporary, path, ec);
-    if (!ec) return done();
-    why = ec.message();
+// A file in memory, for OpenEXR, which goes back to fill in its table of offsets.
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : OStream("") {}
+  void write(const char data[], int size) override {
+    const auto count = static_cast<std::size_t>(size);
+    if (bytes.size() < at_ + count) bytes.resize(at_ + count);
+    std::copy_n(reinterpret_cast<const std::byte*>(data), count, bytes.begin() + static_cast<std::ptrdiff_t>(at_));
+    at_ += count;
   }
-  std::filesystem::remove(temporary, ec);
-  return Error{ErrorCode::io, "cannot write \"" + path.string() + "\": " + why};
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t at) override { at_ = static_cast<std::size_t>(at); }
+
+  std::vector<std::byte> bytes;
+
+ private:
+  std::size_t at_ = 0;
+};
+
+Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  return writeFileAtomically(path, [bytes](const ByteSink& sink) { return sink(bytes); });
+}
+
+Error cannotWrite(const std::filesystem::path& path, const std::string& why) {
+  return {ErrorCode::failed, "cannot write \"" + path.string() + "\": " + why};
 }
 
 Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height, std::size_t pixels) {
@@ -118,31 +131,32 @@ Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bo
   for (const auto& [name, channel] : image.channels) {
     if (Status ok = checkSize(path, image.width, image.height, channel.size()); !ok) return ok;
   }
-  return writeThenRename(path, [&](const std::string& temporary) -> std::string {
-    try {
-      Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
-      header.compression() = Imf::ZIP_COMPRESSION;
-      Imf::FrameBuffer buffer;
-      std::map<std::string, std::vector<Imath::half>> narrow;
-      for (const auto& [name, channel] : image.channels) {
-        const bool isHalf = half && !name.starts_with("Depth") && !name.starts_with("Position");
-        if (isHalf) narrow[name].assign(channel.begin(), channel.end());
-        const Imf::PixelType type = isHalf ? Imf::HALF : Imf::FLOAT;
-        const std::size_t stride = isHalf ? sizeof(Imath::half) : sizeof(float);
-        // Only read through by writePixels.
-        const void* values = isHalf ? static_cast<const void*>(narrow[name].data()) : channel.data();
-        auto* base = static_cast<char*>(const_cast<void*>(values));
-        header.channels().insert(name, Imf::Channel(type));
-        buffer.insert(name, Imf::Slice(type, base, stride, stride * image.width));
-      }
-      Imf::OutputFile file(temporary.c_str(), header, 0);
-      file.setFrameBuffer(buffer);
-      file.writePixels(static_cast<int>(image.height));
-      return {};
-    } catch (const std::exception& e) {
-      return e.what();
+  MemoryStream stream;
+  try {
+    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer buffer;
+    std::map<std::string, std::vector<Imath::half>> narrow;
+    for (const auto& [name, channel] : image.channels) {
+      const bool isHalf = half && !name.starts_with("Depth") && !name.starts_with("Position");
+      if (isHalf) narrow[name].assign(channel.begin(), channel.end());
+      const Imf::PixelType type = isHalf ? Imf::HALF : Imf::FLOAT;
+      const std::size_t stride = isHalf ? sizeof(Imath::half) : sizeof(float);
+      // Only read through by writePixels.
+      const void* values = isHalf ? static_cast<const void*>(narrow[name].data()) : channel.data();
+      auto* base = static_cast<char*>(const_cast<void*>(values));
+      header.channels().insert(name, Imf::Channel(type));
+      buffer.insert(name, Imf::Slice(type, base, stride, stride * image.width));
     }
-  });
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(buffer);
+    file.writePixels(static_cast<int>(image.height));
+  } catch (const std::bad_alloc&) {
+    return cannotWrite(path, "out of memory");
+  } catch (const std::exception& e) {
+    return cannotWrite(path, e.what());
+  }
+  return writeBytes(path, stream.bytes);
 }
 
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
@@ -163,11 +177,8 @@ std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float ex
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const std::uint8_t> rgb) {
   if (Status ok = checkSize(path, width, height, rgb.size() / 3); !ok) return ok;
-  return writeThenRename(path, [&](const std::string& temporary) -> std::string {
-    const int ok = stbi_write_png(temporary.c_str(), static_cast<int>(width), static_cast<int>(height), 3, rgb.data(),
-                                  static_cast<int>(3 * width));
-    return ok != 0 ? "" : "the file cannot be created";
-  });
+  const std::vector<std::byte> bytes = encodePng(width, height, rgb);
+  return bytes.empty() ? cannotWrite(path, "out of memory") : writeBytes(path, bytes);
 }
 
 std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Images in and out: OpenEXR with named float channels, PNG for looking at. Files are written to a temporary name and
-// renamed, so that a failure leaves no half file.
+// Images in and out: OpenEXR with named float channels, PNG for looking at. Files are put together in memory and
+// written as writeFileAtomically() does, so that a failure leaves no half file.
 #pragma once
 
 #include "formats/result.h"

@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostLights = 4096;
+constexpr std::size_t kMostLights = 4096, kMostBytes = 16 << 20;
 
 // Reads the fields of one light; the first that is wrong is told.
 class LightReader {
@@ -114,7 +114,7 @@ class LightReader {
 }  // namespace
 
 Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path) {
-  const Result<FileBytes> file = readFile(path);
+  const Result<FileBytes> file = readFile(path, kMostBytes);
   if (!file) return file.error();
   const std::string name = "\"" + path.string() + "\": ";
   const auto* begin = reinterpret_cast<const char*>(file->bytes.data());

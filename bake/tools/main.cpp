@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: MIT
 // `relume`: one binary, one subcommand a file (commands.h).
 #include "bake/printed.h"
+#include "bake/provenance.h"
 #include "bake/tools/commands.h"
+#include "bake/tools/printable.h"
+#include "bake/tools/terminal.h"
+#include "bake/tools/usage_message.h"
+#include "formats/chunks.h"
 
 #include <CLI/CLI.hpp>
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
@@ -16,7 +26,7 @@ namespace relume {
 
 int fail(const Error& error) {
   std::fflush(stdout);
-  std::fprintf(stderr, "relume: error: %s\n", error.message.c_str());
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(error.message).c_str());
   return exitCode(error.code);
 }
 
@@ -33,23 +43,43 @@ namespace {
     what = text.c_str();
   } catch (...) {
   }
-  std::fprintf(stderr, "relume: error: %s\n", what);
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(what).c_str());
   std::_Exit(exitCode(ErrorCode::failed));
 }
 
-}  // namespace
-}  // namespace relume
+// A stream that the caller has closed must not become the first file that is opened, which messages would then be
+// written into. Standard output gets a descriptor that refuses writing, so that nothing is lost in silence.
+bool holdStandardStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
+    if (::open("/dev/null", fd == STDERR_FILENO ? O_WRONLY : O_RDONLY) != fd) return false;
+  }
+  return true;
+}
 
-int main(int argc, char** argv) {
-  using namespace relume;
-  std::set_terminate(endAfterUncaught);
-  useClassicLocale();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
+// What was printed must have arrived: a command whose result is lost has not done its work.
+int withOutputFlushed(int status) {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  const int reason = errno;
+  if (flushed && std::ferror(stdout) == 0) return status;
+  return fail({ErrorCode::io, std::string("standard output cannot be written") +
+                                  (reason != 0 ? std::string(": ") + std::strerror(reason) : "")});
+}
+
+std::string versionText() {
+  return std::string("relume " RELUME_VERSION "\nbake format ") + std::to_string(kBakeFormatVersion) +
+         ", algorithm version " + std::to_string(kAlgorithmVersion) + "\ncommit " +
+         (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
+}
+
+int run(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
-  app.set_version_flag("--version", RELUME_VERSION);
+  app.set_version_flag("--version", versionText);
   app.require_subcommand(0, 1);
   app.footer(
-      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found.");
+      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found, "
+      "130 cancelled.");
   Action action;
   addBakeCommand(app, action);
   addBenchCommand(app, action);
@@ -65,7 +95,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
-    return fail({ErrorCode::usage, std::string(e.what()) + " (see relume --help)"});
+    return fail({ErrorCode::usage, usageMessage(app, e)});
   }
 
   if (!action) {
@@ -76,10 +106,22 @@ int main(int argc, char** argv) {
 
   // The last line of defence: room doors return errors, so only exhausted memory should arrive here.
   try {
-    return action();
+    const int status = action();
+    return status == exitCode(ErrorCode::failed) && interruptedBySignal() ? kCancelled : status;
   } catch (const std::bad_alloc&) {
     return fail({ErrorCode::failed, "out of memory"});
   } catch (const std::exception& e) {
     return fail({ErrorCode::failed, e.what()});
   }
+}
+
+}  // namespace
+}  // namespace relume
+
+int main(int argc, char** argv) {
+  std::set_terminate(relume::endAfterUncaught);
+  relume::useClassicLocale();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
+  if (!relume::holdStandardStreams()) return relume::exitCode(relume::ErrorCode::io);
+  return relume::withOutputFlushed(relume::run(argc, argv));
 }

@@ -2,6 +2,8 @@
 // See terminal.h.
 #include "bake/tools/terminal.h"
 
+#include "bake/tools/printable.h"
+
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -15,7 +17,9 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -56,6 +60,8 @@ spdlog::level::level_enum levelOf(Severity severity) {
 
 }  // namespace
 
+bool interruptedBySignal() { return interrupted.load(); }
+
 struct Terminal::State {
   Context context;
   ProgressStyle style = ProgressStyle::none;
@@ -65,6 +71,10 @@ struct Terminal::State {
   double fraction = -1.0;
   std::map<std::string, Clock::time_point, std::less<>> stageBegin;  // stages nest: the outer one comes back
   Clock::time_point lastDrawn{};
+  bool stageTold = false;                         // a line of this stage was printed
+  std::set<std::string, std::less<>> stagesDone;  // of which the last line was printed
+  OverallProgress overall;
+  Clock::time_point begin = Clock::now();
   bool lineOpen = false;
   std::atomic<bool> stop{false};
   std::thread watcher;  // turns the signal into a cancelled context
@@ -76,54 +86,115 @@ struct Terminal::State {
     lineOpen = false;
   }
 
+  // Of one stage, as it is to be told.
+  struct Told {
+    double seconds = 0.0, left = 0.0;                // [s]; left: 0 = not known
+    double overall = 0.0, overallSecondsLeft = 0.0;  // of the whole work
+    bool finished = false;
+  };
   void report(std::string_view newStage, double newFraction);
-  void drawBar(double eta);
+  void tellOfSilentStage();
+  Told tell(Clock::time_point now);
+  bool isDue(const Told& told, double before, Clock::time_point now) const;
+  void drawBar(const Told& told);
+  void printLine(const Told& told);
 };
 
-void Terminal::State::drawBar(double eta) {
+// "links        [=========           ]  45 %  whole 72 %  12 s left"
+void Terminal::State::drawBar(const Told& told) {
   constexpr int kWidth = 30;
   char bars[kWidth + 1] = {};
   for (int i = 0; i < kWidth; ++i) bars[i] = i < static_cast<int>(fraction * kWidth + 0.5) ? '=' : ' ';
-  std::fprintf(stderr, "\r\033[K%-12s [%s] %3.0f %%", stage.c_str(), bars, 100.0 * fraction);
-  if (eta > 0.5) std::fprintf(stderr, "  %.0f s left", eta);
+  std::fprintf(stderr, "\r\033[K%-12s [%s] %3.0f %%", printable(stage).c_str(), bars, 100.0 * fraction);
+  if (overall.known()) std::fprintf(stderr, "  whole %.0f %%", 100.0 * told.overall);
+  const double left = overall.known() ? told.overallSecondsLeft : told.left;
+  if (left > 0.5) std::fprintf(stderr, "  %.0f s left", left);
   std::fflush(stderr);
   lineOpen = true;
+}
+
+void Terminal::State::printLine(const Told& told) {
+  std::string line = "relume: " + printable(stage) + ": ";
+  char text[128];
+  if (told.finished)
+    std::snprintf(text, sizeof(text), "done in %.2f s", told.seconds);
+  else
+    std::snprintf(text, sizeof(text), "%.0f %%", 100.0 * fraction);
+  line += text;
+  if (overall.known() && told.overallSecondsLeft > 0.5) {
+    std::snprintf(text, sizeof(text), ", whole %.0f %%, %.0f s left", 100.0 * told.overall, told.overallSecondsLeft);
+    line += text;
+  } else if (!overall.known() && told.left > 0.5) {
+    std::snprintf(text, sizeof(text), ", %.0f s left", told.left);
+    line += text;
+  }
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+// Stages that are over sooner get no line.
+constexpr double kShortStage = 0.1;  // [s]
+
+// The bar is drawn ten times a second; plain lines come at each fifth of a stage, otherwise one when it is done.
+bool Terminal::State::isDue(const Told& told, double before, Clock::time_point now) const {
+  const bool fifth = static_cast<int>(fraction * 5.0) > static_cast<int>(before * 5.0);
+  if (bar) return told.finished || before < 0.0 || now - lastDrawn > std::chrono::milliseconds(100);
+  if (style == ProgressStyle::json) return told.finished || before < 0.0 || fifth;
+  if (told.seconds < kShortStage || stagesDone.contains(stage)) return false;
+  return told.finished || (style == ProgressStyle::plain && (fifth || !stageTold));
+}
+
+Terminal::State::Told Terminal::State::tell(Clock::time_point now) {
+  const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
+  Told told;
+  told.finished = fraction >= 1.0;
+  told.seconds = since(stageBegin.try_emplace(stage, now).first->second);
+  told.left = fraction > 0.02 && !told.finished ? told.seconds * (1.0 - fraction) / fraction : 0.0;
+  told.overall = overall.update(stage, fraction);
+  told.overallSecondsLeft = overall.secondsLeft(since(begin));
+  return told;
+}
+
+// Plain lines name a stage even when its first report takes long.
+void Terminal::State::tellOfSilentStage() {
+  if (style != ProgressStyle::plain) return;
+  const std::lock_guard lock(mutex);
+  if (stage.empty() || stageTold || fraction < 0.0 || fraction >= 1.0 || stagesDone.contains(stage)) return;
+  const Told told = tell(Clock::now());
+  if (told.seconds < kShortStage) return;
+  stageTold = true;
+  printLine(told);
 }
 
 void Terminal::State::report(std::string_view newStage, double newFraction) {
   if (style == ProgressStyle::none) return;
   const std::lock_guard lock(mutex);
   const Clock::time_point now = Clock::now();
-  const bool started = newStage != stage;
-  if (started) {
+  if (newStage != stage) {
     stage = newStage;
     fraction = -1.0;
+    stageTold = false;
   }
-  const Clock::time_point begin = stageBegin.try_emplace(stage, now).first->second;
-  // Chunks finish in any order: progress never steps back; draw ten times a second, print each fifth.
+  // Chunks finish in any order: progress never steps back.
   if (newFraction <= fraction) return;
-  const bool finished = newFraction >= 1.0;
   const double before = fraction;
-  const bool due = bar ? now - lastDrawn > std::chrono::milliseconds(100)
-                       : static_cast<int>(newFraction * 5.0) > static_cast<int>(before * 5.0);
-  if (!started && !finished && !due) return;
   fraction = newFraction;
+  const Told told = tell(now);
+  if (!isDue(told, before, now)) return;
   lastDrawn = now;
-  const double seconds = std::chrono::duration<double>(now - begin).count();
-  const double eta = fraction > 0.02 && !finished ? seconds * (1.0 - fraction) / fraction : 0.0;
-  if (bar) {
-    drawBar(eta);
-  } else if (style == ProgressStyle::json) {
-    const nlohmann::json line = {
-        {"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"seconds", seconds}, {"secondsLeft", eta}};
-    std::fprintf(stderr, "%s\n", line.dump().c_str());
-  } else if (finished) {
-    std::fprintf(stderr, "relume: %s: done in %.2f s\n", stage.c_str(), seconds);
-  } else if (eta > 0.5) {
-    std::fprintf(stderr, "relume: %s: %.0f %%, %.0f s left\n", stage.c_str(), 100.0 * fraction, eta);
-  } else {
-    std::fprintf(stderr, "relume: %s: %.0f %%\n", stage.c_str(), 100.0 * fraction);
+  stageTold = true;
+  if (told.finished) stagesDone.insert(stage);
+  if (bar) return drawBar(told);
+  if (style != ProgressStyle::json) return printLine(told);
+  nlohmann::json line = {{"event", "progress"},
+                         {"stage", stage},
+                         {"fraction", fraction},
+                         {"seconds", told.seconds},
+                         {"secondsLeft", told.left}};
+  if (overall.known()) {
+    line["overall"] = told.overall;
+    line["overallSecondsLeft"] = told.overallSecondsLeft;
   }
+  std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
 }
 
 void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
@@ -135,17 +206,20 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
       ->option_text("N [0]")
       ->check(CLI::Range(0, 1024));
   command
-      .add_option("--progress", options.progress,
-                  "Progress on stderr: a bar on a terminal and lines otherwise, lines, JSON lines, nothing "
-                  "[auto|plain|json|none]")
+      .add_option(
+          "--progress", options.progress,
+          "Progress on stderr: a bar on a terminal and a line for each stage otherwise, lines at each fifth of a "
+          "stage, JSON lines, nothing "
+          "[auto|plain|json|none]")
       ->option_text("STYLE [auto]")
       ->transform(CLI::CheckedTransformer(kStyles).description(""));
 }
 
-void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), text); }
+void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), printable(text)); }
 
-Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<State>()) {
+Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(std::make_unique<State>()) {
   State& s = *state_;
+  s.overall = OverallProgress(std::move(plan));
   s.style = options.progress;
   s.bar = options.progress == ProgressStyle::automatic && ::isatty(STDERR_FILENO) != 0;
   s.context.threads = options.threads;
@@ -161,7 +235,7 @@ Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<Sta
     const char* names[] = {"info", "warning", "error"};
     const nlohmann::json line = {
         {"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", message}};
-    std::fprintf(stderr, "%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
   };
 
   // Stages that report rarely still see the cancellation, within 50 ms.
@@ -173,6 +247,7 @@ Terminal::Terminal(const TerminalOptions& options) : state_(std::make_unique<Sta
   s.watcher = std::thread([&s] {
     while (!s.stop.load()) {
       if (interrupted.load()) s.context.cancel();
+      s.tellOfSilentStage();
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   });

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/context.h"
+#include "bake/tools/overall_progress.h"
 #include "formats/result.h"
 
 #include <memory>
@@ -15,6 +16,7 @@ class App;
 
 namespace relume {
 
+// automatic: a bar on a terminal; elsewhere a line for each stage that took a tenth of a second.
 enum class ProgressStyle { automatic, plain, json, none };
 
 // The options of a long command: --threads and --progress.
@@ -25,11 +27,11 @@ struct TerminalOptions {
 void addTerminalOptions(CLI::App& command, TerminalOptions& options);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
-// warnings and errors only;
-// Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
+// warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
 class Terminal {
  public:
-  explicit Terminal(const TerminalOptions& options);
+  // With a plan, progress is told of the whole work as well.
+  explicit Terminal(const TerminalOptions& options, ProgressPlan plan = {});
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
@@ -42,6 +44,9 @@ class Terminal {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// Whether Ctrl-C, SIGINT or SIGTERM has cancelled a Terminal's context.
+bool interruptedBySignal();
 
 // A message outside of a context: "[warning] text" on stderr.
 void logMessage(Severity severity, const std::string& text);

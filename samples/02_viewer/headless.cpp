@@ -3,6 +3,8 @@
 #include "samples/common/egl_context.h"
 
 #include "bake/tools/image_io.h"
+#include "bake/tools/output_files.h"
+#include "bake/tools/printable.h"
 #include "samples/02_viewer/headless.h"
 #include "samples/02_viewer/viewer.h"
 
@@ -28,6 +30,26 @@ Status chooseMoving(ViewState& state, const std::string& name) {
   return Error{ErrorCode::usage, "--move: no light \"" + name + "\" in the scene"};
 }
 
+std::filesystem::path framePath(const std::string& folder, std::uint32_t frame) {
+  char name[32];
+  std::snprintf(name, sizeof name, "frame_%04u.png", frame);
+  return std::filesystem::path(folder) / name;
+}
+
+// No frame may be written over what the level was read from, or over what is no picture.
+Status checkFrames(const Scene& scene, const ViewerOptions& options) {
+  Context context;
+  for (std::uint32_t frame = 0; frame < options.headlessFrames; ++frame) {
+    CommandFiles files;
+    files.read("the bake", options.bake);
+    files.read("a file of the scene", scene.files);
+    files.write("-o", framePath(options.output, frame), FileKind::png);
+    files.force = options.force;
+    if (Status ok = checkOutputs(files, context); !ok) return ok;
+  }
+  return done();
+}
+
 }  // namespace
 
 Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
@@ -37,6 +59,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
   std::error_code failure;
   std::filesystem::create_directories(options.output, failure);
   if (failure) return Error{ErrorCode::io, "cannot make folder \"" + options.output + "\": " + failure.message()};
+  if (Status ok = checkFrames(scene, options); !ok) return ok;
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
@@ -68,11 +91,9 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
       const auto from = rows.begin() + static_cast<std::ptrdiff_t>((options.height - 1 - y) * options.width);
       std::copy(from, from + width, pixels.begin() + static_cast<std::ptrdiff_t>(y * options.width));
     }
-    char name[32];
-    std::snprintf(name, sizeof name, "frame_%04u.png", frame);
-    const std::filesystem::path path = std::filesystem::path(options.output) / name;
+    const std::filesystem::path path = framePath(options.output, frame);
     if (Status ok = writePng(path, options.width, options.height, pixels); !ok) return ok;
-    std::printf("%s ", path.string().c_str());
+    std::printf("%s ", printable(path.string()).c_str());
     for (const auto& [pass, ms] : viewer->times()) std::printf("  %s %.2f ms", pass.c_str(), ms);
     std::printf("\n");
   }

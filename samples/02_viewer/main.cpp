@@ -4,6 +4,7 @@
 #include "bake/printed.h"
 #include "bake/tools/fit_bake.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/printable.h"
 #include "samples/02_viewer/headless.h"
 #include "samples/02_viewer/options.h"
 #include "samples/02_viewer/window.h"
@@ -14,7 +15,7 @@
 namespace {
 
 int fail(const relume::Error& error) {
-  std::fprintf(stderr, "relume-view: error: %s\n", error.message.c_str());
+  std::fprintf(stderr, "relume-view: error: %s\n", relume::printableLines(error.message).c_str());
   return relume::exitCode(error.code);
 }
 

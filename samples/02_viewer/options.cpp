@@ -2,6 +2,8 @@
 // See options.h.
 #include "samples/02_viewer/options.h"
 
+#include "bake/tools/usage_message.h"
+
 #include <CLI/CLI.hpp>
 
 #include <charconv>
@@ -59,12 +61,13 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->needs(headless);
   CLI::Option* output =
       app.add_option("-o,--output", o.output, "folder of the headless frames (frame_0000.png, ...)")->needs(headless);
+  app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
   headless->needs(output);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() != static_cast<int>(CLI::ExitCodes::Success))
-      return Error{ErrorCode::usage, std::string(e.what()) + " (see relume-view --help)"};
+      return Error{ErrorCode::usage, usageMessage(app, e)};
     app.exit(e);
     o.exitNow = true;
     return o;

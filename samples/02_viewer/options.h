@@ -27,6 +27,7 @@ struct ViewerOptions {
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
   std::string moving;                 // that light; empty: the first that is on and has a place
   std::string output;                 // folder of the headless frames
+  bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends
   float exposure = 0.0f;              // [stops]
   std::string view = "full";          // a name of kViewNames

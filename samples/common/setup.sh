@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: MIT
 # Shell functions that samples/demo.sh and tests/run.sh share.
 
+# With RELUME_CONFIGURE_ONLY=1 both end here, once the release build is configured: what their test needs.
+end_if_configure_only() {
+  if [ "${RELUME_CONFIGURE_ONLY:-0}" = 1 ]; then exit 0; fi
+}
+
 # install_packages LIST [optional]: install the Debian packages of a list file that are missing; needs root or sudo only
 # then. The list goes to the line that starts with "# Optional"; `optional` installs those after it instead,
 # each for itself.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 
 namespace relume {
 namespace {
@@ -103,10 +104,47 @@ TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
 TEST_F(Cli, usageErrors) {
   expectFailure(run({}), 1, "a command is required: bake");
   expectFailure(run({"bale"}), 1, "bale");
-  expectFailure(run({"bake", room_}), 1, "-o FILE");
+  expectFailure(run({"bake", room_}), 1, "-o is missing; expected: relume bake SCENE -o FILE (see relume bake --help)");
+  expectFailure(run({"bake"}), 1, "SCENE is missing; expected: relume bake SCENE -o FILE");
+  expectFailure(run({"bale", "--x"}), 1, "unknown command \"bale\"; did you mean \"bake\"? (see relume --help)");
+  expectFailure(run({"comapre"}), 1, "did you mean \"compare\"?");
+  expectFailure(run({"zzz"}), 1, "unknown command \"zzz\" (see");
+  expectFailure(run(bakeArguments(room_, {"--surfel", "9"})), 1,
+                "relume bake: unknown option \"--surfel\"; did you mean \"--surfels\"?");
+  expectFailure(run(bakeArguments(room_, {"--raysp=9"})), 1, "unknown option \"--raysp\"; did you mean \"--rays\"?");
+  const std::string picture = (folder_ / "picture.png").string();
+  expectFailure(run({"render", room_, "--aov", "direct", "-o", picture, "--sky", "1,1"}), 1,
+                "--sky: R,G,B, three finite numbers of at least 0, expected, \"1,1\" found");
+  expectFailure(run({"render", room_, "-o", out_, "--samples", "99"}), 1,
+                "--samples: a whole number of 1..16 expected, \"99\" found");
+  expectFailure(run({"render", room_, "-o", out_, "--backend", "dx"}), 1, "--backend: a value of cpu, gl expected");
+  expectFailure(run(bakeArguments(room_, {"--threads", "9999"})), 1, "--threads: a whole number of 0..1024 expected");
+  expectFailure(run({"compare", out_, out_, "--max-rmse", "x"}), 1, "--max-rmse: a number");
+  expectFailure(run({"info", room_, "--json=x"}), 1, "--json takes no value");
+  expectFailure(run({"info", room_, room_}), 1, "relume info: argument \"" + room_ + "\" is one too many");
   expectFailure(run(bakeArguments(room_, {"--frobnicate"})), 1, "--frobnicate");
   expectFailure(run(bakeArguments(room_, {"--preset", "ultra"})), 1, "ultra");
   expectFailure(run({"validate"}), 1, "FILE");
+}
+
+TEST_F(Cli, helpSaysWhatIsRequired) {
+  const ProgramResult help = run({"bake", "--help"});
+  EXPECT_NE(help.out.find("[OPTIONS] SCENE\n"), std::string::npos) << help.out;
+  EXPECT_NE(help.out.find("-o,--output FILE REQUIRED"), std::string::npos) << help.out;
+  EXPECT_EQ(run({"bake", "--print-options"}).status, 0) << "needs neither";
+}
+
+TEST_F(Cli, versionNamesFormatAndCommit) {
+  const ProgramResult version = run({"--version"});
+  EXPECT_EQ(version.status, 0);
+  for (const char* text : {"relume ", "bake format ", "algorithm version ", "commit "})
+    EXPECT_NE(version.out.find(text), std::string::npos) << version.out;
+}
+
+TEST_F(Cli, sceneInfoListsLights) {
+  const ProgramResult info = run({"info", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"});
+  EXPECT_NE(info.out.find("lights: 3\n"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("point \"lamp\": 3 2.16 1.26 W/sr, at 4.5 1.7 0.55 m"), std::string::npos) << info.out;
 }
 
 TEST_F(Cli, absurdOptionsNameOptionRangeAndValue) {
@@ -217,7 +255,8 @@ TEST_F(Cli, malformedScenesAreRefusedByName) {
   GltfParts nan;
   nan.room.position[3][1] = std::numeric_limits<float>::quiet_NaN();
   refused("nan.gltf", makeGltf(nan), 3, "finite");
-  expectFailure(run(bakeArguments((folder_ / "none.glb").string())), 2, "none.glb");
+  const std::string none = (folder_ / "none.glb").string();
+  expectFailure(run(bakeArguments(none)), 2, "error: " + none + ": no such file\n");
 }
 
 TEST_F(Cli, scenesWithNothingToBakeFailByName) {
@@ -236,12 +275,13 @@ TEST_F(Cli, scenesWithNothingToBakeFailByName) {
 TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
   std::ofstream(out_) << "old";
   // Enough rays for minutes, so that the signal comes in the middle.
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
-               folder_);
+  Program bake(
+      bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain", "--force"}),
+      folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGINT);
   const ProgramResult result = bake.wait();
-  EXPECT_EQ(result.status, 4) << result.err;
+  EXPECT_EQ(result.status, 130) << result.err;
   EXPECT_NE(result.err.find("cancelled"), std::string::npos) << result.err;
   EXPECT_EQ(readAll(out_), "old");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
@@ -250,14 +290,32 @@ TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
 TEST_F(Cli, killedBakesLeaveTheOldFileAndTheNextRunCleansUp) {
   std::ofstream(out_) << "old";
   std::ofstream(out_ + ".4242-0.tmp") << "left by a killed run";
-  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain"}),
-               folder_);
+  Program bake(
+      bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000", "--progress", "plain", "--force"}),
+      folder_);
   ASSERT_TRUE(bake.waitForStderr("links"));
   bake.send(SIGKILL);
   EXPECT_EQ(bake.wait().status, 128 + SIGKILL);
   EXPECT_EQ(readAll(out_), "old");
-  EXPECT_EQ(run(bakeArguments(room_)).status, 0);
+  EXPECT_EQ(run(bakeArguments(room_, {"--force"})).status, 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Cli, awayFromATerminalEachLongStageIsOneLine) {
+  const ProgramResult result = run(bakeArguments(room_, {"--rays", "4096", "--lightmap-caches", "4000"}));
+  EXPECT_EQ(result.status, 0) << result.err;
+  std::map<std::string, int> lines;
+  for (std::size_t at = 0; at < result.err.size();) {
+    const std::size_t end = result.err.find('\n', at), done = result.err.find(": done in ", at);
+    if (done < end) {
+      ++lines[result.err.substr(at, done - at)];
+      EXPECT_GE(std::stod(result.err.substr(done + 10)), 0.1) << result.err;
+    }
+    EXPECT_EQ(result.err.substr(at, end - at).find(" 40 %"), std::string::npos) << result.err;
+    at = end + 1;
+  }
+  EXPECT_EQ(lines["relume: links"], 1) << result.err;
+  for (const auto& [stage, count] : lines) EXPECT_EQ(count, 1) << stage;
 }
 
 TEST_F(Cli, progressAsJsonLinesIsJson) {
@@ -272,7 +330,8 @@ TEST_F(Cli, progressAsJsonLinesIsJson) {
     at = end + 1;
   }
   EXPECT_GT(lines, 6u);
-  EXPECT_EQ(run(bakeArguments(room_, {"--progress", "none"})).err, "");
+  EXPECT_NE(result.err.find("\"overall\":1.0"), std::string::npos) << result.err;
+  EXPECT_EQ(run(bakeArguments(room_, {"--force", "--progress", "none"})).err, "");
 }
 
 }  // namespace

@@ -137,6 +137,43 @@ TEST_F(FileIo, foldersAndMissingFoldersAreNamed) {
   EXPECT_TRUE(names().empty());
 }
 
+TEST_F(FileIo, linksStayAndWhatTheyPointToIsWritten) {
+  fs::create_directories(folder_ / "far");
+  ASSERT_TRUE(writeText(folder_ / "far" / "b.relume", "old"));
+  fs::create_symlink("far/b.relume", folder_ / "middle");
+  fs::create_symlink("middle", path_);
+  ASSERT_TRUE(writeText(path_, "new"));
+  EXPECT_TRUE(fs::is_symlink(path_));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "middle"));
+  EXPECT_EQ(contents(folder_ / "far" / "b.relume"), "new");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "far"), {}), 1);
+
+  fs::create_symlink("far/not_yet.relume", folder_ / "dangling");
+  ASSERT_TRUE(writeText(folder_ / "dangling", "first"));
+  EXPECT_EQ(contents(folder_ / "far" / "not_yet.relume"), "first");
+  fs::create_symlink("circle", folder_ / "circle");
+  const Status circle = writeText(folder_ / "circle", "x");
+  ASSERT_FALSE(circle);
+  EXPECT_NE(circle.error().message.find("Too many levels of symbolic links"), std::string::npos)
+      << circle.error().message;
+}
+
+TEST_F(FileIo, openFilesOfProcessesAreRefused) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  const int fd = ::open(path_.c_str(), O_RDONLY);
+  const Status status = writeText("/proc/self/fd/" + std::to_string(fd), "new");
+  ::close(fd);
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message.find("open file of a process"), std::string::npos) << status.error().message;
+  EXPECT_EQ(contents(path_), "old");
+}
+
+TEST_F(FileIo, aBodyThatThrowsLeavesNothing) {
+  EXPECT_THROW((void)writeFileAtomically(path_, [](const ByteSink&) -> bool { throw std::bad_alloc(); }),
+               std::bad_alloc);
+  EXPECT_TRUE(names().empty());
+}
+
 TEST_F(FileIo, readingAndMappingGiveTheSameBytes) {
   const std::string text(100001, 'q');
   ASSERT_TRUE(writeText(path_, text));

@@ -134,6 +134,31 @@ TEST(Options, rangesAreEnforcedAtBothEnds) {
   }
 }
 
+// 1e-6 as a float is a little less than 1e-6.
+TEST(Options, bothEndsOfARangeAreInIt) {
+  int ranges = 0;
+  for (const OptionInfo& info : listOptions(BakeOptions{})) {
+    const std::size_t dots = info.range.find("..");
+    std::vector<std::string> ends;
+    if (info.range.starts_with(">= ")) ends = {info.range.substr(3)};
+    if (dots != std::string::npos && info.range.find("each") == std::string::npos && info.name != "seed")
+      ends = {info.range.substr(0, dots), info.range.substr(dots + 2)};
+    for (const std::string& end : ends) {
+      BakeOptions options;
+      ASSERT_TRUE(setOption(options, info.name, end)) << info.name << " " << end;
+      const Status status = checkOptions(options);
+      // What options must be to each other is another matter, and names two of them.
+      EXPECT_TRUE(status || status.error().message.find(" is " + end + ", expected " + info.range) == std::string::npos)
+          << status.error().message;
+      ++ranges;
+    }
+  }
+  EXPECT_GT(ranges, 30);
+  BakeOptions options;
+  ASSERT_TRUE(setOption(options, "links.opennessRadius", "1e-6"));
+  EXPECT_TRUE(checkOptions(options));
+}
+
 TEST(Options, numbersThatAreNotFiniteAreRefused) {
   for (const float value : {std::nanf(""), std::numeric_limits<float>::infinity()}) {
     BakeOptions options;

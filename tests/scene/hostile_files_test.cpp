@@ -5,9 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -212,6 +214,30 @@ TEST(HostileFiles, emptyChunksOfAPngAreNothing) {
   const Result<Image> nothing = decodeImage(none, "none");
   ASSERT_FALSE(nothing);
   EXPECT_EQ(nothing.error().code, ErrorCode::invalidFile);
+}
+
+TEST(HostileFiles, noMemoryForAnImageIsNotTheImagesFault) {
+  if (std::string(RELUME_SANITIZE) != "")
+    GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs its own addresses";
+  const Bytes large = png(4096, 4096, Bytes(4 * 4096 * 4096, 77));
+  const auto decodeWith = [&](std::size_t mebibytes) {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlimit limit{(pages << 12) + (mebibytes << 20), RLIM_INFINITY};
+    ::setrlimit(RLIMIT_AS, &limit);
+    const Result<Image> image = decodeImage(large, "large");
+    const bool told =
+        !image && image.error().code == ErrorCode::failed && image.error().message == "large: out of memory";
+    std::_Exit(told ? 0 : image ? 2 : 3);
+  };
+  // Too little for the inflated rows; enough for those, too little for the texels.
+  for (const std::size_t mebibytes : {std::size_t{8}, std::size_t{80}}) {
+    EXPECT_EXIT(decodeWith(mebibytes), ::testing::ExitedWithCode(0), "") << mebibytes;
+  }
+  // What an earlier image had is not said of a later one.
+  const Result<Image> broken = decodeImage(Bytes{0xFF, 0xD8, 0xFF, 0xD9}, "broken");
+  ASSERT_FALSE(broken);
+  EXPECT_EQ(broken.error().code, ErrorCode::invalidFile);
 }
 
 TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
