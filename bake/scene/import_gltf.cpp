@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
 #include "bake/context.h"
+#include "bake/scene/find_solids.h"
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/scene.h"
 
@@ -26,6 +27,8 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   // 4. The lights' unit
   if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
   scene.files = std::move(document->files);
+  // 4. Which two-sided surfaces enclose matter
+  findSolids(scene, context);
   return scene;
 }
 
