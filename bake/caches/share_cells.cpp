@@ -93,6 +93,7 @@ class Sharer {
     }
     chooseCaches(open, kLastReach, INFINITY, context);
     compact();
+    result_.buried = std::move(invalid_);
     return std::move(result_);
   }
 
@@ -347,6 +348,8 @@ class Sharer {
 };
 
 }  // namespace
+
+float ownCacheTexels(const CacheOptions& options) { return kCacheCost * options.minChartTexels / kGridError; }
 
 SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
                         const CacheOptions& options, Context& context) {

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+// See lightmap_advice.h.
+#include "bake/caches/lightmap_advice.h"
+
+#include "bake/context.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+namespace {
+
+// Nodes named of each kind, and the least surface worth a line, of all that is seen.
+constexpr std::size_t kMostNamed = 10;
+constexpr double kLeastShare = 1e-3;
+// The share of a node's small surface that the density it is told would light.
+constexpr double kMended = 0.9;
+// The largest extras.relume.texelDensity.
+constexpr double kMostDensity = 100.0;
+// Smooth parts that turn so many times as much as they should from texel to texel show it.
+constexpr float kVisibleTurn = 1.5f;
+
+// A density as a person would write it, rounded up to two digits.
+std::string rounded(double density) {
+  const double unit = std::pow(10.0, std::floor(std::log10(density)) - 1.0);
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%g", std::ceil(density / unit - 1e-6) * unit);
+  return text.data();
+}
+
+std::string number(double value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+// Seen surface of a node that reads the grid.
+struct Unlit {
+  double buried = 0.0;  // [m²] behind or inside something
+  double small = 0.0;   // [m²] too small for a cache
+  // Of each small patch: the density that gives it a cache of its own, and its area. [m²]
+  std::vector<std::pair<double, double>> wanted;
+};
+
+// The density at which most of the small surface has caches.
+double mendingDensity(Unlit& unlit) {
+  std::sort(unlit.wanted.begin(), unlit.wanted.end());
+  double lit = 0.0;
+  for (const auto& [density, area] : unlit.wanted) {
+    lit += area;
+    if (lit >= kMended * unlit.small) return density;
+  }
+  return unlit.wanted.empty() ? 1.0 : unlit.wanted.back().first;
+}
+
+class Adviser {
+ public:
+  Adviser(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+          const CacheOptions& options, Context& context)
+      : scene_(scene), set_(set), cells_(cells), shared_(shared), options_(options), context_(context) {}
+
+  void run() {
+    std::vector<Unlit> unlit(scene_.instances.size());
+    double total = 0.0;
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
+    context_.figure("grid_lit_area_share", total / set_.areaSeen);
+    forLargest([&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+    forLargest([&](std::uint32_t i) { return unlit[i].buried; }, [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+    adviseSmooth();
+  }
+
+ private:
+  std::string nameOf(std::uint32_t instance) const { return "node \"" + scene_.instances[instance].node + "\""; }
+
+  // Adds a patch without any cache to its node's surface; returns its area then, or 0. [m²]
+  double addPatch(std::uint32_t p, Unlit& unlit) const {
+    bool buried = false;
+    for (std::uint32_t c = cells_.firstCell[p]; c < cells_.firstCell[p + 1]; ++c) {
+      if (shared_.cacheOfCell[c] != kNoCache) return 0.0;
+      buried = buried || shared_.buried[c] != 0;
+    }
+    const Patch& patch = set_.patches[p];
+    const double area = patch.area;
+    // A texel has a cache of its own from `least` full texels of surface on: area (density / texel size)² = least.
+    const double least = ownCacheTexels(options_), texel = cells_.texelSize;
+    const double wanted = std::sqrt(least * texel * texel / std::max(area, 1e-30));
+    if (buried || wanted <= static_cast<double>(patch.density)) {
+      unlit.buried += area;
+      return area;
+    }
+    // What of the density the level does not ask for stays as it is.
+    const double others = patch.density / scene_.instances[patch.instance].texelDensity;
+    unlit.small += area;
+    unlit.wanted.emplace_back(wanted / others, area);
+    return area;
+  }
+
+  // The nodes with the most of some surface, if it is worth a line.
+  void forLargest(const std::function<double(std::uint32_t)>& area,
+                  const std::function<void(std::uint32_t)>& warn) const {
+    std::vector<std::uint32_t> order(scene_.instances.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
+    for (std::size_t i = 0; i < std::min(kMostNamed, order.size()); ++i) {
+      if (!(area(order[i]) > kLeastShare * set_.areaSeen)) break;
+      warn(order[i]);
+    }
+  }
+
+  void warnSmall(std::uint32_t instance, Unlit& unlit) const {
+    const double density = mendingDensity(unlit);
+    const std::string what = nameOf(instance) + ": " + number(unlit.small) +
+                             " m² of seen surface are in pieces too small for texels of " + number(cells_.texelSize) +
+                             " m and read the grid; ";
+    if (density <= kMostDensity)
+      context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + nameOf(instance) + " from " +
+                                              number(scene_.instances[instance].texelDensity) + " to " +
+                                              rounded(density) +
+                                              ", ask for more light-map caches (--lightmap-caches), or mark it "
+                                              "extras.relume.bake: \"dynamic\" if it may neither block nor send light");
+    else
+      context_.message(Severity::warning, what + "join the pieces of " + nameOf(instance) +
+                                              ", or mark it extras.relume.bake: \"dynamic\" if it may neither block "
+                                              "nor send light: no texelDensity up to 100 gives them caches");
+  }
+
+  void warnBuried(std::uint32_t instance, const Unlit& unlit) const {
+    context_.message(
+        Severity::warning,
+        nameOf(instance) + ": " + number(unlit.buried) +
+            " m² of seen surface read the grid, for all places on them see mostly backs of one-sided faces or are in "
+            "contact with other faces; turn the faces of what encloses " +
+            nameOf(instance) + " to the side that is seen, make its material doubleSided, or move the node out of it");
+  }
+
+  // Smooth parts that the budget of followCurvature() left too coarse, or that have too few texels to count.
+  void adviseSmooth() const {
+    std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
+    std::vector<double> turn(scene_.instances.size(), 0.0);
+    for (const SmoothPart& part : set_.parts) {
+      const float texel = cells_.texelSize / (part.density * part.factor);
+      if (part.curvature * texel < kVisibleTurn * kMostTurn) continue;
+      area[part.instance] += part.area;
+      const double wanted =
+          scene_.instances[part.instance].texelDensity * part.factor * part.curvature * texel / kMostTurn;
+      density[part.instance] += wanted * part.area;
+      turn[part.instance] += part.curvature * texel * part.area;
+    }
+    forLargest([&](std::uint32_t i) { return area[i]; },
+               [&](std::uint32_t i) {
+                 const double wanted = density[i] / area[i];
+                 std::string text = nameOf(i) + ": " + number(area[i]) + " m² of smooth surface turn by " +
+                                    number(turn[i] / area[i] * 57.29578) +
+                                    " degrees from texel to texel and may show them as facets; ";
+                 if (wanted <= kMostDensity)
+                   text += "extras.relume.texelDensity of " + rounded(wanted) + " follows it (now " +
+                           number(scene_.instances[i].texelDensity) + ")";
+                 else
+                   text += "more light-map caches (--lightmap-caches) follow it better";
+                 context_.message(Severity::info, text);
+               });
+  }
+
+  const Scene& scene_;
+  const PatchSet& set_;
+  const CellSet& cells_;
+  const SharedCaches& shared_;
+  const CacheOptions& options_;
+  Context& context_;
+};
+
+}  // namespace
+
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+                       const CacheOptions& options, Context& context) {
+  Adviser(scene, set, cells, shared, options, context).run();
+}
+
+}  // namespace relume
