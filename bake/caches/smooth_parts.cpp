@@ -21,6 +21,9 @@ constexpr double kLeastTexels = 0.5, kMostTexels = 300.0;
 constexpr double kMostFactor = 16.0;
 // Of all texels, what smooth parts may have more than their share.
 constexpr double kBudget = 0.1;
+// Where normals turn more than that although the budget is spent, texels show as they did: it is better spent
+// elsewhere.
+constexpr double kUsefulTurn = 0.6;
 
 // Whether the mesh's normals agree along the edge of two faces.
 bool isSmooth(const Mesh& mesh, const FaceGraph& graph, std::uint32_t f, std::uint32_t g) {
@@ -97,21 +100,19 @@ void followCurvature(PatchSet& set, float texelSize) {
     const double density = static_cast<double>(patch.levelDensity);
     texels += static_cast<double>(patch.area) * density * density / (texel * texel);
   }
-  // The turn that the budget allows: it halves, or doubles, between the bounds.
-  double low = static_cast<double>(kMostTurn), high = low;
-  while (extraTexels(set.parts, texel, high) > kBudget * texels) high *= 2.0;
-  if (high > low) {
-    low = 0.5 * high;
-    for (int i = 0; i < 20; ++i) {
-      const double middle = 0.5 * (low + high);
-      (extraTexels(set.parts, texel, middle) > kBudget * texels ? low : high) = middle;
-    }
+  // The least turn that the budget allows, if it is of use.
+  double low = static_cast<double>(kMostTurn), high = kUsefulTurn;
+  const bool useful = extraTexels(set.parts, texel, high) <= kBudget * texels;
+  if (useful && extraTexels(set.parts, texel, low) <= kBudget * texels) high = low;
+  for (int i = 0; useful && high > low && i < 20; ++i) {
+    const double middle = 0.5 * (low + high);
+    (extraTexels(set.parts, texel, middle) > kBudget * texels ? low : high) = middle;
   }
   for (SmoothPart& part : set.parts) {
     const double own = texel / static_cast<double>(part.density);
     const double count = static_cast<double>(part.area) / (own * own);
     part.factor = 1.0f;
-    if (count < kLeastTexels || count > kMostTexels) continue;
+    if (!useful || count < kLeastTexels || count > kMostTexels) continue;
     part.factor = static_cast<float>(std::clamp(static_cast<double>(part.curvature) * own / high, 1.0, kMostFactor));
   }
   for (Patch& patch : set.patches) {

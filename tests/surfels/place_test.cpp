@@ -289,7 +289,7 @@ TEST(PlaceSurfels, closedDoubleSidedEmittersEmitOutward) {
   lamp.emission = glm::vec3(10, 8, 6);
   lamp.doubleSided = true;
   const std::uint32_t first = level.scene().triangleCount();
-  const glm::vec3 low(4, 2, 2), high(4.2f, 2.2f, 2.2f), x(0.2f, 0, 0), y(0, 0.2f, 0), z(0, 0, 0.2f);
+  const glm::vec3 low(4, 2, 2), high(4.25f, 2.25f, 2.25f), x(0.25f, 0, 0), y(0, 0.25f, 0), z(0, 0, 0.25f);
   for (const auto& [u, v] : {std::pair(x, y), std::pair(y, z), std::pair(z, x)}) {
     level.addRectangle(low, v, u);
     level.addRectangle(high - u - v, u, v);
