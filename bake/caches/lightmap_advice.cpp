@@ -18,12 +18,14 @@ namespace relume {
 namespace {
 
 // Nodes named of each kind, and the least surface worth a line, of all that is seen.
-constexpr std::size_t kMostNamed = 10;
+constexpr std::size_t kMostNamed = 10, kMostSmooth = 5;
 constexpr double kLeastShare = 1e-3;
 // The share of a node's small surface that the density it is told would light.
 constexpr double kMended = 0.9;
 // The largest extras.relume.texelDensity.
 constexpr double kMostDensity = 100.0;
+// Of smooth parts that want more texels than that, small as they are, nobody asks to be told.
+constexpr double kMostFollowed = 16.0;
 // Smooth parts that turn so many times as much as they should from texel to texel show it.
 constexpr float kVisibleTurn = 1.5f;
 
@@ -43,6 +45,7 @@ std::string number(double value) {
 
 // Seen surface of a node that reads the grid.
 struct Unlit {
+  double backs = 0.0;   // [m²] backs of one-sided faces
   double buried = 0.0;  // [m²] behind or inside something
   double small = 0.0;   // [m²] too small for a cache
   // Of each small patch: the density that gives it a cache of its own, and its area. [m²]
@@ -71,8 +74,13 @@ class Adviser {
     double total = 0.0;
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
-    forLargest([&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
-    forLargest([&](std::uint32_t i) { return unlit[i].buried; }, [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].buried; },
+        [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
     adviseSmooth();
   }
 
@@ -92,7 +100,9 @@ class Adviser {
     const double least = ownCacheTexels(options_), texel = cells_.texelSize;
     const double wanted = std::sqrt(least * texel * texel / std::max(area, 1e-30));
     if (buried || wanted <= static_cast<double>(patch.density)) {
-      unlit.buried += area;
+      const Instance& instance = scene_.instances[patch.instance];
+      const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
+      (patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]) ? unlit.backs : unlit.buried) += area;
       return area;
     }
     // What of the density the level does not ask for stays as it is.
@@ -103,12 +113,12 @@ class Adviser {
   }
 
   // The nodes with the most of some surface, if it is worth a line.
-  void forLargest(const std::function<double(std::uint32_t)>& area,
+  void forLargest(std::size_t most, const std::function<double(std::uint32_t)>& area,
                   const std::function<void(std::uint32_t)>& warn) const {
     std::vector<std::uint32_t> order(scene_.instances.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
-    for (std::size_t i = 0; i < std::min(kMostNamed, order.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
       if (!(area(order[i]) > kLeastShare * set_.areaSeen)) break;
       warn(order[i]);
     }
@@ -131,41 +141,44 @@ class Adviser {
                                               "nor send light: no texelDensity up to 100 gives them caches");
   }
 
-  void warnBuried(std::uint32_t instance, const Unlit& unlit) const {
-    context_.message(
-        Severity::warning,
-        nameOf(instance) + ": " + number(unlit.buried) +
-            " m² of seen surface read the grid, for all places on them see mostly backs of one-sided faces or are in "
-            "contact with other faces; turn the faces of what encloses " +
-            nameOf(instance) + " to the side that is seen, make its material doubleSided, or move the node out of it");
+  void warnBacks(std::uint32_t instance, const Unlit& unlit) const {
+    context_.message(Severity::warning, nameOf(instance) + ": " + number(unlit.backs) +
+                                            " m² of what is seen of it are backs of its one-sided faces, which read "
+                                            "the grid; if they are not the inside of something, turn the faces of " +
+                                            nameOf(instance) + " over or make their material doubleSided");
   }
 
-  // Smooth parts that the budget of followCurvature() left too coarse, or that have too few texels to count.
+  void warnBuried(std::uint32_t instance, const Unlit& unlit) const {
+    context_.message(Severity::warning,
+                     nameOf(instance) + ": " + number(unlit.buried) +
+                         " m² of seen surface read the grid, for from every place on them one sees mostly backs of "
+                         "one-sided faces, or touches others; move " +
+                         nameOf(instance) +
+                         " out of what it lies in, delete its hidden faces, or make the material of the faces around "
+                         "it doubleSided");
+  }
+
+  // Small smooth parts that followCurvature() could not give texels enough.
   void adviseSmooth() const {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
-    std::vector<double> turn(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {
-      const float texel = cells_.texelSize / (part.density * part.factor);
-      if (part.curvature * texel < kVisibleTurn * kMostTurn) continue;
+      const float texel = cells_.texelSize / part.density, turn = part.curvature * texel;
+      if (!isSmall(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMostTurn) continue;
+      const double factor = turn / kMostTurn;
+      if (factor > kMostFollowed) continue;
       area[part.instance] += part.area;
-      const double wanted =
-          scene_.instances[part.instance].texelDensity * part.factor * part.curvature * texel / kMostTurn;
-      density[part.instance] += wanted * part.area;
-      turn[part.instance] += part.curvature * texel * part.area;
+      density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
     }
-    forLargest([&](std::uint32_t i) { return area[i]; },
-               [&](std::uint32_t i) {
-                 const double wanted = density[i] / area[i];
-                 std::string text = nameOf(i) + ": " + number(area[i]) + " m² of smooth surface turn by " +
-                                    number(turn[i] / area[i] * 57.29578) +
-                                    " degrees from texel to texel and may show them as facets; ";
-                 if (wanted <= kMostDensity)
-                   text += "extras.relume.texelDensity of " + rounded(wanted) + " follows it (now " +
-                           number(scene_.instances[i].texelDensity) + ")";
-                 else
-                   text += "more light-map caches (--lightmap-caches) follow it better";
-                 context_.message(Severity::info, text);
-               });
+    forLargest(
+        kMostSmooth, [&](std::uint32_t i) { return area[i]; },
+        [&](std::uint32_t i) {
+          const double wanted = std::min(density[i] / area[i], kMostDensity);
+          context_.message(Severity::info,
+                           nameOf(i) + ": " + number(area[i]) + " m² of smooth surface are curved too tightly " +
+                               "for texels of " + number(cells_.texelSize) +
+                               " m, which may show as facets and seams; extras.relume.texelDensity of " +
+                               rounded(wanted) + " follows it (now " + number(scene_.instances[i].texelDensity) + ")");
+        });
   }
 
   const Scene& scene_;

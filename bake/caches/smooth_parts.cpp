@@ -43,8 +43,8 @@ double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, doubl
   double extra = 0.0;
   for (const SmoothPart& part : parts) {
     const double texel = texelSize / static_cast<double>(part.density);
+    if (!isSmall(part, static_cast<float>(texelSize))) continue;
     const double texels = static_cast<double>(part.area) / (texel * texel);
-    if (texels < kLeastTexels || texels > kMostTexels) continue;
     const double factor = std::clamp(static_cast<double>(part.curvature) * texel / turn, 1.0, kMostFactor);
     extra += texels * (factor * factor - 1.0);
   }
@@ -52,6 +52,12 @@ double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, doubl
 }
 
 }  // namespace
+
+bool isSmall(const SmoothPart& part, float texelSize) {
+  const double texel = static_cast<double>(texelSize) / static_cast<double>(part.density);
+  const double texels = static_cast<double>(part.area) / (texel * texel);
+  return texels >= kLeastTexels && texels <= kMostTexels;
+}
 
 MeshParts findSmoothParts(const Mesh& mesh) {
   MeshParts parts;
@@ -110,9 +116,8 @@ void followCurvature(PatchSet& set, float texelSize) {
   }
   for (SmoothPart& part : set.parts) {
     const double own = texel / static_cast<double>(part.density);
-    const double count = static_cast<double>(part.area) / (own * own);
     part.factor = 1.0f;
-    if (!useful || count < kLeastTexels || count > kMostTexels) continue;
+    if (!useful || !isSmall(part, texelSize)) continue;
     part.factor = static_cast<float>(std::clamp(static_cast<double>(part.curvature) * own / high, 1.0, kMostFactor));
   }
   for (Patch& patch : set.patches) {
