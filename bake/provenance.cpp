@@ -4,6 +4,7 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <bit>
 #include <span>
 #include <unordered_map>
@@ -94,6 +95,14 @@ std::uint64_t hashMaterial(const Material& material, const std::vector<std::uint
   return h.digest();
 }
 
+// Which triangles enclose matter: that follows from other nodes, cameras and lights, too (find_solids.h).
+void hashSolid(Hasher& h, const Scene& scene, const Instance& instance) {
+  if (scene.solid.empty()) return;
+  const auto solid =
+      std::span(scene.solid).subspan(instance.firstTriangle, scene.meshes[instance.mesh].triangle.size());
+  if (std::find(solid.begin(), solid.end(), 1) != solid.end()) h.array(solid);
+}
+
 }  // namespace
 
 std::vector<BakedInstance> describeInstances(const Scene& scene) {
@@ -118,6 +127,7 @@ std::vector<BakedInstance> describeInstances(const Scene& scene) {
     all.value(part.materialHash);
     all.value(instance.mode);
     all.value(instance.texelDensity);
+    hashSolid(all, scene, instance);
     part.contentHash = all.digest();
     described.push_back(std::move(part));
   }

@@ -77,6 +77,7 @@ MeshCharts makeMeshCharts(const Mesh& mesh, float scale, bool useTexcoord1, Cont
   if (result.charts.empty()) result.charts = unwrapMesh(mesh, scale, context);
   if (context.cancelled()) return {};
   result.quality = measureCharts(mesh, result.charts, scale);
+  result.parts = findSmoothParts(mesh);
   for (const Chart& chart : result.charts) {
     glm::vec2 size(0.0f);
     for (const auto& t : chart.uv) size = glm::max(size, glm::max(t[0], glm::max(t[1], t[2])));
@@ -114,9 +115,28 @@ glm::vec2 uvScaleOf(const Scene& scene, const Instance& instance, const MeshChar
   return total > 0.0 ? glm::vec2(glm::sqrt(squares / total)) : glm::vec2(1.0f);
 }
 
+// The smooth part that the largest face of a chart belongs to.
+std::uint32_t partOf(const MeshCharts& charts, const Chart& chart, std::size_t largest) {
+  return charts.parts.partOf.empty() ? kNone : charts.parts.partOf[chart.triangle[largest]];
+}
+
+std::size_t largestFace(const Chart& chart) {
+  const auto area = [&](std::size_t i) {
+    const auto& t = chart.uv[i];
+    return std::abs(cross2(t[1] - t[0], t[2] - t[0]));
+  };
+  std::size_t largest = 0;
+  for (std::size_t i = 1; i < chart.uv.size(); ++i) {
+    if (area(i) > area(largest)) largest = i;
+  }
+  return largest;
+}
+
 void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t index, PatchSet& set) {
   const Instance& instance = scene.instances[index];
   const MeshCharts& charts = set.meshes[instance.mesh];
+  std::vector<std::uint32_t> placed(charts.parts.curvature.size(), kNone);  // of PatchSet::parts
+  const float objectScale = typicalScale(instance.toWorld);
   for (std::uint32_t c = 0; c < charts.charts.size(); ++c) {
     const Chart& chart = charts.charts[c];
     glm::vec2 uvScale(0.0f);
@@ -133,7 +153,16 @@ void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t in
       if (uvScale == glm::vec2(0.0f)) uvScale = uvScaleOf(scene, instance, charts, chart);
       if (!std::isfinite(uvScale.x) || !std::isfinite(uvScale.y)) continue;
       const float density = instance.texelDensity * (visible ? 1.0f : kIndirectDensity);
-      set.patches.push_back({index, c, side, uvScale, static_cast<float>(area), density});
+      std::uint32_t part = visible ? partOf(charts, chart, largestFace(chart)) : kNone;
+      if (part != kNone) {
+        if (placed[part] == kNone) {
+          placed[part] = static_cast<std::uint32_t>(set.parts.size());
+          set.parts.push_back({index, 0.0f, charts.parts.curvature[part] / objectScale, density});
+        }
+        part = placed[part];
+        set.parts[part].area += static_cast<float>(area);
+      }
+      set.patches.push_back({index, c, side, uvScale, static_cast<float>(area), density, density, part});
       set.areaSeen += area;
     }
   }

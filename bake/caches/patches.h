@@ -5,6 +5,7 @@
 
 #include "bake/caches/caches.h"
 #include "bake/caches/chart_quality.h"
+#include "bake/caches/smooth_parts.h"
 
 #include <cstdint>
 #include <vector>
@@ -24,14 +25,17 @@ struct MeshCharts {
   std::vector<std::vector<ChartPoint>> points;  // [Size charts] points that can stand for a whole chart, best first
   bool fromTexcoord1 = false;
   ChartQuality quality;
+  MeshParts parts;
 };
 
 struct Patch {
   std::uint32_t instance = 0, chart = 0;
-  std::uint32_t side = 0;   // 0 front, 1 back
-  glm::vec2 uvScale{1.0f};  // world metres per chart metre along u and v
-  float area = 0.0f;        // [m²] that is seen
-  float density = 1.0f;     // factor on the texels per metre
+  std::uint32_t side = 0;      // 0 front, 1 back
+  glm::vec2 uvScale{1.0f};     // world metres per chart metre along u and v
+  float area = 0.0f;           // [m²] that is seen
+  float density = 1.0f;        // factor on the texels per metre
+  float levelDensity = 1.0f;   // of which the level and the play space ask for
+  std::uint32_t part = kNone;  // of PatchSet::parts
 };
 
 struct PatchSet {
@@ -40,6 +44,7 @@ struct PatchSet {
   double areaSeen = 0.0;            // [m²] of all patches
   std::vector<std::uint32_t> wide;  // instances, ascending: some of their charts are far larger than what is seen of
                                     // them, and read the grid
+  std::vector<SmoothPart> parts;    // by instance
 };
 
 // Unwrap every mesh that a fixed instance uses and find the sides of its charts that are seen. Surfaces that no

@@ -49,7 +49,7 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
     else if (grid.position.empty())
       return placed.error();
     else
-      context.message(Severity::warning, "no light map: " + placed.error().message);
+      context.message(Severity::warning, "no light map, everything reads the grid: " + placed.error().message);
   }
   if (grid.position.empty() && lightmap.caches.empty())
     return Error{ErrorCode::failed,

@@ -3,6 +3,7 @@
 #include "bake/caches/place_lightmap.h"
 
 #include "bake/caches/atlas_texels.h"
+#include "bake/caches/lightmap_advice.h"
 #include "bake/morton.h"
 #include "formats/decimal.h"
 
@@ -40,7 +41,10 @@ class Placer {
     set_ = makePatches(scene_, playSpace_, options_, context_);
     if (context_.cancelled()) return cancelledError();
     if (set_.patches.empty() || !(set_.areaSeen > 0.0))
-      return Error{ErrorCode::failed, "no surface for a light map is seen, or all that is seen is gridLit"};
+      return Error{
+          ErrorCode::failed,
+          "no surface for a light map is seen: put a camera, or a node with extras.relume.volume, where surfaces "
+          "are in sight"};
 
     // 2. The texel size that makes as many unique caches as asked for, and the caches
     Texels texels;
@@ -57,7 +61,10 @@ class Placer {
     }
     if (context_.cancelled()) return cancelledError();
     if (texels.shared.caches.empty())
-      return Error{ErrorCode::failed, "every cache of the light map lies behind or inside geometry"};
+      return Error{
+          ErrorCode::failed,
+          "every cache of the light map lies behind or inside geometry: turn faces to the side that is seen, or "
+          "make their material doubleSided"};
     if (!plan)
       return Error{ErrorCode::failed,
                    "the light map does not fit into " +
@@ -69,6 +76,7 @@ class Placer {
     result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
     if (context_.cancelled()) return cancelledError();
     report(texels, *plan, request);
+    warnAboutLightmap(scene_, set_, texels.cells, texels.shared, options_, context_);
     result.caches = std::move(texels.shared.caches);
     return result;
   }
@@ -76,6 +84,7 @@ class Placer {
  private:
   Texels place(double texelSize) {
     Texels texels;
+    followCurvature(set_, static_cast<float>(texelSize));
     texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
     if (context_.cancelled()) return texels;
     texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
@@ -107,6 +116,7 @@ class Placer {
       lastCount = count;
       size *= std::pow(count / target, 1.0 / power);
     }
+    followCurvature(set_, best.cells.texelSize);
     return best;
   }
 
@@ -174,17 +184,6 @@ class Placer {
         surfaceArea += chart.areaSurface;
       }
     }
-    // Seen surface that reads the grid, by instance.
-    std::vector<double> unlit(scene_.instances.size(), 0.0);
-    double unlitTotal = 0.0;
-    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
-      bool valid = false;
-      for (std::uint32_t c = texels.cells.firstCell[p]; c < texels.cells.firstCell[p + 1]; ++c)
-        valid = valid || texels.shared.cacheOfCell[c] != kNoCache;
-      if (valid) continue;
-      unlit[set_.patches[p].instance] += set_.patches[p].area;
-      unlitTotal += set_.patches[p].area;
-    }
     context_.figure("charts", charts);
     context_.figure("chart_area_kept_share", surfaceArea > 0.0 ? uvArea / surfaceArea : 1.0);
     context_.figure("chart_stretch_rms", quality.stretchRms());
@@ -205,8 +204,6 @@ class Placer {
     context_.figure("texels_shared", texels.shared.statistics.shared);
     context_.figure("caches_moved", texels.shared.statistics.moved);
     context_.figure("texels_without_cache", texels.shared.statistics.dropped);
-    context_.figure("grid_lit_area_share", unlitTotal / set_.areaSeen);
-    warnUnlit(unlit);
     warnWide();
   }
 
@@ -219,20 +216,6 @@ class Placer {
     context_.message(Severity::warning, "node " + names +
                                             ": far larger than what is seen of it, reads the grid. For a light map, "
                                             "split its triangles where receivers come near");
-  }
-
-  void warnUnlit(const std::vector<double>& unlit) {
-    constexpr std::size_t kMost = 10;
-    std::vector<std::uint32_t> order(unlit.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return unlit[a] > unlit[b]; });
-    for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i) {
-      const double area = unlit[order[i]];
-      if (!(area > 1e-3 * set_.areaSeen)) break;
-      context_.message(Severity::warning,
-                       "node \"" + scene_.instances[order[i]].node + "\": " + decimalGeneral(area, 4) +
-                           " m² of seen surface have no light-map cache in free space and read the grid");
-    }
   }
 
   const Scene& scene_;

@@ -73,7 +73,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
       if (!hit) continue;
       count.free = std::min(count.free, hit.distance);
       const Instance& instance = scene.instances[hit.instance];
-      if (hit.back && !scene.material(instance).doubleSided) {
+      if (hit.back && !scene.bothSides(instance, hit.triangle)) {
         count.back += 1.0f;
         if (hit.instance == own) count.ownBack += 1.0f;
       } else if (hit.distance < contact)

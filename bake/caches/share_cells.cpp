@@ -96,6 +96,7 @@ class Sharer {
     chooseCaches(open, kLastReach, INFINITY, context);
     if (context.cancelled()) return {};
     compact();
+    result_.buried = std::move(invalid_);
     return std::move(result_);
   }
 
@@ -351,6 +352,8 @@ class Sharer {
 };
 
 }  // namespace
+
+float ownCacheTexels(const CacheOptions& options) { return kCacheCost * options.minChartTexels / kGridError; }
 
 SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
                         const CacheOptions& options, Context& context) {

@@ -24,12 +24,16 @@ struct SurfaceCache {
 struct SharedCaches {
   std::vector<SurfaceCache> caches;        // in the order they were opened
   std::vector<std::uint32_t> cacheOfCell;  // [Size cells] kNoCache = nothing valid near
+  std::vector<std::uint8_t> buried;        // [Size cells] 1 = every place in it is behind or inside something
   struct Statistics {
     std::uint32_t shared = 0;   // cells that read another cell's cache
     std::uint32_t moved = 0;    // caches moved off the middle of their texel
     std::uint32_t dropped = 0;  // cells that read none
   } statistics;
 };
+
+// The surface, in full texels, from which on a texel opens a cache whatever is around it.
+float ownCacheTexels(const CacheOptions& options);
 
 // minChartTexels scales what a cache costs: 0 = every texel has its own. failed never; cancelled: incomplete.
 SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,

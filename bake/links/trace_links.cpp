@@ -210,10 +210,11 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   TracedLinks traced;
   traced.links = std::move(*links);
   if (options.linksTotal > 0 && traced.links.count() > kOverTotal * options.linksTotal) {
-    context.message(Severity::warning, "links: " + std::to_string(traced.links.count()) + " links where " +
-                                           std::to_string(options.linksTotal) +
-                                           " were asked for in all: every cache needs one for each of the reflecting "
-                                           "surfaces, emitters and sky that it sees");
+    context.message(Severity::warning,
+                    "links: " + std::to_string(traced.links.count()) + " links where " +
+                        std::to_string(options.linksTotal) +
+                        " were asked for in all: every cache needs one for each of the reflecting "
+                        "surfaces, emitters and sky that it sees; ask for more links, or for fewer caches");
   }
   PullSums sums(hierarchy, options.pull, options.opennessRadius);
   RayCount count;

@@ -54,7 +54,7 @@ EmitterSample Emitters::sample(RandomStream& random) const {
   s.position = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;
   s.normal = geometricNormal(scene_, p);
   s.radiance = opaqueAt(scene_, p) ? emissionAt(scene_, p) : glm::vec3(0.0f);
-  s.bothSides = scene_.material(instance).doubleSided;
+  s.bothSides = scene_.bothSides(instance, p.triangle);
   s.density = perInstance_[p.instance];
   return s;
 }

@@ -58,7 +58,7 @@ Vertex vertexAt(const Renderer& r, const Hit& hit) {
   v.geometric = side * geometricNormal(r.scene(), p);
   v.shading = side * shadingNormal(r.scene(), p);
   v.albedo = albedoAt(r.scene(), p);
-  if (r.emitters != nullptr && (!hit.back || r.scene().material(instance).doubleSided)) {
+  if (r.emitters != nullptr && (!hit.back || r.scene().bothSides(instance, p.triangle))) {
     v.emission = emissionAt(r.scene(), p);
   }
   return v;

@@ -313,7 +313,10 @@ std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context) {
   const std::vector<std::string> node = nodesOfMeshes(scene);
   for (std::uint32_t m = 0; m < found.size(); ++m) {
     if (failed[m])
-      context.message(Severity::warning, "mesh '" + scene.meshes[m].name + "' could not be checked: " + *failed[m]);
+      context.message(Severity::warning,
+                      "mesh '" + scene.meshes[m].name +
+                          "' could not be checked and is baked as it is; look for broken triangles in node \"" +
+                          node[m] + "\": " + *failed[m]);
     const auto note = [&](MeshFinding::Kind kind, const Tally& tally) {
       if (tally.count > 0) out.push_back({kind, m, tally.count, tally.first, node[m]});
     };

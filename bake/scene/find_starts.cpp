@@ -31,7 +31,7 @@ bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
   std::uint32_t fronts = 0, backs = 0;
   for (const Hit& hit : hits) {
     if (!hit) continue;
-    const bool sheet = tracer.scene().material(tracer.scene().instances[hit.instance]).doubleSided;
+    const bool sheet = tracer.scene().bothSides(tracer.scene().instances[hit.instance], hit.triangle);
     ++(hit.back && !sheet ? backs : fronts);
   }
   return fronts > 0 && static_cast<float>(backs) <= kMaxBackShare * static_cast<float>(fronts + backs);

@@ -80,8 +80,10 @@ class MaterialReader {
     const tinygltf::Texture& t = model.textures[static_cast<std::size_t>(texture)];
     if (t.source < 0) {
       if (t.extensions.empty()) {
-        context_.message(Severity::warning, document_.at(where + ": " + jsonPath("textures", texture) +
-                                                         " has no image; the factor alone is used"));
+        context_.message(Severity::warning,
+                         document_.at(where + ": " + jsonPath("textures", texture) +
+                                      " has no image, so its factor alone is used; give the texture a source, or "
+                                      "take it off the material"));
         return out;
       }
       return Error{ErrorCode::unsupported,
@@ -174,9 +176,11 @@ UvSets assignSets(MaterialDraft& draft, const GltfDocument& document, Context& c
     if (slot->image < 0) continue;
     if (slot->set > 1 && slot->set != sets[0]) {
       if (uses(0) || sets[0] != 0) {
-        context.message(Severity::warning,
-                        document.at("material '" + draft.material.name + "' uses TEXCOORD_" +
-                                    std::to_string(slot->set) + " beside others; the texture is left out"));
+        context.message(
+            Severity::warning,
+            document.at("material '" + draft.material.name + "' uses TEXCOORD_" + std::to_string(slot->set) +
+                        " beside others, so that texture is left out; bring its textures to two sets of texture "
+                        "coordinates, TEXCOORD_0 and TEXCOORD_1"));
         slot->image = -1;
         continue;
       }

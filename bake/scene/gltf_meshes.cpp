@@ -110,7 +110,8 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
   }
   if (broken > 0)
     context_.message(Severity::warning, document_.at(where + ": " + std::to_string(broken) +
-                                                     " texture coordinates are not finite or beyond 1e7; read as 0"));
+                                                     " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the "
+                                                     "mesh again, or export it anew"));
   return done();
 }
 
@@ -159,7 +160,8 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   }
   const auto position = attributes.find("POSITION");
   if (position == attributes.end()) {
-    context_.message(Severity::warning, document_.at(where + ": no POSITION; left out"));
+    context_.message(Severity::warning,
+                     document_.at(where + ": no POSITION, so it is left out; export it with positions, or delete it"));
     return done();
   }
 
@@ -223,8 +225,10 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     mesh.triangle[t] = {indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]};
   if (const std::size_t broken = repairNormals(mesh); broken > 0)
-    context_.message(Severity::warning, document_.at(where + ": " + std::to_string(broken) +
-                                                     " normals are zero or not finite; taken from the triangles"));
+    context_.message(Severity::warning,
+                     document_.at(where + ": " + std::to_string(broken) +
+                                  " normals are zero or not finite, and taken from the triangles instead; "
+                                  "recalculate the mesh's normals"));
   scene_.meshes.push_back(std::move(mesh));
   return static_cast<std::uint32_t>(scene_.meshes.size() - 1);
 }

@@ -2,6 +2,7 @@
 // glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
 #include "bake/context.h"
 #include "bake/scene/check_limits.h"
+#include "bake/scene/find_solids.h"
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/scene.h"
 
@@ -29,6 +30,8 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   // 5. Numbers that the baker can compute with
   if (Status status = checkLimits(scene); !status) return status.error();
   scene.files = std::move(document->files);
+  // 6. Which two-sided surfaces enclose matter
+  findSolids(scene, context);
   return scene;
 }
 

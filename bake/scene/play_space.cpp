@@ -81,7 +81,7 @@ void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w,
     return;
   }
   const Instance& instance = scene.instances[hit.instance];
-  if (!w.known && hit.back && !scene.material(instance).doubleSided) {
+  if (!w.known && hit.back && !scene.bothSides(instance, hit.triangle)) {
     w.ended = true;
     return;
   }
@@ -323,7 +323,10 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   if (context.cancelled()) return cancelledError();
   if (options.mode == PlaySpaceOptions::Mode::all || !(look.distance > 0.0f)) {
     if (!(look.distance > 0.0f))
-      context.message(Severity::warning, "play space: no free space found; every surface is kept");
+      context.message(
+          Severity::warning,
+          "play space: no free space found, so every surface is kept, seen or not; put a camera, or a node with "
+          "extras.relume.volume, where receivers can be");
     space.receivers = places.freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(places.freePoints);
     thin(space.receivers);
     report(space, "everywhere", context);

@@ -50,6 +50,10 @@ const Material& Scene::material(const Instance& instance) const {
   return index == kNone ? kDefault : materials[index];
 }
 
+bool Scene::bothSides(const Instance& instance, std::uint32_t t) const {
+  return material(instance).doubleSided && (solid.empty() || solid[instance.firstTriangle + t] == 0);
+}
+
 std::uint32_t Scene::instanceOf(std::uint32_t triangle) const {
   const auto after = std::upper_bound(instances.begin(), instances.end(), triangle,
                                       [](std::uint32_t t, const Instance& i) { return t < i.firstTriangle; });

@@ -57,7 +57,7 @@ struct Material {
   TextureRef emissionTexture;               // sRGB
   AlphaMode alphaMode = AlphaMode::opaque;  // BLEND is read as a mask with cutoff 0.5
   float alphaCutoff = 0.5f;
-  bool doubleSided = false;  // emits from both sides; both sides of any face reflect
+  bool doubleSided = false;  // emits from both sides, but for solids; both sides of any face reflect
 };
 
 // One glTF primitive as triangles, in object space.
@@ -138,6 +138,8 @@ struct Scene {
   std::vector<Camera> cameras;
   std::vector<SceneLight> lights;
   std::vector<PlayVolume> volumes;
+  std::vector<std::uint8_t> solid;  // [Size triangleCount(), or empty = none] 1 = two-sided, but encloses matter
+                                    // (find_solids.h)
   LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric
   std::vector<std::filesystem::path> files;      // every file that was read, the scene's first (for dependency files)
 
@@ -145,6 +147,8 @@ struct Scene {
   // World-space corners of triangle t of an instance, wound so that the front is counter-clockwise.
   std::array<glm::vec3, 3> corners(const Instance& instance, std::uint32_t t) const;
   const Material& material(const Instance& instance) const;
+  // Whether the back of a triangle is a surface like its front: it emits, and who sees it is not inside of something.
+  bool bothSides(const Instance& instance, std::uint32_t t) const;
   // The instance that holds a scene-wide triangle index.
   std::uint32_t instanceOf(std::uint32_t triangle) const;
   // Indices of the cameras that say where receivers can be: none where there are play volumes, which say it better.

@@ -87,9 +87,10 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
 }  // namespace
 
 std::uint32_t emitterOf(const Scene& scene, std::uint32_t instance, std::uint32_t side) {
-  const Material& material = scene.material(scene.instances[instance]);
-  const glm::vec3& e = material.emission;
-  const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f) && (side % 2 == 0 || material.doubleSided);
+  const Instance& placed = scene.instances[instance];
+  const glm::vec3& e = scene.material(placed).emission;
+  const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f) &&
+                     (side % 2 == 0 || scene.bothSides(placed, side / 2 - placed.firstTriangle));
   return emits ? instance : kReflector;
 }
 

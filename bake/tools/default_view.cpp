@@ -49,7 +49,7 @@ Trial look(const RayTracer& tracer, const FramedView& view, float halfWidth, flo
     if (!hit) continue;
     count += 1.0f;
     trial.distance += hit.distance;
-    const bool sheet = tracer.scene().material(tracer.scene().instances[hit.instance]).doubleSided;
+    const bool sheet = tracer.scene().bothSides(tracer.scene().instances[hit.instance], hit.triangle);
     if (!hit.back || sheet) trial.fronts += 1.0f;
   }
   if (count == 0.0f) return trial;

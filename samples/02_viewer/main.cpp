@@ -21,7 +21,7 @@ int fail(const relume::Error& error) {
 
 void say(relume::Severity severity, std::string_view text) {
   if (severity == relume::Severity::info) return;
-  std::fprintf(stderr, "relume-view: warning: %.*s\n", static_cast<int>(text.size()), text.data());
+  std::fprintf(stderr, "relume-view: warning: %s\n", relume::printableLines(text).c_str());
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ inline glm::vec3 radiance(const TracedLevel& level, glm::vec3 origin, glm::vec3 
     const Instance& instance = level.scene.instances[p.instance];
     const auto c = level.scene.corners(instance, p.triangle);
     glm::vec3 n = geometricNormal(level.scene, p);
-    if (level.emissive && (!hit.back || level.scene.material(instance).doubleSided))
+    if (level.emissive && (!hit.back || level.scene.bothSides(instance, p.triangle)))
       sum += throughput * emissionAt(level.scene, p);
     if (hit.back) n = -n;
     origin = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Caches of small scenes with known answers: on surfaces, in free space, on the side that is seen.
 #include "bake/caches/caches.h"
+#include "bake/scene/find_solids.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/reads.h"
 
 #include <gtest/gtest.h>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -205,6 +207,70 @@ TEST(PlaceCaches, BothSidesOfACurtainHaveTheirOwnCaches) {
     EXPECT_GT(front.position.z, 0.0f);
     EXPECT_LT(back.position.z, 0.0f);
     EXPECT_NEAR(front.position.x, back.position.x, 0.05f);
+  }
+}
+
+// A room of six slabs that run into each other at its edges, as an exporter that marks every material as two-sided
+// writes it.
+Scene kitScene(bool twoSided) {
+  constexpr float t = 0.2f;
+  Scene scene;
+  scene.name = "kit";
+  scene.materials.emplace_back();
+  scene.materials[0].doubleSided = twoSided;
+  const auto slab = [&](const char* node, const glm::vec3& low, const glm::vec3& high) {
+    Mesh mesh;
+    addBox(mesh, low, high, false);
+    mesh.material = 0;
+    addInstance(scene, std::move(mesh), node);
+  };
+  slab("floor", {-t, -t, -t}, {4 + t, 0, 4 + t});
+  slab("ceiling", {-t, 3, -t}, {4 + t, 3 + t, 4 + t});
+  slab("left", {-t, -t, -t}, {0, 3 + t, 4 + t});
+  slab("right", {4, -t, -t}, {4 + t, 3 + t, 4 + t});
+  slab("far", {-t, -t, -t}, {4 + t, 3 + t, 0});
+  slab("near", {-t, -t, 4}, {4 + t, 3 + t, 4 + t});
+  scene.cameras = {test::cameraAt({3.2f, 1.6f, 3.2f})};
+  return scene;
+}
+
+// Corners of a room are not darkened by caches in the joints between its pieces.
+TEST(PlaceCaches, ClosedTwoSidedPiecesAreSolid) {
+  Placed oneSided{kitScene(false), {}, {}, {}}, sheets{kitScene(true), {}, {}, {}}, solid{kitScene(true), {}, {}, {}};
+  Context context;
+  findSolids(solid.scene, context);
+  for (Placed* p : {&oneSided, &sheets, &solid}) place(*p, fewCaches(1000));
+  const auto inJoints = [](const Placed& p) {
+    return std::count_if(p.caches.positionWorld.begin(), p.caches.positionWorld.end(), [](const glm::vec3& c) {
+      return glm::any(glm::lessThan(c, glm::vec3(0.0f))) || glm::any(glm::greaterThan(c, glm::vec3(4, 3, 4)));
+    });
+  };
+  EXPECT_EQ(inJoints(solid), 0);
+  EXPECT_GT(inJoints(sheets), 0) << "nothing is shown";
+  EXPECT_EQ(solid.caches.positionWorld.toVector(), oneSided.caches.positionWorld.toVector());
+  EXPECT_EQ(solid.caches.lightmap.cache.toVector(), oneSided.caches.lightmap.cache.toVector());
+  EXPECT_EQ(solid.caches.lightmap.cornerUv.toVector(), oneSided.caches.lightmap.cornerUv.toVector());
+}
+
+// A two-sided room that faces inward, or one that faces outward with the camera inside, is lit inside.
+TEST(PlaceCaches, TwoSidedRoomsAreLitInside) {
+  for (const bool inward : {true, false}) {
+    Placed p{{}, {}, {}, {}};
+    p.scene.materials.emplace_back();
+    p.scene.materials[0].doubleSided = true;
+    Mesh room;
+    addBox(room, kRoomLow, kRoomHigh, inward);
+    room.material = 0;
+    addInstance(p.scene, std::move(room), "room");
+    p.scene.cameras = {test::cameraAt({0.1f, 1.4f, 2.2f})};
+    Context context;
+    findSolids(p.scene, context);
+    EXPECT_TRUE(p.scene.bothSides(p.scene.instances[0], 0));
+    place(p, fewCaches(500));
+    for (std::uint32_t t = 0; t < p.scene.triangleCount(); ++t) {
+      const auto read = readLightmap(p.caches, 0, t, {0.3f, 0.3f}, !inward);
+      EXPECT_FALSE(read.gridLit) << t;
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Placement of surfels: equal areas, spacing, sides, emitters, progressive order, determinism.
 #include "bake/surfels/surfels.h"
+#include "bake/scene/find_solids.h"
 #include "formats/color.h"
 #include "tests/surfels/make_level.h"
 
@@ -279,6 +280,28 @@ TEST(PlaceSurfels, doubleSidedEmittersEmitFromBothSides) {
   }
   EXPECT_GE(side[0], 4);
   EXPECT_GE(side[1], 4);
+}
+
+TEST(PlaceSurfels, closedDoubleSidedEmittersEmitOutward) {
+  Context context;
+  Level level = room();
+  Material& lamp = level.begin("lamp");
+  lamp.emission = glm::vec3(10, 8, 6);
+  lamp.doubleSided = true;
+  const std::uint32_t first = level.scene().triangleCount();
+  const glm::vec3 low(4, 2, 2), high(4.25f, 2.25f, 2.25f), x(0.25f, 0, 0), y(0, 0.25f, 0), z(0, 0, 0.25f);
+  for (const auto& [u, v] : {std::pair(x, y), std::pair(y, z), std::pair(z, x)}) {
+    level.addRectangle(low, v, u);
+    level.addRectangle(high - u - v, u, v);
+  }
+  for (std::uint32_t i = 0; i < level.scene().instances.size(); ++i) level.scene().instances[i].nodeIndex = i;
+  level.scene().cameras.emplace_back();  // at the origin
+  findSolids(level.scene(), context);
+  const auto lampOf = static_cast<std::uint32_t>(level.scene().instances.size() - 1);
+  for (std::uint32_t t = first; t < level.scene().triangleCount(); ++t) {
+    EXPECT_EQ(emitterOf(level.scene(), lampOf, 2 * t), lampOf);
+    EXPECT_EQ(emitterOf(level.scene(), lampOf, 2 * t + 1), kReflector);
+  }
 }
 
 TEST(PlaceSurfels, texturedEmittersKeepTheirMeanRadiance) {

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+// Small smooth parts get texels that follow their curvature; and what the log advises where they or small pieces do
+// not.
+#include "bake/caches/smooth_parts.h"
+
+#include "bake/caches/patches.h"
+#include "tests/caches/meshes.h"
+#include "tests/caches/placed.h"
+#include "tests/caches/reads.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+namespace relume {
+namespace {
+
+using test::addBox;
+using test::addInstance;
+using test::addTriangle;
+using test::Placed;
+using test::readLightmap;
+
+// A ball with normals of its own.
+Mesh smoothBall(float radius, int rings = 24, int sectors = 48) {
+  Mesh mesh = test::sphere(radius, rings, sectors);
+  for (const glm::vec3& p : mesh.position) mesh.normal.push_back(glm::normalize(p));
+  return mesh;
+}
+
+void moveBy(Mesh& mesh, const glm::vec3& way) {
+  for (glm::vec3& p : mesh.position) p += way;
+}
+
+void append(Mesh& mesh, const Mesh& other) {
+  const auto first = static_cast<std::uint32_t>(mesh.position.size());
+  mesh.position.insert(mesh.position.end(), other.position.begin(), other.position.end());
+  mesh.normal.insert(mesh.normal.end(), other.normal.begin(), other.normal.end());
+  for (const glm::uvec3& t : other.triangle) mesh.triangle.push_back(t + first);
+}
+
+TEST(SmoothParts, curvatureOfABallIsTwoOverItsRadius) {
+  for (const float radius : {0.3f, 2.0f}) {
+    const MeshParts parts = findSmoothParts(smoothBall(radius));
+    ASSERT_EQ(parts.curvature.size(), 1u);
+    EXPECT_NEAR(parts.curvature[0] * radius, 2.0f, 0.05f);
+    EXPECT_EQ(std::count(parts.partOf.begin(), parts.partOf.end(), 0u), 2 * 48 * 23);
+  }
+}
+
+TEST(SmoothParts, facetsCreasesAndPlanesAreNotSmooth) {
+  Mesh facets = smoothBall(0.3f);
+  facets.normal.clear();
+  EXPECT_TRUE(findSmoothParts(facets).partOf.empty());
+  for (const glm::uvec3& t : facets.triangle) {
+    const glm::vec3 n = glm::normalize(
+        glm::cross(facets.position[t.y] - facets.position[t.x], facets.position[t.z] - facets.position[t.x]));
+    facets.normal.insert(facets.normal.end(), 3, n);
+  }
+  EXPECT_TRUE(findSmoothParts(facets).partOf.empty());
+  Mesh plane;
+  for (int i = 0; i < 20; ++i) test::addQuad(plane, {i, 0, 0}, {i + 1, 0, 0}, {i + 1, 1, 0}, {i, 1, 0});
+  plane.normal.assign(plane.position.size(), {0, 0, 1});
+  EXPECT_TRUE(findSmoothParts(plane).partOf.empty());
+  EXPECT_TRUE(findSmoothParts(Mesh{}).partOf.empty());
+}
+
+TEST(SmoothParts, piecesOfAMeshAreKeptApart) {
+  Mesh mesh = smoothBall(0.3f);
+  Mesh other = smoothBall(0.6f);
+  moveBy(other, {3, 0, 0});
+  append(mesh, other);
+  const MeshParts parts = findSmoothParts(mesh);
+  ASSERT_EQ(parts.curvature.size(), 2u);
+  EXPECT_NEAR(parts.curvature[0] / parts.curvature[1], 2.0f, 1e-3f);
+}
+
+constexpr float kRadius = 0.3f;
+const glm::vec3 kBallAt(0.4f, 1.0f, 0.2f);
+
+// A room of 4 x 3 x 4 m with a ball in it.
+Placed roomWithBall() {
+  Placed p{{}, {}, {}, {}};
+  Mesh room;
+  addBox(room, {-2, 0, -2}, {2, 3, 2}, true);
+  room.normal.assign(room.position.size(), glm::vec3(0.0f));
+  for (const glm::uvec3& t : room.triangle) {
+    for (int k = 0; k < 3; ++k)
+      room.normal[t[k]] =
+          glm::normalize(glm::cross(room.position[t.y] - room.position[t.x], room.position[t.z] - room.position[t.x]));
+  }
+  addInstance(p.scene, std::move(room), "room");
+  addInstance(p.scene, smoothBall(kRadius), "ball", glm::translate(glm::mat4(1.0f), kBallAt));
+  p.scene.cameras = {test::cameraAt({-1.2f, 1.4f, 1.2f})};
+  return p;
+}
+
+void place(Placed& p, std::uint32_t caches, Context& context, float minChartTexels = 1.0f) {
+  CacheOptions options;
+  options.lightmapCaches = caches;
+  options.gridCaches = 200;
+  options.minChartTexels = minChartTexels;
+  test::place(p, options, test::walks(1u << 16), context);
+}
+
+// Root mean square angle between the normal of the ball and that of the caches its points read. [rad]
+double normalError(const Placed& p, std::uint32_t instance) {
+  const Instance& ball = p.scene.instances[instance];
+  double sum = 0.0, count = 0.0;
+  for (std::uint32_t t = 0; t < p.scene.meshes[ball.mesh].triangle.size(); ++t) {
+    const auto read = readLightmap(p.caches, instance, t, glm::vec2(1.0f / 3.0f), false);
+    const SurfacePoint point{instance, t, glm::vec2(1.0f / 3.0f)};
+    const glm::vec3 n = geometricNormal(p.scene, point);
+    if (read.gridLit || glm::length(read.normal) == 0.0f) continue;
+    const double cosine = std::min(1.0, static_cast<double>(glm::dot(glm::normalize(read.normal), n)));
+    sum += std::acos(cosine) * std::acos(cosine);
+    ++count;
+  }
+  EXPECT_GT(count, 0.9 * static_cast<double>(p.scene.meshes[ball.mesh].triangle.size()));
+  return std::sqrt(sum / count);
+}
+
+TEST(SmoothParts, texelsOfASmallBallFollowItsNormals) {
+  Context context;
+  Placed smooth = roomWithBall(), faceted = roomWithBall();
+  faceted.scene.meshes[1].normal.clear();
+  place(smooth, 3000, context);
+  place(faceted, 3000, context);
+  EXPECT_LT(normalError(smooth, 1), 0.06);
+  EXPECT_GT(normalError(faceted, 1), 0.1) << "nothing is shown";
+  // The count is kept.
+  EXPECT_NEAR(smooth.caches.count(), faceted.caches.count(), 200);
+}
+
+TEST(SmoothParts, densityFollowsCurvatureWithinABudget) {
+  Context context;
+  for (const bool many : {false, true}) {
+    Placed p = roomWithBall();
+    for (int i = 0; many && i < 30; ++i) {
+      Instance ball = p.scene.instances[1];
+      ball.nodeIndex = static_cast<std::uint32_t>(p.scene.instances.size());
+      ball.firstTriangle = p.scene.triangleCount();
+      ball.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(-1.5 + 0.6 * (i % 6), 0.4 + 0.5 * (i / 6), -1.0));
+      p.scene.instances.push_back(ball);
+    }
+    auto tracer = RayTracer::create(p.scene, "avx2", context);
+    ASSERT_TRUE(tracer);
+    PlaySpaceOptions all;
+    all.mode = PlaySpaceOptions::Mode::all;
+    const auto space = findPlaySpace(*tracer, all, 1, context);
+    ASSERT_TRUE(space);
+    PatchSet set = makePatches(p.scene, *space, {}, context);
+    for (const float texel : {0.02f, 0.1f, 0.3f}) {
+      followCurvature(set, texel);
+      double even = 0.0, now = 0.0;
+      for (const Patch& patch : set.patches) {
+        even += static_cast<double>(patch.area) / (texel * texel);
+        now += static_cast<double>(patch.area * patch.density * patch.density) / (texel * texel);
+        EXPECT_GE(patch.density, patch.levelDensity);
+        if (patch.instance == 0) {
+          EXPECT_EQ(patch.density, 1.0f);
+        }
+        if (patch.instance == 0 || many) continue;
+        const float turn = 2.0f / kRadius * texel / patch.density;
+        if (texel == 0.1f) {
+          EXPECT_NEAR(turn, kMostTurn, 0.02f);
+        }
+        if (texel != 0.1f) {
+          EXPECT_EQ(patch.density, 1.0f) << (texel < 0.1f ? "fine as it is" : "the budget would not mend it");
+        }
+      }
+      EXPECT_LE(now, 1.101 * even) << texel;
+      if (many && texel == 0.1f) {
+        EXPECT_GT(now, 1.05 * even) << "the budget is used";
+      }
+    }
+  }
+}
+
+std::vector<std::string> messagesOf(Placed& p, std::uint32_t caches, const std::string& about) {
+  std::vector<std::string> found;
+  Context context;
+  context.onMessage = [&](Severity, std::string_view text) {
+    if (text.find(about) != std::string_view::npos) found.emplace_back(text);
+  };
+  place(p, caches, context);
+  return found;
+}
+
+// The number behind a word.
+float numberAfter(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  return at == std::string::npos ? 0.0f : std::strtof(text.c_str() + at + word.size(), nullptr);
+}
+
+double gridLitArea(const Placed& p, std::uint32_t instance) {
+  double lit = 0.0, all = 0.0;
+  const Instance& leaves = p.scene.instances[instance];
+  for (std::uint32_t t = 0; t < p.scene.meshes[leaves.mesh].triangle.size(); ++t) {
+    const double area = p.playSpace.seenArea[2 * (leaves.firstTriangle + t)];
+    all += area;
+    if (readLightmap(p.caches, instance, t, glm::vec2(0.3f), false).gridLit) lit += area;
+  }
+  EXPECT_GT(all, 0.0);
+  return lit / all;
+}
+
+TEST(LightmapAdvice, theDensityItNamesGivesSmallPiecesCaches) {
+  // Confetti, each piece much smaller than a texel and far from all others.
+  const auto level = [](float density) {
+    Placed p = roomWithBall();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+    Mesh confetti;
+    for (int i = 0; i < 600; ++i) {
+      const glm::vec3 c(1.8f * uniform(random), 1.5f + 1.3f * uniform(random), 1.8f * uniform(random));
+      addTriangle(confetti, c, c + glm::vec3(0.03f, 0, 0), c + glm::vec3(0, 0.03f, 0.01f));
+    }
+    const std::uint32_t at = addInstance(p.scene, std::move(confetti), "confetti");
+    p.scene.instances[at].texelDensity = density;
+    return p;
+  };
+  Placed before = level(1.0f);
+  const auto said = messagesOf(before, 1200, "\"confetti\"");
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_GT(gridLitArea(before, 2), 0.8);
+  const float density = numberAfter(said[0], " from 1 to ");
+  ASSERT_GT(density, 1.0f) << said[0];
+  EXPECT_NE(said[0].find("texelDensity of node \"confetti\""), std::string::npos) << said[0];
+  EXPECT_NE(said[0].find("dynamic"), std::string::npos) << said[0];
+
+  // With the texels as they were: the density alone mends it.
+  Placed after = level(density);
+  messagesOf(after, 1200 + 600, "");
+  EXPECT_LT(gridLitArea(after, 2), 0.2) << said[0];
+}
+
+TEST(LightmapAdvice, smoothPartsBeyondTheBudgetAreNamedWithTheirDensity) {
+  Placed p = roomWithBall();
+  const auto said = messagesOf(p, 450, "facets");
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("node \"ball\""), std::string::npos) << said[0];
+  const float density = numberAfter(said[0], "texelDensity of ");
+  ASSERT_GT(density, 1.0f) << said[0];
+  Placed mended = roomWithBall();
+  mended.scene.instances[1].texelDensity = density;
+  EXPECT_TRUE(messagesOf(mended, 1000, "facets").empty());
+}
+
+}  // namespace
+}  // namespace relume

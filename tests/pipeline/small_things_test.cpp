@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// Light on what levels are made of, against path-traced irradiance: corners where closed two-sided pieces meet, and a
+// small smooth ball.
+#include "bake/bake.h"
+#include "bake/parallel.h"
+#include "bake/scene/find_solids.h"
+#include "formats/pack.h"
+#include "runtime/relighter.h"
+#include "tests/bench/traced_light.h"
+#include "tests/caches/meshes.h"
+#include "tests/caches/placed.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+using test::addBox;
+using test::addInstance;
+
+constexpr float kWidth = 4.0f, kHeight = 3.0f;
+const glm::vec3 kMiddle(2.0f, 1.5f, 2.0f);
+
+// A room of six slabs that run into each other at its edges, lit by a lamp.
+Scene kitRoom(bool twoSided) {
+  constexpr float t = 0.2f, w = kWidth, h = kHeight;
+  Scene scene;
+  scene.name = "kit";
+  scene.materials.emplace_back();
+  scene.materials[0].albedo = glm::vec3(0.6f);
+  scene.materials[0].doubleSided = twoSided;
+  const auto slab = [&](const char* node, const glm::vec3& low, const glm::vec3& high) {
+    Mesh mesh;
+    addBox(mesh, low, high, false);
+    mesh.material = 0;
+    addInstance(scene, std::move(mesh), node);
+  };
+  slab("floor", {-t, -t, -t}, {w + t, 0, w + t});
+  slab("ceiling", {-t, h, -t}, {w + t, h + t, w + t});
+  slab("left", {-t, -t, -t}, {0, h + t, w + t});
+  slab("right", {w, -t, -t}, {w + t, h + t, w + t});
+  slab("far", {-t, -t, -t}, {w + t, h + t, 0});
+  slab("near", {-t, -t, w}, {w + t, h + t, w + t});
+  scene.cameras = {test::cameraAt({3.2f, 1.6f, 3.2f})};
+  SceneLight lamp;
+  lamp.name = "lamp";
+  lamp.intensity = glm::vec3(10.0f);
+  lamp.positionWorld = {1.8f, 2.2f, 2.1f};
+  scene.lights.push_back(lamp);
+  return scene;
+}
+
+BakeOptions smallOptions() {
+  BakeOptions options = presetOptions(Preset::draft);
+  options.surfels.count = 16384;
+  options.caches.lightmapCaches = 2000;
+  options.links.linksPerCache = 192;
+  options.links.raysPerCache = 2048;
+  options.links.bands = options.lumaBands = 4;
+  return options;
+}
+
+// Irradiance over bounces where rays hit: read from a bake, and traced.
+struct Compared {
+  std::vector<glm::vec3> found;
+  std::vector<test::TracedReceiver> truth;
+};
+
+glm::vec3 readAt(const Bake& bake, const Relighter& relighter, const Hit& hit, const glm::vec3& position,
+                 const glm::vec3& normal, const glm::vec3& plane) {
+  const Lightmap& map = bake.caches.lightmap;
+  const std::uint64_t corner = map.parts[hit.instance].firstCorner + 3ull * hit.triangle;
+  if (map.cornerUv[corner] == kGridLit) return relighter.irradianceInGrid(position, normal);
+  const glm::vec2 a = unpackUnorm16x2(map.cornerUv[corner]), b = unpackUnorm16x2(map.cornerUv[corner + 1]),
+                  c = unpackUnorm16x2(map.cornerUv[corner + 2]);
+  return relighter.irradianceOnLightmap(a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y, normal, plane);
+}
+
+Compared compare(const Scene& scene, std::span<const Ray> rays, int paths) {
+  Compared result;
+  Context context;
+  auto baked = bake(scene, smallOptions(), context);
+  auto tracer = RayTracer::create(scene, "avx2", context);
+  if (!baked || !tracer) {
+    ADD_FAILURE() << (baked ? tracer.error() : baked.error()).message;
+    return result;
+  }
+  const test::TracedLevel level{scene, *tracer, scene.lights, false};
+  auto relighter = Relighter::create(*baked, {});
+  if (!relighter) {
+    ADD_FAILURE() << relighter.error().message;
+    return result;
+  }
+  const std::vector<glm::vec3> direct = test::shadowedLight(level, baked->surfels);
+  LightSetup setup;
+  setup.surfelIrradiance = direct;
+  relightUntilConverged(*relighter, setup);
+  for (const Ray& ray : rays) {
+    const Hit hit = tracer->trace(ray);
+    if (!hit || hit.back) {
+      ADD_FAILURE() << "a ray misses";
+      continue;
+    }
+    const glm::vec3 position = ray.origin + hit.distance * ray.direction;
+    const glm::vec3 plane = geometricNormal(scene, hit.point()), normal = shadingNormal(scene, hit.point());
+    result.found.push_back(readAt(*baked, *relighter, hit, position, normal, plane));
+    result.truth.push_back({position + plane * tracer->epsilonAt(position), normal, {}});
+  }
+  parallelChunks(context, "", result.truth.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      RandomStream random(7, 0x74657374, i);
+      test::traceIrradiance(level, paths, random, result.truth[i]);
+    }
+  });
+  return result;
+}
+
+// Along the edges of the room, two centimetres off the next wall.
+std::vector<Ray> towardEdges() {
+  std::vector<Ray> rays;
+  for (int i = 0; i < 40; ++i) {
+    const float s = 0.1f + 0.8f * static_cast<float>(i) / 39.0f, near = 0.02f;
+    for (const glm::vec3& p : {glm::vec3(0.0f, kHeight * s, near), glm::vec3(near, kHeight * s, 0.0f),
+                               glm::vec3(kWidth * s, 0.0f, near), glm::vec3(kWidth * s, near, 0.0f)})
+      rays.push_back({kMiddle, 0.0f, glm::normalize(p - kMiddle)});
+  }
+  return rays;
+}
+
+float brightness(const glm::vec3& e) { return e.x + e.y + e.z; }
+
+// The least of found / truth over the points.
+float darkest(const Compared& c) {
+  float least = INFINITY;
+  for (std::size_t i = 0; i < c.found.size(); ++i)
+    least = std::min(least, brightness(c.found[i]) / brightness(c.truth[i].truth()));
+  return least;
+}
+
+TEST(SmallThings, cornersOfTwoSidedPiecesAreNotDark) {
+  const std::vector<Ray> rays = towardEdges();
+  Scene scene = kitRoom(true);
+  const Compared sheets = compare(scene, rays, 256);
+  Context context;
+  findSolids(scene, context);
+  const Compared solid = compare(scene, rays, 2048), oneSided = compare(kitRoom(false), rays, 256);
+  ASSERT_EQ(solid.found.size(), rays.size());
+  EXPECT_LT(darkest(sheets), 0.7f) << "nothing is shown";
+  EXPECT_GT(darkest(solid), 0.85f);
+  const test::TracedError error = test::errorOf(solid.truth, solid.found);
+  EXPECT_LT(error.rmse, 0.05);
+  EXPECT_NEAR(error.energy, 1.0, 0.04);
+  EXPECT_EQ(solid.found, oneSided.found);
+}
+
+// A smooth ball of 0.3 m in the room.
+TEST(SmallThings, aSmallBallIsLitAsTheTruthSays) {
+  Scene scene = kitRoom(false);
+  Mesh ball = test::sphere(0.3f, 24, 48);
+  for (const glm::vec3& p : ball.position) ball.normal.push_back(glm::normalize(p));
+  ball.material = 0;
+  const glm::vec3 at(1.4f, 1.0f, 1.6f);
+  addInstance(scene, std::move(ball), "ball", glm::translate(glm::mat4(1.0f), at));
+  std::vector<Ray> rays;
+  for (int i = 0; i < 400; ++i) {
+    const float z = 1.0f - 2.0f * (static_cast<float>(i) + 0.5f) / 400.0f, r = std::sqrt(1.0f - z * z),
+                angle = 2.39996f * static_cast<float>(i);
+    const glm::vec3 d(r * std::cos(angle), z, r * std::sin(angle));
+    rays.push_back({at + 0.35f * d, 0.0f, -d});
+  }
+  const Compared smooth = compare(scene, rays, 1024);
+  ASSERT_EQ(smooth.found.size(), rays.size());
+  const test::TracedError error = test::errorOf(smooth.truth, smooth.found);
+  EXPECT_LT(error.rmse, 0.05);
+  EXPECT_NEAR(error.energy, 1.0, 0.03);
+}
+
+}  // namespace
+}  // namespace relume
