@@ -5,13 +5,14 @@
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/exposure.h"
-#include "bake/tools/fit_bake.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/number_check.h"
 #include "bake/tools/parse_numbers.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
 #include "bake/tools/render_pictures.h"
+#include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
 #include "bake/tools/view_options.h"
 #include "formats/bake_file.h"
@@ -103,7 +104,7 @@ Result<Bake> loadBake(const RenderArguments& arguments, const Scene& scene, Cont
   const Status same = checkSameScene(scene, *bake, arguments.bake, arguments.scene);
   if (same) return bake;
   if (!arguments.allowStale) return same.error();
-  const std::uint32_t found = matchParts(scene, *bake);
+  const std::uint32_t found = fitToScene(scene, *bake);
   context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
                                          std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
                                          " parts found by name, the others read the grid");
@@ -308,7 +309,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--deringing", a->deringing,
                    "strength of a window over the bands that receivers off the light map's own normals read")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   command
       ->add_option("--exposure", a->exposure,

@@ -4,10 +4,28 @@
 
 #include "bake/provenance.h"
 
+#include <algorithm>
 #include <map>
 
 namespace relume {
 namespace {
+
+// Whether more than half of either level's parts are not in the other.
+bool isAnotherLevel(const std::vector<PartChange>& changes, std::size_t before, std::size_t now) {
+  const auto count = [&](PartChange::Kind kind) {
+    return static_cast<std::size_t>(
+        std::count_if(changes.begin(), changes.end(), [&](const PartChange& c) { return c.kind == kind; }));
+  };
+  return 2 * count(PartChange::Kind::removed) > before || 2 * count(PartChange::Kind::added) > now;
+}
+
+std::string anotherLevel(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now) {
+  const auto first = [](const std::vector<BakedInstance>& parts) {
+    return parts.empty() ? std::string() : " (\"" + parts[0].node + "\", ...)";
+  };
+  return "this is another level: " + std::to_string(before.size()) + " parts" + first(before) +
+         " were baked, the scene has " + std::to_string(now.size()) + first(now);
+}
 
 // "option links.linksPerCache was 64, is 254"
 void compareOptions(const BakeOptions& options, const Provenance& provenance, std::vector<std::string>& others) {
@@ -25,6 +43,17 @@ void compareOptions(const BakeOptions& options, const Provenance& provenance, st
   if (others.size() == found) others.push_back("the options of this version are others than the bake's");
 }
 
+// At most three changes in words; a level that has little in common with the baked one is called another level.
+std::string summary(const std::vector<PartChange>& changes, const Bake& bake, const std::vector<BakedInstance>& now) {
+  if (isAnotherLevel(changes, bake.instances.size(), now.size())) return anotherLevel(bake.instances, now);
+  if (changes.empty()) return "its parts come in another order";
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(changes.size(), 3); ++i)
+    text += (i > 0 ? ", " : "") + toString(changes[i]);
+  if (changes.size() > 3) text += ", and " + std::to_string(changes.size() - 3) + " more changes";
+  return text;
+}
+
 }  // namespace
 
 std::vector<std::string> Staleness::sentences() const {
@@ -40,6 +69,10 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
   const std::vector<BakedInstance> now = describeInstances(scene);
   if (then.sceneHash != hashScene(scene, now)) {
     stale.parts = compareParts(bake.instances, now);
+    if (isAnotherLevel(stale.parts, bake.instances.size(), now.size())) {
+      stale.others.push_back(anotherLevel(bake.instances, now));
+      stale.parts.clear();
+    }
     if (then.viewHash != hashViews(scene)) stale.others.push_back("cameras or play volumes changed");
     if (stale.upToDate()) stale.others.push_back("the order of the scene's parts changed");
   }
@@ -48,6 +81,40 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
                            std::to_string(kAlgorithmVersion));
   if (options != nullptr) compareOptions(*options, then, stale.others);
   return stale;
+}
+
+Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& scenePath, const std::string& bakePath) {
+  const std::vector<BakedInstance> now = describeInstances(scene);
+  const auto same = [](const BakedInstance& x, const BakedInstance& y) {
+    return x.node == y.node && x.mesh == y.mesh && x.contentHash == y.contentHash;
+  };
+  if (std::equal(now.begin(), now.end(), bake.instances.begin(), bake.instances.end(), same)) return done();
+  return Error{ErrorCode::invalidFile, "\"" + bakePath + "\" was not baked from \"" + scenePath +
+                                           "\": " + summary(compareParts(bake.instances, now), bake, now) +
+                                           "; bake again, or give --allow-stale"};
+}
+
+void fitToScene(const Scene& scene, Bake& bake) {
+  Lightmap& map = bake.caches.lightmap;
+  std::map<PartKey, std::size_t> baked;
+  const std::vector<PartKey> before = partKeys(bake.instances);
+  for (std::size_t i = 0; i < std::min(before.size(), map.parts.size()); ++i) baked.emplace(before[i], i);
+
+  std::vector<BakedInstance> instances = describeInstances(scene);
+  const std::vector<PartKey> now = partKeys(instances);
+  std::vector<LightmapPart> parts(now.size() + before.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto found = baked.find(now[i]);
+    const std::size_t triangles = scene.meshes[scene.instances[i].mesh].triangle.size();
+    if (found != baked.end() && map.parts[found->second].triangleCount == triangles)
+      parts[i] = map.parts[found->second];
+  }
+  instances.insert(instances.end(), bake.instances.begin(), bake.instances.end());
+  std::vector<std::uint32_t> surfels = bake.surfels.instance.toVector();
+  for (std::uint32_t& instance : surfels) instance += static_cast<std::uint32_t>(now.size());
+  if (!map.cache.empty()) map.parts = parts;
+  bake.surfels.instance = surfels;
+  bake.instances = std::move(instances);
 }
 
 }  // namespace relume

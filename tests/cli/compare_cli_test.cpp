@@ -42,7 +42,12 @@ TEST_F(CompareCli, boundsDecideTheExitStatus) {
   EXPECT_EQ(status({"--max-cache-change", "0.001"}), 7);
   EXPECT_EQ(status({"--max-cache-change", "1e8"}), 0);
   EXPECT_EQ(status({"--max-rmse", "0.001", "--ignore", "sky,suns,points,emitters"}), 0);
-  EXPECT_EQ(status({"--max-rmse", "-1"}), 1);
+  EXPECT_EQ(status({"--max-receiver-change", "0.001"}), 7);
+  EXPECT_EQ(status({"--max-receiver-change", "1e8"}), 0);
+  for (const char* bound : {"--max-rmse", "--max-cache-change", "--max-receiver-change"}) {
+    for (const char* value : {"-1", "nan", "-nan", "inf", "1e999", "-0.001", "x", ""})
+      EXPECT_EQ(status({bound, value}), 1) << bound << " " << value;
+  }
   EXPECT_EQ(status({"--ignore", "moon"}), 1);
 }
 
@@ -88,7 +93,7 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
                 .status,
             0);
   EXPECT_EQ(check("third"), 7) << readAll(at("ci.txt"));
-  EXPECT_NE(readAll(at("third/two_rooms.html")).find("a bound is passed"), std::string::npos);
+  EXPECT_NE(readAll(at("third/two_rooms.html")).find(">EXCEEDED<"), std::string::npos);
 }
 
 // The page in headless Chromium: it loads without an error and every panel is laid out, also as wide as a phone.
@@ -108,7 +113,8 @@ TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
     ASSERT_EQ(status, 0) << log;
     EXPECT_EQ(log.find("CONSOLE"), std::string::npos) << log;
     const std::string dom = readAll(at("dom.txt"));
-    for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
+    for (const char* id :
+         {"verdict", "plan", "maps", "histograms", "receivers", "light", "baked", "sizes", "arrays", "stages"})
       EXPECT_NE(dom.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
   }
 }
