@@ -16,7 +16,7 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kBakeFormatVersion = 2;
+inline constexpr std::uint32_t kBakeFormatVersion = 3;
 inline constexpr std::size_t kChunkAlignment = 64;
 
 // What the elements of a chunk are. The numbers stand in the file.

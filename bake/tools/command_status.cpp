@@ -39,11 +39,15 @@ int runStatus(const StatusArguments& arguments) {
     for (const PartChange& c : stale.parts)
       changes.push_back({{"node", c.node}, {"mesh", c.mesh}, {"change", toString(c.kind)}, {"text", toString(c)}});
     for (const std::string& text : stale.others) changes.push_back({{"text", text}});
-    const Json report = {
-        {"scene", arguments.scene}, {"bake", arguments.bake}, {"upToDate", stale.upToDate()}, {"changes", changes}};
+    const Json report = {{"scene", arguments.scene},
+                         {"bake", arguments.bake},
+                         {"upToDate", stale.upToDate()},
+                         {"changes", changes},
+                         {"notes", stale.notes}};
     std::printf("%s\n", report.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   } else if (stale.upToDate()) {
     std::printf("%s: up to date\n", arguments.bake.c_str());
+    for (const std::string& note : stale.notes) std::printf("  %s\n", note.c_str());
   } else {
     std::printf("%s: out of date\n", arguments.bake.c_str());
     for (const std::string& sentence : stale.sentences()) std::printf("  %s\n", sentence.c_str());

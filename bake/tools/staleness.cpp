@@ -3,6 +3,7 @@
 #include "bake/tools/staleness.h"
 
 #include "bake/provenance.h"
+#include "bake/scene/ray_tracer_name.h"
 
 #include <algorithm>
 #include <map>
@@ -54,6 +55,29 @@ std::string summary(const std::vector<PartChange>& changes, const Bake& bake, co
   return text;
 }
 
+// Rays are traced by the bake's own options unless others are given, which are compared as options.
+void compareRayTracer(const BakeOptions* options, const Provenance& then, std::vector<std::string>& others) {
+  const Result<BakeOptions> before = optionsFromJson(then.optionsJson, BakeOptions{});
+  if (!before || (options != nullptr && options->embreeIsa != before->embreeIsa)) return;
+  const std::string now = rayTracerName(before->embreeIsa);
+  if (now != then.rayTracer)
+    others.push_back("the ray tracer was " + then.rayTracer + ", is " + (now.empty() ? "none that starts here" : now));
+}
+
+// The scene's parts, where a geometry differs from the baked one by noise alone with the baked one's hash.
+std::vector<BakedInstance> describeAsBaked(const Scene& scene, const Bake& bake) {
+  std::vector<BakedInstance> now = describeInstances(scene);
+  const std::vector<PartKey> keysNow = partKeys(now), keysBaked = partKeys(bake.instances);
+  std::map<PartKey, std::uint32_t> baked;
+  for (std::uint32_t i = 0; i < keysBaked.size(); ++i) baked.emplace(keysBaked[i], i);
+  std::vector<std::uint32_t> answers;
+  for (const PartKey& key : keysNow) {
+    const auto found = baked.find(key);
+    answers.push_back(found == baked.end() ? kNone : found->second);
+  }
+  return forgiveNoise(scene, std::move(now), bake, answers);
+}
+
 }  // namespace
 
 std::vector<std::string> Staleness::sentences() const {
@@ -66,7 +90,7 @@ std::vector<std::string> Staleness::sentences() const {
 Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Bake& bake) {
   const Provenance& then = bake.provenance;
   Staleness stale;
-  const std::vector<BakedInstance> now = describeInstances(scene);
+  const std::vector<BakedInstance> now = describeAsBaked(scene, bake);
   if (then.sceneHash != hashScene(scene, now)) {
     stale.parts = compareParts(bake.instances, now);
     if (isAnotherLevel(stale.parts, bake.instances.size(), now.size())) {
@@ -74,17 +98,21 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
       stale.parts.clear();
     }
     if (then.viewHash != hashViews(scene)) stale.others.push_back("cameras or play volumes changed");
-    if (stale.upToDate()) stale.others.push_back("the order of the scene's parts changed");
+    if (stale.upToDate())
+      stale.others.push_back("the order of the scene's parts changed, or which of them share a mesh");
   }
+  if (then.viewHash == hashViews(scene) && then.cameraHash != hashCameras(scene))
+    stale.notes.push_back("cameras changed; light did not need a rebake");
   if (then.algorithmVersion != kAlgorithmVersion)
     stale.others.push_back("algorithm version was " + std::to_string(then.algorithmVersion) + ", is " +
                            std::to_string(kAlgorithmVersion));
+  compareRayTracer(options, then, stale.others);
   if (options != nullptr) compareOptions(*options, then, stale.others);
   return stale;
 }
 
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& scenePath, const std::string& bakePath) {
-  const std::vector<BakedInstance> now = describeInstances(scene);
+  const std::vector<BakedInstance> now = describeAsBaked(scene, bake);
   const auto same = [](const BakedInstance& x, const BakedInstance& y) {
     return x.node == y.node && x.mesh == y.mesh && x.contentHash == y.contentHash;
   };
@@ -101,6 +129,7 @@ void fitToScene(const Scene& scene, Bake& bake) {
   for (std::size_t i = 0; i < std::min(before.size(), map.parts.size()); ++i) baked.emplace(before[i], i);
 
   std::vector<BakedInstance> instances = describeInstances(scene);
+  for (BakedInstance& instance : instances) instance.firstShape = instance.shapeCount = 0;
   const std::vector<PartKey> now = partKeys(instances);
   std::vector<LightmapPart> parts(now.size() + before.size());
   for (std::size_t i = 0; i < now.size(); ++i) {

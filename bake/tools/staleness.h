@@ -17,6 +17,7 @@ namespace relume {
 struct Staleness {
   std::vector<PartChange> parts;    // of the scene, by name; empty when it is another level, which is one of the others
   std::vector<std::string> others;  // options, versions, cameras: one sentence each
+  std::vector<std::string> notes;   // what changed and makes no difference to light
   bool upToDate() const { return parts.empty() && others.empty(); }
   std::vector<std::string> sentences() const;
 };

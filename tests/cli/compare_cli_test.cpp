@@ -61,6 +61,29 @@ TEST_F(CompareCli, jsonFollowsTheSchemaAndNamesTheMaterial) {
   EXPECT_GT(report["light"]["maxRmse"].get<double>(), 0.01);
 }
 
+// The schema as users validate with it: python3-jsonschema resolves it without any other file.
+TEST_F(CompareCli, jsonValidatesWithPythonsJsonschema) {
+  if (std::system("python3 -c 'import jsonschema' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-jsonschema is not installed";
+  const ProgramResult differs =
+      run({"compare", at("a.relume"), at("b.relume"), "--json", "--progress", "none", "--max-receiver-change", "0.1"});
+  const ProgramResult same = run({"compare", at("a.relume"), at("a.relume"), "--json"});
+  const std::string script = put("check.py",
+                                 "import json, sys, jsonschema\n"
+                                 "schema = json.load(open(sys.argv[1]))\n"
+                                 "jsonschema.Draft202012Validator.check_schema(schema)\n"
+                                 "validator = jsonschema.Draft202012Validator(schema)\n"
+                                 "validator.validate(json.load(open(sys.argv[2])))\n"
+                                 "validator.validate(json.load(open(sys.argv[3])))\n"
+                                 "broken = json.load(open(sys.argv[2]))\n"
+                                 "broken['light']['worst'].append({})\n"
+                                 "assert not validator.is_valid(broken)\n");
+  const std::string command = "python3 '" + script + "' '" RELUME_SOURCE_DIR "/docs/compare.schema.json' '" +
+                              put("differs.json", differs.out) + "' '" + put("same.json", same.out) + "' >'" +
+                              at("python.txt") + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << readAll(at("python.txt"));
+}
+
 TEST_F(CompareCli, brokenAndMissingBakesAreRefused) {
   const std::string broken = put("broken.relume", readAll(at("a.relume")).substr(0, 500));
   EXPECT_EQ(run({"compare", at("a.relume"), broken}).status, 3);
@@ -82,6 +105,17 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
+  fs::rename(at("levels/two_rooms.glb"), at("two_rooms.glb"));
+  EXPECT_EQ(check("empty"), 0) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("no levels"), std::string::npos);
+  fs::copy_file(room_, at("levels/room.gltf"));
+  EXPECT_EQ(check("text"), 0) << readAll(at("ci.txt"));
+  EXPECT_TRUE(fs::exists(at("text/room.relume"))) << readAll(at("ci.txt"));
+  fs::copy_file(at("two_rooms.glb"), at("levels/room.glb"));
+  EXPECT_EQ(check("twins"), 1) << "two levels of one name";
+  EXPECT_NE(readAll(at("ci.txt")).find("rename one"), std::string::npos) << readAll(at("ci.txt"));
+  for (const char* file : {"room.gltf", "room.glb"}) fs::remove(at("levels") + "/" + file);
+  fs::rename(at("two_rooms.glb"), at("levels/two_rooms.glb"));
   EXPECT_EQ(check("first"), 0) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("no accepted bake"), std::string::npos);
   fs::copy_file(at("first/two_rooms.relume"), at("accepted/two_rooms.relume"));
