@@ -71,10 +71,10 @@ Result<Json> readRun(const std::string& path) {
 // The scene to place receivers in, when one is given. B must be of it; A may be of an earlier state.
 Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const Bake& b, Context& context) {
   if (arguments.scene.empty()) return std::optional<Scene>();
-  Result<Scene> scene = loadScene(arguments.scene, context);
+  Result<Scene> scene = loadScene(arguments.scene, context, SceneOptions{});
   if (!scene) return scene.error();
   if (!arguments.allowStale) {
-    if (const Status same = checkSameScene(*scene, b, arguments.scene, arguments.b); !same) return same.error();
+    if (const Status same = checkSameScene(*scene, b, arguments.b, arguments.scene); !same) return same.error();
   }
   return std::optional<Scene>(std::move(*scene));
 }

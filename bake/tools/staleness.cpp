@@ -111,18 +111,18 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
   return stale;
 }
 
-Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& scenePath, const std::string& bakePath) {
+Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile) {
   const std::vector<BakedInstance> now = describeAsBaked(scene, bake);
   const auto same = [](const BakedInstance& x, const BakedInstance& y) {
     return x.node == y.node && x.mesh == y.mesh && x.contentHash == y.contentHash;
   };
   if (std::equal(now.begin(), now.end(), bake.instances.begin(), bake.instances.end(), same)) return done();
-  return Error{ErrorCode::invalidFile, "\"" + bakePath + "\" was not baked from \"" + scenePath +
+  return Error{ErrorCode::invalidFile, "\"" + bakeFile + "\" was not baked from \"" + sceneFile +
                                            "\": " + summary(compareParts(bake.instances, now), bake, now) +
                                            "; bake again, or give --allow-stale"};
 }
 
-void fitToScene(const Scene& scene, Bake& bake) {
+std::uint32_t fitToScene(const Scene& scene, Bake& bake) {
   Lightmap& map = bake.caches.lightmap;
   std::map<PartKey, std::size_t> baked;
   const std::vector<PartKey> before = partKeys(bake.instances);
@@ -132,18 +132,21 @@ void fitToScene(const Scene& scene, Bake& bake) {
   for (BakedInstance& instance : instances) instance.firstShape = instance.shapeCount = 0;
   const std::vector<PartKey> now = partKeys(instances);
   std::vector<LightmapPart> parts(now.size() + before.size());
+  std::uint32_t matched = 0;
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto found = baked.find(now[i]);
     const std::size_t triangles = scene.meshes[scene.instances[i].mesh].triangle.size();
-    if (found != baked.end() && map.parts[found->second].triangleCount == triangles)
-      parts[i] = map.parts[found->second];
+    if (found == baked.end() || map.parts[found->second].triangleCount != triangles) continue;
+    parts[i] = map.parts[found->second];
+    ++matched;
   }
   instances.insert(instances.end(), bake.instances.begin(), bake.instances.end());
   std::vector<std::uint32_t> surfels = bake.surfels.instance.toVector();
   for (std::uint32_t& instance : surfels) instance += static_cast<std::uint32_t>(now.size());
-  if (!map.cache.empty()) map.parts = parts;
+  map.parts = parts;
   bake.surfels.instance = surfels;
   bake.instances = std::move(instances);
+  return matched;
 }
 
 }  // namespace relume

@@ -28,12 +28,12 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
 
 // For commands that draw or compare a bake over its scene, which must come from loadScene(). Done when the parts are
 // those that were baked, in their order; else invalidFile: names both files, what changed, and --allow-stale.
-Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& scenePath, const std::string& bakePath);
+Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile);
 
 // For --allow-stale: let the scene's instance i find its place on the light map in Lightmap::parts[i] again, by
 // partKeys(). Instances the bake does not know, and those with another number of triangles, have no place there then
 // and read the grid. Bake::instances holds the scene's instances first, then those that were baked, which surfels
-// index.
-void fitToScene(const Scene& scene, Bake& bake);
+// index. Returns how many instances found theirs.
+std::uint32_t fitToScene(const Scene& scene, Bake& bake);
 
 }  // namespace relume

@@ -193,6 +193,10 @@ const Level kLevels[] = {
        nodeOf(b, 2).erase("camera");
        b.root.erase("cameras");
      }},
+    {"watched",
+     [](GltfBuilder& b) {
+       b.node({{"name", "Eye 2"}, {"camera", 0}, {"extras", {{"relume", {{"playSpace", false}}}}}});
+     }},
     {"twoCameras",
      [](GltfBuilder& b) {
        b.node({{"name", "Eye 2"}, {"camera", 0}, {"translation", {1, 2, 3}}});
@@ -518,7 +522,7 @@ TEST(Provenance, noiseOfAnExporterIsNoChange) {
   for (Mesh& mesh : scene->meshes) mesh = withNoise(mesh, 1e-8, 1e-7, 5);
   EXPECT_NE(hashScene(*scene, describeInstances(*scene)), baked->bake.provenance.sceneHash);
   EXPECT_TRUE(findStaleness(*scene, nullptr, baked->bake).upToDate());
-  EXPECT_TRUE(checkSameScene(*scene, baked->bake, "level", "bake"));
+  EXPECT_TRUE(checkSameScene(*scene, baked->bake, "bake", "level"));
   scene->meshes[0].normal[2].x += 1e-3f;
   const Staleness stale = findStaleness(*scene, nullptr, baked->bake);
   ASSERT_EQ(stale.parts.size(), 1u);
@@ -536,10 +540,31 @@ TEST(Provenance, aBakeOfAnotherLevelIsOneSentence) {
   const Staleness stale = findStaleness(*scene, nullptr, baked->bake);
   EXPECT_EQ(stale.sentences().size(), 1u);
   EXPECT_NE(stale.sentences()[0].find("another level"), std::string::npos) << stale.sentences()[0];
-  const Status same = checkSameScene(*scene, baked->bake, "new.glb", "old.relume");
+  const Status same = checkSameScene(*scene, baked->bake, "old.relume", "new.glb");
   ASSERT_FALSE(same);
   for (const char* word : {"new.glb", "old.relume", "another level", "--allow-stale"})
     EXPECT_NE(same.error().message.find(word), std::string::npos) << same.error().message;
+}
+
+TEST(Provenance, camerasThatOnlyLookAreNotedAndNeedNoBake) {
+  GltfBuilder base = makeBase();
+  const std::optional<Baked> baked = bakeLevel(*base.import());
+  ASSERT_TRUE(baked);
+  base.node({{"name", "Photographer"},
+             {"camera", 0},
+             {"translation", {1, 2, 3}},
+             {"extras", {{"relume", {{"playSpace", false}}}}}});
+  const Result<Scene> scene = base.import();
+  ASSERT_TRUE(scene);
+  const Staleness stale = findStaleness(*scene, nullptr, baked->bake);
+  EXPECT_TRUE(stale.upToDate());
+  EXPECT_EQ(stale.notes, std::vector<std::string>{"cameras changed; light did not need a rebake"});
+  const std::optional<Baked> again = bakeLevel(*scene);
+  EXPECT_TRUE(again && sameButCameras(baked->bake, *again)) << "its light is the same, byte by byte";
+
+  // One that counts as play space does need one.
+  base.root["nodes"].back().erase("extras");
+  EXPECT_FALSE(findStaleness(*base.import(), nullptr, baked->bake).upToDate());
 }
 
 // --allow-stale: parts find their place by name, and what the bake does not know reads the grid.
@@ -552,7 +577,7 @@ TEST(Provenance, aStaleBakeIsFittedToItsScene) {
   const Result<Scene> scene = base.import();
   ASSERT_TRUE(scene);
   Bake fitted = baked->bake;
-  fitToScene(*scene, fitted);
+  EXPECT_EQ(fitToScene(*scene, fitted), 2u);
   const Array<LightmapPart>&before = baked->bake.caches.lightmap.parts, &now = fitted.caches.lightmap.parts;
   ASSERT_EQ(fitted.instances.size(), 5u);
   EXPECT_EQ(now[0].firstCorner, before[1].firstCorner);
