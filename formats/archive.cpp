@@ -120,7 +120,7 @@ template <class Archive>
 void serialize(Archive& archive, Provenance& p, std::uint32_t version) {
   checkVersion(version);
   archive(p.toolVersion, p.algorithmVersion, p.optionsJson, p.sceneHash, p.seed, p.rayTracer, p.lumaBands,
-          p.chromaBands, p.viewHash);
+          p.chromaBands, p.viewHash, p.cameraHash);
 }
 
 namespace {
@@ -128,7 +128,7 @@ namespace {
 template <class Archive>
 void serialize(Archive& archive, InstanceList& list, std::uint32_t version) {
   checkVersion(version);
-  constexpr std::size_t kLeastBytes = 7 * sizeof(std::uint64_t);  // three sizes and four hashes
+  constexpr std::size_t kLeastBytes = 9 * sizeof(std::uint64_t);  // three sizes, five hashes and two numbers of 4
   std::uint64_t count = list.instances.size();
   archive(count);
   if constexpr (std::is_same_v<Archive, MemoryInput>) {
@@ -136,7 +136,8 @@ void serialize(Archive& archive, InstanceList& list, std::uint32_t version) {
     list.instances.resize(static_cast<std::size_t>(count));
   }
   for (BakedInstance& i : list.instances)
-    archive(i.node, i.mesh, i.material, i.contentHash, i.transformHash, i.geometryHash, i.materialHash);
+    archive(i.node, i.mesh, i.material, i.contentHash, i.transformHash, i.geometryHash, i.materialHash, i.topologyHash,
+            i.firstShape, i.shapeCount);
 }
 
 template <class T>

@@ -81,6 +81,7 @@ void forEachArray(BakeType& b, Visitor&& visit) {
   visit("link.cone", b.links.cone);
   visit("link.head", b.links.head);
   visit("link.shape", b.links.shape);
+  visit("mesh.shape", b.shapes);
 }
 
 constexpr const char* kScalars = "scalars";
@@ -114,6 +115,7 @@ template <class T>
 std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
   if (std::string_view(name) == "link.sh" && linkBands >= 1) return std::uint64_t{linkBands} * linkBands;
   if (std::string_view(name) == "grid.fine") return kBrickWords;
+  if (std::string_view(name) == "mesh.shape") return kShapeWords;
   return Stored<T>::columns;
 }
 

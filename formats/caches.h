@@ -49,11 +49,14 @@ struct CacheGrid {
   }
 };
 
-// Where the triangles of one drawable part (glTF node x primitive x GPU instance) are on the light map.
+// Where the triangles of one drawable part (glTF node x primitive x GPU instance) are on the light map. What a part is
+// found again by: Bake::instances[i].node, the node's name, and the three numbers below. The index of a glTF node is
+// not among them: it changes whenever a node is put before it.
 struct LightmapPart {
-  std::uint32_t node = 0;           // glTF node index
-  std::uint32_t primitive = 0;      // primitive of that node's mesh
-  std::uint32_t gpuInstance = 0;    // index within EXT_mesh_gpu_instancing; 0 without
+  std::uint32_t occurrence = 0;   // how many parts before it have the same node name, primitive and GPU instance; 0 but
+                                  // where several nodes have one name
+  std::uint32_t primitive = 0;    // primitive of that node's mesh
+  std::uint32_t gpuInstance = 0;  // index within EXT_mesh_gpu_instancing; 0 without
   std::uint32_t triangleCount = 0;  // triangles in glTF order; a strip's or fan's triangles in drawing order
   std::uint64_t firstCorner = 0;    // corner k of triangle t is cornerUv[firstCorner + 3 t + k]
 };

@@ -187,6 +187,16 @@ void checkGridComesFirst(const Caches& c, Findings& findings) {
   check("grid.fine", c.grid.fine);
 }
 
+void checkShapes(const Bake& bake, Findings& findings) {
+  const std::uint64_t blocks = bake.shapes.size() / kShapeWords;
+  for (std::size_t i = 0; i < bake.instances.size(); ++i) {
+    const BakedInstance& part = bake.instances[i];
+    if (std::uint64_t{part.firstShape} + part.shapeCount > blocks)
+      findings.add(Check::shapeRange, At{"instances", i}, "an end within " + std::to_string(blocks),
+                   std::to_string(part.shapeCount) + " blocks from " + std::to_string(part.firstShape));
+  }
+}
+
 void checkLightmap(const Bake& bake, Findings& findings) {
   const Lightmap& m = bake.caches.lightmap;
   constexpr std::uint32_t kMost = 1u << 16;
@@ -220,6 +230,7 @@ void checkCacheArrays(const Bake& bake, Findings& findings) {
     findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
   checkGrid(c, findings);
   checkLightmap(bake, findings);
+  checkShapes(bake, findings);
   checkGridComesFirst(bake.caches, findings);
 }
 

@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace relume {
@@ -60,6 +63,17 @@ bool triangleReadsUnfilled(const Lightmap& map, const std::array<glm::vec2, 3>& 
     }
   }
   return false;
+}
+
+// A part's occurrence follows from the parts before it.
+void checkOccurrences(const Bake& bake, Findings& findings) {
+  const Array<LightmapPart>& parts = bake.caches.lightmap.parts;
+  std::map<std::tuple<std::string_view, std::uint32_t, std::uint32_t>, std::uint32_t> seen;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::uint32_t before = seen[{bake.instances[i].node, parts[i].primitive, parts[i].gpuInstance}]++;
+    if (parts[i].occurrence != before)
+      findings.add(Check::partOccurrence, At{"map.part", i}, std::to_string(before), parts[i].occurrence);
+  }
 }
 
 void checkParts(const Lightmap& map, Findings& findings) {
@@ -154,6 +168,7 @@ void checkCaches(const Bake& bake, Findings& findings) {
     if (!used[i]) findings.add(Check::cacheUnused, "cache " + std::to_string(i), "a grid point or texel", "none");
   }
   checkParts(c.lightmap, findings);
+  checkOccurrences(bake, findings);
   checkTriangles(c.lightmap, c.lightmap.cornerUv, "map.corner", findings);
   checkTriangles(c.lightmap, c.lightmap.backCornerUv, "map.back", findings);
 }

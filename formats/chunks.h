@@ -16,7 +16,7 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kBakeFormatVersion = 2;
+inline constexpr std::uint32_t kBakeFormatVersion = 3;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 

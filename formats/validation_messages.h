@@ -46,6 +46,7 @@ enum class Check : std::uint16_t {
   childOrder = 133,
   gridAfterLightmap = 134,
   coordinate = 135,
+  shapeRange = 150,
 
   // 201 and 401 were positions that are not finite: 135 says so.
   surfelNormal = 202,
@@ -68,6 +69,7 @@ enum class Check : std::uint16_t {
   lightmapCacheNormal = 405,
   cornerMixed = 406,
   partsOverlap = 407,
+  partOccurrence = 420,
   texelUnfilled = 408,
 
   linkTransfer = 501,
@@ -152,6 +154,8 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::lightmapCacheNormal, FindingSeverity::error, "cache of a texel has no normal"},
     {Check::cornerMixed, FindingSeverity::error, "triangle is half on the light map and half on the grid"},
     {Check::partsOverlap, FindingSeverity::error, "light-map parts share corners"},
+    {Check::partOccurrence, FindingSeverity::error, "light-map part does not count those of its name before it"},
+    {Check::shapeRange, FindingSeverity::error, "instance refers to blocks beyond mesh.shape"},
     {Check::texelUnfilled, FindingSeverity::warning, "a triangle reads a light-map texel without a cache"},
 
     {Check::linkTransfer, FindingSeverity::error, "transfer of a link is negative or not finite"},

@@ -9,6 +9,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string>
+#include <tuple>
 
 namespace relume {
 namespace {
@@ -129,10 +132,11 @@ class Filler {
 
  private:
   void placeParts() {
+    std::map<std::tuple<std::string, std::uint32_t, std::uint32_t>, std::uint32_t> seen;
     std::uint64_t corner = 0;
     for (const Instance& instance : scene_.instances) {
       LightmapPart part;
-      part.node = instance.nodeIndex;
+      part.occurrence = seen[{instance.node, instance.primitive, instance.gpuInstance}]++;
       part.primitive = instance.primitive;
       part.gpuInstance = instance.gpuInstance;
       part.triangleCount = static_cast<std::uint32_t>(scene_.meshes[instance.mesh].triangle.size());

@@ -4,6 +4,7 @@
 // instead. Embree's geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(),
 // so that barycentrics are in its winding by construction. Levels far from the origin are traced relative to their
 // centre, where floats are dense.
+#include "bake/scene/ray_tracer_name.h"
 #include "bake/scene/ray_tracer_state.h"
 
 #include "bake/parallel.h"
@@ -177,9 +178,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   } else if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0) {
     state->width = 8;
   }
-  const auto version = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION);
-  state->description = "embree " + std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
-                       std::to_string(version % 100) + " isa=" + (isa.empty() ? "best" : isa);
+  state->description = rayTracerName(device, isa);
 
   // Measure the level; trace it around its own centre when it is far from the origin.
   const Survey level = survey(scene, geometry);

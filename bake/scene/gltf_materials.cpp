@@ -208,10 +208,18 @@ Status checkTextures(const GltfDocument& document) {
   return done();
 }
 
-// Which glTF images are used, and whether as a mask's colour only: then their mip levels weigh colour by alpha.
+// How a glTF image is used: as a mask's colour its mip levels weigh colour by alpha, else they do not. One that is used
+// both ways becomes two images of the scene, so that no material changes what another one looks like.
 struct ImageUse {
-  bool used = false, opaque = false;
+  bool plain = false, masked = false;
 };
+struct ImageNumbers {
+  std::uint32_t plain = kNone, masked = kNone;  // in Scene::images
+};
+
+bool weighsByAlpha(const MaterialDraft& draft, const Slot& slot) {
+  return &slot == &draft.albedo && draft.material.alphaMode == AlphaMode::mask;
+}
 
 Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<std::uint8_t>& fileBytes,
                         std::span<const std::uint8_t>& bytes) {
@@ -243,18 +251,18 @@ Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<s
 
 // Read the used images in order, then decode them in parallel. `number` maps glTF images to Scene::images.
 Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, Scene& scene,
-                    std::vector<std::uint32_t>& number, Context& context) {
+                    std::vector<ImageNumbers>& number, Context& context) {
   std::vector<std::size_t> source;
   std::vector<std::vector<std::uint8_t>> owned;
   std::vector<std::span<const std::uint8_t>> bytes;
-  number.assign(uses.size(), kNone);
+  number.assign(uses.size(), {});
   for (std::size_t i = 0; i < uses.size(); ++i) {
-    if (!uses[i].used) continue;
+    if (!uses[i].plain && !uses[i].masked) continue;
     owned.emplace_back();
     bytes.emplace_back();
     Result<Image> image = readImage(document, i, owned.back(), bytes.back());
     if (!image) return image.error();
-    number[i] = static_cast<std::uint32_t>(scene.images.size());
+    (uses[i].plain ? number[i].plain : number[i].masked) = static_cast<std::uint32_t>(scene.images.size());
     scene.images.push_back(std::move(*image));
     source.push_back(i);
   }
@@ -283,11 +291,18 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
         continue;
       }
       scene.images[i].levels = std::move(decoded->levels);
-      buildMipLevels(scene.images[i], !uses[source[i]].opaque);
+      buildMipLevels(scene.images[i], !uses[source[i]].plain);
     }
   });
   for (const auto& error : errors) {
     if (error) return *error;
+  }
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    if (!uses[i].plain || !uses[i].masked) continue;
+    number[i].masked = static_cast<std::uint32_t>(scene.images.size());
+    Image copy = scene.images[number[i].plain];
+    buildMipLevels(copy, true);
+    scene.images.push_back(std::move(copy));
   }
   return context.cancelled() ? Status(cancelledError()) : done();
 }
@@ -308,20 +323,20 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
     for (const Slot* slot : {&draft->albedo, &draft->emission}) {
       if (slot->image < 0) continue;
       ImageUse& use = uses[static_cast<std::size_t>(slot->image)];
-      use.used = true;
-      use.opaque |= slot == &draft->emission || draft->material.alphaMode == AlphaMode::opaque;
+      (weighsByAlpha(*draft, *slot) ? use.masked : use.plain) = true;
     }
     drafts.push_back(std::move(*draft));
   }
 
   // Read those images and point the materials to them.
-  std::vector<std::uint32_t> number;
+  std::vector<ImageNumbers> number;
   if (Status status = importImages(document, uses, scene, number, context); !status) return status.error();
   for (MaterialDraft& draft : drafts) {
     const auto place = [&](const Slot& slot, TextureRef& to) {
       if (slot.image < 0) return;
       to = slot.ref;
-      to.image = number[static_cast<std::size_t>(slot.image)];
+      const ImageNumbers& image = number[static_cast<std::size_t>(slot.image)];
+      to.image = weighsByAlpha(draft, slot) ? image.masked : image.plain;
     };
     place(draft.albedo, draft.material.albedoTexture);
     place(draft.emission, draft.material.emissionTexture);

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string_view>
 
@@ -52,12 +53,14 @@ class NodeImporter {
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   std::string pathOf(int node) const;
   std::string nameOf(int node) const;
+  std::string instanceName(int node);
 
   const GltfDocument& document_;
   MeshImporter& meshes_;
   Scene& scene_;
   Context& context_;
   std::uint64_t triangles_ = 0;
+  std::map<int, std::size_t> unnamed_;  // drawn nodes without a name, numbered as they are met
 };
 
 bool finite(const glm::dmat4& m) {
@@ -105,6 +108,13 @@ std::optional<BakeMode> bakeModeByName(std::string_view name) {
 std::string NodeImporter::nameOf(int node) const {
   const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
   return name.empty() ? "node" + std::to_string(node) : name;
+}
+
+// A name that does not change when other nodes are put before the node in the file.
+std::string NodeImporter::instanceName(int node) {
+  const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
+  if (!name.empty()) return name;
+  return "unnamed node " + std::to_string(unnamed_.try_emplace(node, unnamed_.size()).first->second);
 }
 
 std::string NodeImporter::pathOf(int node) const { return jsonPath("nodes", node) + " '" + nameOf(node) + "'"; }
@@ -215,7 +225,7 @@ Status NodeImporter::addInstance(const Visit& at, const glm::dmat4& toWorld, std
                                  std::uint32_t gpuInstance, std::uint32_t mesh, const std::string& where) {
   if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
   Instance instance;
-  instance.node = nameOf(at.node);
+  instance.node = instanceName(at.node);
   instance.nodeIndex = static_cast<std::uint32_t>(at.node);
   instance.primitive = primitive;
   instance.gpuInstance = gpuInstance;

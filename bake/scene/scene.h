@@ -79,7 +79,7 @@ enum class BakeMode : std::uint8_t { fixed, dynamic, ignore, gridLit };
 // light map, the others read the grid. Dynamic ones are kept for drawing (lit by the grid); ignored ones are drawn by
 // nobody and not imported.
 struct Instance {
-  std::string node;               // glTF node name or "node<index>"
+  std::string node;               // glTF node name, or "unnamed node <k>": the k-th drawn one without
   std::uint32_t nodeIndex = 0;    // glTF node
   std::uint32_t primitive = 0;    // primitive of the node's glTF mesh
   std::uint32_t gpuInstance = 0;  // index within EXT_mesh_gpu_instancing

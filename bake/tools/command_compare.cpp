@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
-// relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is passed.
+// relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is
+// exceeded.
 #include "bake/read_json.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/compare_light.h"
 #include "bake/tools/compare_page.h"
 #include "bake/tools/compare_report.h"
+#include "bake/tools/load_scene.h"
+#include "bake/tools/number_check.h"
 #include "bake/tools/output_files.h"
 #include "bake/tools/printable.h"
+#include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
@@ -29,8 +33,8 @@ struct CompareArguments {
   std::string a, b;
   CompareBounds bounds;
   LightIgnore ignore;
-  std::string page, runA, runB;
-  bool json = false, force = false;
+  std::string scene, page, runA, runB;
+  bool allowStale = false, json = false, force = false;
   TerminalOptions terminal;
 };
 
@@ -73,11 +77,23 @@ CommandFiles filesOf(const CompareArguments& arguments) {
   CommandFiles files;
   files.read("bake A", arguments.a);
   files.read("bake B", arguments.b);
+  files.read("the scene", arguments.scene);
   files.read("the file of --report-a", arguments.runA);
   files.read("the file of --report-b", arguments.runB);
   files.write("--html", arguments.page, FileKind::comparePage);
   files.force = arguments.force;
   return files;
+}
+
+// The scene to place receivers in, when one is given. B must be of it; A may be of an earlier state.
+Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const Bake& b, Context& context) {
+  if (arguments.scene.empty()) return std::optional<Scene>();
+  Result<Scene> scene = loadScene(arguments.scene, context, SceneOptions{});
+  if (!scene) return scene.error();
+  if (!arguments.allowStale) {
+    if (const Status same = checkSameScene(*scene, b, arguments.b, arguments.scene); !same) return same.error();
+  }
+  return std::optional<Scene>(std::move(*scene));
 }
 
 int runCompare(const CompareArguments& arguments) {
@@ -102,7 +118,10 @@ int runCompare(const CompareArguments& arguments) {
     report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
   } else {
     Terminal terminal(arguments.terminal);
-    Result<LightDifference> light = compareLight(a->bake, b->bake, arguments.ignore, terminal.context());
+    Result<std::optional<Scene>> scene = readScene(arguments, b->bake, terminal.context());
+    if (!scene) return fail(scene.error());
+    Result<LightDifference> light =
+        compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, arguments.ignore, terminal.context());
     terminal.finish();
     if (!light) return fail(light.error());
     difference = std::move(*light);
@@ -116,7 +135,7 @@ int runCompare(const CompareArguments& arguments) {
   }
   const std::string text = arguments.json ? jsonText(report) + "\n" : reportAsText(report);
   std::fputs(text.c_str(), stdout);
-  return boundPassed(report) ? kDifferenceFound : 0;
+  return boundExceeded(report) ? kDifferenceFound : 0;
 }
 
 }  // namespace
@@ -124,21 +143,20 @@ int runCompare(const CompareArguments& arguments) {
 void addCompareCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "compare",
-      "Say what differs between two bakes and what it means for light; exit status 7 when a bound is passed");
+      "Say what differs between two bakes and what it means for light; exit status 7 when a bound is exceeded");
   auto arguments = std::make_shared<CompareArguments>();
   command->add_option("A", arguments->a, "Bake to compare with (.relume)")->required();
   command->add_option("B", arguments->b, "Bake to judge (.relume)")->required();
-  command
-      ->add_option("--max-rmse", arguments->bounds.maxRmse,
-                   "Bound on each lighting's relative RMSE over the caches, sqrt(sum |B-A|^2 / sum |A|^2) [>= 0]")
-      ->option_text("X [none]")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option(
-          "--max-cache-change", arguments->bounds.maxCacheChange,
-          "Bound on each cache's relative change of irradiance, |B-A| / (|A| + a twentieth of the mean) [>= 0]")
-      ->option_text("X [none]")
-      ->check(CLI::NonNegativeNumber);
+  const auto bound = [&](const char* flag, double& value, const char* help) {
+    command->add_option(flag, value, help)->option_text("X [none]")->check(numberFrom(0.0));
+  };
+  bound("--max-rmse", arguments->bounds.maxRmse,
+        "Bound on each lighting's relative RMSE over the caches, sqrt(sum |B-A|^2 / sum |A|^2) [>= 0]");
+  bound("--max-cache-change", arguments->bounds.maxCacheChange,
+        "Bound on each cache's relative change of irradiance, |B-A| / (|A| + a twentieth of the mean) [>= 0]");
+  bound("--max-receiver-change", arguments->bounds.maxReceiverChange,
+        "Bound on what receivers read: of each node's surfaces, and of the air, rms |B-A| / (rms |A| + a twentieth of "
+        "the mean) [>= 0]");
   command
       ->add_option(
           "--ignore", arguments->ignore.names,
@@ -146,6 +164,13 @@ void addCompareCommand(CLI::App& app, Action& action) {
           "node:NAME")
       ->delimiter(',')
       ->option_text("LIST");
+  command
+      ->add_option(
+          "--scene", arguments->scene,
+          "Level that B was baked from (.glb, .gltf): places receivers exactly, on surfaces that read the grid too")
+      ->option_text("FILE");
+  command->add_flag("--allow-stale", arguments->allowStale,
+                    "Take --scene although B was baked from another state of it");
   command->add_option("--html", arguments->page, "Write the report as one self-contained page")->option_text("FILE");
   command->add_option("--report-a", arguments->runA, "What relume bake --report wrote for A: stage times for the page")
       ->option_text("FILE");

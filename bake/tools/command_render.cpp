@@ -5,15 +5,16 @@
 #include "bake/scene/scene.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/exposure.h"
-#include "bake/tools/fit_bake.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
+#include "bake/tools/number_check.h"
 #include "bake/tools/output_files.h"
 #include "bake/tools/parse_numbers.h"
 #include "bake/tools/printable.h"
 #include "bake/tools/render_cpu.h"
 #include "bake/tools/render_frame.h"
 #include "bake/tools/render_pictures.h"
+#include "bake/tools/staleness.h"
 #include "bake/tools/terminal.h"
 #include "bake/tools/view_options.h"
 #include "formats/bake_file.h"
@@ -314,7 +315,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--deringing", a->deringing,
                    "strength of a window over the bands that receivers off the light map's own normals read")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   command
       ->add_option("--exposure", a->exposure,

@@ -40,11 +40,15 @@ int runStatus(const StatusArguments& arguments) {
     for (const PartChange& c : stale.parts)
       changes.push_back({{"node", c.node}, {"mesh", c.mesh}, {"change", toString(c.kind)}, {"text", toString(c)}});
     for (const std::string& text : stale.others) changes.push_back({{"text", text}});
-    const Json report = {
-        {"scene", arguments.scene}, {"bake", arguments.bake}, {"upToDate", stale.upToDate()}, {"changes", changes}};
+    const Json report = {{"scene", arguments.scene},
+                         {"bake", arguments.bake},
+                         {"upToDate", stale.upToDate()},
+                         {"changes", changes},
+                         {"notes", stale.notes}};
     std::printf("%s\n", jsonText(report).c_str());
   } else if (stale.upToDate()) {
     std::printf("%s: up to date\n", printable(arguments.bake).c_str());
+    for (const std::string& note : stale.notes) std::printf("  %s\n", printable(note).c_str());
   } else {
     std::printf("%s: out of date\n", printable(arguments.bake).c_str());
     for (const std::string& sentence : stale.sentences()) std::printf("  %s\n", printable(sentence).c_str());

@@ -69,14 +69,15 @@ class CacheReader {
   std::vector<float> coefficients_;
 };
 
-Result<Relighter> makeRelighter(const Bake& bake, Context& context) {
+// `bands` 0: as the bake recommends.
+Result<Relighter> makeRelighter(const Bake& bake, int bands, Context& context) {
   RelightOptions options;
-  options.lumaBands = options.chromaBands = bandsOf(bake);
+  options.lumaBands = options.chromaBands = bands;
   options.parallelFor = parallelFor(context);
   return Relighter::create(bake, options);
 }
 
-Result<CacheReader> relit(const Bake& bake, Relighter& relighter, const Lighting& lighting) {
+Status relight(const Bake& bake, Relighter& relighter, const Lighting& lighting) {
   const std::vector<glm::vec3> emission = emissionOf(bake, lighting.emitters);
   LightSetup setup;
   setup.lights = lighting.lights;
@@ -84,7 +85,20 @@ Result<CacheReader> relit(const Bake& bake, Relighter& relighter, const Lighting
   setup.skyRadiance = glm::vec3(lighting.sky ? 1.0f : 0.0f);
   relighter.reset();
   if (const Result<int> frames = relightUntilConverged(relighter, setup); !frames) return frames.error();
-  return CacheReader(bake, relighter);
+  return done();
+}
+
+// A bake as the caches are read, and as receivers read it.
+struct TwoRelighters {
+  Relighter caches, receivers;
+};
+
+Result<TwoRelighters> makeRelighters(const Bake& bake, Context& context) {
+  Result<Relighter> caches = makeRelighter(bake, bandsOf(bake), context);
+  if (!caches) return caches.error();
+  Result<Relighter> receivers = makeRelighter(bake, 0, context);
+  if (!receivers) return receivers.error();
+  return TwoRelighters{std::move(*caches), std::move(*receivers)};
 }
 
 // CIE 1976 L*a*b* of linear sRGB, D65, with `white` as the luminance of L* = 100.
@@ -273,9 +287,21 @@ void sumByNode(const std::vector<std::string>& nodes, LightDifference& d) {
                    [](const NodeDifference& x, const NodeDifference& y) { return x.maxChange > y.maxChange; });
 }
 
+// Keep each group's worst lighting.
+void keepWorstReceivers(const LightingDifference& lighting, LightDifference& d) {
+  for (const GroupChange& g : lighting.receivers.groups) {
+    WorstReceivers& worst = d.worstReceivers[g.group];
+    worst.receivers = g.receivers;
+    if (!(g.change > worst.change)) continue;
+    worst.lighting = lighting.name;
+    worst.change = g.change;
+  }
+}
+
 }  // namespace
 
-Result<LightDifference> compareLight(const Bake& a, const Bake& b, const LightIgnore& ignore, Context& context) {
+Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* scene, const LightIgnore& ignore,
+                                     Context& context) {
   LightDifference d;
   const std::vector<Lighting> lightings = makeLightings(a, b);
   std::vector<bool> off;
@@ -290,22 +316,37 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const LightIg
     ignored.push_back(std::find(ignoredNodes.begin(), ignoredNodes.end(), nodes[pair.a]) != ignoredNodes.end());
   d.unmatched = 2 * d.match.pairs.size() < a.caches.count();
 
+  // Choose receivers
+  d.receivers = placeReceivers(a, b, scene);
+  std::vector<bool> ignoredGroups(d.receivers.groups.size(), false);
+  for (std::uint32_t g = 0; g < ignoredGroups.size(); ++g) {
+    const std::string& name = d.receivers.groups[g];
+    d.worstReceivers.push_back({name, "", g == Receivers::kAir, 0, 0.0});
+    ignoredGroups[g] =
+        g != Receivers::kAir && std::find(ignoredNodes.begin(), ignoredNodes.end(), name) != ignoredNodes.end();
+  }
+
   // Relight both under each lighting
-  Result<Relighter> relighterA = makeRelighter(a, context), relighterB = makeRelighter(b, context);
-  if (!relighterA) return relighterA.error();
-  if (!relighterB) return relighterB.error();
+  Result<TwoRelighters> relightersA = makeRelighters(a, context), relightersB = makeRelighters(b, context);
+  if (!relightersA) return relightersA.error();
+  if (!relightersB) return relightersB.error();
   d.greatestChange.assign(d.match.pairs.size(), 0.0f);
   for (std::size_t i = 0; i < lightings.size(); ++i) {
-    if (!context.progress("relight", static_cast<double>(i) / static_cast<double>(lightings.size()))) context.cancel();
-    if (context.cancelled()) return cancelledError();
-    const Result<CacheReader> readerA = relit(a, *relighterA, lightings[i]);
-    if (!readerA) return readerA.error();
-    const Result<CacheReader> readerB = relit(b, *relighterB, lightings[i]);
-    if (!readerB) return readerB.error();
-    d.lightings.push_back(compareLighting(lightings[i], a, b, *readerA, *readerB, d.match.pairs, ignored));
+    for (const auto& [bake, relighters] : {std::pair{&a, &*relightersA}, std::pair{&b, &*relightersB}}) {
+      for (Relighter* relighter : {&relighters->caches, &relighters->receivers}) {
+        if (!context.progress("relight", static_cast<double>(i) / static_cast<double>(lightings.size())))
+          context.cancel();
+        if (context.cancelled()) return cancelledError();
+        if (const Status lit = relight(*bake, *relighter, lightings[i]); !lit) return lit.error();
+      }
+    }
+    const CacheReader readerA(a, relightersA->caches), readerB(b, relightersB->caches);
+    d.lightings.push_back(compareLighting(lightings[i], a, b, readerA, readerB, d.match.pairs, ignored));
     LightingDifference& l = d.lightings.back();
+    l.receivers = compareReceivers(d.receivers, ignoredGroups, relightersA->receivers, relightersB->receivers);
     l.counted = !off[i];
     if (!l.counted) continue;
+    keepWorstReceivers(l, d);
     d.maxRmse = std::max(d.maxRmse, l.rmse);
     d.maxChange = std::max(d.maxChange, l.maxChange);
     d.maxDeltaE = std::max(d.maxDeltaE, l.maxDeltaE);
@@ -317,6 +358,10 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const LightIg
   }
   findWorst(a, nodes, d);
   sumByNode(nodes, d);
+  std::erase_if(d.worstReceivers, [](const WorstReceivers& w) { return !(w.change > 0.0); });
+  std::stable_sort(d.worstReceivers.begin(), d.worstReceivers.end(),
+                   [](const WorstReceivers& x, const WorstReceivers& y) { return x.change > y.change; });
+  if (!d.worstReceivers.empty()) d.maxReceiverChange = d.worstReceivers.front().change;
   return d;
 }
 

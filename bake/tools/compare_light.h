@@ -2,12 +2,16 @@
 // What the difference of two bakes means for light: both are relit to convergence under one fixed set of lightings, and
 // caches that stand at the same place are held against each other.
 //
-// No scene is needed, so punctual lights cast no shadow: direct light reaches every surfel that faces it, in both bakes
-// alike. What is compared is transport from there on: bounces, emitters, sky.
+// Punctual lights cast no shadow: direct light reaches every surfel that faces it, in both bakes alike. What is
+// compared is transport from there on: bounces, emitters, sky.
+//
+// Caches are read with the bands that irradiance can use. Receivers (compare_receivers.h) are read as a game reads
+// them: with the bands that each bake recommends, through its own light map and grid.
 #pragma once
 
 #include "bake/context.h"
 #include "bake/tools/compare_places.h"
+#include "bake/tools/compare_receivers.h"
 #include "formats/bake.h"
 #include "formats/result.h"
 
@@ -31,6 +35,7 @@ struct LightingDifference {
   double white = 1.0;                               // [W/m²] luminance shown as white
   std::vector<float> change, deltaE;                // [Size pairs]
   std::vector<glm::vec3> irradianceA, irradianceB;  // [W/m²] [Size n_C of each] at grid caches the mean of the six
+  ReceiverLighting receivers;
 };
 
 struct WorstPlace {
@@ -47,14 +52,24 @@ struct NodeDifference {
   double meanChange = 0.0, maxChange = 0.0;  // of each cache's greatest change over the counted lightings
 };
 
+// The receivers of one node, or those in the air, under the lighting that changes them most.
+struct WorstReceivers {
+  std::string group, lighting;
+  bool air = false;
+  std::uint32_t receivers = 0;
+  double change = 0.0;  // GroupChange::change
+};
+
 struct LightDifference {
   CacheMatch match;
+  Receivers receivers;
   std::vector<LightingDifference> lightings;
   std::vector<float> greatestChange;  // [Size pairs] over the counted lightings; -1 = the cache's node is ignored
   std::vector<WorstPlace> worst;      // at most ten, apart from one another, worst first
   std::vector<NodeDifference> nodes;  // worst first
-  double maxRmse = 0.0, maxChange = 0.0, maxDeltaE = 0.0;  // over what counts
-  bool unmatched = false;                                  // fewer than half of A's caches have a partner
+  std::vector<WorstReceivers> worstReceivers;  // every group that changed, worst first
+  double maxRmse = 0.0, maxChange = 0.0, maxDeltaE = 0.0, maxReceiverChange = 0.0;  // over what counts
+  bool unmatched = false;  // fewer than half of A's caches have a partner
 };
 
 // What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME".
@@ -62,7 +77,9 @@ struct LightIgnore {
   std::vector<std::string> names;
 };
 
-// Relight both. Errors of Relighter::create(); usage: an ignored lighting that there is not; failed when cancelled.
-Result<LightDifference> compareLight(const Bake& a, const Bake& b, const LightIgnore& ignore, Context& context);
+// Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); usage: an ignored lighting
+// that there is not; failed when cancelled.
+Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* scene, const LightIgnore& ignore,
+                                     Context& context);
 
 }  // namespace relume

@@ -123,17 +123,22 @@ std::string verdictPanel(const Json& report) {
                      " bytes</p>";
   if (report["same"].get<bool>()) return section("verdict", "<span class=\"good\">Same bytes</span>", body);
   const Json &verdict = report["verdict"], &light = report["light"];
-  const bool passed = !verdict["passed"].empty();
+  const bool exceeded = verdict["verdict"] == "exceeded";
+  const auto measure = [&](const std::string& name, const char* found, const char* bound) {
+    return row({name, percent(light[found]), verdict[bound].is_null() ? "none" : percent(verdict[bound])});
+  };
   body += table(row({"", "found", "bound"}, "th") +
-                row({"greatest relative RMSE of a lighting", percent(light["maxRmse"]),
-                     verdict["maxRmse"].is_null() ? "none" : percent(verdict["maxRmse"])}) +
-                row({"greatest relative change of a cache", percent(light["maxChange"]),
-                     verdict["maxCacheChange"].is_null() ? "none" : percent(verdict["maxCacheChange"])}) +
+                measure("greatest relative RMSE of a lighting over the caches", "maxRmse", "maxRmse") +
+                measure("greatest relative change of a cache", "maxChange", "maxCacheChange") +
+                measure("greatest relative change of what a node's surfaces, or the air, read", "maxReceiverChange",
+                        "maxReceiverChange") +
                 row({"greatest &Delta;E of a cache", fixed(number(light["maxDeltaE"]), 2), "none"}));
+  if (!verdict["exceeded"].empty()) body += "<p>Exceeded: " + textOf(verdict["exceeded"]) + "</p>";
   if (!verdict["ignored"].empty()) body += "<p>Ignored: " + textOf(verdict["ignored"]) + "</p>";
-  return section("verdict",
-                 passed ? "<span class=\"bad\">Different: a bound is passed</span>" : "Different, no bound passed",
-                 body);
+  const char* title = exceeded                            ? "<span class=\"bad\">EXCEEDED</span>"
+                      : verdict["verdict"] == "no bounds" ? "Different; no bounds given"
+                                                          : "<span class=\"good\">WITHIN BOUNDS</span>";
+  return section("verdict", title, body);
 }
 
 std::string bakedPanel(const Json& baked) {
@@ -210,6 +215,26 @@ std::string lightPanel(const Json& light) {
   return section("light", "What it means for light",
                  "<p>" + textOf(light["method"]) + ".</p>" + table(rows) + "<h3>Worst places</h3>" + table(worst) +
                      "<h3>By node</h3>" + table(nodes));
+}
+
+std::string receiversPanel(const Json& light) {
+  const Json& r = light["receivers"];
+  std::string rows = row({"lighting", "surfaces", "air"}, "th");
+  for (const Json& l : light["lightings"])
+    rows += row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"),
+                 percent(l["receivers"]["surfaces"]), percent(l["receivers"]["air"])});
+  std::string groups = row({"node", "lighting", "receivers", "change"}, "th");
+  for (std::size_t i = 0; i < std::min<std::size_t>(20, r["groups"].size()); ++i) {
+    const Json& g = r["groups"][i];
+    groups += row({g["air"].get<bool>() ? "(the air)" : textOf(g["group"]), textOf(g["lighting"]),
+                   textOf(g["receivers"]), percent(g["change"])});
+  }
+  return section("receivers", "What receivers read",
+                 "<p>" + textOf(r["surfaces"]) + " points on the surfaces of " + textOf(r["partsCompared"]) +
+                     " parts, through each bake's own light map and grid, and " + textOf(r["air"]) +
+                     " readings in the air. Not compared: " + textOf(r["partsOnlyInA"]) + " parts only in A, " +
+                     textOf(r["partsOnlyInB"]) + " only in B, " + textOf(r["partsReshaped"]) + " reshaped.</p>" +
+                     table(rows) + "<h3>By node, under its worst lighting</h3>" + table(groups));
 }
 
 std::string mapsPanel(const BakeFile& a, const BakeFile& b, const LightDifference& light, double scale) {
@@ -298,8 +323,8 @@ std::string reportAsPage(const Json& report, const BakeFile& a, const BakeFile& 
   if (light != nullptr) {
     const double scale = pictureScale(*light);
     page += planPanel(a, *light, scale) + mapsPanel(a, b, *light, scale) + histogramPanel(*light) +
-            lightPanel(report["light"]) + bakedPanel(report["baked"]) + sizesPanel(report["sizes"]) +
-            arraysPanel(report["arrays"]);
+            receiversPanel(report["light"]) + lightPanel(report["light"]) + bakedPanel(report["baked"]) +
+            sizesPanel(report["sizes"]) + arraysPanel(report["arrays"]);
   }
   page += stagesPanel(runs);
   return page + "</main></body></html>\n";

@@ -221,6 +221,26 @@ Json compareLinks(const Bake& a, const Bake& b, const CacheMatch& match) {
           {"transferMaxDifference", largest}};
 }
 
+Json describeReceivers(const LightDifference& d) {
+  const Receivers& r = d.receivers;
+  const auto air = std::count_if(r.list.begin(), r.list.end(),
+                                 [](const Receiver& receiver) { return receiver.group == Receivers::kAir; });
+  Json groups = Json::array();
+  for (const WorstReceivers& w : d.worstReceivers)
+    groups.push_back({{"group", w.group},
+                      {"air", w.air},
+                      {"lighting", w.lighting},
+                      {"receivers", w.receivers},
+                      {"change", w.change}});
+  return {{"surfaces", static_cast<std::ptrdiff_t>(r.list.size()) - air},
+          {"air", air},
+          {"partsCompared", r.partsMatched},
+          {"partsOnlyInA", r.partsOnlyInA},
+          {"partsOnlyInB", r.partsOnlyInB},
+          {"partsReshaped", r.partsReshaped},
+          {"groups", groups}};
+}
+
 Json describeLight(const LightDifference& d) {
   Json lightings = Json::array(), worst = Json::array(), nodes = Json::array();
   for (const LightingDifference& l : d.lightings)
@@ -230,7 +250,8 @@ Json describeLight(const LightDifference& d) {
                          {"meanA", l.meanA},
                          {"meanB", l.meanB},
                          {"change", {{"mean", l.meanChange}, {"p95", l.p95Change}, {"max", l.maxChange}}},
-                         {"deltaE", {{"mean", l.meanDeltaE}, {"p95", l.p95DeltaE}, {"max", l.maxDeltaE}}}});
+                         {"deltaE", {{"mean", l.meanDeltaE}, {"p95", l.p95DeltaE}, {"max", l.maxDeltaE}}},
+                         {"receivers", {{"surfaces", l.receivers.surfaces}, {"air", l.receivers.air}}}});
   for (const WorstPlace& w : d.worst)
     worst.push_back({{"positionM", vec3(w.positionWorld)},
                      {"node", w.node},
@@ -247,28 +268,38 @@ Json describeLight(const LightDifference& d) {
           {"lightings", lightings},
           {"maxRmse", d.maxRmse},
           {"maxChange", d.maxChange},
+          {"maxReceiverChange", d.maxReceiverChange},
           {"maxDeltaE", d.maxDeltaE},
           {"worst", worst},
-          {"nodes", nodes}};
+          {"nodes", nodes},
+          {"receivers", describeReceivers(d)}};
 }
 
 Json judge(const LightDifference& light, const LightIgnore& ignore, const CompareBounds& bounds) {
   const auto bound = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
-  Json passed = Json::array();
-  if (light.maxRmse > bounds.maxRmse) passed.push_back("rmse");
-  if (light.maxChange > bounds.maxCacheChange) passed.push_back("cacheChange");
-  const bool any = std::isfinite(bounds.maxRmse) || std::isfinite(bounds.maxCacheChange);
-  if (any && light.unmatched) passed.push_back("unmatched");
-  return {{"maxRmse", bound(bounds.maxRmse)},
+  Json exceeded = Json::array();
+  if (light.maxRmse > bounds.maxRmse) exceeded.push_back("rmse");
+  if (light.maxChange > bounds.maxCacheChange) exceeded.push_back("cacheChange");
+  if (light.maxReceiverChange > bounds.maxReceiverChange) exceeded.push_back("receiverChange");
+  const bool caches = std::isfinite(bounds.maxRmse) || std::isfinite(bounds.maxCacheChange);
+  const bool receivers = std::isfinite(bounds.maxReceiverChange);
+  if (caches && light.unmatched) exceeded.push_back("unmatchedCaches");
+  if (receivers && light.receivers.unmatched) exceeded.push_back("unmatchedParts");
+  const bool any = caches || receivers;
+  return {{"verdict", !any               ? "no bounds"
+                      : exceeded.empty() ? "within bounds"
+                                         : "exceeded"},
+          {"maxRmse", bound(bounds.maxRmse)},
           {"maxCacheChange", bound(bounds.maxCacheChange)},
+          {"maxReceiverChange", bound(bounds.maxReceiverChange)},
           {"ignored", ignore.names},
-          {"passed", passed}};
+          {"exceeded", exceeded}};
 }
 
 }  // namespace
 
 Json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes) {
-  return {{"schema", "relume-compare/1"},
+  return {{"schema", "relume-compare/2"},
           {"same", true},
           {"a", {{"file", a}, {"bytes", bytes}}},
           {"b", {{"file", b}, {"bytes", bytes}}}};
@@ -276,7 +307,7 @@ Json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes)
 
 Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifference& light, const LightIgnore& ignore,
                       const CompareBounds& bounds) {
-  return {{"schema", "relume-compare/1"},
+  return {{"schema", "relume-compare/2"},
           {"same", false},
           {"a", {{"file", a.name}, {"bytes", bytesOf(a)}}},
           {"b", {{"file", b.name}, {"bytes", bytesOf(b)}}},
@@ -291,6 +322,8 @@ Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifferenc
           {"verdict", judge(light, ignore, bounds)}};
 }
 
-bool boundPassed(const Json& report) { return report.contains("verdict") && !report["verdict"]["passed"].empty(); }
+bool boundExceeded(const Json& report) {
+  return report.contains("verdict") && report["verdict"]["verdict"] == "exceeded";
+}
 
 }  // namespace relume

@@ -22,8 +22,9 @@ struct BakeFile {
 };
 
 struct CompareBounds {
-  double maxRmse = std::numeric_limits<double>::infinity();         // [>= 0] of any counted lighting
-  double maxCacheChange = std::numeric_limits<double>::infinity();  // [>= 0] of any counted cache
+  double maxRmse = std::numeric_limits<double>::infinity();            // [>= 0] of any counted lighting
+  double maxCacheChange = std::numeric_limits<double>::infinity();     // [>= 0] of any counted cache
+  double maxReceiverChange = std::numeric_limits<double>::infinity();  // [>= 0] of any node's receivers, or the air's
 };
 
 // The report of two files with the same bytes.
@@ -33,8 +34,8 @@ nlohmann::json reportSame(const std::string& a, const std::string& b, std::uint6
 nlohmann::json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifference& light,
                                 const LightIgnore& ignore, const CompareBounds& bounds);
 
-// Whether the report's verdict is that a bound was passed.
-bool boundPassed(const nlohmann::json& report);
+// Whether the report's verdict is "exceeded".
+bool boundExceeded(const nlohmann::json& report);
 
 // For people.
 std::string reportAsText(const nlohmann::json& report);

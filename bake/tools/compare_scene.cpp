@@ -3,19 +3,10 @@
 #include "bake/tools/compare_scene.h"
 
 #include <map>
-#include <tuple>
+#include <utility>
 
 namespace relume {
 namespace {
-
-using Key = std::tuple<std::string, std::string, std::size_t>;  // node, mesh, which of those
-
-std::vector<Key> keysOf(const std::vector<BakedInstance>& parts) {
-  std::map<std::pair<std::string, std::string>, std::size_t> seen;
-  std::vector<Key> keys;
-  for (const BakedInstance& part : parts) keys.emplace_back(part.node, part.mesh, seen[{part.node, part.mesh}]++);
-  return keys;
-}
 
 void compareOne(const BakedInstance& before, const BakedInstance& now, std::vector<PartChange>& changes) {
   if (before.contentHash == now.contentHash && before.material == now.material) return;
@@ -30,6 +21,13 @@ void compareOne(const BakedInstance& before, const BakedInstance& now, std::vect
 }
 
 }  // namespace
+
+std::vector<PartKey> partKeys(const std::vector<BakedInstance>& parts) {
+  std::map<std::pair<std::string, std::string>, std::size_t> seen;
+  std::vector<PartKey> keys;
+  for (const BakedInstance& part : parts) keys.emplace_back(part.node, part.mesh, seen[{part.node, part.mesh}]++);
+  return keys;
+}
 
 const char* toString(PartChange::Kind kind) {
   switch (kind) {
@@ -72,8 +70,8 @@ std::string toString(const PartChange& c) {
 }
 
 std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now) {
-  const std::vector<Key> keysBefore = keysOf(before), keysNow = keysOf(now);
-  std::map<Key, std::size_t> at;
+  const std::vector<PartKey> keysBefore = partKeys(before), keysNow = partKeys(now);
+  std::map<PartKey, std::size_t> at;
   for (std::size_t i = 0; i < before.size(); ++i) at.emplace(keysBefore[i], i);
   std::vector<PartChange> changes;
   for (std::size_t i = 0; i < now.size(); ++i) {

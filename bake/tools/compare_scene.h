@@ -5,10 +5,16 @@
 
 #include "formats/bake.h"
 
+#include <cstddef>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace relume {
+
+// By what parts of two scenes answer to each other: names of node and mesh; of several such (GPU instances) the k-th.
+using PartKey = std::tuple<std::string, std::string, std::size_t>;
+std::vector<PartKey> partKeys(const std::vector<BakedInstance>& parts);  // [Size parts]
 
 struct PartChange {
   enum class Kind { added, removed, moved, reshaped, rematerialled, settings };
@@ -20,8 +26,8 @@ struct PartChange {
 const char* toString(PartChange::Kind kind);
 std::string toString(const PartChange& change);  // node "Pillar_03" moved
 
-// In the order of `now`, then what was removed. Parts are the same when node and mesh have the same names; of several
-// such (GPU instances) the k-th answers to the k-th. One part may change in several ways.
+// In the order of `now`, then what was removed. Parts are the same when their keys are. One part may change in several
+// ways.
 std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now);
 
 }  // namespace relume

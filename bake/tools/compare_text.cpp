@@ -5,6 +5,7 @@
 
 #include "bake/tools/printable.h"
 
+#include <algorithm>
 #include <cstdarg>
 
 namespace relume {
@@ -37,7 +38,11 @@ void printBaked(std::string& text, const Json& baked) {
     both(text, name, baked[name]);
   for (const Json& o : baked["options"])
     line(text, "  option %-15s %s -> %s", textOf(o["name"]).c_str(), textOf(o["a"]).c_str(), textOf(o["b"]).c_str());
-  for (const Json& part : baked["sceneParts"]) line(text, "  %s", textOf(part["text"]).c_str());
+  constexpr std::size_t kMostNamed = 20;
+  const Json& parts = baked["sceneParts"];
+  for (std::size_t i = 0; i < std::min(kMostNamed, parts.size()); ++i)
+    line(text, "  %s", textOf(parts[i]["text"]).c_str());
+  if (parts.size() > kMostNamed) line(text, "  and %zu more changes (--json lists all)", parts.size() - kMostNamed);
   if (baked["viewsChanged"].get<bool>()) line(text, "  cameras or play volumes changed");
 }
 
@@ -90,13 +95,44 @@ void printLight(std::string& text, const Json& light) {
   }
 }
 
+void printReceivers(std::string& text, const Json& light) {
+  const Json& r = light["receivers"];
+  line(text, "Receivers: %s on surfaces of %s parts, %s in the air; parts only in A %s, only in B %s, reshaped %s",
+       textOf(r["surfaces"]).c_str(), textOf(r["partsCompared"]).c_str(), textOf(r["air"]).c_str(),
+       textOf(r["partsOnlyInA"]).c_str(), textOf(r["partsOnlyInB"]).c_str(), textOf(r["partsReshaped"]).c_str());
+  line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
+  for (const Json& l : light["lightings"])
+    line(text, "  %-28s %8.2f%% %8.2f%%%s", textOf(l["name"]).c_str(), 100 * number(l["receivers"]["surfaces"]),
+         100 * number(l["receivers"]["air"]), l["counted"].get<bool>() ? "" : "  (ignored)");
+  constexpr std::size_t kShown = 10;
+  for (std::size_t i = 0; i < std::min(kShown, r["groups"].size()); ++i) {
+    const Json& g = r["groups"][i];
+    const std::string name = textOf(g["group"]);
+    line(text, "  %s, %s: %.1f %% over %s receivers",
+         g["air"].get<bool>() ? name.c_str() : ("node \"" + name + "\"").c_str(), textOf(g["lighting"]).c_str(),
+         100 * number(g["change"]), textOf(g["receivers"]).c_str());
+  }
+}
+
 void printVerdict(std::string& text, const Json& light, const Json& verdict) {
-  const auto bound = [](const Json& value) { return value.is_number() ? printed("%g", number(value)) : "none"; };
-  line(text, "Verdict: rmse %.5f (bound %s), worst cache %.5f (bound %s): %s", number(light["maxRmse"]),
-       bound(verdict["maxRmse"]).c_str(), number(light["maxChange"]), bound(verdict["maxCacheChange"]).c_str(),
-       verdict["passed"].empty() ? "no bound passed" : "BOUND PASSED");
-  for (const Json& name : verdict["passed"]) {
-    if (name == "unmatched") line(text, "  fewer than half of A's caches have a partner in B");
+  const bool exceeded = verdict["verdict"] == "exceeded";
+  line(text, "Verdict: %s",
+       exceeded                            ? "EXCEEDED"
+       : verdict["verdict"] == "no bounds" ? "no bounds given"
+                                           : "WITHIN BOUNDS");
+  const auto measure = [&](const char* name, const char* found, const char* bound, const char* key) {
+    const Json& limit = verdict[bound];
+    const std::string limitText = limit.is_number() ? printed("%g", number(limit)) : "none";
+    const auto& list = verdict["exceeded"];
+    line(text, "  %-28s %.5f, bound %s%s", name, number(light[found]), limitText.c_str(),
+         std::find(list.begin(), list.end(), key) != list.end() ? ": EXCEEDED" : "");
+  };
+  measure("rmse over the caches", "maxRmse", "maxRmse", "rmse");
+  measure("worst cache", "maxChange", "maxCacheChange", "cacheChange");
+  measure("worst node's receivers", "maxReceiverChange", "maxReceiverChange", "receiverChange");
+  for (const Json& name : verdict["exceeded"]) {
+    if (name == "unmatchedCaches") line(text, "  fewer than half of A's caches have a partner in B: EXCEEDED");
+    if (name == "unmatchedParts") line(text, "  fewer than half of A's parts can be compared with B's: EXCEEDED");
   }
 }
 
@@ -115,6 +151,7 @@ std::string reportAsText(const Json& all) {
   printSizes(text, report["sizes"]);
   printArrays(text, report["arrays"]);
   printLight(text, report["light"]);
+  printReceivers(text, report["light"]);
   printVerdict(text, report["light"], report["verdict"]);
   return text;
 }

@@ -2,6 +2,7 @@
 // See options.h.
 #include "samples/02_viewer/options.h"
 
+#include "bake/tools/number_check.h"
 #include "bake/tools/usage_message.h"
 
 #include <CLI/CLI.hpp>
@@ -44,7 +45,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   addSceneOptions(app, o.sceneOptions);
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
-  app.add_option("--exposure", o.exposure, "stops")->check(CLI::Range(-30.0, 30.0))->capture_default_str();
+  app.add_option("--exposure", o.exposure, "stops")->check(numberFrom(-30.0, 30.0))->capture_default_str();
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();

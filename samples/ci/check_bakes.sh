@@ -4,12 +4,14 @@
 #
 #   samples/ci/check_bakes.sh LEVELS ACCEPTED OUT
 #
-#   LEVELS    folder with *.glb
+#   LEVELS    folder with *.glb and *.gltf; none is no error
 #   ACCEPTED  folder with the bakes of the last release, <level>.relume; a level without one is only baked and validated
 #   OUT       folder for new bakes, reports and pages
 #
-# Environment: RELUME (the program), PRESET, MAX_RMSE and MAX_CACHE_CHANGE (bounds of `relume compare`), IGNORE.
-# Exit status: 0 all well; 7 light of some level changed beyond the bounds; else that of the command that failed.
+# Environment: RELUME (the program), PRESET, MAX_RMSE, MAX_CACHE_CHANGE and MAX_RECEIVER_CHANGE (bounds of `relume
+# compare`), IGNORE.
+# Exit status: 0 all well; 1 wrong call, two levels of one name; 7 light of some level changed beyond the bounds; else
+# that of the command that failed.
 set -euo pipefail
 
 levels="${1:?usage: check_bakes.sh LEVELS ACCEPTED OUT}"
@@ -17,13 +19,32 @@ accepted="${2:?usage: check_bakes.sh LEVELS ACCEPTED OUT}"
 out="${3:?usage: check_bakes.sh LEVELS ACCEPTED OUT}"
 relume="${RELUME:-relume}"
 preset="${PRESET:-high}"
-bounds=(--max-rmse "${MAX_RMSE:-0.05}" --max-cache-change "${MAX_CACHE_CHANGE:-1}")
+bounds=(--max-rmse "${MAX_RMSE:-0.05}" --max-cache-change "${MAX_CACHE_CHANGE:-1}"
+  --max-receiver-change "${MAX_RECEIVER_CHANGE:-0.5}")
 if [ -n "${IGNORE:-}" ]; then bounds+=(--ignore "$IGNORE"); fi
+
+if [ ! -d "$levels" ]; then
+  echo "check_bakes.sh: LEVELS: a folder expected, \"$levels\" is none" >&2
+  exit 1
+fi
+shopt -s nullglob
+found=("$levels"/*.glb "$levels"/*.gltf)
+if [ ${#found[@]} -eq 0 ]; then
+  echo "no levels (*.glb, *.gltf) in $levels"
+  exit 0
+fi
 
 mkdir -p "$out"
 result=0
-for level in "$levels"/*.glb; do
-  name="$(basename "$level" .glb)"
+declare -A seen
+for level in "${found[@]}"; do
+  file="$(basename "$level")"
+  name="${file%.*}"
+  if [ -n "${seen[$name]:-}" ]; then
+    echo "check_bakes.sh: ${seen[$name]} and $file would both be baked to $name.relume: rename one" >&2
+    exit 1
+  fi
+  seen[$name]="$file"
   bake="$out/$name.relume"
   old="$accepted/$name.relume"
 

@@ -42,7 +42,12 @@ TEST_F(CompareCli, boundsDecideTheExitStatus) {
   EXPECT_EQ(status({"--max-cache-change", "0.001"}), 7);
   EXPECT_EQ(status({"--max-cache-change", "1e8"}), 0);
   EXPECT_EQ(status({"--max-rmse", "0.001", "--ignore", "sky,suns,points,emitters"}), 0);
-  EXPECT_EQ(status({"--max-rmse", "-1"}), 1);
+  EXPECT_EQ(status({"--max-receiver-change", "0.001"}), 7);
+  EXPECT_EQ(status({"--max-receiver-change", "1e8"}), 0);
+  for (const char* bound : {"--max-rmse", "--max-cache-change", "--max-receiver-change"}) {
+    for (const char* value : {"-1", "nan", "-nan", "inf", "1e999", "-0.001", "x", ""})
+      EXPECT_EQ(status({bound, value}), 1) << bound << " " << value;
+  }
   EXPECT_EQ(status({"--ignore", "moon"}), 1);
 }
 
@@ -54,6 +59,29 @@ TEST_F(CompareCli, jsonFollowsTheSchemaAndNamesTheMaterial) {
   EXPECT_EQ(SchemaCheck(Json::parse(file)).check(report), std::vector<std::string>{});
   EXPECT_NE(result.out.find("material was"), std::string::npos) << report["baked"].dump(2);
   EXPECT_GT(report["light"]["maxRmse"].get<double>(), 0.01);
+}
+
+// The schema as users validate with it: python3-jsonschema resolves it without any other file.
+TEST_F(CompareCli, jsonValidatesWithPythonsJsonschema) {
+  if (std::system("python3 -c 'import jsonschema' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-jsonschema is not installed";
+  const ProgramResult differs =
+      run({"compare", at("a.relume"), at("b.relume"), "--json", "--progress", "none", "--max-receiver-change", "0.1"});
+  const ProgramResult same = run({"compare", at("a.relume"), at("a.relume"), "--json"});
+  const std::string script = put("check.py",
+                                 "import json, sys, jsonschema\n"
+                                 "schema = json.load(open(sys.argv[1]))\n"
+                                 "jsonschema.Draft202012Validator.check_schema(schema)\n"
+                                 "validator = jsonschema.Draft202012Validator(schema)\n"
+                                 "validator.validate(json.load(open(sys.argv[2])))\n"
+                                 "validator.validate(json.load(open(sys.argv[3])))\n"
+                                 "broken = json.load(open(sys.argv[2]))\n"
+                                 "broken['light']['worst'].append({})\n"
+                                 "assert not validator.is_valid(broken)\n");
+  const std::string command = "python3 '" + script + "' '" RELUME_SOURCE_DIR "/docs/compare.schema.json' '" +
+                              put("differs.json", differs.out) + "' '" + put("same.json", same.out) + "' >'" +
+                              at("python.txt") + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << readAll(at("python.txt"));
 }
 
 TEST_F(CompareCli, brokenAndMissingBakesAreRefused) {
@@ -77,6 +105,17 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
+  fs::rename(at("levels/two_rooms.glb"), at("two_rooms.glb"));
+  EXPECT_EQ(check("empty"), 0) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("no levels"), std::string::npos);
+  fs::copy_file(room_, at("levels/room.gltf"));
+  EXPECT_EQ(check("text"), 0) << readAll(at("ci.txt"));
+  EXPECT_TRUE(fs::exists(at("text/room.relume"))) << readAll(at("ci.txt"));
+  fs::copy_file(at("two_rooms.glb"), at("levels/room.glb"));
+  EXPECT_EQ(check("twins"), 1) << "two levels of one name";
+  EXPECT_NE(readAll(at("ci.txt")).find("rename one"), std::string::npos) << readAll(at("ci.txt"));
+  for (const char* file : {"room.gltf", "room.glb"}) fs::remove(at("levels") + "/" + file);
+  fs::rename(at("two_rooms.glb"), at("levels/two_rooms.glb"));
   EXPECT_EQ(check("first"), 0) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("no accepted bake"), std::string::npos);
   fs::copy_file(at("first/two_rooms.relume"), at("accepted/two_rooms.relume"));
@@ -88,7 +127,7 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
                 .status,
             0);
   EXPECT_EQ(check("third"), 7) << readAll(at("ci.txt"));
-  EXPECT_NE(readAll(at("third/two_rooms.html")).find("a bound is passed"), std::string::npos);
+  EXPECT_NE(readAll(at("third/two_rooms.html")).find(">EXCEEDED<"), std::string::npos);
 }
 
 // The page in headless Chromium: it loads without an error and every panel is laid out, also as wide as a phone.
@@ -108,7 +147,8 @@ TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
     ASSERT_EQ(status, 0) << log;
     EXPECT_EQ(log.find("CONSOLE"), std::string::npos) << log;
     const std::string dom = readAll(at("dom.txt"));
-    for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
+    for (const char* id :
+         {"verdict", "plan", "maps", "histograms", "receivers", "light", "baked", "sizes", "arrays", "stages"})
       EXPECT_NE(dom.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
   }
 }

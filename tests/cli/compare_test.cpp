@@ -25,7 +25,7 @@ using Json = nlohmann::json;
 LightDifference difference(const Bake& a, const Bake& b, const std::vector<std::string>& ignore = {}) {
   Context context;
   context.threads = 1;
-  Result<LightDifference> light = compareLight(a, b, {ignore}, context);
+  Result<LightDifference> light = compareLight(a, b, nullptr, {ignore}, context);
   EXPECT_TRUE(light) << light.error().message;
   return light ? std::move(*light) : LightDifference{};
 }
@@ -171,7 +171,7 @@ TEST(CompareLight, ignoredLightingsAndNodesDoNotCount) {
   EXPECT_EQ(difference(blackBake(), b, {"sky", "emitter lamp"}).maxChange, 0.0);
   EXPECT_EQ(difference(blackBake(), b, {"node:floor"}).maxChange, 0.0);
   Context context;
-  const Result<LightDifference> unknown = compareLight(b, b, {{"moon"}}, context);
+  const Result<LightDifference> unknown = compareLight(b, b, nullptr, {{"moon"}}, context);
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::usage);
   EXPECT_NE(unknown.error().message.find("\"moon\""), std::string::npos);
@@ -182,7 +182,7 @@ TEST(CompareLight, sameNumbersAtAnyThreadCount) {
   scaleLinks(b, 3, 4, 2.0f);
   Context context;
   context.threads = 3;
-  const Result<LightDifference> many = compareLight(makeSmallBake(), b, {}, context);
+  const Result<LightDifference> many = compareLight(makeSmallBake(), b, nullptr, {}, context);
   const LightDifference one = difference(makeSmallBake(), b);
   ASSERT_TRUE(many);
   for (std::size_t i = 0; i < one.lightings.size(); ++i) EXPECT_EQ(one.lightings[i].rmse, many->lightings[i].rmse);
@@ -215,17 +215,18 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   EXPECT_EQ(schema.check(reportSame("a", "b", 7)), std::vector<std::string>{});
   EXPECT_EQ(report["baked"]["options"][0]["name"], "seed");
   EXPECT_EQ(report["baked"]["sceneParts"][0]["text"], "node \"floor\" moved");
-  EXPECT_TRUE(boundPassed(report));
+  EXPECT_TRUE(boundExceeded(report));
 
   Json broken = report;
   broken["light"]["surplus"] = 1;
   broken["a"].erase("bytes");
-  broken["verdict"]["passed"].push_back("mood");
+  broken["verdict"]["exceeded"].push_back("mood");
   EXPECT_EQ(schema.check(broken).size(), 3u);
 
   const std::string text = reportAsText(report);
   std::size_t at = 0;
-  for (const char* heading : {"What was baked:", "Sizes:", "Arrays:", "Light (", "Worst places:", "Verdict:"}) {
+  for (const char* heading :
+       {"What was baked:", "Sizes:", "Arrays:", "Light (", "Worst places:", "Receivers:", "Verdict:"}) {
     const std::size_t found = text.find(heading, at);
     ASSERT_NE(found, std::string::npos) << heading << " missing or out of order\n" << text;
     at = found;
@@ -241,7 +242,8 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   const Json report = reportDifference(a, b, light, {}, {});
   const RunReports runs = {Json::parse(R"({"stages":[{"stage":"links","seconds":1.5}]})"), Json()};
   const std::string page = reportAsPage(report, a, b, &light, runs);
-  for (const char* id : {"verdict", "plan", "maps", "histograms", "light", "baked", "sizes", "arrays", "stages"})
+  for (const char* id :
+       {"verdict", "plan", "maps", "histograms", "receivers", "light", "baked", "sizes", "arrays", "stages"})
     EXPECT_NE(page.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
   EXPECT_EQ(page.find("<script"), std::string::npos);
   for (const char* outside : {"http:", "https:", "url(", "@import"})

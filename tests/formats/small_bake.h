@@ -71,7 +71,7 @@ inline Caches makeSmallCaches() {
   c.lightmap.width = c.lightmap.height = 4;
   c.lightmap.cache = std::vector<std::uint32_t>{2, 2, 3, 3, 2, 2, 3, 3, 4, 4, 5, 5, 4, 4, 5, 5};
   // The floor's two triangles are on the light map, the lamp's one is lit by the grid.
-  c.lightmap.parts = std::vector<LightmapPart>{{0, 0, 0, 2, 0}, {1, 0, 0, 1, 6}};
+  c.lightmap.parts = std::vector<LightmapPart>{{0, 0, 0, 2, 0}, {0, 0, 0, 1, 6}};
   // (1, 1) itself is kGridLit.
   const std::uint32_t a = packUnorm16x2({0, 0}), b = packUnorm16x2({1, 0}), d = packUnorm16x2({0.99f, 0.99f}),
                       e = packUnorm16x2({0, 1});
@@ -140,8 +140,10 @@ inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {
   bake.hierarchy = makeSmallHierarchy();
   bake.caches = makeSmallCaches();
   bake.links = makeSmallLinks(kind);
-  bake.instances = {{"floor", "quad", "wood", 0x0123456789ABCDEFull, 11, 12, 13}, {"lamp", "panel", "", 42, 21, 22, 0}};
-  bake.provenance = {"0.1.0", 1, "{\"links\":{\"pull\":\"area\"},\"seed\":7}", 99, 7, "none", 2, 1, 77};
+  bake.instances = {{"floor", "quad", "wood", 0x0123456789ABCDEFull, 11, 12, 13, 14, 0, 1},
+                    {"lamp", "panel", "", 42, 21, 22, 0, 23, 1, 1}};
+  bake.shapes = std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+  bake.provenance = {"0.1.0", 1, "{\"links\":{\"pull\":\"area\"},\"seed\":7}", 99, 7, "none", 2, 1, 77, 78};
   return bake;
 }
 

@@ -29,7 +29,7 @@ struct Fixture {
 
 class Golden : public testing::TestWithParam<Fixture> {};
 
-TEST_P(Golden, version2LoadsWithItsValues) {
+TEST_P(Golden, version3LoadsWithItsValues) {
   const Result<Bake> bake = mapBake(kFolder + GetParam().file);
   ASSERT_TRUE(bake) << bake.error().message;
   EXPECT_TRUE(validateBake(*bake).empty());
@@ -52,21 +52,24 @@ TEST_P(Golden, writerStillWritesTheSameBytes) {
   EXPECT_TRUE(*written == readBytes(kFolder + GetParam().file));
 }
 
-TEST(GoldenOld, version1IsRefusedByName) {
-  for (const char* kind : {"cone", "sh", "oct8", "oct6", "sh8", "irradiance"}) {
-    const Result<Bake> bake = mapBake(kFolder + "v1_" + kind + ".relume");
-    ASSERT_FALSE(bake);
-    EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-    EXPECT_NE(bake.error().message.find("format version 1, this program reads version 2"), std::string::npos)
-        << bake.error().message;
+TEST(GoldenOld, earlierVersionsAreRefusedByName) {
+  for (const std::string version : {"1", "2"}) {
+    for (const char* kind : {"cone", "sh", "oct8", "oct6", "sh8", "irradiance"}) {
+      const Result<Bake> bake = mapBake(kFolder + "v" + version + "_" + kind + ".relume");
+      ASSERT_FALSE(bake);
+      EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
+      EXPECT_NE(bake.error().message.find("format version " + version + ", this program reads version 3"),
+                std::string::npos)
+          << bake.error().message;
+    }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     , Golden,
-    testing::Values(Fixture{"v2_cone.relume", LinkKind::cone}, Fixture{"v2_sh.relume", LinkKind::sh},
-                    Fixture{"v2_oct8.relume", LinkKind::oct8}, Fixture{"v2_oct6.relume", LinkKind::oct6},
-                    Fixture{"v2_sh8.relume", LinkKind::sh8}, Fixture{"v2_irradiance.relume", LinkKind::irradiance}));
+    testing::Values(Fixture{"v3_cone.relume", LinkKind::cone}, Fixture{"v3_sh.relume", LinkKind::sh},
+                    Fixture{"v3_oct8.relume", LinkKind::oct8}, Fixture{"v3_oct6.relume", LinkKind::oct6},
+                    Fixture{"v3_sh8.relume", LinkKind::sh8}, Fixture{"v3_irradiance.relume", LinkKind::irradiance}));
 
 }  // namespace
 }  // namespace relume

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   }
   const char* names[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
   for (const relume::LinkKind kind : relume::kLinkKinds) {
-    const std::string path = std::string(argv[1]) + "/v2_" + names[static_cast<int>(kind)] + ".relume";
+    const std::string path = std::string(argv[1]) + "/v3_" + names[static_cast<int>(kind)] + ".relume";
     const relume::Status status = relume::writeBake(relume::makeSmallBake(kind), path);
     if (!status) {
       std::fprintf(stderr, "%s\n", status.error().message.c_str());

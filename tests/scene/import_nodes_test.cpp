@@ -69,7 +69,7 @@ TEST(ImportNodes, defaultSceneIsTheOneNamed) {
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->instances.size(), 1u);
   EXPECT_EQ(scene->instances[0].nodeIndex, static_cast<std::uint32_t>(second));
-  EXPECT_EQ(scene->instances[0].node, "node1");
+  EXPECT_EQ(scene->instances[0].node, "unnamed node 0");
 }
 
 TEST(ImportNodes, firstSceneIsTakenWhenNoneIsNamed) {

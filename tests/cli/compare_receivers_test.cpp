@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+// What receivers read: bakes that hold the same light in the same caches, and hand it to other surfaces, differ.
+#include "bake/bake.h"
+#include "bake/tools/compare_light.h"
+#include "bake/tools/compare_report.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <ostream>
+
+namespace relume {
+namespace {
+
+Scene importLevel() {
+  Context context;
+  Result<Scene> scene = importGltf(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", context);
+  EXPECT_TRUE(scene) << scene.error().message;
+  return std::move(*scene);
+}
+
+const Scene& level() {
+  static const Scene kScene = importLevel();
+  return kScene;
+}
+
+BakeOptions smallOptions() {
+  BakeOptions options = presetOptions(Preset::draft);
+  options.playSpace.walks = 4096;
+  options.surfels.count = 1024;
+  options.caches.gridCaches = 64;
+  options.caches.lightmapCaches = 512;
+  options.links.raysPerCache = 256;
+  return options;
+}
+
+const Bake& original() {
+  static const Bake kBake = [] {
+    Context context;
+    Result<Bake> baked = bake(level(), smallOptions(), context);
+    EXPECT_TRUE(baked) << baked.error().message;
+    return std::move(*baked);
+  }();
+  return kBake;
+}
+
+LightDifference difference(const Bake& a, const Bake& b, const Scene* scene) {
+  Context context;
+  context.threads = 1;
+  Result<LightDifference> light = compareLight(a, b, scene, {}, context);
+  EXPECT_TRUE(light) << light.error().message;
+  return light ? std::move(*light) : LightDifference{};
+}
+
+bool onMap(const Bake& bake, std::size_t part) {
+  const LightmapPart& p = bake.caches.lightmap.parts[part];
+  for (std::uint64_t k = 0; k < std::uint64_t{3} * p.triangleCount; ++k) {
+    if (bake.caches.lightmap.cornerUv[p.firstCorner + k] != kGridLit) return true;
+  }
+  return false;
+}
+
+std::vector<std::size_t> partsOnMap(const Bake& bake) {
+  std::vector<std::size_t> parts;
+  for (std::size_t i = 0; i < bake.caches.lightmap.parts.size(); ++i) {
+    if (onMap(bake, i)) parts.push_back(i);
+  }
+  return parts;
+}
+
+void shuffleCorners(Bake& bake) {
+  std::vector<std::uint32_t> corners = bake.caches.lightmap.cornerUv.toVector();
+  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(corners.size() / 2), corners.end());
+  bake.caches.lightmap.cornerUv = corners;
+}
+
+void mirrorCorners(Bake& bake) {
+  std::vector<std::uint32_t> corners = bake.caches.lightmap.cornerUv.toVector();
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3) std::swap(corners[i], corners[i + 2]);
+  bake.caches.lightmap.cornerUv = corners;
+}
+
+// The part with the most of the map.
+void movePartToGrid(Bake& bake) {
+  std::vector<std::uint32_t> corners = bake.caches.lightmap.cornerUv.toVector();
+  const std::vector<std::size_t> parts = partsOnMap(bake);
+  const LightmapPart& p = bake.caches.lightmap.parts[parts[0]];
+  std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(p.firstCorner), 3 * p.triangleCount, kGridLit);
+  bake.caches.lightmap.cornerUv = corners;
+}
+
+void moveAllToGrid(Bake& bake) {
+  bake.caches.lightmap.cornerUv = std::vector<std::uint32_t>(bake.caches.lightmap.cornerUv.size(), kGridLit);
+}
+
+void recommendFewerBands(Bake& bake) { bake.provenance.lumaBands = bake.provenance.chromaBands = 1; }
+
+void swapParts(Bake& bake) {
+  std::vector<LightmapPart> parts = bake.caches.lightmap.parts.toVector();
+  const std::vector<std::size_t> found = partsOnMap(bake);
+  ASSERT_GE(found.size(), 2u);
+  std::swap(parts[found[0]], parts[found[1]]);
+  bake.caches.lightmap.parts = parts;
+}
+
+void shiftNames(Bake& bake) {
+  std::vector<BakedInstance> before = bake.instances;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    bake.instances[i].node = before[(i + 1) % before.size()].node;
+    bake.instances[i].mesh = before[(i + 1) % before.size()].mesh;
+  }
+}
+
+void shiftNodesAlone(Bake& bake) {
+  std::vector<BakedInstance> before = bake.instances;
+  for (std::size_t i = 0; i < before.size(); ++i) bake.instances[i].node = before[(i + 1) % before.size()].node;
+}
+
+void emptyGrid(Bake& bake) {
+  CacheGrid& grid = bake.caches.grid;
+  grid.cache = std::vector<std::uint32_t>(grid.cache.size(), kNoCache);
+  grid.fine = std::vector<std::uint32_t>(grid.fine.size(), kNoCache);
+}
+
+struct Mutation {
+  const char* name;
+  void (*apply)(Bake&);
+  double least;            // change to be found, relative
+  bool sameCaches = true;  // the caches gather the same light: only receivers can tell
+  friend std::ostream& operator<<(std::ostream& out, const Mutation& m) { return out << m.name; }
+};
+
+class ReceiverMutation : public testing::TestWithParam<Mutation> {};
+
+TEST_P(ReceiverMutation, findsIt) {
+  Bake changed = original();
+  GetParam().apply(changed);
+  for (const Scene* scene : {static_cast<const Scene*>(nullptr), &level()}) {
+    const LightDifference light = difference(original(), changed, scene);
+    EXPECT_TRUE(light.receivers.unmatched || light.maxReceiverChange > GetParam().least)
+        << light.maxReceiverChange << (scene ? " with" : " without") << " a scene";
+    EXPECT_TRUE(!GetParam().sameCaches || light.maxRmse == 0.0) << light.maxRmse;
+    const LightDifference back = difference(changed, original(), scene);
+    EXPECT_TRUE(back.receivers.unmatched || back.maxReceiverChange > GetParam().least) << "the other way round";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , ReceiverMutation,
+    testing::Values(Mutation{"shuffledCorners", shuffleCorners, 0.5}, Mutation{"mirroredCorners", mirrorCorners, 0.1},
+                    Mutation{"partMovedToGrid", movePartToGrid, 0.1}, Mutation{"allMovedToGrid", moveAllToGrid, 0.2},
+                    Mutation{"recommendedBands", recommendFewerBands, 0.1}, Mutation{"swappedParts", swapParts, 0.1},
+                    Mutation{"shiftedNames", shiftNames, 0.1, false},
+                    Mutation{"shiftedNodes", shiftNodesAlone, 0.1, false},
+                    Mutation{"emptyGrid", emptyGrid, 0.9, false}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(CompareReceivers, sameTransportReadsExactlyTheSame) {
+  Bake other = original();
+  other.provenance.toolVersion = "9.9.9";
+  for (const Scene* scene : {static_cast<const Scene*>(nullptr), &level()}) {
+    const LightDifference light = difference(original(), other, scene);
+    EXPECT_EQ(light.maxReceiverChange, 0.0);
+    EXPECT_TRUE(light.worstReceivers.empty());
+    EXPECT_FALSE(light.receivers.unmatched);
+    EXPECT_EQ(light.receivers.partsOnlyInA + light.receivers.partsOnlyInB + light.receivers.partsReshaped, 0u);
+    EXPECT_GT(light.receivers.list.size(), 10000u);
+  }
+}
+
+// Every part that has a place on the map has receivers there, and they lie on the surface that a scene would give.
+TEST(CompareReceivers, standOnTheSurfacesOfEveryPart) {
+  const Receivers bare = placeReceivers(original(), original(), nullptr);
+  const Receivers exact = placeReceivers(original(), original(), &level());
+  for (const std::size_t part : partsOnMap(original())) {
+    for (const Receivers* receivers : {&bare, &exact}) {
+      EXPECT_TRUE(std::any_of(receivers->list.begin(), receivers->list.end(), [&](const Receiver& r) {
+        return r.a.onMap && receivers->groups[r.group] == original().instances[part].node;
+      })) << original().instances[part].node;
+    }
+  }
+  const auto meanOnMap = [](const Receivers& receivers) {
+    glm::dvec3 sum(0.0);
+    double count = 0.0;
+    for (const Receiver& r : receivers.list) {
+      if (!r.a.onMap) continue;
+      sum += glm::dvec3(r.a.positionWorld);
+      count += 1.0;
+    }
+    return sum / count;
+  };
+  EXPECT_LT(glm::distance(meanOnMap(bare), meanOnMap(exact)), 0.5);
+}
+
+TEST(CompareReceivers, nodesThatAreIgnoredDoNotCount) {
+  Bake changed = original();
+  swapParts(changed);
+  const std::vector<std::size_t> found = partsOnMap(original());
+  LightIgnore ignore;
+  for (const std::size_t i : {found[0], found[1]}) ignore.names.push_back("node:" + original().instances[i].node);
+  Context context;
+  const Result<LightDifference> light = compareLight(original(), changed, nullptr, ignore, context);
+  ASSERT_TRUE(light);
+  EXPECT_EQ(light->maxReceiverChange, 0.0);
+}
+
+TEST(CompareReceivers, partsThatAreGoneOrReshapedAreCounted) {
+  Bake changed = original();
+  changed.instances[0].node = "another";
+  const LightDifference light = difference(original(), changed, nullptr);
+  EXPECT_EQ(light.receivers.partsOnlyInA, 1u);
+  EXPECT_EQ(light.receivers.partsOnlyInB, 1u);
+  for (BakedInstance& part : changed.instances) part.node += " renamed";
+  EXPECT_TRUE(difference(original(), changed, nullptr).receivers.unmatched);
+}
+
+TEST(CompareReceivers, theVerdictNamesTheBound) {
+  Bake changed = original();
+  shuffleCorners(changed);
+  const LightDifference light = difference(original(), changed, nullptr);
+  ASSERT_FALSE(light.worstReceivers.empty());
+  EXPECT_FALSE(light.worstReceivers[0].air);
+  CompareBounds bounds;
+  bounds.maxRmse = bounds.maxCacheChange = 0.0;
+  const BakeFile a{"a", original(), {}}, b{"b", changed, {}};
+  EXPECT_FALSE(boundExceeded(reportDifference(a, b, light, {}, bounds)));
+  EXPECT_NE(reportAsText(reportDifference(a, b, light, {}, bounds)).find("Verdict: WITHIN BOUNDS"), std::string::npos);
+  bounds.maxReceiverChange = 0.5;
+  const nlohmann::json report = reportDifference(a, b, light, {}, bounds);
+  EXPECT_TRUE(boundExceeded(report));
+  EXPECT_EQ(report["verdict"]["exceeded"], nlohmann::json::array({"receiverChange"}));
+  EXPECT_NE(reportAsText(report).find("Verdict: EXCEEDED"), std::string::npos) << reportAsText(report);
+}
+
+}  // namespace
+}  // namespace relume
