@@ -14,8 +14,10 @@ namespace relume {
 Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                            std::uint64_t /*seed: nothing here is random*/, Context& context) {
   // 1. The grid
-  PlacedGrid grid = placeGrid(tracer, playSpace, options, context);
+  Result<PlacedGrid> placedGrid = placeGrid(tracer, playSpace, options, context);
   if (context.cancelled()) return cancelledError();
+  if (!placedGrid) return placedGrid.error();
+  PlacedGrid grid = std::move(*placedGrid);
 
   // 2. The light map
   PlacedLightmap lightmap;
@@ -24,7 +26,7 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
     if (context.cancelled()) return cancelledError();
     if (placed)
       lightmap = std::move(*placed);
-    else if (grid.position.empty())
+    else if (grid.position.empty() || placed.error().code == ErrorCode::usage)
       return placed.error();
     else
       context.message(Severity::warning, "no light map: " + placed.error().message);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is passed.
+#include "bake/memory_budget.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/compare_light.h"
 #include "bake/tools/compare_page.h"
@@ -52,6 +53,10 @@ bool sameBytes(const BakeFile& a, const BakeFile& b) {
                     });
 }
 
+std::uint64_t sizeOf(const BakeFile& file) {
+  return file.chunks.empty() ? 0 : file.chunks.back().offset + file.chunks.back().bytes;
+}
+
 // What `relume bake --report` wrote; null without a file.
 Result<Json> readRun(const std::string& path) {
   if (path.empty()) return Json();
@@ -84,6 +89,12 @@ int runCompare(const CompareArguments& arguments) {
     report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
   } else {
     Terminal terminal(arguments.terminal);
+    // Each bake once more, as its relighter holds it.
+    const double relit = static_cast<double>(sizeOf(*a)) + static_cast<double>(sizeOf(*b));
+    if (const Status ok =
+            reserveMemory(terminal.context(), "compare", relit, "relighting both bakes", "compare smaller bakes");
+        !ok)
+      return fail(ok.error());
     Result<LightDifference> light = compareLight(a->bake, b->bake, arguments.ignore, terminal.context());
     terminal.finish();
     if (!light) return fail(light.error());

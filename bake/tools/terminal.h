@@ -6,6 +6,7 @@
 #include "bake/context.h"
 #include "formats/result.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -17,12 +18,15 @@ namespace relume {
 
 enum class ProgressStyle { automatic, plain, json, none };
 
-// The options of a long command: --threads and --progress.
+// The options of a long command: --threads, --max-memory and --progress.
 struct TerminalOptions {
   int threads = 0;  // [0..1024] 0 = all cores
   ProgressStyle progress = ProgressStyle::automatic;
+  std::uint64_t maxMemory = 0;  // [byte] 0 = three quarters of the machine's
 };
 void addTerminalOptions(CLI::App& command, TerminalOptions& options);
+// --max-memory alone, for commands that are quick.
+void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
 // warnings and errors only;
