@@ -71,7 +71,10 @@ Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Con
 
 Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context) {
   const bool isEliminated = options.placement == SurfelOptions::Placement::eliminated;
-  const double candidates = isEliminated ? static_cast<double>(options.candidateFactor) * options.count : options.count;
+  const double count = options.count;
+  // Beyond 2^25, fewer candidates a surfel are drawn.
+  const double candidates =
+      isEliminated ? std::min(double{options.candidateFactor} * count, std::max(0x1p25, 1.5 * count)) : count;
   return reserveMemory(
       context, "surfels",
       kCandidateBytes * candidates + 2.0 * kSampledSideBytes * scene.triangleCount() + kSurfelBytes * options.count,

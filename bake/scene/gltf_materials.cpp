@@ -222,6 +222,15 @@ Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<s
   return image;
 }
 
+// Four bytes a texel, a third of that for the mip levels; an image that is decoded is held twice for a while.
+Status reserveTexels(std::uint64_t texels, std::uint64_t largest, std::size_t images, Context& context) {
+  if (images == 0) return done();
+  const double needed = 16.0 / 3.0 * static_cast<double>(texels) + 4.0 * static_cast<double>(largest);
+  return reserveMemory(context, "import", needed,
+                       std::to_string(texels) + " texels of " + std::to_string(images) + " images",
+                       "use smaller images");
+}
+
 // Read the used images in order, then decode them in parallel. `number` maps glTF images to Scene::images.
 Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, Scene& scene,
                     std::vector<std::uint32_t>& number, Context& context) {
@@ -257,12 +266,8 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
     return document.invalid("images",
                             "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) + " bytes");
 
-  // Four bytes a texel, a third of that for the mip levels; an image that is decoded is held twice for a while.
-  const double needed = 16.0 / 3.0 * static_cast<double>(claimed) + 4.0 * static_cast<double>(largest);
-  const Status reserved = reserveMemory(
-      context, "import", needed, std::to_string(claimed) + " texels of " + std::to_string(bytes.size()) + " images",
-      "use smaller images");
-  if (!reserved) return Error{reserved.error().code, document.at(reserved.error().message)};
+  if (Status reserved = reserveTexels(claimed, largest, bytes.size(), context); !reserved)
+    return Error{reserved.error().code, document.at(reserved.error().message)};
 
   std::vector<std::optional<Error>> errors(scene.images.size());
   parallelChunks(context, "read images", scene.images.size(), 1, [&](std::size_t begin, std::size_t end) {
