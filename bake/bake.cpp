@@ -5,15 +5,18 @@
 #include "bake/caches/caches.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/links.h"
+#include "bake/memory_budget.h"
 #include "bake/provenance.h"
 #include "bake/scene/check_limits.h"
 #include "bake/scene/play_space.h"
 #include "bake/scene/ray_tracer.h"
+#include "bake/stage_memory.h"
 #include "bake/surfels/surfels.h"
 #include "formats/validate.h"
 
 #include <algorithm>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 namespace relume {
@@ -25,8 +28,16 @@ auto stage(Context& context, const char* name, Work&& work) {
   const Context::Stage entry(context, name);
   context.progress(name, 0.0);
   auto result = work();
+  context.figure("memory_mib", static_cast<double>(heldMemory()) / 1048576.0);
   if (result) context.progress(name, 1.0);
   return result;
+}
+
+// Work, where its memory was granted.
+template <class Work>
+std::invoke_result_t<Work> needs(const Status& reserved, Work&& work) {
+  if (!reserved) return reserved.error();
+  return work();
 }
 
 bool hasFixedTriangles(const Scene& scene) {
@@ -54,19 +65,28 @@ Status checkResult(const Bake& bake) {
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
   // 0. Rays against the fixed part of the level, and what of it matters: surfaces that receivers can see
-  auto tracer = stage(context, "rays",
-                      [&] { return RayTracer::create(scene, options.embreeIsa, context, rayStructureFor(options)); });
+  const RayStructure structure = rayStructureFor(options);
+  auto tracer = stage(context, "rays", [&] {
+    return needs(reserveRays(scene, structure, context),
+                 [&] { return RayTracer::create(scene, options.embreeIsa, context, structure); });
+  });
   if (!tracer) return tracer.error();
-  auto space =
-      stage(context, "play space", [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
+  auto space = stage(context, "play space", [&] {
+    return needs(reservePlaySpace(scene, options.playSpace, context),
+                 [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
+  });
   if (!space) return space.error();
 
   // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
-  auto placed =
-      stage(context, "surfels", [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+  auto placed = stage(context, "surfels", [&] {
+    return needs(reserveSurfels(scene, options.surfels, context),
+                 [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+  });
   if (!placed) return placed.error();
   auto hierarchy = stage(context, "hierarchy", [&] {
-    return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
+    return needs(reserveHierarchy(placed->surfels, options, context), [&] {
+      return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
+    });
   });
   if (!hierarchy) return hierarchy.error();
 
@@ -77,7 +97,10 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
 
   // 3. Transport, a cache at a time; nothing of size n_C x n_S is ever stored (PIC 3.1, 4.5, 4.6)
   auto traced = stage(context, "links", [&] {
-    return traceLinks(*tracer, placed->surfels, placed->map, *hierarchy, *caches, options.links, options.seed, context);
+    return needs(reserveLinks(*hierarchy, *caches, options.links, context), [&] {
+      return traceLinks(*tracer, placed->surfels, placed->map, *hierarchy, *caches, options.links, options.seed,
+                        context);
+    });
   });
   if (!traced) return traced.error();
   hierarchy->firstWeight = std::move(traced->firstWeight);

@@ -112,6 +112,30 @@ void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, co
   }
 }
 
+// Layers upon layers have more area than the box around them, but not a million times as much.
+void checkExtent(const Bake& bake, Findings& findings) {
+  constexpr double kMostLayers = 1e6;
+  std::array<double, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  const auto add = [&](const Array<glm::vec3>& positions) {
+    for (const glm::vec3& p : positions) {
+      if (!isFinite(p)) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], static_cast<double>(p[static_cast<int>(k)]));
+        high[k] = std::max(high[k], static_cast<double>(p[static_cast<int>(k)]));
+      }
+    }
+  };
+  add(bake.surfels.positionWorld);
+  add(bake.caches.positionWorld);
+  double square = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) square += (high[k] - low[k]) * (high[k] - low[k]);
+  const double area = static_cast<double>(bake.surfels.areaEach) * bake.surfels.count();
+  if (square > 0.0 && std::isfinite(square) && std::isfinite(area) && area > kMostLayers * square)
+    findings.add(Check::surfelArea, "scalars, surfel area",
+                 "at most " + std::to_string(kMostLayers * square) + " m² of all surfels, by the places they have",
+                 area);
+}
+
 }  // namespace
 
 void checkSurfels(const Bake& bake, Findings& findings) {
@@ -129,6 +153,7 @@ void checkSurfels(const Bake& bake, Findings& findings) {
       findings);
   if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
     findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
+  checkExtent(bake, findings);
   for (std::size_t i = 0; i < s.receiver.size() && !bake.caches.lightmap.cache.empty(); ++i) {
     if (s.receiver[i] != kGridReceiver && readsUnfilled(bake.caches.lightmap, unpackUnorm16x2(s.receiver[i])))
       findings.add(Check::surfelReceiverUnfilled, At{"surfel.receiver", i}, "a cache in every texel it reads", "none");

@@ -251,6 +251,12 @@ glm::vec2 texelOf(const glm::vec2& uv, const glm::vec2& chartSize, const glm::uv
   return texel;
 }
 
+glm::uvec2 resolutionOf(const Scene& scene, const PatchSet& set, const Patch& patch, float texelSize) {
+  const MeshCharts& charts = set.meshes[scene.instances[patch.instance].mesh];
+  const glm::vec2 length = charts.size[patch.chart] * patch.uvScale * (patch.density / texelSize);
+  return {texelsAlong(length.x), texelsAlong(length.y)};
+}
+
 CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
                  Context& context) {
   CellSet result;
@@ -268,8 +274,7 @@ CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet&
     for (std::size_t p = begin; p < end; ++p) {
       const Patch& patch = set.patches[p];
       const MeshCharts& charts = set.meshes[scene.instances[patch.instance].mesh];
-      const glm::vec2 length = charts.size[patch.chart] * patch.uvScale * (patch.density / texelSize);
-      const glm::uvec2 resolution(texelsAlong(length.x), texelsAlong(length.y));
+      const glm::uvec2 resolution = resolutionOf(scene, set, patch, texelSize);
       const std::size_t before = part.cells.size();
       const auto index = static_cast<std::uint32_t>(p);
       if (resolution != glm::uvec2(1))

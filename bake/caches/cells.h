@@ -31,6 +31,9 @@ struct CellSet {
   std::vector<ChartPoint> points;
 };
 
+// Texels of a patch along u and v.
+glm::uvec2 resolutionOf(const Scene& scene, const PatchSet& set, const Patch& patch, float texelSize);
+
 // Lay texels of the given size over all patches.
 CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
                  Context& context);

@@ -34,8 +34,10 @@ void warnWithoutGrid(const Scene& scene, Context& context) {
 Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                            std::uint64_t /*seed: nothing here is random*/, Context& context) {
   // 1. The grid
-  PlacedGrid grid = placeGrid(tracer, playSpace, options, context);
+  Result<PlacedGrid> placedGrid = placeGrid(tracer, playSpace, options, context);
   if (context.cancelled()) return cancelledError();
+  if (!placedGrid) return placedGrid.error();
+  PlacedGrid grid = std::move(*placedGrid);
 
   if (grid.position.empty()) warnWithoutGrid(tracer.scene(), context);
 
@@ -46,7 +48,7 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
     if (context.cancelled()) return cancelledError();
     if (placed)
       lightmap = std::move(*placed);
-    else if (grid.position.empty())
+    else if (grid.position.empty() || placed.error().code == ErrorCode::usage)
       return placed.error();
     else
       context.message(Severity::warning, "no light map, everything reads the grid: " + placed.error().message);

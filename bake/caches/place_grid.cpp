@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -89,8 +90,8 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
 
 }  // namespace
 
-PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                     Context& context) {
+Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                             Context& context) {
   PlacedGrid result;
   const Prober prober(tracer, playSpace);
 
@@ -106,8 +107,9 @@ PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const 
   Places places;
   std::size_t every = 1;  // so many-th point has been asked
   for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
-    GridLayout trial = layoutGrid(tracer, playSpace, options, count, context);
-    if (context.cancelled()) return {};
+    Result<GridLayout> laidOut = layoutGrid(tracer, playSpace, options, count, context);
+    if (!laidOut) return laidOut.error();
+    GridLayout trial = std::move(*laidOut);
     std::vector<GridPoint> trialPoints = pointsOf(trial);
     const std::size_t trialEvery = byCount ? std::max<std::size_t>(1, trialPoints.size() / kEnoughPoints) : 1;
     Places trialPlaces = findPlaces(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);

@@ -15,7 +15,7 @@ struct PlacedGrid {
   std::vector<glm::vec3> position;  // [m] of its valid caches; moved ones lie off their lattice point
 };
 
-PlacedGrid placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                     Context& context);
+Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                             Context& context);
 
 }  // namespace relume

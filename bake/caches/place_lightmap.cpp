@@ -4,6 +4,7 @@
 
 #include "bake/caches/atlas_texels.h"
 #include "bake/caches/lightmap_advice.h"
+#include "bake/memory_budget.h"
 #include "bake/morton.h"
 #include "formats/decimal.h"
 
@@ -11,8 +12,11 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
+#include <optional>
 #include <string>
 
 namespace relume {
@@ -20,6 +24,11 @@ namespace {
 
 // Counts grow about like texelSize^-1.6: between lines and areas.
 constexpr double kCountPower = 1.6;
+// Bytes of a texel of a patch: its cell with places for its cache, kept twice while the best count is searched for, and
+// what caches are shared by; of a texel of the largest patch, its samples; of a texel of the light map; of a corner.
+constexpr double kTexelBytes = 2.0 * (sizeof(Cell) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
+                 kAtlasBytes = 17.0, kCornerBytes = 12.0;
+constexpr float kOftenMinTexels = 8.0f;  // beyond, few caches earn their cost and texels shrink to find them
 
 struct Texels {
   CellSet cells;
@@ -60,6 +69,7 @@ class Placer {
       plan = searchSide(texels, request);
     }
     if (context_.cancelled()) return cancelledError();
+    if (refused_) return *refused_;
     if (texels.shared.caches.empty())
       return Error{
           ErrorCode::failed,
@@ -72,6 +82,7 @@ class Placer {
                        " texels a side"};
 
     // 3. The texture of indices, and where the triangles read it
+    if (Status ok = reserveAtlas(plan->side); !ok) return ok.error();
     PlacedLightmap result;
     result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
     if (context_.cancelled()) return cancelledError();
@@ -82,13 +93,52 @@ class Placer {
   }
 
  private:
+  // Nothing where what it needs is beyond the budget: then refused_ says so.
   Texels place(double texelSize) {
     Texels texels;
+    if (Status ok = reserveTexels(static_cast<float>(texelSize)); !ok) {
+      refused_ = ok.error();
+      return texels;
+    }
     followCurvature(set_, static_cast<float>(texelSize));
     texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
     if (context_.cancelled()) return texels;
     texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
     return texels;
+  }
+
+  // What to do about too many texels.
+  std::string remedy() const {
+    if (options_.lightmapSize > 0) return "lower --lightmap";
+    return options_.minChartTexels > kOftenMinTexels ? "lower caches.minChartTexels or --lightmap-caches"
+                                                     : "lower --lightmap-caches";
+  }
+
+  // Texels with their places and samples, before they are laid: those of all patches' rectangles.
+  Status reserveTexels(float texelSize) {
+    double texels = 0.0, most = 0.0;
+    for (const Patch& patch : set_.patches) {
+      const glm::uvec2 size = resolutionOf(scene_, set_, patch, texelSize);
+      texels += static_cast<double>(size.x) * size.y;
+      most = std::max(most, static_cast<double>(size.x) * size.y);
+    }
+    std::array<char, 48> text;
+    std::snprintf(text.data(), text.size(), "%.0f texels of %.3g m", texels, static_cast<double>(texelSize));
+    Status ok =
+        reserveMemory(context_, "light map", kTexelBytes * texels + kSampledBytes * most, text.data(), remedy());
+    // A light map that is too large is the options' fault: it is not left out with a warning.
+    if (!ok) ok.error().code = ErrorCode::usage;
+    return ok;
+  }
+
+  Status reserveAtlas(std::uint32_t side) {
+    const double texels = static_cast<double>(side) * side, corners = 3.0 * scene_.triangleCount();
+    Status ok = reserveMemory(context_, "light map", kAtlasBytes * texels + kCornerBytes * corners,
+                              std::to_string(side) + " x " + std::to_string(side) + " texels and " +
+                                  std::to_string(scene_.triangleCount()) + " triangles",
+                              remedy());
+    if (!ok) ok.error().code = ErrorCode::usage;
+    return ok;
   }
 
   double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
@@ -103,6 +153,7 @@ class Placer {
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
       ++steps_;
       Texels texels = place(size);
+      if (refused_) return best;
       const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
       const double off = std::abs(std::log(count / target));
       if (lastSize > 0.0 && lastSize != size)
@@ -127,6 +178,7 @@ class Placer {
     double size = firstGuess(capacity);
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
       const Texels trial = place(size);
+      if (refused_) return std::nullopt;
       const AtlasRequest wish = requestAtlas(trial.cells, trial.shared);
       double area = static_cast<double>(wish.single.size());
       for (const glm::uvec2& r : wish.rectangle) area += static_cast<double>(r.x + gutter_) * (r.y + gutter_);
@@ -136,6 +188,7 @@ class Placer {
     }
     for (int i = 0; i < kTries && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
       texels = place(size);
+      if (refused_) return std::nullopt;
       sortCaches(texels.shared);
       request = requestAtlas(texels.cells, texels.shared);
       if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_,
@@ -225,6 +278,7 @@ class Placer {
   const Prober prober_;
   const std::uint32_t gutter_;
   PatchSet set_;
+  std::optional<Error> refused_;
   int steps_ = 0;  // of the search for the texel size
   SeamJump seams_;
 };

@@ -2,13 +2,17 @@
 // See refine_grid.h.
 #include "bake/caches/refine_grid.h"
 
+#include "bake/memory_budget.h"
 #include "formats/caches.h"
+#include "formats/grid_depth.h"
 
 #include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <string>
 #include <utility>
 
 namespace relume {
@@ -275,6 +279,28 @@ GridLayout layoutByCount(const Box& box, const Triangles& triangles, double want
   return best;
 }
 
+// A point, its place, verdict and cache, and what it sees of depths.
+constexpr double kPointBytes = 32.0 + sizeof(std::uint32_t) * kDepthSide * kDepthSide / 2.0;
+constexpr double kCellBytes = 2.0 * sizeof(std::uint32_t);
+
+std::string countText(double count) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.0f", count);
+  return text.data();
+}
+
+// Whether the points of a lattice fit into memory; where cells are refined, an eighth of them, as surfaces pass
+// through.
+Status reserveGrid(const glm::uvec3& resolution, bool isRefined, const char* remedy, Context& context) {
+  constexpr double kRefinedShare = 1.0 / 8.0, kFinePoints = 7.0;
+  const double lattice = static_cast<double>(resolution.x) * resolution.y * resolution.z;
+  const double points = lattice * (isRefined ? 1.0 + kRefinedShare * kFinePoints : 1.0);
+  return reserveMemory(context, "grid", points * kPointBytes + lattice * kCellBytes,
+                       countText(resolution.x) + " x " + countText(resolution.y) + " x " + countText(resolution.z) +
+                           " points" + (isRefined ? ", twice as dense along each axis at surfaces" : ""),
+                       remedy);
+}
+
 }  // namespace
 
 std::vector<GridPoint> pointsOf(const GridLayout& layout) {
@@ -328,14 +354,26 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
   return words;
 }
 
-GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, double count,
-                      const Context& context) {
+Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                              double count, Context& context) {
   const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
   const Box box = boundsOf(tracer, playSpace, triangles);
-  if (options.gridResolution != glm::uvec3(0)) return uniform(box, glm::max(options.gridResolution, glm::uvec3(1)));
-  if (options.gridSpacing > 0.0f)
-    return twoLevels(box, triangles, coarseResolution(box, static_cast<double>(options.gridSpacing)));
-  if (options.gridCaches == 0) return {};
+  if (options.gridResolution != glm::uvec3(0)) {
+    const glm::uvec3 resolution = glm::max(options.gridResolution, glm::uvec3(1));
+    if (Status ok = reserveGrid(resolution, false, "lower --grid", context); !ok) return ok.error();
+    return uniform(box, resolution);
+  }
+  if (options.gridSpacing > 0.0f) {
+    const glm::uvec3 coarse = coarseResolution(box, static_cast<double>(options.gridSpacing));
+    if (Status ok = reserveGrid(coarse, true, "raise --grid-spacing", context); !ok) return ok.error();
+    return twoLevels(box, triangles, coarse);
+  }
+  if (options.gridCaches == 0) return GridLayout{};
+  const double points = 2.0 * count;  // a lattice that is refined nowhere, and what it is searched with
+  if (Status ok =
+          reserveMemory(context, "grid", kPointBytes * points, countText(points) + " points", "lower --grid-caches");
+      !ok)
+    return ok.error();
   return layoutByCount(box, triangles, count, context);
 }
 

@@ -37,7 +37,7 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout);
 
 // By the options: a lattice alone for gridResolution; two levels for gridSpacing, which is that of bricks; two levels
 // of about `count` points for gridCaches. No points for 0.
-GridLayout layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, double count,
-                      const Context& context);
+Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                              double count, Context& context);
 
 }  // namespace relume

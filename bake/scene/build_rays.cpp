@@ -8,6 +8,7 @@
 #include "bake/scene/ray_tracer_state.h"
 
 #include "bake/parallel.h"
+#include "bake/scene/ray_piles.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -52,8 +53,10 @@ bool isInvertible(const glm::mat4& m) {
 }
 
 // The triangles of one instance, moved by -shift, as a committed Embree geometry. null on failure (device error set).
+// buried: which triangles stay out of it; empty: none.
 RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene& scene, const Instance& instance,
-                         const glm::vec3& shift, MaskedMesh* masked, const float*& placed) {
+                         const glm::vec3& shift, std::span<const std::uint8_t> buried, MaskedMesh* masked,
+                         const float*& placed) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(
@@ -69,7 +72,9 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
     for (std::size_t c = 0; c < 3; ++c) {
       const glm::vec3 p = corners[c] - shift;
       std::memcpy(vertices + 3 * (3 * t + c), &p, sizeof p);
-      indices[3 * t + c] = static_cast<std::uint32_t>(3 * t + c);
+      // Embree leaves out triangles of vertices that do not exist.
+      const bool isIn = buried.empty() || buried[t] == 0;
+      indices[3 * t + c] = isIn ? static_cast<std::uint32_t>(3 * t + c) : kNone;
     }
   }
   placed = vertices;
@@ -136,6 +141,19 @@ Survey survey(const Scene& scene, RayGeometry geometry) {
   return s;
 }
 
+std::vector<std::uint32_t> metInstances(const Scene& scene, RayGeometry geometry) {
+  std::vector<std::uint32_t> met;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (isMet(scene, scene.instances[i], geometry)) met.push_back(i);
+  }
+  return met;
+}
+
+// Whether all of an instance's triangles are buried.
+bool isWholly(const std::vector<std::uint8_t>& buried) {
+  return !buried.empty() && std::all_of(buried.begin(), buried.end(), [](std::uint8_t b) { return b != 0; });
+}
+
 }  // namespace
 
 FanTree RayTracer::State::buildFans(const Context& context) const {
@@ -144,6 +162,7 @@ FanTree RayTracer::State::buildFans(const Context& context) const {
     const Instance& placed = scene->instances[instance[id]];
     const std::uint32_t alphaTest = isMasked(*scene, placed) ? kFanMasked : 0;
     for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
+      if (isBuried(id, t)) continue;
       triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
   }
@@ -198,13 +217,22 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality, context);
-  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+  const std::vector<std::uint32_t> met = metInstances(scene, geometry);
+  state->buried.resize(met.size());
+  std::vector<std::uint8_t> isBuried(met.size(), 0);
+  if (share) {
+    isBuried = findBuriedInstances(scene, met);
+  } else {
+    state->buried = findBuried(scene, met);
+    for (std::size_t id = 0; id < met.size(); ++id) isBuried[id] = isWholly(state->buried[id]);
+  }
+  for (const std::uint32_t i : met) {
     const Instance& instance = scene.instances[i];
-    if (!isMet(scene, instance, geometry)) continue;
     if (context.cancelled()) return cancelledError();
     const auto id = static_cast<unsigned>(state->instance.size());
     state->instance.push_back(i);
     state->vertices.push_back(nullptr);
+    if (isBuried[id] != 0) continue;
     const auto makeMasked = [&]() -> MaskedMesh* {
       if (!isMasked(scene, instance)) return nullptr;
       state->masked.push_back(std::make_unique<MaskedMesh>(MaskedMesh{&scene, i}));
@@ -218,7 +246,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
         Instance inPlace = instance;
         inPlace.toWorld = glm::mat4(1.0f);
         const float* inObject = nullptr;
-        RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), makeMasked(), inObject);
+        RTCGeometry mesh = makeGeometry(device, quality, scene, inPlace, glm::vec3(0.0f), {}, makeMasked(), inObject);
         if (mesh == nullptr) break;
         state->shared.push_back(makeScene(device, quality, context));
         below = state->shared.back().get();
@@ -233,7 +261,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
       rtcSetGeometryTransform(built, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &toTraced[0][0]);
       rtcCommitGeometry(built);
     } else {
-      built = makeGeometry(device, quality, scene, instance, state->shift, makeMasked(), state->vertices[id]);
+      built = makeGeometry(device, quality, scene, instance, state->shift, state->buried[id], makeMasked(),
+                           state->vertices[id]);
       if (built == nullptr) break;
     }
     rtcAttachGeometryByID(state->top.get(), built, id);

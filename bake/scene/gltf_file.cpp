@@ -151,8 +151,7 @@ Result<FileSlice> readFileBytes(const fs::path& path, const std::string& where, 
   slice.bytes.resize(static_cast<std::size_t>(end - slice.begin));
   in.seekg(static_cast<std::streamoff>(slice.begin));
   in.read(reinterpret_cast<char*>(slice.bytes.data()), static_cast<std::streamsize>(slice.bytes.size()));
-  if (static_cast<std::size_t>(in.gcount()) != slice.bytes.size())
-    return Error{ErrorCode::io, file + ": ended early"};
+  if (static_cast<std::size_t>(in.gcount()) != slice.bytes.size()) return Error{ErrorCode::io, file + ": ended early"};
   return slice;
 }
 

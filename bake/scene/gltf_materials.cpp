@@ -3,6 +3,7 @@
 // that is missing or broken is an error: a bake with a wrong albedo would look right until someone sees it.
 #include "bake/scene/gltf_import.h"
 
+#include "bake/memory_budget.h"
 #include "bake/parallel.h"
 #include "bake/scene/gltf_file.h"
 #include "bake/scene/read_images.h"
@@ -249,6 +250,15 @@ Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<s
   return image;
 }
 
+// Four bytes a texel, a third of that for the mip levels; an image that is decoded is held twice for a while.
+Status reserveTexels(std::uint64_t texels, std::uint64_t largest, std::size_t images, Context& context) {
+  if (images == 0) return done();
+  const double needed = 16.0 / 3.0 * static_cast<double>(texels) + 4.0 * static_cast<double>(largest);
+  return reserveMemory(context, "import", needed,
+                       std::to_string(texels) + " texels of " + std::to_string(images) + " images",
+                       "use smaller images");
+}
+
 // Read the used images in order, then decode them in parallel. `number` maps glTF images to Scene::images.
 Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, Scene& scene,
                     std::vector<ImageNumbers>& number, Context& context) {
@@ -271,16 +281,21 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
   };
 
   // Views may overlap: together the images cannot hold more than the bytes there are.
-  std::uint64_t available = document.dataBytes, claimed = 0;
+  std::uint64_t available = document.dataBytes, claimed = 0, largest = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     available += owned[i].size();
     const Result<ImageSize> size = peekImage(bytes[i], whereIs(i));
     if (!size) return size.error();
-    claimed += static_cast<std::uint64_t>(size->width) * size->height;
+    const std::uint64_t texels = static_cast<std::uint64_t>(size->width) * size->height;
+    claimed += texels;
+    largest = std::max(largest, texels);
   }
   if (claimed > mostPixels(available))
     return document.invalid("images",
                             "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) + " bytes");
+
+  if (Status reserved = reserveTexels(claimed, largest, bytes.size(), context); !reserved)
+    return Error{reserved.error().code, document.at(reserved.error().message)};
 
   std::vector<std::optional<Error>> errors(scene.images.size());
   parallelChunks(context, "read images", scene.images.size(), 1, [&](std::size_t begin, std::size_t end) {

@@ -109,9 +109,10 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     }
   }
   if (broken > 0)
-    context_.message(Severity::warning, document_.at(where + ": " + std::to_string(broken) +
-                                                     " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the "
-                                                     "mesh again, or export it anew"));
+    context_.message(Severity::warning,
+                     document_.at(where + ": " + std::to_string(broken) +
+                                  " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the "
+                                  "mesh again, or export it anew"));
   return done();
 }
 

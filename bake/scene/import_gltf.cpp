@@ -6,11 +6,39 @@
 #include "bake/scene/gltf_import.h"
 #include "bake/scene/scene.h"
 
+#include <array>
+#include <cstring>
 #include <exception>
+#include <map>
 #include <new>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
+
+// Of many static instances of one mesh at one spot, the first is baked: it hides the others, whose light would be its
+// own. They stay, as dynamic ones. Fewer copies than that cost little and are baked as they are.
+void setAsidePiles(Scene& scene, Context& context) {
+  constexpr std::size_t kPile = 8;
+  using Place = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
+  std::map<Place, std::vector<std::uint32_t>> copies;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (scene.instances[i].mode != BakeMode::fixed) continue;
+    Place place{scene.instances[i].mesh, {}};
+    std::memcpy(place.second.data(), &scene.instances[i].toWorld, sizeof place.second);
+    copies[place].push_back(i);
+  }
+  for (const auto& [place, members] : copies) {
+    if (members.size() < kPile) continue;
+    for (std::size_t m = 1; m < members.size(); ++m) scene.instances[members[m]].mode = BakeMode::dynamic;
+    const Instance& first = scene.instances[members.front()];
+    context.message(Severity::warning, "node \"" + first.node + "\": " + std::to_string(members.size()) +
+                                           " copies of mesh \"" + scene.meshes[place.first].name +
+                                           "\" in one place; the first is baked, remove the others");
+  }
+}
 
 Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
   // 1. The document: container, JSON, buffers, compressed views
@@ -29,8 +57,10 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
   // 5. Numbers that the baker can compute with
   if (Status status = checkLimits(scene); !status) return status.error();
+  // 6. Copies that nobody sees
+  setAsidePiles(scene, context);
   scene.files = std::move(document->files);
-  // 6. Which two-sided surfaces enclose matter
+  // 7. Which two-sided surfaces enclose matter
   findSolids(scene, context);
   return scene;
 }

@@ -91,6 +91,7 @@ void RayTracer::State::findOverlaps(Context& context) {
     for (std::size_t i = begin; i < end; ++i) {
       while (i >= first[id + 1]) ++id;
       const auto t = static_cast<std::uint32_t>(i - first[id]);
+      if (isBuried(id, t)) continue;
       const auto note = [&](unsigned otherId, std::uint32_t other) {
         if (otherId == id && other == t) return;
         std::atomic_ref(overlaps[id][t]).store(1, std::memory_order_relaxed);

@@ -94,8 +94,9 @@ struct RayTracer::State {
   float epsilonFloor = 0.0f;                   // [m]
   float rounding = 0.0f;                       // [m] of traced coordinates
   std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
-  FanTree fans;                                     // empty: fans are traced in packets
-  unsigned width = 1;                               // rays a packet
+  std::vector<std::vector<std::uint8_t>> buried;  // [Size geometries][Size triangles or 0] 1: not traced (ray_piles.h)
+  FanTree fans;                                   // empty: fans are traced in packets
+  unsigned width = 1;                             // rays a packet
   std::string error, description;
 
   static void onError(void* self, RTCError, const char* text) {
@@ -107,6 +108,7 @@ struct RayTracer::State {
   static unsigned idOf(unsigned geomId, unsigned instanceId) {
     return instanceId != RTC_INVALID_GEOMETRY_ID ? instanceId : geomId;
   }
+  bool isBuried(unsigned id, std::uint32_t triangle) const { return !buried[id].empty() && buried[id][triangle] != 0; }
   Corners cornersOf(unsigned id, std::uint32_t triangle) const;
   void prefetch(unsigned count, const unsigned* geomId, const unsigned* instanceId, const unsigned* triangle) const;
   // Hits of rays on triangles of geometries (or instances) of the top scene. geomId: invalid = nothing hit.

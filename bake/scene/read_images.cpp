@@ -171,6 +171,18 @@ std::uint8_t encode(float linear) {
   return tables().toSrgb[static_cast<std::size_t>(root * 4095.0f + 0.5f)];
 }
 
+// Four bytes a texel of 1 (grey), 2 (grey, alpha), 3 (colour) or 4.
+std::vector<std::uint8_t> toRgba(const std::uint8_t* texel, std::size_t count, int channels) {
+  if (channels == 4) return {texel, texel + 4 * count};
+  std::vector<std::uint8_t> rgba(4 * count);
+  const bool grey = channels < 3;
+  for (std::size_t i = 0; i < count; ++i, texel += channels) {
+    for (int k = 0; k < 3; ++k) rgba[4 * i + static_cast<std::size_t>(k)] = texel[grey ? 0 : k];
+    rgba[4 * i + 3] = channels == 2 ? texel[1] : 255;
+  }
+  return rgba;
+}
+
 Image::Level halve(const Image::Level& source, bool weighByAlpha) {
   Image::Level level{std::max(source.width / 2, 1u), std::max(source.height / 2, 1u), {}};
   level.rgba.resize(4 * static_cast<std::size_t>(level.width) * level.height);
@@ -248,15 +260,19 @@ Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string
   const std::vector<std::uint8_t> kept = isJpeg(bytes) ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
   if (!kept.empty()) bytes = kept;
 
-  int width = 0, height = 0, channels = 0;
+  // A PNG in the channels it has, so that a grey one is not held as colours twice. JPEGs have ways of their own for
+  // four.
+  int width = 0, height = 0, stored = 0;
+  const int wanted = isJpeg(bytes) ? 4 : 0;
   resetReason();
-  const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
-      stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 4),
+  const std::unique_ptr<stbi_uc, void (*)(void*)> decoded(
+      stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &stored, wanted),
       stbi_image_free);
-  if (!rgba || width <= 0 || height <= 0) return decodingError(where, "broken image");
+  if (!decoded || width <= 0 || height <= 0) return decodingError(where, "broken image");
   Image image;
   Image::Level level{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
-  level.rgba.assign(rgba.get(), rgba.get() + 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  level.rgba = toRgba(decoded.get(), static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                      wanted != 0 ? wanted : stored);
   image.levels.push_back(std::move(level));
   return image;
 }

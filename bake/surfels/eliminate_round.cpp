@@ -74,6 +74,19 @@ constexpr int kBucketShift = 18;
 constexpr std::size_t kExcessBuckets = std::size_t{1} << (31 - kBucketShift);
 std::size_t bucketOf(float excess) { return excess > 0.0f ? std::bit_cast<std::uint32_t>(excess) >> kBucketShift : 0; }
 
+// Whether a cell's surroundings hold so many points, in the mean over the points, that neighbours would be as many as
+// the square of the points: where a thousand layers lie in one place, the spacing that their area asks for reaches them
+// all.
+bool isCrowded(const PointGrid& grid, std::span<const glm::vec3> position) {
+  constexpr double kMostAround = 4096.0;
+  constexpr std::size_t kAsked = 1024;
+  const std::size_t step = std::max<std::size_t>(1, position.size() / kAsked);
+  double around = 0.0, asked = 0.0;
+  for (std::size_t p = 0; p < position.size(); p += step, asked += 1.0)
+    grid.forEachRun(position[p], 1, [&](std::uint32_t begin, std::uint32_t end) { around += end - begin; });
+  return around > kMostAround * asked;
+}
+
 }  // namespace
 
 // Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while the
@@ -90,7 +103,12 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     : count_(count), left_(points.size()) {
   std::vector<glm::vec3> position(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) position[i] = candidates[points[i]].positionWorld;
-  const PointGrid grid(position, spacing, context);
+  PointGrid grid(position, spacing, context);
+  constexpr int kTries = 24;
+  for (int i = 0; i < kTries && isCrowded(grid, position) && !context.cancelled(); ++i) {
+    spacing *= 0.5f;
+    grid = PointGrid(position, spacing, context);
+  }
   if (context.cancelled()) return;
   std::vector<SurfaceNode> node(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {

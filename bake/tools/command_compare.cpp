@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume compare A B: do two bakes differ, in what, and does it matter for light? Exit status 7 when a bound is
 // exceeded.
+#include "bake/memory_budget.h"
 #include "bake/read_json.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/compare_light.h"
@@ -57,6 +58,10 @@ bool sameBytes(const BakeFile& a, const BakeFile& b) {
                     [](const ChunkInfo& x, const ChunkInfo& y) {
                       return x.name == y.name && x.shape == y.shape && x.offset == y.offset && x.hash == y.hash;
                     });
+}
+
+std::uint64_t sizeOf(const BakeFile& file) {
+  return file.chunks.empty() ? 0 : file.chunks.back().offset + file.chunks.back().bytes;
 }
 
 // What `relume bake --report` wrote; null without a file.
@@ -118,6 +123,12 @@ int runCompare(const CompareArguments& arguments) {
     report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
   } else {
     Terminal terminal(arguments.terminal);
+    // Each bake once more, as its relighter holds it.
+    const double relit = static_cast<double>(sizeOf(*a)) + static_cast<double>(sizeOf(*b));
+    if (const Status ok =
+            reserveMemory(terminal.context(), "compare", relit, "relighting both bakes", "compare smaller bakes");
+        !ok)
+      return fail(ok.error());
     Result<std::optional<Scene>> scene = readScene(arguments, b->bake, terminal.context());
     if (!scene) return fail(scene.error());
     Result<LightDifference> light =

@@ -23,6 +23,7 @@ using Json = nlohmann::json;
 
 struct InfoArguments {
   std::string file;
+  std::uint64_t maxMemory = 0;
   bool json = false;
   SceneOptions sceneOptions;
 };
@@ -80,12 +81,13 @@ void printLights(const Json& lights) {
   }
 }
 
-Result<Json> describeFile(const std::string& file, const SceneOptions& options) {
+Result<Json> describeFile(const std::string& file, const SceneOptions& options, std::uint64_t maxMemory) {
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   if (extension == ".glb" || extension == ".gltf") {
     Context context;
+    context.maxMemory = maxMemory;
     context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
     const Result<Scene> scene = importGltf(file, context, toImportOptions(options));
     if (!scene) return scene.error();
@@ -99,7 +101,7 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options) 
 }
 
 int runInfo(const InfoArguments& arguments) {
-  Result<Json> info = describeFile(arguments.file, arguments.sceneOptions);
+  Result<Json> info = describeFile(arguments.file, arguments.sceneOptions, arguments.maxMemory);
   if (!info) return fail(info.error());
   (*info)["file"] = arguments.file;
   if (arguments.json) {
@@ -124,6 +126,7 @@ void addInfoCommand(CLI::App& app, Action& action) {
   command->add_option("FILE", arguments->file, "Bake or scene")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
   addSceneOptions(*command, arguments->sceneOptions);
+  addMemoryOption(*command, arguments->maxMemory);
   command->callback([arguments, &action] { action = [arguments] { return runInfo(*arguments); }; });
 }
 

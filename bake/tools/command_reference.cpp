@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // `relume reference`: ground truth of a camera's view by path tracing, with the channels that the accuracy tests read.
+#include "bake/memory_budget.h"
 #include "bake/options.h"
 #include "bake/reference/path_tracer.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/scene/scene.h"
+#include "bake/stage_memory.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/exposure.h"
 #include "bake/tools/image_io.h"
@@ -65,6 +67,13 @@ ChannelImage toChannels(const ReferenceImage& image) {
   return file;
 }
 
+// Layers as they are traced, and once more as channels on their way to the file.
+Status reserveImage(const View& view, Context& context) {
+  constexpr double kPixelBytes = 2 * (8 * 12 + 4) + 4;
+  return reserveMemory(context, "reference", kPixelBytes * view.width * view.height,
+                       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size");
+}
+
 Result<ReferenceImage> trace(const Scene& scene, const View& view, const ReferenceArguments& arguments,
                              Context& context) {
   ReferenceOptions options = arguments.options;
@@ -72,7 +81,8 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const Referen
   options.height = view.height;
   options.emissive = view.emissive;
   options.skyRadiance = view.skyRadiance;
-  const auto tracerOf = [&](RayGeometry geometry) {
+  const auto tracerOf = [&](RayGeometry geometry) -> Result<RayTracer> {
+    if (Status ok = reserveRays(scene, RayStructure::thorough, context, geometry); !ok) return ok.error();
     return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, geometry);
   };
   const bool solid = arguments.dynamic == DynamicParts::solid;
@@ -118,6 +128,7 @@ int runReference(const ReferenceArguments& arguments) {
   files.write("-o", arguments.output, imageKind(arguments.output));
   files.force = arguments.force;
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
+  if (Status ok = reserveImage(*view, context); !ok) return fail(ok.error());
   auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // `relume render`: relight a camera's view headlessly, with Embree and the CPU backend, or with OpenGL through EGL.
+#include "bake/memory_budget.h"
 #include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/scene/scene.h"
+#include "bake/stage_memory.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/exposure.h"
 #include "bake/tools/image_io.h"
@@ -221,6 +223,16 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   std::printf("\n");
 }
 
+// The sums of a frame, a layer composed and converted on its way to a file, and a row's rays in each thread.
+Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& arguments, Context& context) {
+  constexpr double kSumBytes = 5 * 12 + 28, kLayerBytes = 12 + 12 + 12, kRayBytes = 64.0, kRowsAtOnce = 16.0;
+  const double pixels = static_cast<double>(view.width) * view.height;
+  const double wide = arguments.sideBySide ? 12.0 * static_cast<double>(aovs) : 0.0;
+  const double row = static_cast<double>(view.width) * arguments.samples * arguments.samples;
+  return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide) + kRowsAtOnce * kRayBytes * row,
+                       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size");
+}
+
 Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, const RenderRequest& request,
                                Context& context) {
   if (backend == "gl") {
@@ -230,6 +242,7 @@ Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, c
     return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
 #endif
   }
+  if (Status ok = reserveRays(scene, RayStructure::thorough, context, RayGeometry::drawn); !ok) return ok.error();
   auto tracer = RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   return renderCpu(*tracer, request, context);
@@ -246,11 +259,14 @@ int runRender(const RenderArguments& arguments) {
   const auto stops = readExposure(arguments.exposure);
   if (!stops) return fail(stops.error());
 
-  // 2. The scene, and a bake of it
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
+  if (Status ok = reserveFrame(*view, aovs->size(), arguments, context); !ok) return fail(ok.error());
+
   CommandFiles files = filesOf(arguments, *aovs);
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
+
+  // 2. The scene, and a bake of it
   auto scene = loadScene(arguments.scene, context, arguments.sceneOptions);
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);

@@ -19,6 +19,7 @@ namespace {
 
 struct StatusArguments {
   std::string scene, bake;
+  std::uint64_t maxMemory = 0;
   bool json = false;
   SceneOptions sceneOptions;
 };
@@ -27,6 +28,7 @@ int runStatus(const StatusArguments& arguments) {
   const Result<Bake> bake = mapBake(arguments.bake);
   if (!bake) return fail(bake.error());
   Context context;
+  context.maxMemory = arguments.maxMemory;
   context.onMessage = [](Severity severity, std::string_view text) {
     if (severity != Severity::info) logMessage(severity, std::string(text));
   };
@@ -66,6 +68,7 @@ void addStatusCommand(CLI::App& app, Action& action) {
   command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
   addSceneOptions(*command, arguments->sceneOptions);
+  addMemoryOption(*command, arguments->maxMemory);
   command->callback([arguments, &action] { action = [arguments] { return runStatus(*arguments); }; });
 }
 

@@ -30,13 +30,14 @@ std::string hex(std::uint64_t value) {
 // Points sorted by the cell of a uniform grid, so that neighbours are found in 27 short ranges.
 class CellGrid {
  public:
+  // cell [m]: halved while the points crowd in few of them, as they do where a bake claims an area it has not got.
   CellGrid(std::span<const glm::vec3> points, float cell) : points_(points), cell_(cell), order_(points.size()) {
-    std::iota(order_.begin(), order_.end(), 0u);
-    for (const glm::vec3& p : points) key_.push_back(key(cellOf(p)));
-    std::sort(order_.begin(), order_.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return key_[a] != key_[b] ? key_[a] < key_[b] : a < b; });
-    sorted_.reserve(points.size());
-    for (const std::uint32_t i : order_) sorted_.push_back(key_[i]);
+    constexpr int kTries = 64;
+    sort();
+    for (int i = 0; i < kTries && isCrowded(); ++i) {
+      cell_ *= 0.5f;
+      sort();
+    }
   }
 
   // Distance to the nearest other point, or to anything beyond one cell: at least the cell's size.
@@ -50,12 +51,34 @@ class CellGrid {
         const std::uint32_t other = order_[static_cast<std::size_t>(at - sorted_.begin())];
         const glm::vec3 d = points_[other] - points_[self];
         if (other != self) best = std::min(best, d.x * d.x + d.y * d.y + d.z * d.z);
+        if (best == 0.0f) return 0.0f;
       }
     }
     return std::sqrt(best);
   }
 
  private:
+  void sort() {
+    std::iota(order_.begin(), order_.end(), 0u);
+    key_.clear();
+    for (const glm::vec3& p : points_) key_.push_back(key(cellOf(p)));
+    std::sort(order_.begin(), order_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key_[a] != key_[b] ? key_[a] < key_[b] : a < b; });
+    sorted_.clear();
+    for (const std::uint32_t i : order_) sorted_.push_back(key_[i]);
+  }
+
+  // Whether a point shares its cell with very many, in the mean.
+  bool isCrowded() const {
+    constexpr double kMost = 1024.0;
+    double pairs = 0.0;
+    for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
+      while (end < sorted_.size() && sorted_[end] == sorted_[begin]) ++end;
+      pairs += static_cast<double>(end - begin) * static_cast<double>(end - begin);
+    }
+    return pairs > kMost * static_cast<double>(sorted_.size());
+  }
+
   glm::ivec3 cellOf(const glm::vec3& p) const {
     const auto index = [&](float v) { return static_cast<int>(std::clamp(std::floor(v / cell_), -1e6f, 1e6f)); };
     return {index(p.x), index(p.y), index(p.z)};

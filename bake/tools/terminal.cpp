@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <set>
@@ -205,6 +206,7 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
   command.add_option("--threads", options.threads, "Threads; 0 = all cores; never changes the result [0..1024]")
       ->option_text("N [0]")
       ->check(CLI::Range(0, 1024));
+  addMemoryOption(command, options.maxMemory);
   command
       .add_option(
           "--progress", options.progress,
@@ -215,6 +217,20 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
       ->transform(CLI::CheckedTransformer(kStyles).description(""));
 }
 
+void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
+  command
+      .add_option(
+          "--max-memory", maxMemory,
+          "Memory the process may hold: bytes, or with a unit (512M, 8G); what would need more is refused by name "
+          "before it is allocated. Never changes the result [>= 1M]")
+      ->option_text("SIZE [three quarters of the machine's]")
+      ->transform(CLI::AsSizeValue(false))
+      ->check([](const std::string& text) {
+        constexpr std::uint64_t kLeast = 1u << 20;
+        return std::strtoull(text.c_str(), nullptr, 10) >= kLeast ? std::string() : "at least 1M expected, " + text;
+      });
+}
+
 void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), printable(text)); }
 
 Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(std::make_unique<State>()) {
@@ -223,6 +239,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
   s.style = options.progress;
   s.bar = options.progress == ProgressStyle::automatic && ::isatty(STDERR_FILENO) != 0;
   s.context.threads = options.threads;
+  s.context.maxMemory = options.maxMemory;
   s.context.onProgress = [&s](std::string_view stage, double fraction) {
     s.report(stage, fraction);
     return !interrupted.load();

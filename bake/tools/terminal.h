@@ -7,6 +7,7 @@
 #include "bake/tools/overall_progress.h"
 #include "formats/result.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -19,12 +20,15 @@ namespace relume {
 // automatic: a bar on a terminal; elsewhere a line for each stage that took a tenth of a second.
 enum class ProgressStyle { automatic, plain, json, none };
 
-// The options of a long command: --threads and --progress.
+// The options of a long command: --threads, --max-memory and --progress.
 struct TerminalOptions {
   int threads = 0;  // [0..1024] 0 = all cores
   ProgressStyle progress = ProgressStyle::automatic;
+  std::uint64_t maxMemory = 0;  // [byte] 0 = three quarters of the machine's
 };
 void addTerminalOptions(CLI::App& command, TerminalOptions& options);
+// --max-memory alone, for commands that are quick.
+void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
 // warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.

@@ -139,6 +139,7 @@ const std::vector<Corruption>& corruptions() {
       {Check::surfelEmission, "negative", cone, [](Bake& b) { set(b.surfels.emission, 5, V(1, -1, 0)); }},
       {Check::surfelEmission, "infinite", cone, [](Bake& b) { set(b.surfels.emission, 5, V(1, kInfinity, 0)); }},
       {Check::surfelArea, "zero", cone, [](Bake& b) { b.surfels.areaEach = 0.0f; }},
+      {Check::surfelArea, "huge", cone, [](Bake& b) { b.surfels.areaEach = 1e30f; }},
       {Check::surfelReceiverUnfilled, "hole", cone,
        [](Bake& b) {
          set(b.caches.lightmap.cache, 9, kNoCache);

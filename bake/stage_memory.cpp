@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// See stage_memory.h. Bytes an item are sizes of what is kept beside each item, summed up; Embree's and the
+// clustering's were measured.
+#include "bake/stage_memory.h"
+
+#include "bake/memory_budget.h"
+#include "bake/surfels/surface_sampler.h"
+
+#include <algorithm>
+#include <string>
+
+namespace relume {
+namespace {
+
+// Rays: a triangle's corners and indices; Embree's tree, and what it is built from; our own tree of bundles.
+constexpr double kTriangleBytes = 9 * 4 + 3 * 4 + 1, kTreeBytes = 130.0, kThoroughBytes = 260.0, kBundleBytes = 200.0;
+constexpr double kInstanceBytes = 1500.0;  // an Embree geometry of its own
+// Play space: area and flags of a side; a cell that was hit, in the counter (twice while it grows) and sorted.
+constexpr double kSideBytes = 4 + 1 + 1, kHitBytes = 16.0 * 4, kHitsACell = 12.0;
+// Surfels: a candidate as a sample, as a point of the elimination, with its neighbours, listed twice.
+constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 8 + 2 * 4 * 40;
+constexpr double kSampledSideBytes = 16 + 8 + 8;        // a side of the sampler and of the surfel map
+constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, cells of the map
+constexpr double kClusterBytes = 420.0;                 // a surfel, clustered
+constexpr double kWorkerNodeBytes = 48.0;               // a node, in each thread that links
+
+double tracedTriangles(const Scene& scene, RayGeometry geometry, double& instances) {
+  double count = 0.0;
+  for (const Instance& instance : scene.instances) {
+    const bool isDrawn = geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic;
+    if (instance.mode != BakeMode::fixed && !isDrawn) continue;
+    count += static_cast<double>(scene.meshes[instance.mesh].triangle.size());
+    instances += 1.0;
+  }
+  return count;
+}
+
+std::string number(double count) { return std::to_string(static_cast<std::uint64_t>(count)); }
+
+double linkBytes(const LinkOptions& options) {
+  switch (options.kind) {
+    case LinkKind::sh:
+      return 4.0 + 2.0 * options.bands * options.bands;
+    case LinkKind::sh8:
+      return 4.0 + 1.0 * options.bands * options.bands;
+    case LinkKind::cone:
+      return 12.0;
+    default:
+      return 8.0;
+  }
+}
+
+}  // namespace
+
+Status reserveRays(const Scene& scene, RayStructure structure, Context& context, RayGeometry geometry) {
+  double instances = 0.0;
+  const double triangles = tracedTriangles(scene, geometry, instances);
+  double each = kTriangleBytes + (structure == RayStructure::quick ? kTreeBytes : kThoroughBytes);
+  if (structure == RayStructure::fans) each += kBundleBytes;
+  return reserveMemory(context, "rays", triangles * each + instances * kInstanceBytes,
+                       number(triangles) + " triangles in " + number(instances) + " instances",
+                       "mark far or small instances \"dynamic\" or \"ignore\" in extras.relume");
+}
+
+Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context) {
+  const double hits = static_cast<double>(options.walks) * options.maxBounces;
+  return reserveMemory(context, "play space", 2.0 * kSideBytes * scene.triangleCount() + kHitBytes * hits / kHitsACell,
+                       number(scene.triangleCount()) + " triangles and " + number(hits) + " steps of walks",
+                       "lower --walks");
+}
+
+Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context) {
+  const bool isEliminated = options.placement == SurfelOptions::Placement::eliminated;
+  const double count = options.count;
+  // Beyond 2^25, fewer candidates a surfel are drawn.
+  const double candidates =
+      isEliminated ? std::min(double{options.candidateFactor} * count, std::max(0x1p25, 1.5 * count)) : count;
+  return reserveMemory(
+      context, "surfels",
+      kCandidateBytes * candidates + 2.0 * kSampledSideBytes * scene.triangleCount() + kSurfelBytes * options.count,
+      number(candidates) + " candidates on " + number(scene.triangleCount()) + " triangles",
+      isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
+}
+
+Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context) {
+  const double senders = static_cast<double>(surfels.count()) + options.links.skyPatches;
+  return reserveMemory(context, "hierarchy", kClusterBytes * senders, number(senders) + " senders", "lower --surfels");
+}
+
+Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context) {
+  double links = static_cast<double>(caches.count()) * std::min<double>(options.linksPerCache, hierarchy.senderCount());
+  const bool isShared = options.linksTotal > 0 && options.linksTotal < links;
+  if (isShared) links = options.linksTotal;
+  const double threads = context.threads > 0 ? context.threads : 2.0;
+  return reserveMemory(context, "links",
+                       // Rows of all chunks, and once more as they are joined
+                       2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
+                       number(links) + " links of " + number(caches.count()) + " caches",
+                       isShared ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
+}
+
+}  // namespace relume

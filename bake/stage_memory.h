@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// What each stage of a bake is about to hold, estimated from counts before it begins: fails by name where that is
+// beyond the budget (memory_budget.h). The light map and the grid ask for themselves, once they know their texels.
+#pragma once
+
+#include "bake/caches/caches.h"
+#include "bake/options.h"
+#include "bake/scene/ray_tracer.h"
+#include "bake/surfels/surfels.h"
+
+namespace relume {
+
+Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
+                   RayGeometry geometry = RayGeometry::fixed);
+Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context);
+Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context);
+Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context);
+Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context);
+
+}  // namespace relume
