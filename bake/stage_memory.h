@@ -7,6 +7,7 @@
 #include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
 #include "bake/surfels/surfels.h"
+#include "formats/hierarchy.h"
 
 namespace relume {
 

@@ -118,7 +118,7 @@ void checkExtent(const Bake& bake, Findings& findings) {
   std::array<double, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   const auto add = [&](const Array<glm::vec3>& positions) {
     for (const glm::vec3& p : positions) {
-      if (!isFinite(p)) continue;
+      if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         low[k] = std::min(low[k], static_cast<double>(p[static_cast<int>(k)]));
         high[k] = std::max(high[k], static_cast<double>(p[static_cast<int>(k)]));
