@@ -3,6 +3,7 @@
 // (2002).
 #include "bake/tools/exposure.h"
 
+#include "bake/printed.h"
 #include "bake/tools/parse_numbers.h"
 #include "formats/color.h"
 
@@ -47,10 +48,6 @@ float autoExposure(std::span<const glm::vec3> pixels) {
   return std::clamp(static_cast<float>(std::round(100.0 * stops) / 100.0), -kMostStops, kMostStops);
 }
 
-std::string stopsText(float stops) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%+.2f", stops);
-  return text;
-}
+std::string stopsText(float stops) { return printed("%+.2f", stops); }
 
 }  // namespace relume
