@@ -2,6 +2,7 @@
 // The unit of the punctual lights. KHR_lights_punctual says candela and lux, and Blender's exporter writes them by
 // default (its watts, or watts by 4 pi sr, times 683 lm/W); levels made for Relume have W/sr and W/m². Nothing in a
 // file tells the two apart but the sizes of its numbers.
+#include "bake/printed.h"
 #include "bake/scene/gltf_import.h"
 
 #include <algorithm>
@@ -65,15 +66,11 @@ const SceneLight* suspiciousLight(const std::vector<SceneLight>& lights, const S
 std::string warningOf(const SceneLight& light, bool fromBlender) {
   const float intensity = std::max({light.intensity.x, light.intensity.y, light.intensity.z});
   const bool directional = light.type == LightType::directional;
-  char size[128];
-  if (directional) {
-    std::snprintf(size, sizeof size,
-                  "%.4g, which would be %.3g times the sun above the air as W/m^2 and %.3g W/m^2 as lux", intensity,
-                  intensity / 1361.0, intensity / kLumensPerWatt);
-  } else {
-    std::snprintf(size, sizeof size, "%.4g, which would be a lamp of %.3g kW as W/sr and one of %.3g W as candela",
-                  intensity, intensity * 12.566 / 1000.0, intensity * 12.566 / kLumensPerWatt);
-  }
+  const std::string size =
+      directional ? printed("%.4g, which would be %.3g times the sun above the air as W/m^2 and %.3g W/m^2 as lux",
+                            intensity, intensity / 1361.0, intensity / kLumensPerWatt)
+                  : printed("%.4g, which would be a lamp of %.3g kW as W/sr and one of %.3g W as candela", intensity,
+                            intensity * 12.566 / 1000.0, intensity * 12.566 / kLumensPerWatt);
   return "the lights look photometric" + std::string(fromBlender ? ", as Blender writes them" : "") +
          ", and are read as radiometric: \"" + light.name + "\" has " + size +
          ". Say --light-unit photometric (or \"radiometric\", if the numbers are meant), or for good "

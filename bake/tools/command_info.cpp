@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume info FILE [--json]: what is in a bake (sizes, table of chunks, options, statistics) or in a scene (summary and
 // mesh report).
+#include "bake/printed.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/describe.h"
 #include "bake/tools/load_scene.h"
@@ -66,9 +67,7 @@ void printMeshReport(const Json& report) {
 void printLights(const Json& lights) {
   if (lights.empty()) return;
   const auto triple = [](const Json& v) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.5g %.5g %.5g", v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
-    return std::string(text);
+    return printed("%.5g %.5g %.5g", v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
   };
   std::printf("lights: %zu\n", lights.size());
   for (const Json& light : lights) {

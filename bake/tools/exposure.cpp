@@ -3,6 +3,7 @@
 // (2002).
 #include "bake/tools/exposure.h"
 
+#include "bake/printed.h"
 #include "bake/tools/parse_numbers.h"
 #include "formats/color.h"
 
@@ -49,10 +50,6 @@ float autoExposure(std::span<const glm::vec3> pixels) {
 
 double roundedStops(float stops) { return std::round(100.0 * static_cast<double>(stops)) / 100.0; }
 
-std::string stopsText(float stops) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%+.2f", stops);
-  return text;
-}
+std::string stopsText(float stops) { return printed("%+.2f", stops); }
 
 }  // namespace relume

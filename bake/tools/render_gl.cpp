@@ -180,7 +180,7 @@ class GlRenderer {
     if (relighter) relighter->bindResolveInputs();
     const glm::mat4 clip = tileClip(request_, level_, tile);
     level_.draw(clip);
-    level_.drawDynamic(clip, glm::mat4(1.0f));
+    level_.drawDynamic(clip, {});
   }
 
   // Mean of the samples of each pixel of a target.
@@ -242,7 +242,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   if (!shadows) return shadows.error();
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   // Dynamic instances stand where the level has them, and cast shadows as all else.
-  const glm::mat4 unmoved(1.0f);
+  const std::vector<glm::mat4> unmoved;  // where the level has them
   if (Status ok = shadows->update(*level, lights, &unmoved); !ok) return ok.error();
 
   // Relight

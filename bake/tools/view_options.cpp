@@ -2,6 +2,7 @@
 // See view_options.h.
 #include "bake/tools/view_options.h"
 
+#include "bake/printed.h"
 #include "bake/scene/unit_vector.h"
 #include "bake/tools/default_view.h"
 #include "bake/tools/lights_file.h"
@@ -80,12 +81,10 @@ Result<Camera> chooseCamera(const ViewOptions& options, const Scene& scene, cons
     const float aspect = static_cast<float>(view.width) / static_cast<float>(view.height);
     auto framed = frameLevel(scene, fov->value_or(glm::radians(kDefaultFovDeg)), aspect, context);
     if (!framed) return framed.error();
-    char text[256];
-    std::snprintf(text, sizeof text,
-                  "\"%s\" has no camera; the level is framed: --eye %.6g,%.6g,%.6g --target %.6g,%.6g,%.6g",
-                  scene.name.c_str(), framed->eye.x, framed->eye.y, framed->eye.z, framed->target.x, framed->target.y,
-                  framed->target.z);
-    context.message(Severity::info, text);
+    context.message(Severity::info,
+                    printed("\"%s\" has no camera; the level is framed: --eye %.6g,%.6g,%.6g --target %.6g,%.6g,%.6g",
+                            scene.name.c_str(), framed->eye.x, framed->eye.y, framed->eye.z, framed->target.x,
+                            framed->target.y, framed->target.z));
     return lookAt(framed->eye, framed->target, fov->value_or(glm::radians(kDefaultFovDeg)));
   }
   for (const Camera& camera : scene.cameras) {

@@ -44,12 +44,13 @@ class ViewerCommand : public testing::Test {
   fs::path folder_;
 };
 
-// The level with one word of its JSON changed, of the same length.
+// The level with a word of its JSON changed everywhere into another of the same length.
 std::string changed(const fs::path& to, const std::string& from, const std::string& into) {
   std::string bytes = readAll(kLevel);
-  const std::size_t at = bytes.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  if (at != std::string::npos) bytes.replace(at, from.size(), into);
+  std::size_t count = 0;
+  for (std::size_t at = bytes.find(from); at != std::string::npos; at = bytes.find(from, at + 1), ++count)
+    bytes.replace(at, from.size(), into);
+  EXPECT_GT(count, 0u) << from;
   std::ofstream(to, std::ios::binary) << bytes;
   return to.string();
 }
