@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace relume {
 namespace {
@@ -21,6 +22,17 @@ void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
   __builtin_prefetch(address);
 #endif
+}
+
+// Both kinds of rays find emitters, and where few are cast, their weights can add up to more than light from all
+// around, 4 pi sr, has: to sum w = 4. What goes beyond by more than many rays' noise is scaled back, as no reader takes
+// it.
+void keepToSphere(std::span<Arrival> arrivals) {
+  constexpr double kSphere = 4.0, kNoise = 1.04;
+  double sum = 0.0;
+  for (const Arrival& arrival : arrivals) sum += static_cast<double>(arrival.weight);
+  if (!(sum > kSphere * kNoise)) return;
+  for (Arrival& arrival : arrivals) arrival.weight *= static_cast<float>(kSphere / sum);
 }
 
 }  // namespace
@@ -147,7 +159,10 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
     }
   }
   arrivals.resize(arrived);
-  if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) gatherAimed(cache, origin, normal, scratch, arrivals, count);
+  if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) {
+    gatherAimed(cache, origin, normal, scratch, arrivals, count);
+    keepToSphere(arrivals);
+  }
 }
 
 void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,

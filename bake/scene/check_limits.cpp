@@ -73,7 +73,8 @@ Finding checkTransform(const glm::mat4& m, const std::string& who) {
 
 // The corners of the mesh's box are within the bound nearly always; only where they are not, look at every vertex.
 Finding checkInstance(const Instance& instance, const Mesh& mesh, const Box& box) {
-  const std::string who = "nodes[" + std::to_string(instance.nodeIndex) + "] '" + instance.node + "'";
+  const std::string who = "nodes[" + std::to_string(instance.nodeIndex) + "] '" + instance.node + "'" +
+                          (instance.gpuInstance > 0 ? ", instance " + std::to_string(instance.gpuInstance) : "");
   if (Finding found = checkTransform(instance.toWorld, who)) return found;
   const auto toWorld = [&](const glm::vec3& p) { return glm::vec3(instance.toWorld * glm::vec4(p, 1.0f)); };
   bool within = true;

@@ -153,6 +153,21 @@ int seeds(int few) { return std::getenv("RELUME_LONG_TESTS") != nullptr ? 10 * f
 
 TEST(DamagedLevels, theLevelItselfBakes) { EXPECT_EQ(bakeOf(Level().builder), ""); }
 
+// The fewest rays, most of them aimed at emitters: their weights spread widely, and yet no cache sees more than all
+// around.
+TEST(FewRays, giveBakesThatAreValid) {
+  Context context;
+  const Result<Scene> scene = importGltf(Level().builder.write(), context);
+  ASSERT_TRUE(scene);
+  BakeOptions options = test::tinyBakeOptions();
+  options.links.raysPerCache = 16;
+  options.links.emitterRays = 1.0f;
+  for (options.seed = 1; options.seed <= 20; ++options.seed) {
+    const Result<Bake> baked = bake(*scene, options, context);
+    EXPECT_TRUE(baked) << "seed " << options.seed << ": " << baked.error().message;
+  }
+}
+
 TEST(DamagedLevels, randomBytesOfVertexDataAndIndices) {
   const Level whole;
   int baked = 0;

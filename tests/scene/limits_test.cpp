@@ -77,6 +77,12 @@ TEST(Limits, nodesBeyondThemAreNamed) {
         std::memcpy(&b.binary[b.root["bufferViews"][1]["byteOffset"].get<std::size_t>()], &far, 4);
       },
       "nodes[0] 'wall': vertex 0 of mesh 'mesh0' is at (2e+08, 0, 0)");
+  refused(
+      [](GltfBuilder& b) {
+        const int places = b.floats({1, 2, 3, 0, 0, -3e8f}, "VEC3");
+        node(b, 0)["extensions"] = {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
+      },
+      "nodes[0] 'node0', instance 1: its transform to the world takes the origin to (0, 0, -3e+08)");
   taken([](GltfBuilder& b) { node(b, 0)["scale"] = {1e8, 1, 1e-8}; });
 }
 
