@@ -31,8 +31,8 @@ constexpr double kMinCells = 16.0;
 constexpr double kMaxCellsPerArea = 8.0;
 constexpr double kMaxCellsPerSeenArea = 32.0;
 constexpr double kMaxUnseenCells = 1024.0;
-constexpr double kManyCells = 16384.0;
-constexpr double kMaxCoarser = 2.0;  // than wanted; then a grid of grids, fine where something is seen
+constexpr double kManyCells = 16384.0;  // grids of fewer are left at that
+constexpr double kMaxCoarser = 2.0;     // than wanted; then a grid of grids, fine where something is seen
 constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
 constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
