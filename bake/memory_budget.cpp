@@ -38,7 +38,7 @@ std::uint64_t controlGroupLimit() {
     const std::string root = unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/memory";
     const std::string name = unified ? "/memory.max" : "/memory.limit_in_bytes";
     // Inside a container the path is the host's, and the root is the container's own group.
-    for (std::string path = line.substr(second + 1); !path.empty(); path.resize(path.find_last_of('/')))
+    for (std::string path = line.substr(second + 1); path.starts_with('/'); path.resize(path.find_last_of('/')))
       least = std::min(least, numberIn(root + path + name));
     least = std::min(least, numberIn(root + name));
   }

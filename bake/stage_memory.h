@@ -3,11 +3,13 @@
 // beyond the budget (memory_budget.h). The light map and the grid ask for themselves, once they know their texels.
 #pragma once
 
-#include "bake/caches/caches.h"
+#include "bake/context.h"
 #include "bake/options.h"
 #include "bake/scene/ray_tracer.h"
-#include "bake/surfels/surfels.h"
+#include "formats/caches.h"
 #include "formats/hierarchy.h"
+#include "formats/result.h"
+#include "formats/surfels.h"
 
 namespace relume {
 
