@@ -79,7 +79,7 @@ void printJson(const PictureDifference& d, const DiffArguments& a, const Picture
                         {"relativeRmse", finiteOrNull(d.relativeRmse)},
                         {"energy", finiteOrNull(d.energy)},
                         {"flip", d.flip},
-                        {"flipExposureStops", stops},
+                        {"flipExposureStops", roundedStops(stops)},
                         {"worst", {{"x", d.worstX}, {"y", d.worstY}, {"difference", d.worst}}},
                         {"withinBounds", !exceeded}};
   if (!a.output.empty()) report["errorPicture"] = a.output;

@@ -168,7 +168,7 @@ nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& s
   nlohmann::json described = nlohmann::json::object();
   const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
   for (const Aov aov : aovs) {
-    if (isLight(aov)) described["exposureStops"] = scale.exposureStops;
+    if (isLight(aov)) described["exposureStops"] = roundedStops(scale.exposureStops);
     if (aov == Aov::position) {
       described["positionBlackM"] = {low.x, low.y, low.z};
       described["positionWhiteM"] = {high.x, high.y, high.z};

@@ -47,6 +47,8 @@ float autoExposure(std::span<const glm::vec3> pixels) {
   return std::clamp(static_cast<float>(std::round(100.0 * stops) / 100.0), -kMostStops, kMostStops);
 }
 
+double roundedStops(float stops) { return std::round(100.0 * static_cast<double>(stops)) / 100.0; }
+
 std::string stopsText(float stops) {
   char text[32];
   std::snprintf(text, sizeof text, "%+.2f", stops);

@@ -20,6 +20,9 @@ Result<std::optional<float>> readExposure(const std::string& text);
 // 0 for a picture without light.
 float autoExposure(std::span<const glm::vec3> pixels);
 
+// Stops as a number of two decimals, for JSON.
+double roundedStops(float stops);
+
 // "+1.25": for messages, and for --exposure.
 std::string stopsText(float stops);
 

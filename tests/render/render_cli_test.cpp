@@ -15,6 +15,7 @@
 #pragma GCC diagnostic pop
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -329,6 +330,17 @@ TEST_F(RenderCommand, aStaleBakeIsReadByTheNamesOfItsParts) {
                                      folder_);
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_NE(r.err.find("instances"), std::string::npos) << r.err;
+}
+
+TEST_F(RenderCommand, aBakeWithAGridAloneLightsAllFromIt) {
+  const std::string grid = (folder_ / "grid.relume").string();
+  const ProgramResult made = runProgram({"bake", kLevel, "-o", grid, "--preset", "draft", "--surfels", "2000",
+                                         "--lightmap-caches", "0", "--progress", "none"},
+                                        folder_);
+  ASSERT_EQ(made.status, 0) << made.err;
+  const ProgramResult r = render({"--bake", grid, "--aov", "indirect", "--camera", "cam_living"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  for (const glm::vec3& light : readExr(image())->layer("")) EXPECT_TRUE(std::isfinite(light.r) && light.r >= 0.0f);
 }
 
 TEST_F(RenderCommand, saysWhatItCannotRead) {
