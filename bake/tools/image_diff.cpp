@@ -36,12 +36,6 @@ double ratio(double a, double b, double both) {
   return a == 0.0 ? both : std::numeric_limits<double>::infinity();
 }
 
-std::vector<glm::vec3> exposed(const Picture& picture, float exposure) {
-  std::vector<glm::vec3> pixels = picture.pixels;
-  for (glm::vec3& pixel : pixels) pixel *= exposure;
-  return pixels;
-}
-
 }  // namespace
 
 Result<PictureDifference> comparePictures(const Picture& image, const Picture& reference, float exposure,
@@ -73,8 +67,7 @@ Result<PictureDifference> comparePictures(const Picture& image, const Picture& r
   d.rmse = std::sqrt(square / values);
   d.relativeRmse = ratio(d.rmse, d.mean, 0.0);
   d.energy = ratio(sumA, sumB, 1.0);
-  const std::vector<float> seen =
-      flip(image.width, image.height, exposed(reference, exposure), exposed(image, exposure));
+  const std::vector<float> seen = flip(image.width, image.height, reference.pixels, image.pixels, exposure);
   d.flip = std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
   return d;
 }

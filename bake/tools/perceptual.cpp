@@ -33,13 +33,12 @@ glm::dvec3 fromOpponent(const glm::dvec3& c) {
   return fromXyz * (glm::dvec3(y + c.y / 500.0, y, y - c.z / 200.0) * kWhite);
 }
 
-// One channel of an image, clamped at its edges.
+// One channel of an image.
 struct Plane {
   int width = 0, height = 0;
   std::vector<double> value;
-  double at(int x, int y) const {
-    return value[static_cast<std::size_t>(std::clamp(y, 0, height - 1)) * static_cast<std::size_t>(width) +
-                 static_cast<std::size_t>(std::clamp(x, 0, width - 1))];
+  const double* row(int y) const {
+    return value.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
   }
 };
 
@@ -63,24 +62,37 @@ Kernel normalised(Kernel kernel) {
   return kernel;
 }
 
-// Filter along one axis. Every filter here is a product of one along x and one along y.
+// Filter along one axis, the image going on beyond its edges as it is there. Every filter here is a product of one
+// along x and one along y. The loops over x are plain sums of rows: they run in vector registers.
 Plane along(const Plane& plane, const Kernel& kernel, bool vertical) {
-  Plane result{plane.width, plane.height, {}};
-  result.value.reserve(plane.value.size());
+  const int width = plane.width, radius = kernel.radius;
+  Plane result{width, plane.height, std::vector<double>(plane.value.size(), 0.0)};
+  std::vector<double> line(static_cast<std::size_t>(width + 2 * radius));
   for (int y = 0; y < plane.height; ++y) {
-    for (int x = 0; x < plane.width; ++x) {
-      double sum = 0.0;
-      for (int i = -kernel.radius; i <= kernel.radius; ++i) {
-        const double w = kernel.weight[static_cast<std::size_t>(i + kernel.radius)];
-        sum += w * (vertical ? plane.at(x, y + i) : plane.at(x + i, y));
-      }
-      result.value.push_back(sum);
+    double* to = result.value.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+    if (!vertical) {
+      for (int x = -radius; x < width + radius; ++x)
+        line[static_cast<std::size_t>(x + radius)] = plane.row(y)[std::clamp(x, 0, width - 1)];
+    }
+    for (int i = -radius; i <= radius; ++i) {
+      const double w = kernel.weight[static_cast<std::size_t>(i + radius)];
+      const double* from = vertical ? plane.row(std::clamp(y + i, 0, plane.height - 1)) : line.data() + i + radius;
+      for (int x = 0; x < width; ++x) to[x] += w * from[x];
     }
   }
   return result;
 }
 
 Plane filtered(const Plane& plane, const Kernel& x, const Kernel& y) { return along(along(plane, x, false), y, true); }
+
+constexpr double kWidestB = 0.04;        // largest b of the three channels of 4.1.1
+constexpr double kFeatureWidth = 0.082;  // [degree] 4.2
+constexpr int kTile = 512;               // [pixels] a side
+
+int eyeRadius(double pixelsPerDegree) {
+  return static_cast<int>(std::ceil(3.0 * std::sqrt(kWidestB / (2.0 * kPi * kPi)) * pixelsPerDegree));
+}
+int featureRadius(double pixelsPerDegree) { return static_cast<int>(std::ceil(1.5 * kFeatureWidth * pixelsPerDegree)); }
 
 // One of the Gaussians of 4.1.1, a sqrt(pi / b) exp(-pi² d² / b), d [degree].
 struct Gaussian {
@@ -89,8 +101,7 @@ struct Gaussian {
 
 // 4.1.1: contrast sensitivity as a sum of two Gaussians, scaled to sum 1.
 Plane seenThrough(const Plane& plane, const Gaussian& first, const Gaussian& second, double pixelsPerDegree) {
-  constexpr double kWidest = 0.04;  // largest b of the three channels
-  const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(kWidest / (2.0 * kPi * kPi)) * pixelsPerDegree));
+  const int radius = eyeRadius(pixelsPerDegree);
   const auto kernelOf = [&](const Gaussian& g) {
     return makeKernel(radius,
                       [&](int i) { return std::exp(-kPi * kPi * i * i / (pixelsPerDegree * pixelsPerDegree * g.b)); });
@@ -118,9 +129,8 @@ struct Feature {
   Kernel derivative, smooth;
 };
 Feature feature(bool points, double pixelsPerDegree) {
-  constexpr double kWidth = 0.082;  // [degree]
-  const double sigma = 0.5 * kWidth * pixelsPerDegree;
-  const int radius = static_cast<int>(std::ceil(3.0 * sigma));
+  const double sigma = 0.5 * kFeatureWidth * pixelsPerDegree;
+  const int radius = featureRadius(pixelsPerDegree);
   const auto gauss = [&](int i) { return std::exp(-i * i / (2.0 * sigma * sigma)); };
   Kernel derivative =
       makeKernel(radius, [&](int i) { return (points ? i * i / (sigma * sigma) - 1.0 : -i) * gauss(i); });
@@ -169,29 +179,9 @@ double redistribute(double distance) {
   return d < knee ? kAtKnee * d / knee : kAtKnee + (1.0 - kAtKnee) * (d - knee) / (most - knee);
 }
 
-}  // namespace
-
-glm::dvec3 labOf(const glm::dvec3& linear) {
-  const glm::dvec3 t = kToXyz * linear / kWhite;
-  const auto f = [](double v) {
-    constexpr double kDelta = 6.0 / 29.0;
-    return v > kDelta * kDelta * kDelta ? std::cbrt(v) : v / (3.0 * kDelta * kDelta) + 4.0 / 29.0;
-  };
-  return {116.0 * f(t.y) - 16.0, 500.0 * (f(t.x) - f(t.y)), 200.0 * (f(t.y) - f(t.z))};
-}
-
-double labRmse(std::span<const glm::vec3> a, std::span<const glm::vec3> b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const glm::dvec3 d = labOf(clampUnit(a[i])) - labOf(clampUnit(b[i]));
-    sum += glm::dot(d, d);
-  }
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(a.size(), 1)));
-}
-
-std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<const glm::vec3> a,
-                        std::span<const glm::vec3> b, double pixelsPerDegree) {
-  const int w = static_cast<int>(width), h = static_cast<int>(height);
+// FLIP of a crop of two pictures.
+std::vector<float> flipOfCrop(int w, int h, std::span<const glm::vec3> a, std::span<const glm::vec3> b,
+                              double pixelsPerDegree) {
   const Gaussian kFirst[3] = {{1.0, 0.0047}, {1.0, 0.0053}, {34.1, 0.04}};
   const Gaussian kSecond[3] = {{0.0, 1e-5}, {0.0, 1e-5}, {13.5, 0.025}};
   const Feature edge = feature(false, pixelsPerDegree), point = feature(true, pixelsPerDegree);
@@ -228,6 +218,59 @@ std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<con
     const double points = std::abs(first.points.value[i] - second.points.value[i]);
     const double features = std::sqrt(std::max(edges, points) / std::numbers::sqrt2);
     error.push_back(static_cast<float>(std::pow(color, 1.0 - features)));
+  }
+  return error;
+}
+
+// The part of a picture from `left`, `top`, made brighter by `exposure`.
+std::vector<glm::vec3> crop(std::span<const glm::vec3> picture, int width, int left, int top, int w, int h,
+                            float exposure) {
+  std::vector<glm::vec3> part;
+  part.reserve(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
+  for (int y = top; y < top + h; ++y) {
+    const auto row = picture.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(width));
+    for (int x = left; x < left + w; ++x) part.push_back(exposure * row[static_cast<std::size_t>(x)]);
+  }
+  return part;
+}
+
+}  // namespace
+
+glm::dvec3 labOf(const glm::dvec3& linear) {
+  const glm::dvec3 t = kToXyz * linear / kWhite;
+  const auto f = [](double v) {
+    constexpr double kDelta = 6.0 / 29.0;
+    return v > kDelta * kDelta * kDelta ? std::cbrt(v) : v / (3.0 * kDelta * kDelta) + 4.0 / 29.0;
+  };
+  return {116.0 * f(t.y) - 16.0, 500.0 * (f(t.x) - f(t.y)), 200.0 * (f(t.y) - f(t.z))};
+}
+
+double labRmse(std::span<const glm::vec3> a, std::span<const glm::vec3> b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const glm::dvec3 d = labOf(clampUnit(a[i])) - labOf(clampUnit(b[i]));
+    sum += glm::dot(d, d);
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(a.size(), 1)));
+}
+
+std::vector<float> flip(std::uint32_t width, std::uint32_t height, std::span<const glm::vec3> a,
+                        std::span<const glm::vec3> b, float exposure, double pixelsPerDegree) {
+  // Tiles with a margin as wide as the widest filter: the memory for all planes stays small, the result is the same
+  const int w = static_cast<int>(width), h = static_cast<int>(height);
+  const int margin = std::max(eyeRadius(pixelsPerDegree), featureRadius(pixelsPerDegree));
+  std::vector<float> error(a.size());
+  for (int top = 0; top < h; top += kTile) {
+    for (int left = 0; left < w; left += kTile) {
+      const int x0 = std::max(left - margin, 0), x1 = std::min(left + kTile + margin, w);
+      const int y0 = std::max(top - margin, 0), y1 = std::min(top + kTile + margin, h);
+      const std::vector<float> part = flipOfCrop(x1 - x0, y1 - y0, crop(a, w, x0, y0, x1 - x0, y1 - y0, exposure),
+                                                 crop(b, w, x0, y0, x1 - x0, y1 - y0, exposure), pixelsPerDegree);
+      for (int y = top; y < std::min(top + kTile, h); ++y) {
+        const auto from = part.begin() + (y - y0) * (x1 - x0) + left - x0;
+        std::copy_n(from, std::min(kTile, w - left), error.begin() + static_cast<std::ptrdiff_t>(y) * w + left);
+      }
+    }
   }
   return error;
 }

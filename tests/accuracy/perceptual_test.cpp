@@ -102,5 +102,23 @@ TEST(Flip, FiltersFineColourNoise) {
   EXPECT_LT(mean(flipOf(uniform(glm::vec3(0.3f)), noise)), 0.25 * mean(flipOf(uniform(glm::vec3(0.3f)), patch)));
 }
 
+// Large pictures are worked on in tiles: what lies across a seam differs as it does elsewhere.
+TEST(Flip, aDifferenceAcrossTilesIsThatWithinOne) {
+  constexpr std::uint32_t kWidth = 1100, kHeight = 40;
+  const auto errorOf = [&](std::uint32_t left) {
+    Picture a(kWidth * kHeight, glm::vec3(0.3f)), b = a;
+    for (std::uint32_t y = 10; y < 30; ++y) {
+      for (std::uint32_t x = left; x < left + 20; ++x) b[y * kWidth + x] = glm::vec3(0.9f, 0.2f, 0.1f);
+    }
+    return flip(kWidth, kHeight, a, b);
+  };
+  const std::vector<float> within = errorOf(200), across = errorOf(502);  // tiles have 512 pixels a side
+  EXPECT_GT(*std::max_element(within.begin(), within.end()), 0.3f);
+  for (std::uint32_t y = 0; y < kHeight; ++y) {
+    for (std::uint32_t x = 150; x < 270; ++x)
+      ASSERT_EQ(within[y * kWidth + x], across[y * kWidth + x + 302]) << x << ' ' << y;
+  }
+}
+
 }  // namespace
 }  // namespace relume
