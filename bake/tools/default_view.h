@@ -13,7 +13,7 @@ struct FramedView {
 };
 
 // Where to look from: outside, so that the whole level fits the image, if fronts of surfaces show there; else from
-// within, out of a play volume or of the middle of the level's air. failed: nothing to look at, or Embree's message.
+// within, out of a play volume or of the middle of the level's air. failed: Embree's message.
 Result<FramedView> frameLevel(const Scene& scene, float yfovRad, float aspect, Context& context);
 
 }  // namespace relume

@@ -71,8 +71,8 @@ std::string accuracyRows(const AccuracyTable& table) {
 std::string accuracyReport(const std::vector<AccuracyTable>& tables, const std::string& date) {
   std::string text =
       "# Accuracy\n\n"
-      "Relume's light against path-traced references (Cycles; `two_rooms`: `relume reference`), made by "
-      "`tests/accuracy`" +
+      "Relume's light against path-traced references (Cycles; `two_rooms`: `relume reference --dynamic receivers`), "
+      "made by `tests/accuracy`" +
       (date.empty() ? std::string() : " on " + date) +
       ".\n\n"
       "`rmse` is the relative root mean square error with the reference's own noise removed, `t1` the same without the "
