@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Placement of surfels: equal areas, spacing, sides, emitters, progressive order, determinism.
-#include "bake/surfels/surfels.h"
 #include "bake/scene/find_solids.h"
+#include "bake/surfels/surfels.h"
 #include "formats/color.h"
 #include "tests/surfels/make_level.h"
 
