@@ -28,7 +28,7 @@ double tracedTriangles(const Scene& scene, RayGeometry geometry, double& instanc
   double count = 0.0;
   for (const Instance& instance : scene.instances) {
     const bool isDrawn = geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic;
-    if (instance.mode != BakeMode::fixed && !isDrawn) continue;
+    if (!instance.baked() && !isDrawn) continue;
     count += static_cast<double>(scene.meshes[instance.mesh].triangle.size());
     instances += 1.0;
   }

@@ -127,7 +127,8 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
     if (off < kCloseEnough) break;
     count *= std::clamp(wanted / valid, 0.25, 4.0);
   }
-  if (points.empty() || context.cancelled()) return {};
+  if (context.cancelled()) return cancelledError();
+  if (points.empty()) return PlacedGrid{};
   if (every > 1) places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
 
   // 2. Indices of the valid ones

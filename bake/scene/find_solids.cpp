@@ -302,7 +302,7 @@ std::vector<Group> twoSidedNodes(const Scene& scene) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, Group> nodes;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
-    if (instance.mode == BakeMode::fixed) nodes[{instance.nodeIndex, instance.gpuInstance}].push_back(i);
+    if (instance.baked()) nodes[{instance.nodeIndex, instance.gpuInstance}].push_back(i);
   }
   std::vector<Group> groups;
   for (auto& [node, instances] : nodes) {

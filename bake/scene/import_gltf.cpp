@@ -25,7 +25,7 @@ void setAsidePiles(Scene& scene, Context& context) {
   using Place = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
   std::map<Place, std::vector<std::uint32_t>> copies;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
-    if (scene.instances[i].mode != BakeMode::fixed) continue;
+    if (!scene.instances[i].baked()) continue;
     Place place{scene.instances[i].mesh, {}};
     std::memcpy(place.second.data(), &scene.instances[i].toWorld, sizeof place.second);
     copies[place].push_back(i);

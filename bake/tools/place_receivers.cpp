@@ -180,7 +180,7 @@ class Placer {
         const std::uint64_t hash = now[pair.instance].geometryHash;
         same = sameTriangles(before.geometryHash, countA, hash, pair.triangles) &&
                sameTriangles(after.geometryHash, countB, hash, pair.triangles);
-        if (scene_->instances[pair.instance].mode != BakeMode::fixed) continue;
+        if (!scene_->instances[pair.instance].baked()) continue;
       }
       if (same)
         pairs_.push_back(pair);
