@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See stage_memory.h. Bytes an item are sizes of what is kept beside each item, summed up; Embree's and the
-// clustering's were measured.
+// See stage_memory.h. The bytes per item are sums of the sizes of what is kept for each; those of Embree's trees and of
+// the clustering are estimates.
 #include "bake/stage_memory.h"
 
 #include "bake/memory_budget.h"
