@@ -7,6 +7,7 @@
 #include "bake/stage_memory.h"
 #include "bake/tools/commands.h"
 #include "bake/tools/exposure.h"
+#include "bake/tools/fit_bake.h"
 #include "bake/tools/image_io.h"
 #include "bake/tools/load_scene.h"
 #include "bake/tools/number_check.h"

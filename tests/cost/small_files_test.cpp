@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(cost, SmallFiles,
                          testing::Values(Costly{"coincident_instances", 30, 1024}, Costly{"one_extension", 30, 1024},
                                          Costly{"layer_nodes", 30, 1024}, Costly{"layers", 90, 1536},
                                          Costly{"big_image", 30, 1536}),
-                         [](const auto& info) { return std::string(info.param.level); });
+                         [](const auto& costly) { return std::string(costly.param.level); });
 
 }  // namespace
 }  // namespace relume

@@ -97,7 +97,10 @@ Compared compare(const Scene& scene, std::span<const Ray> rays, int paths) {
   const std::vector<glm::vec3> direct = test::shadowedLight(level, baked->surfels);
   LightSetup setup;
   setup.surfelIrradiance = direct;
-  relightUntilConverged(*relighter, setup);
+  if (const Result<int> frames = relightUntilConverged(*relighter, setup); !frames) {
+    ADD_FAILURE() << frames.error().message;
+    return result;
+  }
   for (const Ray& ray : rays) {
     const Hit hit = tracer->trace(ray);
     if (!hit || hit.back) {

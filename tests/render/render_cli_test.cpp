@@ -345,17 +345,6 @@ TEST_F(RenderCommand, aBakeWithAGridAloneLightsAllFromIt) {
   for (const glm::vec3& light : readExr(image())->layer("")) EXPECT_TRUE(std::isfinite(light.r) && light.r >= 0.0f);
 }
 
-TEST_F(RenderCommand, aBakeWithAGridAloneLightsAllFromIt) {
-  const std::string grid = (folder_ / "grid.relume").string();
-  const ProgramResult made = runProgram({"bake", kLevel, "-o", grid, "--preset", "draft", "--surfels", "2000",
-                                         "--lightmap-caches", "0", "--progress", "none"},
-                                        folder_);
-  ASSERT_EQ(made.status, 0) << made.err;
-  const ProgramResult r = render({"--bake", grid, "--aov", "indirect", "--camera", "cam_living"});
-  ASSERT_EQ(r.status, 0) << r.err;
-  for (const glm::vec3& light : readExr(image())->layer("")) EXPECT_TRUE(std::isfinite(light.r) && light.r >= 0.0f);
-}
-
 TEST_F(RenderCommand, saysWhatItCannotRead) {
   expectRefused(
       runProgram({"render", (folder_ / "none.glb").string(), "--bake", bake_, "-o", image(), "--progress", "none"},
