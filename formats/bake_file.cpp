@@ -5,7 +5,10 @@
 #include "formats/archive.h"
 #include "formats/validate.h"
 
+#include <array>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -264,6 +267,22 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const v
   }
 }
 
+namespace {
+
+// What does not begin as a bake is not even mapped, however large it is.
+Status checkMagic(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return done();  // mapFile() says what it is
+  std::array<char, kBakeMagic.size()> first{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(first.data(), first.size())) return done();
+  if (std::memcmp(first.data(), kBakeMagic.data(), first.size()) == 0) return done();
+  const Result<std::vector<Chunk>> chunks = readChunks(std::as_bytes(std::span(first)));
+  return chunks ? done() : Status(Error{chunks.error().code, path.string() + ": " + chunks.error().message});
+}
+
+}  // namespace
+
 Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums) {
   // Header and table first: what is no bake is not read into memory.
   if (const Result<std::vector<ChunkInfo>> chunks = listChunks(path); !chunks) return chunks.error();
@@ -273,12 +292,14 @@ Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums) {
 }
 
 Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums) {
+  if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
   return named(path, parseBake(file->bytes, file->owner, checksums));
 }
 
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {
+  if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
   const Result<std::vector<Chunk>> chunks = readChunks(file->bytes);

@@ -42,7 +42,7 @@ constexpr std::size_t kMostOptionsBytes = 1 << 20;
 
 Result<std::string> readText(const std::string& path) {
   const Result<FileBytes> file = readFile(path, kMostOptionsBytes);
-  if (!file) return file.error();
+  if (!file) return Error{file.error().code == ErrorCode::io ? ErrorCode::io : ErrorCode::usage, file.error().message};
   return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
 }
 

@@ -161,7 +161,7 @@ std::string closestWord(std::string_view word, const std::vector<std::string>& k
   for (const std::string& candidate : known) {
     const bool begins = letters >= 3 && candidate.starts_with(word);
     const std::size_t distance = begins ? 1 : editDistance(word, candidate);
-    if (distance >= least) continue;
+    if (distance >= least || distance >= letters) continue;  // not where all letters would have to change
     least = distance;
     closest = candidate;
   }

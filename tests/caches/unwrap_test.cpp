@@ -61,7 +61,7 @@ TEST(BigLevel, AMillionTrianglesAreUnwrapped) {
 
   const Scene scene = test::bigLevel(side, whole ? 20 : 4);
   PlaySpace all;
-  all.seenArea.assign(2 * scene.triangleCount(), 1e-3f);
+  all.seenArea.assign(2 * scene.triangleCount(), 1.0f);
   all.visible.assign(2 * scene.triangleCount(), 1);
   const PatchSet set = makePatches(scene, all, CacheOptions{}, context);
   std::set<std::uint32_t> instances;

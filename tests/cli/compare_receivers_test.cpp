@@ -179,17 +179,19 @@ TEST(CompareReceivers, standOnTheSurfacesOfEveryPart) {
       })) << original().instances[part].node;
     }
   }
-  const auto meanOnMap = [](const Receivers& receivers) {
-    glm::dvec3 sum(0.0);
-    double count = 0.0;
-    for (const Receiver& r : receivers.list) {
-      if (!r.a.onMap) continue;
-      sum += glm::dvec3(r.a.positionWorld);
-      count += 1.0;
-    }
-    return sum / count;
-  };
-  EXPECT_LT(glm::distance(meanOnMap(bare), meanOnMap(exact)), 0.5);
+  // Without a scene, places come from the texels' caches: within a texel of the surface.
+  constexpr std::size_t kEvery = 50;
+  constexpr float kTexel = 1.0f;  // [m]
+  std::size_t asked = 0, far = 0;
+  for (std::size_t i = 0; i < bare.list.size(); i += kEvery) {
+    if (!bare.list[i].a.onMap) continue;
+    ++asked;
+    far += std::none_of(exact.list.begin(), exact.list.end(), [&](const Receiver& r) {
+      return r.a.onMap && glm::distance(r.a.positionWorld, bare.list[i].a.positionWorld) < kTexel;
+    });
+  }
+  EXPECT_GT(asked, 100u);
+  EXPECT_LT(far, asked / 20);
 }
 
 TEST(CompareReceivers, nodesThatAreIgnoredDoNotCount) {

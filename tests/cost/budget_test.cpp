@@ -37,11 +37,11 @@ TEST_F(Budget, namesTheLeastChart) {
 TEST_F(Budget, namesTheGrid) {
   expectRefused(bakeWith({"--grid", "0,0,0", "--grid-spacing", "1e-4", "--max-memory", "2G"}), "grid",
                 "raise --grid-spacing");
-  expectRefused(bakeWith({"--grid", "1024,1024,1024", "--max-memory", "2G"}), "grid", "lower --grid");
+  expectRefused(bakeWith({"--grid", "512,512,512", "--max-memory", "2G"}), "grid", "lower --grid");
 }
 
 TEST_F(Budget, namesSurfelsAndWalks) {
-  expectRefused(bakeWith({"--surfels", "16777216", "--max-memory", "1G"}), "surfels", "lower --surfels");
+  expectRefused(bakeWith({"--surfels", "16777216", "--link-kind", "cone", "--max-memory", "1G"}), "surfels", "lower --surfels");
   expectRefused(bakeWith({"--walks", "1000000000", "--max-memory", "1G"}), "play space", "lower --walks");
 }
 

@@ -37,7 +37,7 @@ bool longTests() {
 
 BakeOptions tinyOptions() {
   BakeOptions options = presetOptions(Preset::draft);
-  options.playSpace.walks = 256;
+  options.playSpace.walks = 1000;
   options.surfels.count = 64;
   options.caches.gridCaches = 8;
   options.caches.lightmapCaches = 32;
@@ -232,7 +232,10 @@ struct Baked {
 std::optional<Baked> bakeLevel(const Scene& scene) {
   Context context;
   Result<Bake> baked = bake(scene, tinyOptions(), context);
-  if (!baked) return std::nullopt;
+  if (!baked) {
+    ADD_FAILURE() << baked.error().message;
+    return std::nullopt;
+  }
   Result<std::vector<std::byte>> bytes = serializeBake(*baked);
   EXPECT_TRUE(bytes) << bytes.error().message;
   return Baked{std::move(*baked), std::move(*bytes)};

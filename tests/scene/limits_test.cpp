@@ -82,7 +82,7 @@ TEST(Limits, nodesBeyondThemAreNamed) {
         const int places = b.floats({1, 2, 3, 0, 0, -3e8f}, "VEC3");
         node(b, 0)["extensions"] = {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
       },
-      "nodes[0] 'node0', instance 1: its transform to the world takes the origin to (0, 0, -3e+08)");
+      "nodes[0] 'unnamed node 0', instance 1: its transform to the world takes the origin to (0, 0, -3e+08)");
   taken([](GltfBuilder& b) { node(b, 0)["scale"] = {1e8, 1, 1e-8}; });
 }
 
