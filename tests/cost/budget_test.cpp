@@ -41,7 +41,8 @@ TEST_F(Budget, namesTheGrid) {
 }
 
 TEST_F(Budget, namesSurfelsAndWalks) {
-  expectRefused(bakeWith({"--surfels", "16777216", "--link-kind", "cone", "--max-memory", "1G"}), "surfels", "lower --surfels");
+  expectRefused(bakeWith({"--surfels", "16777216", "--link-kind", "cone", "--max-memory", "1G"}), "surfels",
+                "lower --surfels");
   expectRefused(bakeWith({"--walks", "1000000000", "--max-memory", "1G"}), "play space", "lower --walks");
 }
 
