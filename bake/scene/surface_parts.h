@@ -113,6 +113,49 @@ void forEachBlock(const std::array<glm::vec3, 3>& corners, std::uint32_t along, 
   }
 }
 
+// A triangle over 32 times as long as it is wide: equal parts of it would be as long, and the box around each would
+// meet cells far away.
+inline bool isNeedle(const std::array<glm::vec3, 3>& c, float area) {
+  const glm::vec3 edge[3] = {c[1] - c[0], c[2] - c[1], c[0] - c[2]};
+  float longest = 0.0f;
+  for (const glm::vec3& e : edge) longest = std::max(longest, glm::dot(e, e));
+  return longest > 64.0f * area;
+}
+
+// The same for a needle, whose parts come from halving the longest edge again and again, so that they are as wide as
+// long.
+template <class Visit>
+double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const CellTree& tree,
+                           std::uint32_t instance, const Visit& visit) {
+  struct Piece {
+    std::array<glm::dvec3, 3> corner;
+    int halvings;
+  };
+  const glm::vec3 normal = crossOf(corners);
+  const double wanted = std::min(4.0 * area / cellSize / cellSize, TriangleParts::kMost * TriangleParts::kMost);
+  const int most = std::max(0, static_cast<int>(std::ceil(std::log2(wanted))));
+  std::vector<Piece> stack;
+  stack.push_back({{glm::dvec3(corners[0]), glm::dvec3(corners[1]), glm::dvec3(corners[2])}, 0});
+  while (!stack.empty()) {
+    const Piece piece = stack.back();
+    stack.pop_back();
+    const auto& c = piece.corner;
+    const glm::vec3 low(glm::min(glm::min(c[0], c[1]), c[2])), high(glm::max(glm::max(c[0], c[1]), c[2]));
+    if (!tree.meets(instance, normal, low, high)) continue;
+    if (piece.halvings == most) {
+      visit(glm::vec3((c[0] + c[1] + c[2]) / 3.0));
+      continue;
+    }
+    std::size_t k = 0;  // the longest edge, from corner k
+    const auto lengthOf = [&](std::size_t i) { return glm::distance(c[i], c[(i + 1) % 3]); };
+    for (std::size_t i = 1; i < 3; ++i) k = lengthOf(i) > lengthOf(k) ? i : k;
+    const glm::dvec3 &from = c[k], &to = c[(k + 1) % 3], &across = c[(k + 2) % 3], middle = 0.5 * (from + to);
+    stack.push_back({{from, middle, across}, piece.halvings + 1});
+    stack.push_back({{middle, to, across}, piece.halvings + 1});
+  }
+  return std::exp2(most);
+}
+
 // Visit the centres of the parts of a triangle that may be in a cell of the tree: visit(position). Returns the number
 // of all its parts.
 template <class Visit>
@@ -128,6 +171,7 @@ double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float ce
     for (std::uint32_t row = 0; row < n; ++row) visitRow(row, 0, n);
     return parts.count();
   }
+  if (isNeedle(corners, area)) return forEachPartOfNeedle(corners, area, cellSize, tree, instance, visit);
   const glm::vec3 normal = crossOf(corners);
   forEachBlock(
       corners, n, [&](const glm::vec3& low, const glm::vec3& high) { return tree.meets(instance, normal, low, high); },

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kMostRootCells = 64.0;  // along an edge
 constexpr int kMostDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
+// Of a side. A needle, whose cells are as long as it is, would have as many as its edge has; its cells stay coarser.
+constexpr std::size_t kMostCells = 1u << 18;
 
 }  // namespace
 
@@ -47,7 +49,7 @@ bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
 
 void NestedGrid::divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth) {
   if (!wanted(at, width)) return;
-  if (depth == 0) {
+  if (depth == 0 || cell_.size() > kMostCells) {
     glm::dvec2 middle = at + 0.5 * width;
     if (middle.x + middle.y > 1.0) middle /= middle.x + middle.y;
     leaf_.push_back({cell, glm::vec2(middle)});

@@ -61,6 +61,7 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
   if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
   const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
   parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMost));
+  if (isNeedle(corner, static_cast<float>(area))) parts.along = std::min(parts.along, kMaxPartsAlong);
   const bool large = parts.along > kMaxPartsAlong;
   if (!large && tries < 2.0 * parts.along * parts.along) return parts;
   const auto visit = [&](const PartBlock& block) {
