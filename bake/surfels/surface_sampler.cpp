@@ -20,6 +20,7 @@ constexpr double kMaxEmitterShare = 0.125;    // of all points, for making small
 constexpr double kMaxFarShare = 0.125;        // of all points, on sides seen from far away only
 constexpr std::size_t kSidesPerChunk = 2048;
 constexpr std::size_t kPointsPerChunk = 8192;
+constexpr double kMostTries = 1e8, kMostNeedleTries = 1e6;  // on a side
 constexpr double kMaxTriesPerPoint = 64.0;      // on a side that is seen all over; more where only a part is seen
 constexpr double kRareShare = 0.25;             // sides seen less than that are looked through for the seen parts
 constexpr std::uint32_t kMaxPartsAlong = 1024;  // more are found by the tree of the play space
@@ -186,7 +187,8 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
   const double tries = static_cast<double>(last - first) * std::max(1.0, area / seen);
   const SeenParts parts = findSeenParts(*playSpace_, corner, s.side, area, tries);
-  auto triesLeft = static_cast<std::int64_t>(std::min(1e8, kMaxTriesPerPoint * (1.0 + tries)));
+  const double mostTries = isNeedle(corner, static_cast<float>(area)) ? kMostNeedleTries : kMostTries;
+  auto triesLeft = static_cast<std::int64_t>(std::min(mostTries, kMaxTriesPerPoint * (1.0 + tries)));
   std::uint64_t halton = 0;
   SurfaceSample sample = sampleAt(*scene_, s.instance, s.side, glm::vec2(0.0f));
   sample.density = s.density;

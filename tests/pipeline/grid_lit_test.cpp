@@ -16,7 +16,6 @@ namespace relume {
 namespace {
 
 // A room of 4 x 2 x 2 m with a lamp on the wall at x = 0, and a partition at x = 2 that leaves no gap.
-constexpr std::uint32_t kLamp = 1, kPartition = 2;
 
 Scene roomWithPartition(BakeMode mode) {
   Level level;
