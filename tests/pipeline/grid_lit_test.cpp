@@ -16,6 +16,7 @@ namespace relume {
 namespace {
 
 // A room of 4 x 2 x 2 m with a lamp on the wall at x = 0, and a partition at x = 2 that leaves no gap.
+constexpr std::uint32_t kPartition = 2;  // instance
 
 Scene roomWithPartition(BakeMode mode) {
   Level level;
