@@ -2,6 +2,8 @@
 // See nested_grid.h.
 #include "bake/surfels/nested_grid.h"
 
+#include "bake/scene/surface_parts.h"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -13,14 +15,18 @@ namespace {
 
 constexpr double kMostRootCells = 64.0;  // along an edge
 constexpr int kMostDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
-// Of a side. A needle, whose cells are as long as it is, would have as many as its edge has; its cells stay coarser.
-constexpr std::size_t kMostCells = 1u << 18;
+// Of a needle: its cells are as long as it is, so that it would have as many as its edge has. They stay coarser.
+constexpr std::size_t kMostNeedleCells = 1u << 18;
 
 }  // namespace
 
 NestedGrid::NestedGrid(const PlaySpace& playSpace, std::uint32_t side, const std::array<glm::vec3, 3>& corner,
                        float width, float margin)
-    : playSpace_(playSpace), side_(side), corner_(corner), margin_(margin) {
+    : playSpace_(playSpace),
+      side_(side),
+      corner_(corner),
+      margin_(margin),
+      isNeedle_(isNeedle(corner, 0.5f * glm::length(crossOf(corner)))) {
   double longest = 0.0;
   for (std::size_t k = 0; k < 3; ++k)
     longest = std::max(longest, glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k])));
@@ -49,7 +55,7 @@ bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
 
 void NestedGrid::divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth) {
   if (!wanted(at, width)) return;
-  if (depth == 0 || cell_.size() > kMostCells) {
+  if (depth == 0 || (isNeedle_ && cell_.size() > kMostNeedleCells)) {
     glm::dvec2 middle = at + 0.5 * width;
     if (middle.x + middle.y > 1.0) middle /= middle.x + middle.y;
     leaf_.push_back({cell, glm::vec2(middle)});

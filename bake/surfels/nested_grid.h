@@ -41,6 +41,7 @@ class NestedGrid {
   const std::uint32_t side_;
   const std::array<glm::vec3, 3> corner_;
   const float margin_;                // [m]
+  const bool isNeedle_;               // surface_parts.h
   std::uint32_t root_ = 1;            // cells along an edge of the outermost grid
   std::vector<std::uint32_t> cell_;   // surfel, kNone, or the first cell of a finer grid
   std::vector<std::uint32_t> inner_;  // the cells that hold a finer grid
