@@ -48,7 +48,7 @@ bool relightTwice(Relighter& relighter, const Bake& bake) {
   setup.surfelEmission = emission;
   setup.skyPatches = sky;
   setup.bounceScale = 0.5f;
-  return relighter.relight(setup);
+  return static_cast<bool>(relighter.relight(setup));
 }
 
 // Receivers on the map and in the grid: at caches, at surfels, and where none can be.
