@@ -29,20 +29,23 @@ step "release"
 cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUME_BUILD_BAKE=ON
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
-ctest --preset release --no-tests=error
+ctest --preset release --parallel "$(nproc)" --no-tests=error
 [ "$sanitizers" -eq 1 ] || exit 0
 
-# The long runs are of the release build: the sanitizers see the default suite.
+# The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
+# measure numbers (label `numbers`).
 export RELUME_LONG_TESTS=0
+without=()
+[ "$long" -eq 1 ] || without=(--label-exclude '^numbers$')
 step "threads: TSan"
 cmake --preset tsan -DRELUME_BUILD_TESTS=ON
 cmake --build build/tsan --parallel "$(nproc)" --target relume_tests
-ctest --preset tsan --no-tests=error
+ctest --preset tsan "${without[@]}" --no-tests=error
 
 step "memory and undefined behaviour: ASan, UBSan"
 cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/dev --parallel "$(nproc)" --target relume_tests
-ctest --preset dev --no-tests=error
+ctest --preset dev --parallel "$(nproc)" "${without[@]}" --no-tests=error
 
 # The targets that import or bake levels need the whole baker built once more: they are of the long run.
 step "fuzzing"

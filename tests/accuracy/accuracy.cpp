@@ -7,6 +7,7 @@
 #include "tests/accuracy/compare_images.h"
 #include "tests/accuracy/levels.h"
 #include "tests/accuracy/report.h"
+#include "tests/long_tests.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -223,7 +224,6 @@ int main(int argc, char** argv) {
   app.add_flag("--all", arguments.all, "all levels; also by RELUME_LONG_TESTS=1 in the environment");
   app.add_flag("--reuse", arguments.reuse, "use bakes that lie in the work folder");
   CLI11_PARSE(app, argc, argv);
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  if (longTests != nullptr && std::string(longTests) == "1") arguments.all = true;
+  if (relume::test::longTests()) arguments.all = true;
   return relume::measure(arguments);
 }

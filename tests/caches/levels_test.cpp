@@ -4,13 +4,13 @@
 #include "bake/caches/caches.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/reads.h"
+#include "tests/long_tests.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -100,9 +100,7 @@ TEST_P(Scan, NoVisiblePointReadsAnUnfilledTexel) {
   const std::string path =
       std::string(name) == "two_rooms" ? std::string(RELUME_SOURCE_DIR) + "/samples/level/two_rooms.glb" : level(name);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  if (large && (longTests == nullptr || std::string(longTests) != "1"))
-    GTEST_SKIP() << "a long test: RELUME_LONG_TESTS=1";
+  if (large && !test::longTests()) GTEST_SKIP() << "a long test: RELUME_LONG_TESTS=1";
   // Few texels and many: charts of one texel, and charts with borders of their own.
   for (const std::uint32_t caches : {500u, 8281u}) {
     LevelReads reads;

@@ -5,12 +5,12 @@
 #include "bake/caches/texcoord_charts.h"
 #include "tests/caches/big_level.h"
 #include "tests/caches/meshes.h"
+#include "tests/long_tests.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 #include <set>
 #include <string>
@@ -43,8 +43,7 @@ TEST(ChartQuality, KnowsStretchAngleAndArea) {
 // Terrain of a million triangles and 400 pillars of one mesh: whole charts, little stretch, and light-map places for
 // all.
 TEST(BigLevel, AMillionTrianglesAreUnwrapped) {
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  const bool whole = longTests != nullptr && std::string(longTests) == "1";
+  const bool whole = test::longTests();
   const std::uint32_t side = whole ? 708 : 120;
   const Mesh mesh = test::displacedTerrain(side);
   Context context;

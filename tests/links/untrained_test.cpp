@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The cut alone under lights that no bake knew, on the large level: against every visible leaf, at n_L 254. Long.
 #include "tests/links/cut_level.h"
+#include "tests/long_tests.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 namespace relume::test {
@@ -17,8 +17,7 @@ struct Bound {
 };
 
 TEST(Untrained, cutAloneStaysWithinItsBoundsUnderSunsSpotsAndTorches) {
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  if (longTests == nullptr || std::string(longTests) != "1") GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
+  if (!test::longTests()) GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
   const std::filesystem::path path = std::filesystem::path(RELUME_SHARED_DIR) / "scenes/sponza/sponza.glb";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist: set RELUME_SHARED_DIR";
 

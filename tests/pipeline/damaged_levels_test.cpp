@@ -4,6 +4,7 @@
 #include "bake/bake.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "tests/long_tests.h"
 #include "tests/pipeline/tiny_bake.h"
 #include "tests/scene/gltf_builder.h"
 
@@ -149,7 +150,7 @@ void expectEnds(const GltfBuilder& level, int seed, int& baked) {
 }
 
 // RELUME_LONG_TESTS tries many more.
-int seeds(int few) { return std::getenv("RELUME_LONG_TESTS") != nullptr ? 10 * few : few; }
+int seeds(int few) { return test::longTests() ? 10 * few : few; }
 
 TEST(DamagedLevels, theLevelItselfBakes) { EXPECT_EQ(bakeOf(Level().builder), ""); }
 

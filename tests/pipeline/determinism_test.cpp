@@ -5,10 +5,10 @@
 #include "formats/bake_file.h"
 #include "formats/validate.h"
 #include "tests/cli/make_gltf.h"
+#include "tests/long_tests.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -137,8 +137,7 @@ TEST(Pipeline, cornellGivesTheSameBytes) {
 
 TEST(Pipeline, sponzaAtTheHighPresetGivesTheSameBytes) {
   const fs::path path = fs::path(RELUME_SHARED_DIR) / "scenes/sponza/sponza.glb";
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  if (longTests == nullptr || std::string(longTests) != "1") GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
+  if (!test::longTests()) GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
   if (!fs::exists(path)) GTEST_SKIP() << path << " does not exist (set RELUME_SHARED_DIR)";
   expectSameBytes(path, presetOptions(Preset::high));
 }

@@ -7,13 +7,13 @@
 #include "bake/shape_sums.h"
 #include "bake/tools/staleness.h"
 #include "formats/bake_file.h"
+#include "tests/long_tests.h"
 #include "tests/scene/gltf_builder.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -29,11 +29,6 @@ namespace {
 using relume::testing::GltfBuilder;
 using relume::testing::png;
 using Json = nlohmann::json;
-
-bool longTests() {
-  const char* value = std::getenv("RELUME_LONG_TESTS");
-  return value != nullptr && std::string(value) == "1";
-}
 
 BakeOptions tinyOptions() {
   BakeOptions options = presetOptions(Preset::draft);
@@ -335,7 +330,7 @@ class ProvenanceProperty : public ::testing::TestWithParam<Level> {
 };
 
 TEST_P(ProvenanceProperty, upToDateMeansTheSameBytes) {
-  const bool all = longTests();
+  const bool all = test::longTests();
   std::vector<std::pair<std::string, Json>> edits;
   for (const char* list :
        {"nodes", "meshes", "materials", "textures", "samplers", "cameras", "scenes", "extensions", "scene", "images"}) {
@@ -356,7 +351,7 @@ TEST_P(ProvenanceProperty, upToDateMeansTheSameBytes) {
 
 TEST_P(ProvenanceProperty, bytesOfEveryAttributeCount) {
   // One byte in every so many of the buffer, its high bits changed.
-  const std::size_t stride = longTests() ? 13 : 131;
+  const std::size_t stride = test::longTests() ? 13 : 131;
   for (std::size_t i = 3; i < base_.binary.size(); i += stride) {
     GltfBuilder changed = base_;
     changed.binary[i] ^= 0x11;
@@ -458,7 +453,7 @@ Mesh withNoise(Mesh mesh, double metres, double ofNormal, std::uint32_t seed) {
 
 TEST(ShapeSums, noiseOfExportersIsForgiven) {
   for (const float size : {0.02f, 0.3f, 1.0f, 4.0f, 60.0f}) {
-    const Mesh mesh = bumpyMesh(longTests() ? 316 : 100, size);  // 100,489 vertices in the long test
+    const Mesh mesh = bumpyMesh(test::longTests() ? 316 : 100, size);  // 100,489 vertices in the long test
     const std::vector<std::uint32_t> sums = shapeSums(mesh);
     EXPECT_TRUE(sameShape(mesh, sums, 1.0f));
     for (std::uint32_t seed = 0; seed < 20; ++seed)
@@ -470,7 +465,7 @@ TEST(ShapeSums, noiseOfExportersIsForgiven) {
 TEST(ShapeSums, noiseOfExportersIsForgivenOnLevels) {
   std::vector<std::string> levels = {RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"};
   const std::string sponza = RELUME_SHARED_DIR "/scenes/sponza/sponza.glb";
-  if (longTests() && std::filesystem::exists(sponza)) levels.push_back(sponza);
+  if (test::longTests() && std::filesystem::exists(sponza)) levels.push_back(sponza);
   for (const std::string& level : levels) {
     Context context;
     const Result<Scene> scene = importGltf(level, context);

@@ -4,6 +4,7 @@
 #include "runtime/bands.h"
 #include "runtime/relighter.h"
 
+#include "tests/long_tests.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -12,7 +13,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 namespace relume {
 namespace {
@@ -110,8 +110,7 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
   const std::vector<float> in = receivers(300);
   // A software driver takes a second or two to compile the shaders of many bands: the default run takes a part of the
   // pairs.
-  const char* longTests = std::getenv("RELUME_LONG_TESTS");
-  const bool all = longTests != nullptr && std::string(longTests) == "1";
+  const bool all = test::longTests();
   for (int luma = 1; luma <= 8; ++luma) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       if (!all && luma > 3 && chroma != 1 + luma % 5) continue;
