@@ -2,10 +2,10 @@
 // The pipeline: a scene in, a bake out.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/options.h"
 #include "bake/scene/scene.h"
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
 
 namespace relume {

@@ -2,8 +2,8 @@
 // Presets, checks and JSON of the bake's options, over the table of option_table.h.
 #include "bake/options.h"
 
+#include "bake/base/read_json.h"
 #include "bake/option_table.h"
-#include "bake/read_json.h"
 
 #include <nlohmann/json.hpp>
 

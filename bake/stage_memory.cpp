@@ -3,7 +3,7 @@
 // the clustering are estimates.
 #include "bake/stage_memory.h"
 
-#include "bake/memory_budget.h"
+#include "bake/base/memory_budget.h"
 #include "bake/surfels/surface_sampler.h"
 
 #include <algorithm>

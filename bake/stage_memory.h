@@ -3,9 +3,9 @@
 // beyond the budget (memory_budget.h). The light map and the grid ask for themselves, once they know their texels.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/options.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "formats/caches.h"
 #include "formats/hierarchy.h"
 #include "formats/result.h"

@@ -4,7 +4,7 @@
 // includes it. formats/README.md documents the bytes.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
 
 #include <cstddef>

@@ -8,7 +8,7 @@
 // small multiple of the file's size. Any thread.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/chunks.h"
 #include "formats/result.h"
 

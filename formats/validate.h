@@ -2,7 +2,7 @@
 // Does a bake keep the invariants that the headers of its parts promise? Numbered findings, validation_messages.h.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
 #include "formats/validation_messages.h"
 

@@ -2,7 +2,7 @@
 // What the runtime relies on, so that no frame reads outside an array or divides by nothing.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
 
 namespace relume {

@@ -11,7 +11,7 @@
 #if defined(RELUME_HAS_GL)
 #include "runtime/gl/gl_backend.h"
 #endif
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 
 namespace relume {
 

@@ -21,7 +21,7 @@
 // keep irradiance under 60000 of whatever unit the lights are given in.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
 #include "runtime/lights.h"
 
@@ -111,8 +111,8 @@ class Relighter {
   [[nodiscard]] glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
-  // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/bands.h), the rest is
-  // zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
+  // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/shared/bands.h), the rest
+  // is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
   [[nodiscard]] std::vector<float> cacheCoefficients() const;
   // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
   [[nodiscard]] std::vector<glm::vec3> nodeRadiosity() const;

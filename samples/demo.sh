@@ -7,7 +7,7 @@
 #   samples/demo.sh DIR        pictures go to DIR
 set -euo pipefail
 cd "$(dirname "$0")/.."
-source samples/common/setup.sh
+source tools/packages.sh
 
 output="${1:-out/demo}"
 mkdir -p "$output"
@@ -18,7 +18,7 @@ cmake --preset release >"$output/build.log"  # the settings of tests/run.sh, whi
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)" --target relume >>"$output/build.log" ||
   { tail -n 40 "$output/build.log" >&2; exit 1; }
-relume=build/release/bake/tools/relume
+relume=build/release/tools/cli/relume
 level=samples/level/two_rooms.glb
 bake="$output/two_rooms.relume"
 

@@ -56,7 +56,7 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
 }
 
 // Irradiance of the texels around a point of the light map, those without a cache left out: lightmapStencil() of
-// runtime/cpu/stencil.h.
+// runtime/shared/stencil.h.
 vec3 flatBounce(vec2 uv) {
   vec2 most = vec2(relumeMapSize) - 1.0, p = clamp(uv * vec2(relumeMapSize) - 0.5, vec2(0.0), most);
   uvec2 low = uvec2(p), high = min(low + 1u, relumeMapSize - 1u) - low;

@@ -206,7 +206,7 @@ void relumeAddWeighted(uint cache, float w, inout vec4 lobe[RELUME_LUMA_LAYERS],
   }
 }
 
-// Add a cache of the grid with the weight of its corner: gridStencil() of runtime/cpu/stencil.h.
+// Add a cache of the grid with the weight of its corner: gridStencil() of runtime/shared/stencil.h.
 void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
   if (cache == kRelumeNone || !(w > 0.0)) return;
   uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);

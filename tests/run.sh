@@ -7,7 +7,7 @@
 #   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels
 set -euo pipefail
 cd "$(dirname "$0")/.."
-source samples/common/setup.sh
+source tools/packages.sh
 
 export RELUME_LONG_TESTS=0
 sanitizers=1

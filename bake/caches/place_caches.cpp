@@ -2,9 +2,9 @@
 // The door of the room: grid, then light map, joined; and where surfels read their own light.
 #include "bake/caches/caches.h"
 
-#include "bake/caches/place_grid.h"
-#include "bake/caches/place_lightmap.h"
-#include "bake/parallel.h"
+#include "bake/base/parallel.h"
+#include "bake/caches/grid/place_grid.h"
+#include "bake/caches/lightmap/place_lightmap.h"
 #include "formats/pack.h"
 
 #include <algorithm>

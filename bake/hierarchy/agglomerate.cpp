@@ -6,9 +6,9 @@
 // merge may be nearer than the one before. So a heap holds, for every cluster, a lower bound: its nearest neighbour
 // when it was last looked up. A cluster born later looks up its own, so the heap's top is the nearest pair of all as
 // soon as both of its clusters live; where the neighbour is dead, it is looked up again.
+#include "bake/base/parallel.h"
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
-#include "bake/parallel.h"
 #include "formats/decimal.h"
 
 #include <glm/common.hpp>

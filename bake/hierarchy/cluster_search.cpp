@@ -3,7 +3,7 @@
 // exceeds the distance it bounds, and the search is exact to the last bit and the same on every instruction set.
 #include "bake/hierarchy/cluster_search.h"
 
-#include "bake/wide_clones.h"
+#include "bake/base/wide_clones.h"
 
 #include <algorithm>
 #include <array>

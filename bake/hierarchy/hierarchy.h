@@ -2,9 +2,9 @@
 // Clusters the senders into a binary tree (PIC 4.3).
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/options.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "formats/hierarchy.h"
 #include "formats/result.h"
 #include "formats/surfels.h"

@@ -2,8 +2,8 @@
 // See outlook.h. Surfels that are near each other look together, a direction at a time, so that rays stay in packets.
 #include "bake/hierarchy/outlook.h"
 
-#include "bake/morton.h"
-#include "bake/parallel.h"
+#include "bake/base/morton.h"
+#include "bake/base/parallel.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

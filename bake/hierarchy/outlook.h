@@ -4,8 +4,8 @@
 // (metric.h).
 #pragma once
 
-#include "bake/context.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/base/context.h"
+#include "bake/rays/ray_tracer.h"
 #include "formats/surfels.h"
 
 #include <glm/vec3.hpp>

@@ -7,7 +7,7 @@
 // whichever kind found it.
 #pragma once
 
-#include "bake/random.h"
+#include "bake/base/random.h"
 #include "bake/scene/scene.h"
 #include "bake/surfels/surfels.h"
 

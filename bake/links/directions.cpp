@@ -3,7 +3,7 @@
 // hemisphere, or folded like an octahedron onto the sphere (Clarberg 2008); both keep areas and neighbourhoods.
 #include "bake/links/directions.h"
 
-#include "bake/wide_clones.h"
+#include "bake/base/wide_clones.h"
 
 #include <glm/geometric.hpp>
 

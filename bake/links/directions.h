@@ -6,7 +6,7 @@
 // sum over rays of w y_i(omega) V(omega) estimates c_i = 1/pi Int y_i V (PIC App. A).
 #pragma once
 
-#include "bake/random.h"
+#include "bake/base/random.h"
 
 #include <glm/vec3.hpp>
 

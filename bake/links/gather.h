@@ -9,7 +9,7 @@
 #include "bake/links/aim.h"
 #include "bake/links/directions.h"
 #include "bake/options.h"
-#include "bake/scene/ray_fan.h"
+#include "bake/rays/bundle/ray_fan.h"
 #include "bake/surfels/surfels.h"
 #include "formats/hierarchy.h"
 

@@ -3,10 +3,10 @@
 // hierarchy, a cut of n_L nodes, a link for each.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/options.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "formats/caches.h"
 #include "formats/hierarchy.h"

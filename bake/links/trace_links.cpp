@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Transport, a cache at a time (PIC 4.5): gather, sum up, cut, project; see links.h. Nothing of size n_C x n_S exists:
 // a thread keeps what one cache sees, and O(nodes) sums for the pull weights.
+#include "bake/base/parallel.h"
 #include "bake/links/gather.h"
 #include "bake/links/links.h"
 #include "bake/links/project.h"
@@ -8,7 +9,6 @@
 #include "bake/links/select_cut.h"
 #include "bake/links/share_links.h"
 #include "bake/links/touched_tree.h"
-#include "bake/parallel.h"
 
 #include <glm/geometric.hpp>
 

@@ -2,8 +2,8 @@
 // The emitting triangles of a level as one light: points on them are drawn by area times radiance.
 #pragma once
 
-#include "bake/random.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/base/random.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/scene/scene.h"
 
 #include <cstdint>

@@ -7,8 +7,8 @@
 // its first surface; the pixel's mean is then weighted by that albedo.
 #include "bake/reference/path_tracer.h"
 
-#include "bake/parallel.h"
-#include "bake/random.h"
+#include "bake/base/parallel.h"
+#include "bake/base/random.h"
 #include "bake/reference/emitters.h"
 
 #include <glm/common.hpp>

@@ -2,8 +2,8 @@
 // Ground truth: a plain Lambertian path tracer on the same scene, rays and radiometry as the baker.
 #pragma once
 
-#include "bake/context.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/base/context.h"
+#include "bake/rays/ray_tracer.h"
 #include "formats/result.h"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Weighted sample elimination: a blue-noise subset of candidates, in progressive order.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 #include "formats/result.h"
 

@@ -2,9 +2,9 @@
 // See eliminate_round.h.
 #include "bake/surfels/eliminate_round.h"
 
-#include "bake/morton.h"
-#include "bake/parallel.h"
-#include "bake/point_grid.h"
+#include "bake/base/morton.h"
+#include "bake/base/parallel.h"
+#include "bake/base/point_grid.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 // points come off one by one.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/surfels/neighbours.h"
 #include "bake/surfels/surface_sampler.h"
 

@@ -3,7 +3,7 @@
 // surface, is the surface's own average: power is kept whatever the shape of the cells.
 #include "bake/surfels/footprint.h"
 
-#include "bake/parallel.h"
+#include "bake/base/parallel.h"
 
 #include <glm/common.hpp>
 

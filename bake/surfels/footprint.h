@@ -2,7 +2,7 @@
 // Albedo and emission of surfels, integrated over the part of the surfaces that each stands for.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfels.h"
 

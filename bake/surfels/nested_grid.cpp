@@ -2,7 +2,7 @@
 // See nested_grid.h.
 #include "bake/surfels/nested_grid.h"
 
-#include "bake/scene/surface_parts.h"
+#include "bake/visibility/surface_parts.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

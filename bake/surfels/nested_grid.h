@@ -3,8 +3,8 @@
 // and nothing elsewhere.
 #pragma once
 
-#include "bake/scene/play_space.h"
 #include "bake/surfels/surfels.h"
+#include "bake/visibility/play_space.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

@@ -6,7 +6,7 @@
 // their order.
 #include "bake/surfels/relax.h"
 
-#include "bake/parallel.h"
+#include "bake/base/parallel.h"
 #include "bake/surfels/neighbours.h"
 
 #include <flann/flann.hpp>

@@ -2,8 +2,8 @@
 // See settle.h.
 #include "bake/surfels/settle.h"
 
-#include "bake/parallel.h"
-#include "bake/random.h"
+#include "bake/base/parallel.h"
+#include "bake/base/random.h"
 
 #include <glm/geometric.hpp>
 

@@ -2,8 +2,8 @@
 // See spacing.h.
 #include "bake/surfels/spacing.h"
 
-#include "bake/parallel.h"
-#include "bake/point_grid.h"
+#include "bake/base/parallel.h"
+#include "bake/base/point_grid.h"
 #include "bake/surfels/neighbours.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // How well surfels are spread.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 
 #include <span>

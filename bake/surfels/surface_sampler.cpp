@@ -2,9 +2,9 @@
 // See surface_sampler.h.
 #include "bake/surfels/surface_sampler.h"
 
-#include "bake/parallel.h"
-#include "bake/random.h"
-#include "bake/scene/surface_parts.h"
+#include "bake/base/parallel.h"
+#include "bake/base/random.h"
+#include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
 

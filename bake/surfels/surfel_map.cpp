@@ -4,11 +4,11 @@
 // says how far away to look.
 #include "bake/surfels/surfel_map.h"
 
-#include "bake/parallel.h"
-#include "bake/point_grid.h"
+#include "bake/base/parallel.h"
+#include "bake/base/point_grid.h"
+#include "bake/base/wide_clones.h"
 #include "bake/surfels/map_cost.h"
 #include "bake/surfels/nested_grid.h"
-#include "bake/wide_clones.h"
 
 #include <glm/geometric.hpp>
 

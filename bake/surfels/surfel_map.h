@@ -2,7 +2,7 @@
 // Builds the map from hits to surfels.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfels.h"
 

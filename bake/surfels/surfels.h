@@ -2,10 +2,10 @@
 // From surfaces to surfels (PIC 4.2), and from a hit on a surface to its surfel.
 #pragma once
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/options.h"
-#include "bake/scene/play_space.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
+#include "bake/visibility/play_space.h"
 #include "formats/result.h"
 #include "formats/surfels.h"
 

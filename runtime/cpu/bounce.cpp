@@ -4,10 +4,10 @@
 
 #include "formats/pack.h"
 #include "formats/sh.h"
-#include "runtime/cpu/stencil.h"
 #include "runtime/cpu/surfel_set.h"
-#include "runtime/pack_color.h"
-#include "runtime/receivers.h"
+#include "runtime/shared/pack_color.h"
+#include "runtime/shared/receivers.h"
+#include "runtime/shared/stencil.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -4,7 +4,7 @@
 // only (band 3 of the clamped cosine is zero). With more bands tilted and gridded surfels go through resolve.h.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
@@ -44,8 +44,9 @@ class Bounce {
   std::vector<TiltedSurfel> tilted_;
   std::vector<GriddedSurfel> gridded_;
   std::vector<std::uint32_t> griddedCache_;  // appendGridShares()
-  std::vector<std::uint32_t> cacheColor_;    // [Size n_C] irradiance for a cache's own normal (runtime/pack_color.h)
-  std::vector<std::uint32_t> texel_;         // [Size texels] the same of each texel's cache
+  std::vector<std::uint32_t>
+      cacheColor_;                    // [Size n_C] irradiance for a cache's own normal (runtime/shared/pack_color.h)
+  std::vector<std::uint32_t> texel_;  // [Size texels] the same of each texel's cache
   CacheLight light_;
 };
 

@@ -3,7 +3,7 @@
 // itself. Surfels, hierarchy and links are kept packed; caches stay the bake's own arrays.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/pull.h"
@@ -32,7 +32,7 @@ class CpuBackend {
   CacheLight cacheLight() const {
     return {lumaBands_, chromaBands_, {coefficients_.data(), coefficientCount_}, links_.kind() == LinkKind::irradiance};
   }
-  std::span<const std::uint32_t> nodes() const { return node_; }  // radiosity [W/m²] (runtime/pack_color.h)
+  std::span<const std::uint32_t> nodes() const { return node_; }  // radiosity [W/m²] (runtime/shared/pack_color.h)
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "runtime/cpu/light_caches_job.h"
-#include "runtime/cpu/link_set.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/link_set.h"
 
 #include <functional>
 #include <span>
@@ -18,9 +18,9 @@ using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begi
 // The kernel for an instruction set; null when this processor, or this build, lacks it.
 LightCachesKernel lightCachesKernel(Simd simd);
 
-// Lights all caches. `node`: radiosity (runtime/pack_color.h). [Size coefficients >= n_C * stride]
+// Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). [Size coefficients >= n_C * stride]
 // afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
-// From firstMapCache on, coefficients past mapBands() (runtime/bands.h) are left as they are.
+// From firstMapCache on, coefficients past mapBands() (runtime/shared/bands.h) are left as they are.
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {},

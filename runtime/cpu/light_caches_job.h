@@ -12,7 +12,7 @@ namespace relume::cpu {
 constexpr std::uint32_t kRepackedLinks = 0xFFFFFFFFu;
 
 struct LightCachesJob {
-  const std::uint32_t* node = nullptr;  // radiosity of each node (runtime/pack_color.h)
+  const std::uint32_t* node = nullptr;  // radiosity of each node (runtime/shared/pack_color.h)
   const std::uint32_t* rowBegin = nullptr;
   std::uint32_t kind = 0;               // LinkKind
   const std::uint32_t* cone = nullptr;  // three words a link

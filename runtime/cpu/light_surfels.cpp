@@ -5,7 +5,7 @@
 #include "runtime/cpu/chunks.h"
 #include "runtime/cpu/simd.h"
 #include "runtime/light_window.h"
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -22,12 +22,13 @@ struct PreparedLight {
 };
 
 struct LightSurfelsJob {
-  const std::uint32_t* word[4] = {};  // of the surfels (runtime/pack_surfel.h), each padded to whole blocks
+  const std::uint32_t* word[4] = {};  // of the surfels (runtime/shared/pack_surfel.h), each padded to whole blocks
   float origin[3] = {}, step[3] = {};
   const PreparedLight* light = nullptr;
   std::uint32_t lightCount = 0;
   float bounceScale = 0.0f;
-  const std::uint32_t* texel = nullptr;  // irradiance of each texel's cache for its own normal (runtime/pack_color.h)
+  const std::uint32_t* texel =
+      nullptr;  // irradiance of each texel's cache for its own normal (runtime/shared/pack_color.h)
   std::int32_t mapWidth = 0, mapHeight = 0;
   const std::uint32_t* mapCache = nullptr;  // cache of each texel, all ones = none
   const float* lobe = nullptr;          // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
@@ -55,7 +56,7 @@ struct TiltedSurfel {
 // A surfel that reads the grid.
 struct GriddedSurfel {
   std::uint8_t slot;    // within its block
-  std::uint8_t caches;  // that many shares (runtime/receivers.h)
+  std::uint8_t caches;  // that many shares (runtime/shared/receivers.h)
 };
 constexpr std::uint32_t kShareShift = 22, kShareOne = 1023;
 

@@ -75,7 +75,7 @@ inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::
   }
 }
 
-// ditherOf() of runtime/pack_color.h.
+// ditherOf() of runtime/shared/pack_color.h.
 inline Floats dithers(Ints index) {
   typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
   const Words hash = load<Words>(&index) * 2654435769u;

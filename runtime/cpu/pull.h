@@ -19,7 +19,7 @@ class PullTree {
  public:
   // The hierarchy must pass checkBake().
   explicit PullTree(const Hierarchy& hierarchy);
-  // Fills the inner nodes from the leaves (runtime/pack_color.h), deepest level first. [Size node = nodeCount()]
+  // Fills the inner nodes from the leaves (runtime/shared/pack_color.h), deepest level first. [Size node = nodeCount()]
   void pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node, const ParallelFor& parallelFor) const;
   std::size_t bytes() const;
 

@@ -5,7 +5,7 @@
 #include "formats/color.h"
 #include "formats/limits.h"
 #include "formats/sh.h"
-#include "runtime/cpu/stencil.h"
+#include "runtime/shared/stencil.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

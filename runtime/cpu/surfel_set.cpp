@@ -2,7 +2,7 @@
 // See surfel_set.h.
 #include "runtime/cpu/surfel_set.h"
 
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The surfels as the CPU backend keeps them: packed (runtime/pack_surfel.h), in the order of their leaves in the
+// The surfels as the CPU backend keeps them: packed (runtime/shared/pack_surfel.h), in the order of their leaves in the
 // hierarchy, which lie near each other in space when they are near in order. So neighbours read the same caches, and
 // leaves are written in order.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/node_set.h"
-#include "runtime/pack_surfel.h"
+#include "runtime/shared/pack_surfel.h"
 
 #include <array>
 #include <span>

@@ -193,7 +193,7 @@ inline Ints gather(const std::uint32_t* from, const std::uint32_t* index) {
 #endif
 }
 
-// Red, green and blue of packed colours (runtime/pack_color.h).
+// Red, green and blue of packed colours (runtime/shared/pack_color.h).
 inline void unpackColors(Ints bits, Floats& r, Floats& g, Floats& b) {
   const Floats scale = asFloats(((bits >> 3) & 0x1F800000) + (87 << 23));
   r = toFloats(bits & 511) * scale;

@@ -4,7 +4,7 @@
 
 #include "formats/pack.h"
 #include "runtime/gl/saved_state.h"
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 #include "shaders/shared/layout.h"
 
 #include <array>

@@ -4,12 +4,12 @@
 
 #include "formats/compact_links.h"
 #include "formats/pack.h"
-#include "runtime/cpu/link_set.h"
 #include "runtime/gl/leaf_blocks.h"
 #include "runtime/gl/pack_grid.h"
 #include "runtime/gl/pull_schedule.h"
-#include "runtime/pack_color.h"
-#include "runtime/receivers.h"
+#include "runtime/shared/link_set.h"
+#include "runtime/shared/pack_color.h"
+#include "runtime/shared/receivers.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>

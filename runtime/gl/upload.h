@@ -2,11 +2,11 @@
 // The bake on the GPU: buffers and textures that live as long as the relighter.
 #pragma once
 
-#include "formats/bake.h"
+#include "formats/bake_data.h"
 #include "formats/result.h"
-#include "runtime/bands.h"
 #include "runtime/gl/handle.h"
-#include "runtime/pack_surfel.h"
+#include "runtime/shared/bands.h"
+#include "runtime/shared/pack_surfel.h"
 
 #include <string>
 #include <utility>
@@ -15,7 +15,7 @@
 namespace relume::gl {
 
 // Caches whose links one binding of the link buffers covers: drivers limit the size of a binding, not of a buffer.
-// Repacked links (runtime/cpu/link_set.h) are four to a unit, rows padded with links that carry nothing: a "link" is
+// Repacked links (runtime/shared/link_set.h) are four to a unit, rows padded with links that carry nothing: a "link" is
 // then such a unit.
 struct LinkBatch {
   GLuint firstCache = 0, endCache = 0;
@@ -32,11 +32,11 @@ struct PullGroup {
 };
 
 struct GpuBake {
-  // Surfels flat first, then tilted, then gridded (runtime/receivers.h), each by ascending leaf, with empty places
-  // between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
+  // Surfels flat first, then tilted, then gridded (runtime/shared/receivers.h), each by ascending leaf, with empty
+  // places between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
   Buffer surfels, emission, leafNode;
   Buffer gridded;                         // RELUME_SLOT_GRIDDED
-  Buffer nodes;                           // runtime/pack_color.h, written every frame
+  Buffer nodes;                           // runtime/shared/pack_color.h, written every frame
   Buffer pullNode, pullRuns, pullRounds;  // PullSchedule
   Buffer rows, links, linkShape;          // RELUME_SLOT_LINKS, RELUME_SLOT_LINK_SHAPE
   Buffer caches;                          // coefficients of those before firstMapCache, written every frame

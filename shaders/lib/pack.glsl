@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// formats/pack.h, as far as shaders need it, surfels (runtime/pack_surfel.h) and colours (runtime/pack_color.h).
+// formats/pack.h, as far as shaders need it, surfels (runtime/shared/pack_surfel.h) and colours (runtime/shared/pack_color.h).
 
 vec2 relumeUnpackSnorm16x2(uint bits) {
   ivec2 v = ivec2(int(bits << 16) >> 16, int(bits) >> 16);

@@ -6,10 +6,10 @@
 #define RELUME_LAYOUT_H
 
 // Storage buffers of the passes.
-#define RELUME_SLOT_SURFELS 0    // bounce, surfels: words (runtime/pack_surfel.h)
+#define RELUME_SLOT_SURFELS 0    // bounce, surfels: words (runtime/shared/pack_surfel.h)
 #define RELUME_SLOT_LEAF_NODE 1  // bounce, surfels: node of each sender (shaders/lib/leaf_node.glsl)
 #define RELUME_SLOT_GRIDDED \
-  2  // bounce: where the shares of each gridded surfel begin, then all shares (runtime/receivers.h)
+  2  // bounce: where the shares of each gridded surfel begin, then all shares (runtime/shared/receivers.h)
 #define RELUME_SLOT_LIGHTS 2  // surfels: RelumeLight[]
 #define RELUME_SLOT_HOST 3    // surfels: what the host hands over a frame, four floats each
 #define RELUME_SLOT_NODES 4   // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
@@ -87,7 +87,7 @@ const int kRelumeDepthSide = 17;
 const uint kRelumePullNodeBits = 25u;
 const uint kRelumePullWeightOne = 65534u;
 
-const uint kRelumeCacheBits = 22u;  // runtime/receivers.h: bits of a cache beside its share
+const uint kRelumeCacheBits = 22u;  // runtime/shared/receivers.h: bits of a cache beside its share
 
 // std430
 struct RelumeLight {

@@ -3,11 +3,11 @@
 // lights, and compares. Prints tables, writes them as Markdown on request, and fails when a figure is above its bound
 // (levels.h).
 // Indirect light answers to DiffInd; of emitters, `bounced` answers to DiffInd and `indirect` to DiffDir + DiffInd.
-#include "bake/tools/image_io.h"
 #include "tests/accuracy/compare_images.h"
 #include "tests/accuracy/levels.h"
 #include "tests/accuracy/report.h"
 #include "tests/long_tests.h"
+#include "tools/images/image_io.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

@@ -3,8 +3,8 @@
 // of the script that made the reference images, to the last detail, so that figures can be compared.
 #pragma once
 
-#include "bake/tools/image_io.h"
 #include "formats/result.h"
+#include "tools/images/image_io.h"
 
 #include <cstdint>
 #include <string>

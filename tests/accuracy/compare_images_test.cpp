@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/accuracy/compare_images.h"
 
-#include "bake/random.h"
+#include "bake/base/random.h"
 
 #include <gtest/gtest.h>
 

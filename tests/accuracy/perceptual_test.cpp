@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Perceptual differences against published values and properties.
-#include "bake/tools/perceptual.h"
+#include "tools/images/perceptual.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>

@@ -5,10 +5,10 @@
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/links.h"
 #include "bake/options.h"
-#include "bake/scene/play_space.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/scene/scene.h"
 #include "bake/surfels/surfels.h"
+#include "bake/visibility/play_space.h"
 
 #include <benchmark/benchmark.h>
 

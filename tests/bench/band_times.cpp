@@ -3,9 +3,9 @@
 // frames, on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/BANDS.md.
 //   bench_band_times BAKE.relume [frames [receivers]]
 #include "formats/bake_file.h"
-#include "runtime/bands.h"
 #include "runtime/relighter.h"
-#include "samples/common/egl_context.h"
+#include "runtime/shared/bands.h"
+#include "tools/gl_scene/egl_context.h"
 
 #include <epoxy/gl.h>
 #include <glm/geometric.hpp>

@@ -17,13 +17,13 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 # 1. The paper's two settings, and how a bake grows
-"$build/bake/tools/relume" bench "$scene" --preset high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
+"$build/tools/cli/relume" bench "$scene" --preset high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
   --markdown "$work/page.md"
-"$build/bake/tools/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
+"$build/tools/cli/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
   --markdown "$work/curves.md"
 
 # 2. Four times the rays
-"$build/bake/tools/relume" bench "$scene" --preset high --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
+"$build/tools/cli/relume" bench "$scene" --preset high --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
   --markdown "$work/rays.md"
 
 # 3. Stages one by one
@@ -32,7 +32,7 @@ RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0
 
 # 4. Kinds of links: what each costs and errs by, against the SH of its own rays
 for kind in sh cone; do
-  "$build/bake/tools/relume" bake "$scene" -o "$work/$kind.relume" --preset high --rays 1024 --link-kind "$kind" \
+  "$build/tools/cli/relume" bake "$scene" -o "$work/$kind.relume" --preset high --rays 1024 --link-kind "$kind" \
     --progress none > /dev/null 2>&1
 done
 "$build/tests/bench/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"

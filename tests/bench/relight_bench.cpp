@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Milliseconds of each runtime pass, named stage/scene/n_S/n_L/bands. Scenes: the synthetic room at PIC's high and
 // moderate settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
-#include "bake/tools/worker_threads.h"
 #include "formats/bake_file.h"
-#include "runtime/bands.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/bands.h"
 #include "tests/runtime/synthetic_bake.h"
+#include "tools/base/worker_threads.h"
 #if defined(RELUME_HAS_GL)
-#include "samples/common/egl_context.h"
+#include "tools/gl_scene/egl_context.h"
 #endif
 
 #include <benchmark/benchmark.h>

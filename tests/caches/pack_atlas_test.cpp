@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/caches/pack_atlas.h"
+#include "bake/caches/lightmap/pack_atlas.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Caches of small scenes with known answers: on surfaces, in free space, on the side that is seen.
 #include "bake/caches/caches.h"
-#include "bake/scene/find_solids.h"
+#include "bake/import/find_solids.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/reads.h"

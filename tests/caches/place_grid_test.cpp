@@ -2,7 +2,7 @@
 // The grid: walls part what stands on either side of them, bricks are where surfaces are, and light is continuous where
 // bricks end.
 #include "bake/caches/caches.h"
-#include "runtime/cpu/stencil.h"
+#include "runtime/shared/stencil.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 

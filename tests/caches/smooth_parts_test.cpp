@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Small smooth parts get texels that follow their curvature; and what the log advises where they or small pieces do
 // not.
-#include "bake/caches/smooth_parts.h"
+#include "bake/caches/charts/smooth_parts.h"
 
-#include "bake/caches/patches.h"
+#include "bake/caches/charts/patches.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/reads.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Charts: whole, flat enough, free of overlaps, on any input.
 #include "bake/caches/caches.h"
-#include "bake/caches/patches.h"
-#include "bake/caches/texcoord_charts.h"
+#include "bake/caches/charts/patches.h"
+#include "bake/caches/charts/texcoord_charts.h"
 #include "tests/caches/big_level.h"
 #include "tests/caches/meshes.h"
 #include "tests/long_tests.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What receivers read: bakes that hold the same light in the same caches, and hand it to other surfaces, differ.
 #include "bake/bake.h"
-#include "bake/tools/compare_light.h"
-#include "bake/tools/compare_report.h"
+#include "tools/compare/compare_light.h"
+#include "tools/compare/compare_report.h"
 
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Two bakes held against each other: what is said about scene, places and light of bakes whose difference is known.
-#include "bake/tools/compare_light.h"
-#include "bake/tools/compare_lightings.h"
-#include "bake/tools/compare_page.h"
-#include "bake/tools/compare_report.h"
-#include "bake/tools/compare_scene.h"
 #include "formats/bake_file.h"
 #include "formats/compact_links.h"
 #include "runtime/relighter.h"
 #include "tests/cli/check_schema.h"
 #include "tests/comma_locale.h"
 #include "tests/formats/small_bake.h"
+#include "tools/compare/compare_light.h"
+#include "tools/compare/compare_lightings.h"
+#include "tools/compare/compare_page.h"
+#include "tools/compare/compare_report.h"
+#include "tools/compare/compare_scene.h"
 
 #include <gtest/gtest.h>
 

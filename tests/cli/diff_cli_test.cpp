@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `relume diff`: figures with known values, the picture of the error, bounds, and what it refuses.
-#include "bake/tools/image_io.h"
 #include "formats/color.h"
 #include "tests/cli/cli_fixture.h"
+#include "tools/images/image_io.h"
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Bake every .glb and .gltf under a folder at the draft preset and write the outcome as a Markdown table.
 
-    tests/conformance/run_conformance.py --relume build/release/bake/tools/relume --scenes FOLDER \\
+    tests/conformance/run_conformance.py --relume build/release/tools/cli/relume --scenes FOLDER \\
         [--output docs/CONFORMANCE.md] [--timeout 120] [--only PART] [--jobs 1]
 
 A file passes when it bakes, or when it is refused with one of the documented exit codes and a message that names the

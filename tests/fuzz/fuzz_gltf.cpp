@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a scene alone in its folder; those that begin with "glTF" as .glb, others as .gltf. Built
 // with RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "bake/scene/scene.h"
 #include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"

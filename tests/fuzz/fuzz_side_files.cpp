@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any text as the JSON that stands beside a bake: a lights file, a report of `relume bake` that compare's
 // page shows, the options in a bake's provenance.
-#include "bake/read_json.h"
+#include "bake/base/read_json.h"
 #include "bake/scene/check_limits.h"
-#include "bake/tools/compare_page.h"
-#include "bake/tools/compare_report.h"
-#include "bake/tools/lights_file.h"
 #include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"
+#include "tools/compare/compare_page.h"
+#include "tools/compare/compare_report.h"
+#include "tools/render/lights_file.h"
 
 #include <cstdlib>
 

@@ -2,7 +2,7 @@
 // Made-up surfels for the tests of clustering.
 #pragma once
 
-#include "bake/random.h"
+#include "bake/base/random.h"
 #include "formats/surfels.h"
 
 #include <glm/common.hpp>

@@ -2,8 +2,8 @@
 // See cut_level.h.
 #include "tests/links/cut_level.h"
 
+#include "bake/base/parallel.h"
 #include "bake/hierarchy/hierarchy.h"
-#include "bake/parallel.h"
 #include "tests/links/test_lights.h"
 
 #include <glm/geometric.hpp>

@@ -7,7 +7,7 @@
 #include "bake/links/gather.h"
 #include "bake/links/pull_weights.h"
 #include "bake/links/select_cut.h"
-#include "bake/scene/play_space.h"
+#include "bake/visibility/play_space.h"
 
 #include <memory>
 #include <string>

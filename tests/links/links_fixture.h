@@ -2,10 +2,10 @@
 // Small scenes and hierarchies made by hand, for the tests of the links.
 #pragma once
 
+#include "bake/base/random.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/gather.h"
-#include "bake/random.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "formats/caches.h"
 #include "formats/pack.h"

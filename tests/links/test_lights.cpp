@@ -2,7 +2,7 @@
 // See test_lights.h.
 #include "tests/links/test_lights.h"
 
-#include "bake/random.h"
+#include "bake/base/random.h"
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>

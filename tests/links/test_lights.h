@@ -2,9 +2,9 @@
 // Lights that no bake was trained on, spread over a level by rules of our own.
 #pragma once
 
-#include "bake/scene/play_space.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/scene/scene.h"
+#include "bake/visibility/play_space.h"
 
 #include <vector>
 

@@ -4,9 +4,9 @@
 #include "bake/bake.h"
 #include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "tests/import/gltf_builder.h"
 #include "tests/long_tests.h"
 #include "tests/pipeline/tiny_bake.h"
-#include "tests/scene/gltf_builder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Levels far larger than what can be seen of them: what a bake makes must follow what is seen.
 #include "bake/caches/caches.h"
-#include "bake/scene/play_space.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
+#include "bake/visibility/play_space.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>

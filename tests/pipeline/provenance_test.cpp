@@ -5,10 +5,10 @@
 #include "bake/provenance.h"
 #include "bake/bake.h"
 #include "bake/shape_sums.h"
-#include "bake/tools/staleness.h"
 #include "formats/bake_file.h"
+#include "tests/import/gltf_builder.h"
 #include "tests/long_tests.h"
-#include "tests/scene/gltf_builder.h"
+#include "tools/compare/staleness.h"
 
 #include <gtest/gtest.h>
 

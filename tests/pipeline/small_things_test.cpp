@@ -2,13 +2,13 @@
 // Light on what levels are made of, against path-traced irradiance: corners where closed two-sided pieces meet, and a
 // small smooth ball.
 #include "bake/bake.h"
-#include "bake/parallel.h"
-#include "bake/scene/find_solids.h"
+#include "bake/base/parallel.h"
+#include "bake/import/find_solids.h"
 #include "formats/pack.h"
 #include "runtime/relighter.h"
-#include "tests/bench/traced_light.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
+#include "tests/measure/traced_light.h"
 
 #include <gtest/gtest.h>
 

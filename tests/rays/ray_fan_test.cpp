@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "bake/scene/ray_fan.h"
+#include "bake/rays/bundle/ray_fan.h"
 
-#include "bake/context.h"
-#include "bake/random.h"
+#include "bake/base/context.h"
+#include "bake/base/random.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>

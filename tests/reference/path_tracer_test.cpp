@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/reference/path_tracer.h"
 
-#include "bake/context.h"
+#include "bake/base/context.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>

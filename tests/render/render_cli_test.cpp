@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `relume render` as a user runs it: what it writes, and what it says when it cannot.
-#include "bake/tools/image_io.h"
 #include "tests/cli/make_gltf.h"
 #include "tests/cli/run_program.h"
+#include "tools/images/image_io.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

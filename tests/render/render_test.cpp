@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
 #include "bake/bake.h"
-#include "bake/tools/render_cpu.h"
-#include "bake/tools/render_frame.h"
 #include "tests/rays/make_scene.h"
+#include "tools/render/render_cpu.h"
+#include "tools/render/render_frame.h"
 #ifdef RELUME_RENDER_GL
-#include "bake/tools/render_gl.h"
+#include "tools/render/render_gl.h"
 #endif
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/cpu/light_surfels.h"
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 
 #include <cstdint>
 #include <functional>

@@ -4,7 +4,7 @@
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/resolve.h"
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 
 #include "formats/color.h"
 #include "formats/compact_links.h"

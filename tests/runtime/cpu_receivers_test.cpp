@@ -4,8 +4,8 @@
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/resolve.h"
-#include "runtime/cpu/stencil.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/stencil.h"
 
 #include "formats/color.h"
 #include "formats/pack.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Every pair of luma and chroma bands on both backends: coefficients, the layers they take, and the resolve with its
 // guessed third band and its window.
-#include "runtime/bands.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/bands.h"
 
 #include "tests/long_tests.h"
 #include "tests/runtime/gl_test_support.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The shaders' libraries against their C++ twins, and all shaders against the reference compiler.
 #include "runtime/gl/passes.h"
-#include "runtime/pack_color.h"
+#include "runtime/shared/pack_color.h"
 #include "tests/runtime/gl_test_support.h"
 
 #include "formats/color.h"

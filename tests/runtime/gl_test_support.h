@@ -4,7 +4,7 @@
 #pragma once
 
 #include "formats/result.h"
-#include "samples/common/egl_context.h"
+#include "tools/gl_scene/egl_context.h"
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>

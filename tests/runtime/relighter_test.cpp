@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-// Tolerances: albedo is kept in 8 bits, radiosity in 8 to 9 (runtime/pack_surfel.h, pack_color.h).
+// Tolerances: albedo is kept in 8 bits, radiosity in 8 to 9 (runtime/shared/pack_surfel.h, pack_color.h).
 
 constexpr float kPi = std::numbers::pi_v<float>;
 

@@ -2,9 +2,9 @@
 // In a host whose locale writes decimal commas, GLSL holds points and compiles: what hosts include (resolveGlsl(), in
 // the samples' level shader) and what the backend compiles itself, with the samples' shadow maps in the surfel pass.
 #include "runtime/relighter.h"
-#include "samples/common/egl_context.h"
-#include "samples/common/level_shader.h"
-#include "samples/common/shadow_maps.h"
+#include "tools/gl_scene/egl_context.h"
+#include "tools/gl_scene/level_shader.h"
+#include "tools/gl_scene/shadow_maps.h"
 
 #include "tests/comma_locale.h"
 #include "tests/runtime/synthetic_bake.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Normals and corners under the transforms that break them.
-#include "tests/scene/gltf_builder.h"
+#include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>

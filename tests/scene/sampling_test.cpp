@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Mip levels and the footprint that selects them.
-#include "bake/scene/read_images.h"
+#include "bake/import/read_images.h"
 #include "formats/color.h"
-#include "tests/scene/gltf_builder.h"
+#include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>

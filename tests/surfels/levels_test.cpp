@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Surfels on the large levels: areas, spacing and coverage hold there, too.
-#include "bake/random.h"
+#include "bake/base/random.h"
 #include "bake/surfels/surfels.h"
 #include "formats/color.h"
 #include "tests/surfels/make_level.h"

@@ -2,10 +2,10 @@
 // Small levels for the tests of surfels, made in memory.
 #pragma once
 
-#include "bake/scene/play_space.h"
-#include "bake/scene/ray_tracer.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/scene/scene.h"
 #include "bake/surfels/surface_sampler.h"
+#include "bake/visibility/play_space.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>

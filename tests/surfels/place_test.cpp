@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Placement of surfels: equal areas, spacing, sides, emitters, progressive order, determinism.
-#include "bake/scene/find_solids.h"
+#include "bake/import/find_solids.h"
 #include "bake/surfels/surfels.h"
 #include "formats/color.h"
 #include "tests/surfels/make_level.h"

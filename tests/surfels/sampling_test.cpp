@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What placement is made of: points by area, the grid of points, elimination.
-#include "bake/point_grid.h"
-#include "bake/random.h"
+#include "bake/base/point_grid.h"
+#include "bake/base/random.h"
 #include "bake/surfels/eliminate.h"
 #include "bake/surfels/surface_sampler.h"
 #include "tests/surfels/make_level.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The map from hits to surfels, against looking at all surfels.
 #include "bake/surfels/surfel_map.h"
-#include "bake/random.h"
+#include "bake/base/random.h"
 #include "bake/surfels/map_cost.h"
 #include "tests/surfels/make_level.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Progress of the whole work: by the stages' shares, never back.
-#include "bake/tools/overall_progress.h"
+#include "tools/base/overall_progress.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Text on its way to a terminal: nothing in it is a command, and what is no command stays.
-#include "bake/tools/printable.h"
+#include "tools/base/printable.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What was probably meant: words that are begun or a few edits away, and nothing for words that are far from all.
-#include "bake/tools/usage_message.h"
+#include "tools/base/usage_message.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// See context.h.
+#include "bake/base/context.h"
+
+#include <chrono>
+
+namespace relume {
+namespace {
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+bool Context::progress(std::string_view stage, double fraction) {
+  if (cancelled()) return false;
+  if (onProgress && !onProgress(stage, fraction)) cancel();
+  return !cancelled();
+}
+
+void Context::message(Severity severity, std::string_view text) {
+  if (onMessage) onMessage(severity, text);
+}
+
+void Context::figure(std::string_view name, double value) {
+  const std::lock_guard lock(mutex_);
+  if (current_ < report_.size()) report_[current_].figures.emplace_back(name, value);
+}
+
+Context::Stage::Stage(Context& context, std::string_view name) : context_(context), begin_(now()) {
+  const std::lock_guard lock(context_.mutex_);
+  entry_ = context_.report_.size();
+  outer_ = context_.current_;
+  context_.report_.push_back({std::string(name), 0.0, {}});
+  context_.current_ = entry_;
+}
+
+Context::Stage::~Stage() {
+  const std::lock_guard lock(context_.mutex_);
+  context_.report_[entry_].seconds = now() - begin_;
+  context_.current_ = outer_;
+}
+
+}  // namespace relume

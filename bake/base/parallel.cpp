@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// See parallel.h.
+#include "bake/base/parallel.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+
+namespace relume {
+
+void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t, std::size_t)>& body) {
+  if (count == 0) return;
+  grain = std::max<std::size_t>(grain, 1);
+  const std::size_t chunks = (count + grain - 1) / grain;
+  std::atomic<std::size_t> finished{0};
+
+  const auto run = [&](std::size_t chunk) {
+    if (context.cancelled()) return;
+    body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    const std::size_t n = finished.fetch_add(1) + 1;
+    // Report about a hundred times a stage.
+    if (!stage.empty() && (n * 100 / chunks != (n - 1) * 100 / chunks)) {
+      context.progress(stage, static_cast<double>(n) / static_cast<double>(chunks));
+    }
+  };
+
+  // An arena is no larger than what oneTBB allows the process, which is a thread for each core; more are asked for
+  // here.
+  std::optional<tbb::global_control> more;
+  if (context.threads > tbb::info::default_concurrency())
+    more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
+  tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
+}
+
+void runOnOneThread(const std::function<void()>& work) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  work();
+}
+
+}  // namespace relume

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// The one place where the baker meets oneTBB. Work is cut into chunks by size alone, never by thread count, so that a
+// result that depends on its chunk only is the same at any number of threads.
+#pragma once
+
+#include "bake/base/context.h"
+
+#include <cstddef>
+#include <functional>
+
+namespace relume {
+
+// Run body(begin, end) over [0, count) in chunks of at most `grain` items, on context.threads threads, however few
+// cores there are. Chunks run in any order and must not share mutable state. Stops early when the context is cancelled.
+// `stage` names the progress report; empty = none. Exceptions of body are rethrown on the calling thread.
+void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+// Run work while oneTBB, process-wide, has only the calling thread: for libraries over oneTBB whose result depends on
+// the number of threads.
+void runOnOneThread(const std::function<void()>& work);
+
+}  // namespace relume

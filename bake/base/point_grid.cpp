@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// See point_grid.h.
+#include "bake/base/point_grid.h"
+
+#include "bake/base/parallel.h"
+
+#include <glm/common.hpp>
+
+#include <bit>
+#include <cmath>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr float kMaxCellsAlong = 1048576.0f;
+
+// Sort (key, index) pairs by key; indices of equal keys stay ascending. Least significant digits first, 11 bits a pass.
+void sortByKey(std::vector<std::pair<std::uint64_t, std::uint32_t>>& items, std::uint64_t largestKey) {
+  constexpr int kBits = 11;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> other(items.size());
+  for (int shift = 0; shift < 64 && (largestKey >> shift) != 0; shift += kBits) {
+    std::vector<std::size_t> at((std::size_t{1} << kBits) + 1, 0);
+    const auto digit = [shift](std::uint64_t key) { return (key >> shift) & ((1u << kBits) - 1); };
+    for (const auto& item : items) ++at[digit(item.first) + 1];
+    for (std::size_t d = 1; d < at.size(); ++d) at[d] += at[d - 1];
+    for (const auto& item : items) other[at[digit(item.first)]++] = item;
+    items.swap(other);
+  }
+}
+
+}  // namespace
+
+PointGrid::Cell PointGrid::cellOf(const glm::vec3& p) const {
+  // Points far outside of the grid (or NaN) stay far outside of it without overflow.
+  const auto along = [&](float value, float origin) {
+    const float c = std::floor((value - origin) / cellSize_);
+    return static_cast<std::int64_t>(c > -1e9f ? (c < 1e9f ? c : 1e9f) : -1e9f);
+  };
+  return {along(p.x, origin_.x), along(p.y, origin_.y), along(p.z, origin_.z)};
+}
+
+PointGrid::PointGrid(std::span<const glm::vec3> points, float cellSize, Context& context) {
+  begin_.push_back(0);
+  rows_.resize(1);
+  if (points.empty()) return;
+  glm::vec3 low = points[0], high = points[0];
+  for (const glm::vec3& p : points) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const glm::vec3 extent = high - low;
+  const float longest = std::max({extent.x, extent.y, extent.z});
+  cellSize_ = std::max({cellSize, longest / kMaxCellsAlong, 1e-30f});
+  origin_ = low;
+  const Cell last = cellOf(high);
+  size_ = {last.x + 1, last.y + 1, last.z + 1};
+
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> items(points.size());
+  parallelChunks(context, "", points.size(), 1u << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) items[i] = {keyOf(cellOf(points[i])), static_cast<std::uint32_t>(i)};
+  });
+  sortByKey(items, keyOf(last));
+
+  order_.resize(points.size());
+  begin_.clear();
+  std::size_t rows = 0;
+  const auto rowOf = [&](std::uint64_t key) {
+    return static_cast<std::size_t>(key) / static_cast<std::size_t>(size_.x);
+  };
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    order_[i] = items[i].second;
+    if (i > 0 && items[i].first == items[i - 1].first) continue;
+    if (key_.empty() || rowOf(key_.back()) != rowOf(items[i].first)) ++rows;
+    key_.push_back(items[i].first);
+    begin_.push_back(static_cast<std::uint32_t>(i));
+  }
+  begin_.push_back(static_cast<std::uint32_t>(items.size()));
+
+  // Hash the occupied rows.
+  rows_.assign(std::bit_ceil(2 * rows), {});
+  rowMask_ = rows_.size() - 1;
+  for (std::size_t c = 0; c < key_.size();) {
+    const std::size_t row = rowOf(key_[c]);
+    std::size_t end = c + 1;
+    while (end < key_.size() && rowOf(key_[end]) == row) ++end;
+    std::size_t bucket = (row * kRowHash >> 20) & rowMask_;
+    while (rows_[bucket].row != static_cast<std::size_t>(-1)) bucket = (bucket + 1) & rowMask_;
+    rows_[bucket] = {row, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(end)};
+    c = end;
+  }
+}
+
+bool PointGrid::findRow(std::size_t bucket, std::size_t row, std::size_t& first, std::size_t& last) const {
+  for (;; bucket = (bucket + 1) & rowMask_) {
+    if (rows_[bucket].row == static_cast<std::size_t>(-1)) return false;
+    if (rows_[bucket].row != row) continue;
+    first = rows_[bucket].first;
+    last = rows_[bucket].last;
+    return true;
+  }
+}
+
+}  // namespace relume

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Patches: the charts of the level's meshes at their places in the world, one for each side that is seen. A patch is
+// what gets a rectangle of light-map texels.
+#pragma once
+
+#include "bake/caches/caches.h"
+#include "bake/caches/charts/chart_quality.h"
+#include "bake/caches/charts/smooth_parts.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// A point of a chart: a triangle of the mesh and weights of its corners 1 and 2 in the mesh's own order.
+struct ChartPoint {
+  std::uint32_t triangle = 0;
+  glm::vec2 barycentric{0.0f};
+};
+
+struct MeshCharts {
+  float scale = 1.0f;  // [m per object unit] the charts were made for
+  std::vector<Chart> charts;
+  std::vector<glm::vec2> size;                  // [m] [Size charts] extent of each chart in uv, from (0, 0)
+  std::vector<std::vector<ChartPoint>> points;  // [Size charts] points that can stand for a whole chart, best first
+  bool fromTexcoord1 = false;
+  ChartQuality quality;
+  MeshParts parts;
+};
+
+struct Patch {
+  std::uint32_t instance = 0, chart = 0;
+  std::uint32_t side = 0;      // 0 front, 1 back
+  glm::vec2 uvScale{1.0f};     // world metres per chart metre along u and v
+  float area = 0.0f;           // [m²] that is seen
+  float density = 1.0f;        // factor on the texels per metre
+  float levelDensity = 1.0f;   // of which the level and the play space ask for
+  std::uint32_t part = kNone;  // of PatchSet::parts
+};
+
+struct PatchSet {
+  std::vector<MeshCharts> meshes;   // [Size scene meshes] empty where no fixed instance uses the mesh
+  std::vector<Patch> patches;       // by instance, then chart, then side
+  double areaSeen = 0.0;            // [m²] of all patches
+  std::vector<std::uint32_t> wide;  // instances, ascending: some of their charts are far larger than what is seen of
+                                    // them, and read the grid
+  std::vector<SmoothPart> parts;    // by instance
+};
+
+// Unwrap every mesh that a fixed instance uses and find the sides of its charts that are seen. Surfaces that no
+// receiver sees itself, but whose light it sees, get kIndirectDensity of the texels. What is seen from far away only
+// has none; nor have the emptiest charts, as long as all rectangles together are more than kMostEmpty times what is
+// seen: texels could not be small enough on a ground of many kilometres.
+inline constexpr double kMostEmpty = 64.0;
+inline constexpr float kIndirectDensity = 0.5f;
+// The share of what is seen that is on triangles so much larger than all of it.
+double wideShare(const Scene& scene, const PlaySpace& playSpace);
+PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const CacheOptions& options, Context& context);
+
+// World position and unit geometric normal (of that side) of a chart's point.
+struct SurfaceSpot {
+  glm::vec3 positionWorld{0.0f};
+  glm::vec3 normal{0.0f};
+};
+SurfaceSpot spotOf(const Scene& scene, const Patch& patch, const ChartPoint& point);
+
+// Whether the play space sees that side there.
+bool seenBy(const Scene& scene, const PlaySpace& playSpace, const Patch& patch, const ChartPoint& point);
+
+}  // namespace relume

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: MIT
+// See refine_grid.h.
+#include "bake/caches/grid/refine_grid.h"
+
+#include "bake/base/memory_budget.h"
+#include "formats/caches.h"
+#include "formats/grid_depth.h"
+
+#include <glm/common.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kMostAlong = 1024;
+// Where a box around all that is seen would be so many times as long as one around most of it, the latter counts: large
+// triangles are seen in a corner.
+constexpr float kMuchLonger = 4.0f;
+constexpr double kOutermost = 0.01;  // receivers left out at each end
+
+struct Box {
+  glm::vec3 low{INFINITY}, high{-INFINITY};
+  void add(const glm::vec3& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+};
+
+using Triangles = std::vector<std::array<glm::vec3, 3>>;
+
+// The triangles of which a side is seen.
+Triangles seenTriangles(const Scene& scene, const PlaySpace& playSpace) {
+  Triangles result;
+  for (const Instance& instance : scene.instances) {
+    if (!instance.baked()) continue;
+    const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+      const std::size_t side = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t);
+      if (playSpace.isFar(static_cast<std::uint32_t>(side)) || playSpace.isFar(static_cast<std::uint32_t>(side + 1)))
+        continue;
+      if (playSpace.visible[side] || playSpace.visible[side + 1]) result.push_back(scene.corners(instance, t));
+    }
+  }
+  return result;
+}
+
+// The box around most of what is looked at, and of the receivers.
+Box lookedAtBounds(const PlaySpace& playSpace) {
+  Box box;
+  box.add(playSpace.lookedAtMin);
+  box.add(playSpace.lookedAtMax);
+  const std::size_t count = playSpace.receivers.size(),
+                    skipped = static_cast<std::size_t>(kOutermost * static_cast<double>(count));
+  for (int k = 0; k < 3 && count > 0; ++k) {
+    std::vector<float> at;
+    for (const glm::vec3& p : playSpace.receivers) at.push_back(p[k]);
+    std::sort(at.begin(), at.end());
+    box.low[k] = std::min(box.low[k], at[skipped]);
+    box.high[k] = std::max(box.high[k], at[count - 1 - skipped]);
+  }
+  return box;
+}
+
+// The box around everything the play space sees, and the receivers themselves.
+Box boundsOf(const RayTracer& tracer, const PlaySpace& playSpace, const Triangles& triangles) {
+  Box box;
+  for (const auto& corners : triangles) {
+    for (const glm::vec3& p : corners) box.add(p);
+  }
+  for (const glm::vec3& p : playSpace.receivers) box.add(glm::clamp(p, tracer.boundsMin(), tracer.boundsMax()));
+  if (!(box.low.x <= box.high.x)) return {tracer.boundsMin(), tracer.boundsMax()};
+  if (playSpace.tree.empty() && playSpace.farShare.empty()) return box;
+  if (!(playSpace.lookedAtMin.x <= playSpace.lookedAtMax.x)) return box;
+  const Box seen = lookedAtBounds(playSpace);
+  const glm::vec3 length = box.high - box.low, seenLength = seen.high - seen.low;
+  const float longest = std::max({length.x, length.y, length.z}),
+              seenLongest = std::max({seenLength.x, seenLength.y, seenLength.z});
+  return seenLongest >= 0.0f && longest > kMuchLonger * seenLongest ? seen : box;
+}
+
+// A convex polygon cut by slabs: a triangle has at most nine corners in a box.
+struct Polygon {
+  std::array<glm::vec3, 12> corner;
+  std::size_t count = 0;
+  void add(const glm::vec3& p) {
+    if (count < corner.size()) corner[count++] = p;
+  }
+};
+
+// Split at coordinate `at` of an axis.
+void split(const Polygon& whole, int axis, float at, Polygon& below, Polygon& above) {
+  below.count = above.count = 0;
+  for (std::size_t i = 0; i < whole.count; ++i) {
+    const glm::vec3 &p = whole.corner[i], &q = whole.corner[(i + 1) % whole.count];
+    const float dp = p[axis] - at, dq = q[axis] - at;
+    if (dp <= 0.0f) below.add(p);
+    if (dp >= 0.0f) above.add(p);
+    if ((dp < 0.0f && dq > 0.0f) || (dp > 0.0f && dq < 0.0f)) {
+      const glm::vec3 cut = p + (q - p) * (dp / (dp - dq));
+      below.add(cut);
+      above.add(cut);
+    }
+  }
+}
+
+// The cell along an axis. The outermost cells reach to infinity: receivers out there read them.
+std::uint32_t cellAlong(float v, std::uint32_t cells) {
+  return static_cast<std::uint32_t>(std::clamp(v, 0.0f, static_cast<float>(cells - 1)));
+}
+
+// Call visit(cell) for the cells of a lattice that a polygon in lattice coordinates passes, one axis after the other.
+template <class Visit>
+void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 cell, const Visit& visit) {
+  if (polygon.count == 0) return;
+  if (axis == 3) return visit(cell);
+  float low = INFINITY, high = -INFINITY;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    low = std::min(low, polygon.corner[i][axis]);
+    high = std::max(high, polygon.corner[i][axis]);
+  }
+  const std::uint32_t last = cellAlong(high, cells[axis]);
+  for (std::uint32_t i = cellAlong(low, cells[axis]); i <= last; ++i) {
+    cell[axis] = i;
+    if (i == last) return forEachCell(polygon, cells, axis + 1, cell, visit);
+    Polygon below, above;
+    split(polygon, axis, static_cast<float>(i + 1), below, above);
+    forEachCell(below, cells, axis + 1, cell, visit);
+    polygon = above;
+  }
+}
+
+// Number the cells through which a seen triangle passes.
+void markBricks(const Triangles& triangles, GridLayout& layout) {
+  const glm::uvec3 cells = layout.cells();
+  layout.brick.assign(std::size_t{cells.x} * cells.y * cells.z, kNoBrick);
+  const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& {
+    return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x];
+  };
+  const glm::vec3 perSpacing = 1.0f / layout.spacing;
+  for (const auto& corners : triangles) {
+    Polygon polygon;
+    Box box;
+    for (const glm::vec3& p : corners) {
+      polygon.add((p - layout.originWorld) * perSpacing);
+      box.add(polygon.corner[polygon.count - 1]);
+    }
+    // Most triangles are small: all cells of the box are one, or marked already.
+    glm::uvec3 low, high;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = cellAlong(box.low[k], cells[k]);
+      high[k] = cellAlong(box.high[k], cells[k]);
+    }
+    if (low == high) {
+      brickAt(low) = 0;
+      continue;
+    }
+    bool marked = true;
+    for (std::uint32_t z = low.z; z <= high.z && marked; ++z) {
+      for (std::uint32_t y = low.y; y <= high.y && marked; ++y) {
+        for (std::uint32_t x = low.x; x <= high.x && marked; ++x) marked = brickAt({x, y, z}) == 0;
+      }
+    }
+    if (!marked) forEachCell(polygon, cells, 0, glm::uvec3(0), [&](const glm::uvec3& c) { brickAt(c) = 0; });
+  }
+  layout.brickCount = 0;
+  for (std::uint32_t& brick : layout.brick) {
+    if (brick != kNoBrick) brick = layout.brickCount++;
+  }
+  if (layout.brickCount == 0) layout.brick.clear();
+}
+
+// Points of one level in the middle of their cells, so that none lies on the walls.
+GridLayout uniform(const Box& box, const glm::uvec3& resolution) {
+  GridLayout layout;
+  layout.resolution = resolution;
+  layout.spacing = glm::max(box.high - box.low, glm::vec3(1e-4f)) / glm::vec3(resolution);
+  layout.originWorld = box.low + 0.5f * layout.spacing;
+  return layout;
+}
+
+// Points of the coarse level of two along each axis.
+glm::uvec3 coarseResolution(const Box& box, double spacing) {
+  glm::uvec3 coarse;
+  for (int k = 0; k < 3; ++k) {
+    const double half = 0.5 * (static_cast<double>(box.high[k] - box.low[k]) / spacing - 1.0);
+    coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMostAlong)) + 1;
+  }
+  return coarse;
+}
+
+// Two levels, the finer one with points in the middle of its cells; it has an odd number of them along each axis.
+GridLayout twoLevels(const Box& box, const Triangles& triangles, const glm::uvec3& coarse) {
+  GridLayout layout = uniform(box, 2u * coarse - 1u);
+  layout.resolution = coarse;
+  layout.spacing *= 2.0f;
+  markBricks(triangles, layout);
+  return layout;
+}
+
+double latticeCount(const GridLayout& layout) {
+  return static_cast<double>(layout.resolution.x) * layout.resolution.y * layout.resolution.z;
+}
+
+// Call visit(brick, cell, local) for the points that a cell's brick owns and that do not hang: those in its lower half,
+// unless it is the last of its row.
+template <class Visit>
+void forEachFinePoint(const GridLayout& layout, const Visit& visit) {
+  const glm::uvec3 cells = layout.cells();
+  const auto refined = [&](const glm::ivec3& c) {
+    for (int k = 0; k < 3; ++k) {
+      if (c[k] < 0 || c[k] >= static_cast<int>(cells[k])) return true;
+    }
+    return layout.brick[(static_cast<std::size_t>(c.z) * cells.y + static_cast<std::size_t>(c.y)) * cells.x +
+                        static_cast<std::size_t>(c.x)] != kNoBrick;
+  };
+  for (std::uint32_t cell = 0; cell < layout.brick.size(); ++cell) {
+    if (layout.brick[cell] == kNoBrick) continue;
+    const glm::uvec3 at(cell % cells.x, cell / cells.x % cells.y, cell / cells.x / cells.y);
+    for (std::uint32_t p = 0; p < kBrickWords; ++p) {
+      const glm::uvec3 local(p % 3, p / 3 % 3, p / 9);
+      bool own = local.x % 2 + local.y % 2 + local.z % 2 > 0;
+      glm::ivec3 low(0), high(0);  // cells around the point, relative
+      for (int k = 0; k < 3; ++k) {
+        own = own && (local[k] == 0 || layout.resolution[k] > 1) && (local[k] < 2 || at[k] + 1 == cells[k]);
+        low[k] = local[k] == 0 ? -1 : 0;
+        high[k] = local[k] == 2 ? 1 : 0;
+      }
+      bool hangs = false;
+      for (int z = low.z; z <= high.z && own; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+          for (int x = low.x; x <= high.x; ++x) hangs = hangs || !refined(glm::ivec3(at) + glm::ivec3(x, y, z));
+        }
+      }
+      if (own && !hangs) visit(layout.brick[cell], at, local);
+    }
+  }
+}
+
+double countOf(const GridLayout& layout) {
+  double count = latticeCount(layout);
+  forEachFinePoint(layout, [&](std::uint32_t, const glm::uvec3&, const glm::uvec3&) { count += 1.0; });
+  return count;
+}
+
+// The spacing whose number of points comes nearest to what is wanted: steps in the logarithms.
+GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted, const Context& context) {
+  constexpr int kSteps = 10;
+  const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
+  double spacing =
+      std::cbrt(static_cast<double>(extent.x) * static_cast<double>(extent.y) * static_cast<double>(extent.z) / wanted);
+  double fine = 0.0, coarse = INFINITY, bestOff = INFINITY;
+  GridLayout best;
+  std::vector<std::pair<glm::uvec3, double>> tried;  // resolutions and their counts: many spacings have the same
+  for (int i = 0; i < kSteps && !context.cancelled(); ++i) {
+    const glm::uvec3 resolution = coarseResolution(box, spacing);
+    auto known = std::find_if(tried.begin(), tried.end(), [&](const auto& t) { return t.first == resolution; });
+    if (known == tried.end()) {
+      GridLayout layout = twoLevels(box, triangles, resolution);
+      known = tried.insert(tried.end(), {resolution, countOf(layout)});
+      const double off = std::abs(std::log(known->second / wanted));
+      if (off < bestOff) {
+        bestOff = off;
+        best = std::move(layout);
+      }
+    }
+    const double count = known->second;
+    if (bestOff < 0.02) break;
+    (count > wanted ? fine : coarse) = spacing;
+    double next = spacing * std::cbrt(count / wanted);
+    if (!(next > fine && next < coarse)) next = fine > 0.0 && coarse < INFINITY ? std::sqrt(fine * coarse) : next;
+    spacing = next;
+  }
+  return best;
+}
+
+// A point, its place, verdict and cache, and what it sees of depths.
+constexpr double kPointBytes = 32.0 + sizeof(std::uint32_t) * kDepthSide * kDepthSide / 2.0;
+constexpr double kCellBytes = 2.0 * sizeof(std::uint32_t);
+
+std::string countText(double count) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.0f", count);
+  return text.data();
+}
+
+// Whether the points of a lattice fit into memory; where cells are refined, an eighth of them, as surfaces pass
+// through.
+Status reserveGrid(const glm::uvec3& resolution, bool isRefined, const char* remedy, Context& context) {
+  constexpr double kRefinedShare = 1.0 / 8.0, kFinePoints = 7.0;
+  const double lattice = static_cast<double>(resolution.x) * resolution.y * resolution.z;
+  const double points = lattice * (isRefined ? 1.0 + kRefinedShare * kFinePoints : 1.0);
+  return reserveMemory(context, "grid", points * kPointBytes + lattice * kCellBytes,
+                       countText(resolution.x) + " x " + countText(resolution.y) + " x " + countText(resolution.z) +
+                           " points" + (isRefined ? ", twice as dense along each axis at surfaces" : ""),
+                       remedy);
+}
+
+}  // namespace
+
+std::vector<GridPoint> pointsOf(const GridLayout& layout) {
+  std::vector<GridPoint> points;
+  const glm::uvec3 r = layout.resolution, cells = layout.cells();
+  for (std::uint32_t z = 0; z < r.z; ++z) {
+    for (std::uint32_t y = 0; y < r.y; ++y) {
+      for (std::uint32_t x = 0; x < r.x; ++x) points.push_back({2u * glm::uvec3(x, y, z), false});
+    }
+  }
+  // The lattice's points at bricks.
+  for (std::uint32_t cell = 0; cell < layout.brick.size(); ++cell) {
+    if (layout.brick[cell] == kNoBrick) continue;
+    const glm::uvec3 at(cell % cells.x, cell / cells.x % cells.y, cell / cells.x / cells.y);
+    for (std::uint32_t c = 0; c < 8; ++c) {
+      const glm::uvec3 p = glm::min(at + glm::uvec3(c & 1u, (c >> 1) & 1u, c >> 2), r - 1u);
+      points[(std::size_t{p.z} * r.y + p.y) * r.x + p.x].refined = true;
+    }
+  }
+  forEachFinePoint(layout, [&](std::uint32_t, const glm::uvec3& cell, const glm::uvec3& local) {
+    points.push_back({2u * cell + local, true});
+  });
+  return points;
+}
+
+std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
+  const glm::uvec3 r = layout.resolution, cells = layout.cells();
+  std::vector<std::uint32_t> words(std::size_t{kBrickWords} * layout.brickCount, kHangingPoint);
+  auto next = static_cast<std::uint32_t>(latticeCount(layout));
+  forEachFinePoint(layout, [&](std::uint32_t brick, const glm::uvec3&, const glm::uvec3& local) {
+    words[std::size_t{kBrickWords} * brick + (local.z * 3 + local.y) * 3 + local.x] = next++;
+  });
+  // Points of the lattice, and those that other bricks own.
+  for (std::uint32_t cell = 0; cell < layout.brick.size(); ++cell) {
+    if (layout.brick[cell] == kNoBrick) continue;
+    const glm::uvec3 at(cell % cells.x, cell / cells.x % cells.y, cell / cells.x / cells.y);
+    for (std::uint32_t p = 0; p < kBrickWords; ++p) {
+      const glm::uvec3 local(p % 3, p / 3 % 3, p / 9), fine = 2u * at + local;
+      std::uint32_t& word = words[std::size_t{kBrickWords} * layout.brick[cell] + p];
+      if ((local.x > 0 && r.x == 1) || (local.y > 0 && r.y == 1) || (local.z > 0 && r.z == 1)) {
+        word = kNoCache;  // beyond an axis of one point
+      } else if (local.x % 2 + local.y % 2 + local.z % 2 == 0) {
+        word = ((fine.z / 2) * r.y + fine.y / 2) * r.x + fine.x / 2;
+      } else if (const glm::uvec3 owner = glm::min(fine / 2u, cells - 1u); owner != at) {
+        const std::uint32_t brick = layout.brick[(std::size_t{owner.z} * cells.y + owner.y) * cells.x + owner.x];
+        const glm::uvec3 there = fine - 2u * owner;
+        if (brick != kNoBrick) word = words[std::size_t{kBrickWords} * brick + (there.z * 3 + there.y) * 3 + there.x];
+      }
+    }
+  }
+  return words;
+}
+
+Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                              double count, Context& context) {
+  const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
+  const Box box = boundsOf(tracer, playSpace, triangles);
+  if (options.gridResolution != glm::uvec3(0)) {
+    const glm::uvec3 resolution = glm::max(options.gridResolution, glm::uvec3(1));
+    if (Status ok = reserveGrid(resolution, false, "lower --grid", context); !ok) return ok.error();
+    return uniform(box, resolution);
+  }
+  if (options.gridSpacing > 0.0f) {
+    const glm::uvec3 coarse = coarseResolution(box, static_cast<double>(options.gridSpacing));
+    if (Status ok = reserveGrid(coarse, true, "raise --grid-spacing", context); !ok) return ok.error();
+    return twoLevels(box, triangles, coarse);
+  }
+  if (options.gridCaches == 0) return GridLayout{};
+  const double points = 2.0 * count;  // a lattice that is refined nowhere, and what it is searched with
+  if (Status ok =
+          reserveMemory(context, "grid", kPointBytes * points, countText(points) + " points", "lower --grid-caches");
+      !ok)
+    return ok.error();
+  return layoutByCount(box, triangles, count, context);
+}
+
+}  // namespace relume

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+// See atlas_texels.h.
+#include "bake/caches/lightmap/atlas_texels.h"
+
+#include "bake/base/parallel.h"
+#include "bake/caches/lightmap/snap_corners.h"
+#include "bake/caches/lightmap/stitch_seams.h"
+#include "formats/pack.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+#include <tuple>
+
+namespace relume {
+namespace {
+
+// The cache of all cells of a patch that have one; kNoCache where none has, or several differ.
+std::uint32_t soleCache(const CellSet& cells, const SharedCaches& shared, std::size_t patch) {
+  std::uint32_t sole = kNoCache;
+  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
+    const std::uint32_t cache = shared.cacheOfCell[c];
+    if (cache == kNoCache || cache == sole) continue;
+    if (sole != kNoCache) return kNoCache;
+    sole = cache;
+  }
+  return sole;
+}
+
+// The caches of a patch's texels, row by row; kNoCache where there is none yet.
+std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& shared, std::uint32_t patch) {
+  const glm::uvec2& size = cells.resolution[patch];
+  std::vector<std::uint32_t> texels(std::size_t{size.x} * size.y, kNoCache);
+  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
+    const Cell& cell = cells.cells[c];
+    texels[std::size_t{cell.y} * size.x + cell.x] = shared.cacheOfCell[c];
+  }
+  return texels;
+}
+
+// The cache of a filled neighbour, edge neighbours before corner neighbours; kNoCache when none of the eight is filled.
+std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t>& texels, int x, int y) {
+  constexpr std::array<std::array<int, 2>, 8> kNeighbors{
+      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+  for (const auto& n : kNeighbors) {
+    const int nx = x + n[0], ny = y + n[1];
+    if (nx < 0 || ny < 0 || nx >= static_cast<int>(size.x) || ny >= static_cast<int>(size.y)) continue;
+    const std::uint32_t cache = texels[static_cast<std::size_t>(ny) * size.x + static_cast<std::size_t>(nx)];
+    if (cache != kNoCache) return cache;
+  }
+  return kNoCache;
+}
+
+// Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
+// rings only.
+void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context& context) {
+  // The empty texels beside filled ones are a ring; the empty ones beside a ring are the next.
+  std::vector<std::uint32_t> ring, next, found;
+  std::vector<std::uint8_t> known(texels.size(), 0);
+  for (std::uint32_t i = 0; i < texels.size(); ++i) {
+    known[i] = texels[i] != kNoCache;
+    if (!known[i] && neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)) != kNoCache)
+      ring.push_back(i);
+  }
+  for (const std::uint32_t i : ring) known[i] = 1;
+  while (!ring.empty() && !context.cancelled()) {
+    found.clear();
+    for (const std::uint32_t i : ring)
+      found.push_back(neighborOf(size, texels, static_cast<int>(i % size.x), static_cast<int>(i / size.x)));
+    for (std::size_t k = 0; k < ring.size(); ++k) texels[ring[k]] = found[k];
+    next.clear();
+    for (const std::uint32_t i : ring) {
+      for (std::uint32_t k = 0; k < 9; ++k) {
+        // Wraps around below zero, and is beyond the size then.
+        const std::uint32_t x = i % size.x + k % 3 - 1, y = i / size.x + k / 3 - 1;
+        if (x >= size.x || y >= size.y) continue;
+        const std::uint32_t at = y * size.x + x;
+        if (known[at]) continue;
+        known[at] = 1;
+        next.push_back(at);
+      }
+    }
+    ring.swap(next);
+  }
+}
+
+class Filler {
+ public:
+  Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+         const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter)
+      : scene_(scene),
+        set_(set),
+        cells_(cells),
+        shared_(shared),
+        request_(request),
+        plan_(plan),
+        gutter_(gutter),
+        texels_(std::size_t{plan.side} * plan.side, kNoCache),
+        share_(texels_.size(), 0.0f),
+        home_(shared.caches.size(), glm::uvec2(kNone)) {}
+
+  Lightmap run(SeamJump& seams, Context& context) {
+    placeParts();
+    for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) {
+      if (request_.rectangleOf[p] != kNone) fillRectangle(p, context);
+    }
+    if (context.cancelled()) return {};
+    for (std::size_t s = 0; s < request_.single.size(); ++s) {
+      const glm::uvec2& at = plan_.single[s];
+      texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
+      share_[std::size_t{at.y} * plan_.side + at.x] = 1.0f;
+      home_[request_.single[s]] = at;
+    }
+    surround();
+    for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) writeCorners(p, false);
+    if (context.cancelled()) return {};
+    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_},
+                        context);
+    parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
+    });
+
+    Lightmap map;
+    map.width = map.height = plan_.side;
+    map.cache = std::move(texels_);
+    map.parts = std::move(parts_);
+    map.cornerUv = std::move(front_);
+    if (anyBack_) map.backCornerUv = std::move(back_);
+    return map;
+  }
+
+ private:
+  void placeParts() {
+    std::map<std::tuple<std::string, std::uint32_t, std::uint32_t>, std::uint32_t> seen;
+    std::uint64_t corner = 0;
+    for (const Instance& instance : scene_.instances) {
+      LightmapPart part;
+      part.occurrence = seen[{instance.node, instance.primitive, instance.gpuInstance}]++;
+      part.primitive = instance.primitive;
+      part.gpuInstance = instance.gpuInstance;
+      part.triangleCount = static_cast<std::uint32_t>(scene_.meshes[instance.mesh].triangle.size());
+      part.firstCorner = corner;
+      corner += 3ull * part.triangleCount;
+      parts_.push_back(part);
+    }
+    front_.assign(corner, kGridLit);
+    back_.assign(corner, kGridLit);
+  }
+
+  void fillRectangle(std::uint32_t patch, Context& context) {
+    const glm::uvec2 size = cells_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
+    std::vector<std::uint32_t> texels = ownTexels(cells_, shared_, patch);
+    dilate(size, texels, context);
+    if (context.cancelled()) return;
+    const float texelSize = cells_.texelSize / set_.patches[patch].density;
+    for (std::uint32_t c = cells_.firstCell[patch]; c < cells_.firstCell[patch + 1]; ++c) {
+      const Cell& cell = cells_.cells[c];
+      share_[std::size_t{origin.y + cell.y} * plan_.side + origin.x + cell.x] =
+          std::min(1.0f, cell.area / (texelSize * texelSize));
+    }
+    for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
+      for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
+        const std::uint32_t cache = texels[std::size_t{std::min(y, size.y - 1)} * size.x + std::min(x, size.x - 1)];
+        texels_[std::size_t{origin.y + y} * plan_.side + origin.x + x] = cache;
+        if (x < size.x && y < size.y && home_[cache] == glm::uvec2(kNone)) home_[cache] = origin + glm::uvec2(x, y);
+      }
+    }
+  }
+
+  // Copy what is filled to the free texels around it: coordinates of 16 bits miss a texel's centre by a hair.
+  void surround() {
+    const glm::uvec2 size(plan_.side);
+    std::vector<std::uint32_t> ring = texels_;
+    for (std::uint32_t y = 0; y < size.y; ++y) {
+      for (std::uint32_t x = 0; x < size.x; ++x) {
+        std::uint32_t& texel = ring[std::size_t{y} * size.x + x];
+        if (texel == kNoCache) texel = neighborOf(size, texels_, static_cast<int>(x), static_cast<int>(y));
+      }
+    }
+    texels_ = std::move(ring);
+  }
+
+  std::uint32_t pack(const glm::vec2& texel) const {
+    return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side));
+  }
+
+  // Where the triangles of a patch read; snapped: once texels hold what they will.
+  void writeCorners(std::uint32_t p, bool snapped) {
+    const Patch& patch = set_.patches[p];
+    const Instance& instance = scene_.instances[patch.instance];
+    const MeshCharts& charts = set_.meshes[instance.mesh];
+    const Chart& chart = charts.charts[patch.chart];
+    std::vector<std::uint32_t>& corners = patch.side == 0 ? front_ : back_;
+    const std::uint64_t first = parts_[patch.instance].firstCorner;
+
+    if (request_.rectangleOf[p] == kNone) {
+      if (snapped) return;
+      const std::uint32_t cache = soleCache(cells_, shared_, p);
+      if (cache == kNoCache) return;
+      const std::uint32_t uv = pack(glm::vec2(home_[cache]));
+      for (const std::uint32_t t : chart.triangle)
+        std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
+    } else {
+      // Stay a little inside, so that rounding of coordinates and filters does not reach the texels next door.
+      const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
+      const glm::uvec2 size = cells_.resolution[p];
+      const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);
+      glm::vec2 low(0.0f), high(0.0f);
+      for (int a = 0; a < 2; ++a) {
+        if (size[a] > 1) {
+          low[a] = inset;
+          high[a] = static_cast<float>(size[a] - 1) - inset;
+        }
+      }
+      std::vector<glm::vec2> texel;
+      for (const auto& uv : chart.uv) {
+        for (const glm::vec2& corner : uv)
+          texel.push_back(origin + glm::clamp(texelOf(corner, charts.size[patch.chart], size), low, high));
+      }
+      if (snapped) {
+        snapCorners(scene_, patch, chart, shared_, cells_.texelSize / patch.density,
+                    {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
+                    texel);
+      }
+      for (std::size_t i = 0; i < texel.size(); ++i)
+        corners[first + 3ull * chart.triangle[i / 3] + i % 3] = pack(texel[i]);
+    }
+    if (!snapped) anyBack_ = anyBack_ || patch.side == 1;
+  }
+
+  const Scene& scene_;
+  const PatchSet& set_;
+  const CellSet& cells_;
+  const SharedCaches& shared_;
+  const AtlasRequest& request_;
+  const AtlasPlan& plan_;
+  const std::uint32_t gutter_;
+  std::vector<std::uint32_t> texels_;
+  std::vector<float> share_;      // of a full texel of surface, [0..1]
+  std::vector<glm::uvec2> home_;  // [texel] a texel that holds each cache
+  std::vector<LightmapPart> parts_;
+  std::vector<std::uint32_t> front_, back_;
+  bool anyBack_ = false;
+};
+
+}  // namespace
+
+AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
+  AtlasRequest request;
+  const std::size_t patches = cells.resolution.size();
+  request.rectangleOf.assign(patches, kNone);
+  std::vector<std::uint8_t> onRectangle(shared.caches.size(), 0), wanted(shared.caches.size(), 0);
+  for (std::size_t p = 0; p < patches; ++p) {
+    if (const std::uint32_t sole = soleCache(cells, shared, p); sole != kNoCache) {
+      wanted[sole] = 1;
+      continue;
+    }
+    bool valid = false;
+    for (std::uint32_t c = cells.firstCell[p]; c < cells.firstCell[p + 1]; ++c) {
+      const std::uint32_t cache = shared.cacheOfCell[c];
+      if (cache == kNoCache) continue;
+      valid = true;
+      onRectangle[cache] = 1;
+    }
+    if (!valid) continue;
+    request.rectangleOf[p] = static_cast<std::uint32_t>(request.rectangle.size());
+    request.rectangle.push_back(cells.resolution[p]);
+  }
+  for (std::uint32_t cache = 0; cache < wanted.size(); ++cache) {
+    if (wanted[cache] && !onRectangle[cache]) request.single.push_back(cache);
+  }
+  return request;
+}
+
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
+                   Context& context) {
+  return Filler(scene, set, cells, shared, request, plan, gutter).run(seams, context);
+}
+
+}  // namespace relume

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// See lightmap_advice.h.
+#include "bake/caches/lightmap/lightmap_advice.h"
+
+#include "bake/base/context.h"
+#include "formats/decimal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+namespace {
+
+// Nodes named of each kind, and the least surface worth a line, of all that is seen.
+constexpr std::size_t kMostNamed = 10, kMostSmooth = 5;
+constexpr double kLeastShare = 1e-3;
+// The share of a node's small surface that the density it is told would light.
+constexpr double kMended = 0.9;
+// The largest extras.relume.texelDensity.
+constexpr double kMostDensity = 100.0;
+// Of smooth parts that want more texels than that, small as they are, nobody asks to be told.
+constexpr double kMostFollowed = 16.0;
+// Smooth parts that turn so many times as much as they should from texel to texel show it.
+constexpr float kVisibleTurn = 1.5f;
+
+// A density as a person would write it, rounded up to two digits.
+std::string rounded(double density) {
+  const double unit = std::pow(10.0, std::floor(std::log10(density)) - 1.0);
+  return decimalGeneral(std::ceil(density / unit - 1e-6) * unit, 6);
+}
+
+std::string number(double value) { return decimalGeneral(value, 3); }
+
+// Seen surface of a node that reads the grid.
+struct Unlit {
+  double backs = 0.0;   // [m²] backs of one-sided faces
+  double buried = 0.0;  // [m²] behind or inside something
+  double small = 0.0;   // [m²] too small for a cache
+  // Of each small patch: the density that gives it a cache of its own, and its area. [m²]
+  std::vector<std::pair<double, double>> wanted;
+};
+
+// The density at which most of the small surface has caches.
+double mendingDensity(Unlit& unlit) {
+  std::sort(unlit.wanted.begin(), unlit.wanted.end());
+  double lit = 0.0;
+  for (const auto& [density, area] : unlit.wanted) {
+    lit += area;
+    if (lit >= kMended * unlit.small) return density;
+  }
+  return unlit.wanted.empty() ? 1.0 : unlit.wanted.back().first;
+}
+
+class Adviser {
+ public:
+  Adviser(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+          const CacheOptions& options, Context& context)
+      : scene_(scene), set_(set), cells_(cells), shared_(shared), options_(options), context_(context) {}
+
+  void run() {
+    std::vector<Unlit> unlit(scene_.instances.size());
+    double total = 0.0;
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
+    context_.figure("grid_lit_area_share", total / set_.areaSeen);
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].buried; },
+        [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+    forLargest(
+        kMostNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
+    adviseSmooth();
+  }
+
+ private:
+  std::string nameOf(std::uint32_t instance) const { return "node \"" + scene_.instances[instance].node + "\""; }
+
+  // Adds a patch without any cache to its node's surface; returns its area then, or 0. [m²]
+  double addPatch(std::uint32_t p, Unlit& unlit) const {
+    bool buried = false;
+    for (std::uint32_t c = cells_.firstCell[p]; c < cells_.firstCell[p + 1]; ++c) {
+      if (shared_.cacheOfCell[c] != kNoCache) return 0.0;
+      buried = buried || shared_.buried[c] != 0;
+    }
+    const Patch& patch = set_.patches[p];
+    const double area = patch.area;
+    // A texel has a cache of its own from `least` full texels of surface on: area (density / texel size)² = least.
+    const double least = ownCacheTexels(options_), texel = cells_.texelSize;
+    const double wanted = std::sqrt(least * texel * texel / std::max(area, 1e-30));
+    if (buried || wanted <= static_cast<double>(patch.density)) {
+      const Instance& instance = scene_.instances[patch.instance];
+      const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
+      (patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]) ? unlit.backs : unlit.buried) += area;
+      return area;
+    }
+    // What of the density the level does not ask for stays as it is.
+    const double others = patch.density / scene_.instances[patch.instance].texelDensity;
+    unlit.small += area;
+    unlit.wanted.emplace_back(wanted / others, area);
+    return area;
+  }
+
+  // The nodes with the most of some surface, if it is worth a line.
+  void forLargest(std::size_t most, const std::function<double(std::uint32_t)>& area,
+                  const std::function<void(std::uint32_t)>& warn) const {
+    std::vector<std::uint32_t> order(scene_.instances.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
+    for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
+      if (!(area(order[i]) > kLeastShare * set_.areaSeen)) break;
+      warn(order[i]);
+    }
+  }
+
+  void warnSmall(std::uint32_t instance, Unlit& unlit) const {
+    const double density = mendingDensity(unlit);
+    const std::string what = nameOf(instance) + ": " + number(unlit.small) +
+                             " m² of seen surface are in pieces too small for texels of " + number(cells_.texelSize) +
+                             " m and read the grid; ";
+    if (density <= kMostDensity)
+      context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + nameOf(instance) + " from " +
+                                              number(scene_.instances[instance].texelDensity) + " to " +
+                                              rounded(density) +
+                                              ", ask for more light-map caches (--lightmap-caches), or mark it "
+                                              "extras.relume.bake: \"dynamic\" if it may neither block nor send light");
+    else
+      context_.message(Severity::warning, what + "join the pieces of " + nameOf(instance) +
+                                              ", or mark it extras.relume.bake: \"dynamic\" if it may neither block "
+                                              "nor send light: no texelDensity up to 100 gives them caches");
+  }
+
+  void warnBacks(std::uint32_t instance, const Unlit& unlit) const {
+    context_.message(Severity::warning, nameOf(instance) + ": " + number(unlit.backs) +
+                                            " m² of what is seen of it are backs of its one-sided faces, which read "
+                                            "the grid; if they are not the inside of something, turn the faces of " +
+                                            nameOf(instance) + " over or make their material doubleSided");
+  }
+
+  void warnBuried(std::uint32_t instance, const Unlit& unlit) const {
+    context_.message(Severity::warning,
+                     nameOf(instance) + ": " + number(unlit.buried) +
+                         " m² of seen surface read the grid, for from every place on them one sees mostly backs of "
+                         "one-sided faces, or touches others; move " +
+                         nameOf(instance) +
+                         " out of what it lies in, delete its hidden faces, or make the material of the faces around "
+                         "it doubleSided");
+  }
+
+  // Small smooth parts that followCurvature() could not give texels enough.
+  void adviseSmooth() const {
+    std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
+    for (const SmoothPart& part : set_.parts) {
+      const float texel = cells_.texelSize / part.density, turn = part.curvature * texel;
+      if (!isSmall(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMostTurn) continue;
+      const double factor = turn / kMostTurn;
+      if (factor > kMostFollowed) continue;
+      area[part.instance] += part.area;
+      density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
+    }
+    forLargest(
+        kMostSmooth, [&](std::uint32_t i) { return area[i]; },
+        [&](std::uint32_t i) {
+          const double wanted = std::min(density[i] / area[i], kMostDensity);
+          context_.message(Severity::info,
+                           nameOf(i) + ": " + number(area[i]) + " m² of smooth surface are curved too tightly " +
+                               "for texels of " + number(cells_.texelSize) +
+                               " m, which may show as facets and seams; extras.relume.texelDensity of " +
+                               rounded(wanted) + " follows it (now " + number(scene_.instances[i].texelDensity) + ")");
+        });
+  }
+
+  const Scene& scene_;
+  const PatchSet& set_;
+  const CellSet& cells_;
+  const SharedCaches& shared_;
+  const CacheOptions& options_;
+  Context& context_;
+};
+
+}  // namespace
+
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+                       const CacheOptions& options, Context& context) {
+  Adviser(scene, set, cells, shared, options, context).run();
+}
+
+}  // namespace relume

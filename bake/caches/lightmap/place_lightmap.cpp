@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+// See place_lightmap.h.
+#include "bake/caches/lightmap/place_lightmap.h"
+
+#include "bake/base/memory_budget.h"
+#include "bake/base/morton.h"
+#include "bake/caches/lightmap/atlas_texels.h"
+#include "bake/caches/lightmap/lightmap_advice.h"
+#include "formats/decimal.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+#include <string>
+
+namespace relume {
+namespace {
+
+// Counts grow about like texelSize^-1.6: between lines and areas.
+constexpr double kCountPower = 1.6;
+// Bytes of a texel of a patch: its cell with places for its cache, kept twice while the best count is searched for, and
+// what caches are shared by; of a texel of the largest patch, its samples; of a texel of the light map; of a corner.
+constexpr double kTexelBytes = 2.0 * (sizeof(Cell) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
+                 kAtlasBytes = 17.0, kCornerBytes = 12.0;
+constexpr float kOftenMinTexels = 8.0f;  // beyond, few caches earn their cost and texels shrink to find them
+
+struct Texels {
+  CellSet cells;
+  SharedCaches shared;
+};
+
+class Placer {
+ public:
+  Placer(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context)
+      : scene_(tracer.scene()),
+        playSpace_(playSpace),
+        options_(options),
+        context_(context),
+        prober_(tracer, playSpace),
+        gutter_(static_cast<std::uint32_t>(std::ceil(options.gutterTexels))) {}
+
+  Result<PlacedLightmap> run() {
+    // 1. Charts of all meshes, their places and sides that are seen
+    set_ = makePatches(scene_, playSpace_, options_, context_);
+    if (context_.cancelled()) return cancelledError();
+    if (set_.patches.empty() || !(set_.areaSeen > 0.0))
+      return Error{
+          ErrorCode::failed,
+          "no surface for a light map is seen: put a camera, or a node with extras.relume.volume, where surfaces "
+          "are in sight"};
+
+    // 2. The texel size that makes as many unique caches as asked for, and the caches
+    Texels texels;
+    std::optional<AtlasPlan> plan;
+    AtlasRequest request;
+    if (options_.lightmapSize == 0) {
+      texels = searchCount();
+      if (context_.cancelled()) return cancelledError();
+      sortCaches(texels.shared);
+      request = requestAtlas(texels.cells, texels.shared);
+      plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, 0, &context_);
+    } else {
+      plan = searchSide(texels, request);
+    }
+    if (context_.cancelled()) return cancelledError();
+    if (refused_) return *refused_;
+    if (texels.shared.caches.empty())
+      return Error{
+          ErrorCode::failed,
+          "every cache of the light map lies behind or inside geometry: turn faces to the side that is seen, or "
+          "make their material doubleSided"};
+    if (!plan)
+      return Error{ErrorCode::failed,
+                   "the light map does not fit into " +
+                       std::to_string(options_.lightmapSize ? options_.lightmapSize : kMaxAtlasSide) +
+                       " texels a side"};
+
+    // 3. The texture of indices, and where the triangles read it
+    if (Status ok = reserveAtlas(plan->side); !ok) return ok.error();
+    PlacedLightmap result;
+    result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
+    if (context_.cancelled()) return cancelledError();
+    report(texels, *plan, request);
+    warnAboutLightmap(scene_, set_, texels.cells, texels.shared, options_, context_);
+    result.caches = std::move(texels.shared.caches);
+    return result;
+  }
+
+ private:
+  // Nothing where what it needs is beyond the budget: then refused_ says so.
+  Texels place(double texelSize) {
+    Texels texels;
+    if (Status ok = reserveTexels(static_cast<float>(texelSize)); !ok) {
+      refused_ = ok.error();
+      return texels;
+    }
+    followCurvature(set_, static_cast<float>(texelSize));
+    texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
+    if (context_.cancelled()) return texels;
+    texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
+    return texels;
+  }
+
+  // What to do about too many texels.
+  std::string remedy() const {
+    if (options_.lightmapSize > 0) return "lower --lightmap";
+    return options_.minChartTexels > kOftenMinTexels ? "lower caches.minChartTexels or --lightmap-caches"
+                                                     : "lower --lightmap-caches";
+  }
+
+  // Texels with their places and samples, before they are laid: those of all patches' rectangles.
+  Status reserveTexels(float texelSize) {
+    double texels = 0.0, most = 0.0;
+    for (const Patch& patch : set_.patches) {
+      const glm::uvec2 size = resolutionOf(scene_, set_, patch, texelSize);
+      texels += static_cast<double>(size.x) * size.y;
+      most = std::max(most, static_cast<double>(size.x) * size.y);
+    }
+    std::array<char, 48> text;
+    std::snprintf(text.data(), text.size(), "%.0f texels of %.3g m", texels, static_cast<double>(texelSize));
+    Status ok =
+        reserveMemory(context_, "light map", kTexelBytes * texels + kSampledBytes * most, text.data(), remedy());
+    // A light map that is too large is the options' fault: it is not left out with a warning.
+    if (!ok) ok.error().code = ErrorCode::usage;
+    return ok;
+  }
+
+  Status reserveAtlas(std::uint32_t side) {
+    const double texels = static_cast<double>(side) * side, corners = 3.0 * scene_.triangleCount();
+    Status ok = reserveMemory(context_, "light map", kAtlasBytes * texels + kCornerBytes * corners,
+                              std::to_string(side) + " x " + std::to_string(side) + " texels and " +
+                                  std::to_string(scene_.triangleCount()) + " triangles",
+                              remedy());
+    if (!ok) ok.error().code = ErrorCode::usage;
+    return ok;
+  }
+
+  double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
+
+  // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms.
+  Texels searchCount() {
+    constexpr int kSteps = 7;
+    constexpr double kCloseEnough = 0.03;
+    const double target = options_.lightmapCaches;
+    Texels best;
+    double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
+    for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
+      ++steps_;
+      Texels texels = place(size);
+      if (refused_) return best;
+      const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
+      const double off = std::abs(std::log(count / target));
+      if (lastSize > 0.0 && lastSize != size)
+        power = std::clamp(-std::log(count / lastCount) / std::log(size / lastSize), 0.7, 3.0);
+      if (off < bestOff) {
+        bestOff = off;
+        best = std::move(texels);
+      }
+      if (bestOff < kCloseEnough) break;
+      lastSize = size;
+      lastCount = count;
+      size *= std::pow(count / target, 1.0 / power);
+    }
+    followCurvature(set_, best.cells.texelSize);
+    return best;
+  }
+
+  // The smallest texels whose patches fit the light map that was asked for.
+  std::optional<AtlasPlan> searchSide(Texels& texels, AtlasRequest& request) {
+    constexpr int kSteps = 6, kTries = 24;
+    const double capacity = static_cast<double>(options_.lightmapSize) * options_.lightmapSize;
+    double size = firstGuess(capacity);
+    for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
+      const Texels trial = place(size);
+      if (refused_) return std::nullopt;
+      const AtlasRequest wish = requestAtlas(trial.cells, trial.shared);
+      double area = static_cast<double>(wish.single.size());
+      for (const glm::uvec2& r : wish.rectangle) area += static_cast<double>(r.x + gutter_) * (r.y + gutter_);
+      const double ratio = area / (0.93 * capacity);
+      if (std::abs(ratio - 1.0) < 0.02) break;
+      size *= std::pow(std::max(ratio, 1e-3), 1.0 / kCountPower);
+    }
+    for (int i = 0; i < kTries && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
+      texels = place(size);
+      if (refused_) return std::nullopt;
+      sortCaches(texels.shared);
+      request = requestAtlas(texels.cells, texels.shared);
+      if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_,
+                                options_.lightmapSize, &context_))
+        return plan;
+    }
+    return std::nullopt;
+  }
+
+  // Order caches along a Morton curve: neighbours in space read neighbouring links and lie near in memory.
+  void sortCaches(SharedCaches& shared) const {
+    const std::size_t count = shared.caches.size();
+    if (count == 0) return;
+    glm::vec3 low = shared.caches[0].positionWorld, high = low;
+    for (const SurfaceCache& c : shared.caches) {
+      low = glm::min(low, c.positionWorld);
+      high = glm::max(high, c.positionWorld);
+    }
+    const glm::vec3 extent = glm::max(high - low, glm::vec3(1e-20f));
+    const float scale = 1048575.0f / std::max({extent.x, extent.y, extent.z});
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order(count);
+    for (std::uint32_t c = 0; c < count; ++c) {
+      order[c] = {mortonOf((shared.caches[c].positionWorld - low) * scale), c};
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<SurfaceCache> sorted(count);
+    std::vector<std::uint32_t> renamed(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      sorted[i] = shared.caches[order[i].second];
+      renamed[order[i].second] = i;
+    }
+    shared.caches = std::move(sorted);
+    for (std::uint32_t& c : shared.cacheOfCell) {
+      if (c != kNoCache) c = renamed[c];
+    }
+  }
+
+  void report(const Texels& texels, const AtlasPlan& plan, const AtlasRequest& request) {
+    double charts = 0.0, uvArea = 0.0, surfaceArea = 0.0;
+    ChartQuality quality;
+    for (const MeshCharts& mesh : set_.meshes) {
+      quality.add(mesh.quality);
+      charts += static_cast<double>(mesh.charts.size());
+      for (const Chart& chart : mesh.charts) {
+        uvArea += chart.areaUv;
+        surfaceArea += chart.areaSurface;
+      }
+    }
+    context_.figure("charts", charts);
+    context_.figure("chart_area_kept_share", surfaceArea > 0.0 ? uvArea / surfaceArea : 1.0);
+    context_.figure("chart_stretch_rms", quality.stretchRms());
+    context_.figure("chart_stretch_p99", quality.stretchP99());
+    context_.figure("chart_anisotropy", quality.anisotropyMean());
+    context_.figure("chart_area_ratio", quality.areaRatioMean());
+    context_.figure("chart_folded_m2", quality.folded);
+    context_.figure("search_steps", steps_);
+    context_.figure("patches", static_cast<double>(set_.patches.size()));
+    context_.figure("texel_m", texels.cells.texelSize);
+    context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
+    context_.figure("lightmap_side", plan.side);
+    context_.figure("packing_share", plan.used);
+    context_.figure("seams_m", seams_.length);
+    context_.figure("seam_jump_unstitched_texels", seams_.before);
+    context_.figure("seam_jump_texels", seams_.after);
+    context_.figure("rectangles", static_cast<double>(request.rectangle.size()));
+    context_.figure("texels_shared", texels.shared.statistics.shared);
+    context_.figure("caches_moved", texels.shared.statistics.moved);
+    context_.figure("texels_without_cache", texels.shared.statistics.dropped);
+    warnWide();
+  }
+
+  void warnWide() {
+    if (set_.wide.empty()) return;
+    std::string names;
+    for (std::size_t i = 0; i < std::min<std::size_t>(set_.wide.size(), 5); ++i)
+      names += (i > 0 ? ", \"" : "\"") + scene_.instances[set_.wide[i]].node + "\"";
+    if (set_.wide.size() > 5) names += " and " + std::to_string(set_.wide.size() - 5) + " more";
+    context_.message(Severity::warning, "node " + names +
+                                            ": far larger than what is seen of it, reads the grid. For a light map, "
+                                            "split its triangles where receivers come near");
+  }
+
+  const Scene& scene_;
+  const PlaySpace& playSpace_;
+  const CacheOptions& options_;
+  Context& context_;
+  const Prober prober_;
+  const std::uint32_t gutter_;
+  PatchSet set_;
+  std::optional<Error> refused_;
+  int steps_ = 0;  // of the search for the texel size
+  SeamJump seams_;
+};
+
+}  // namespace
+
+Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                     Context& context) {
+  return Placer(tracer, playSpace, options, context).run();
+}
+
+}  // namespace relume

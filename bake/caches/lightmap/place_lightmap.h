@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Places the caches of the light map (PIC 4.4): charts to patches to texels to unique caches to a texture of indices.
+#pragma once
+
+#include "bake/caches/lightmap/share_cells.h"
+#include "formats/caches.h"
+#include "formats/result.h"
+
+#include <vector>
+
+namespace relume {
+
+struct PlacedLightmap {
+  std::vector<SurfaceCache> caches;  // along a space-filling curve
+  Lightmap lightmap;                 // indices count from 0: the caches of the grid come before them later
+};
+
+Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                     Context& context);
+
+}  // namespace relume

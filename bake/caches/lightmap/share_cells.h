@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Decides which texels get a cache of their own and which share one: a facility-location problem, solved greedily. A
+// texel stands for some surface; reading a cache further off, or one that looks another way, costs error in proportion
+// to that surface; a cache pays when it saves more error than it costs. So leaves, mouldings, slivers and the borders
+// of charts that meet in space share caches that are near, look the same way and are in sight, small geometry gets its
+// fair share of caches by area, and light does not jump between charts.
+//
+// Deviation from PIC 4.4: the paper's unique caches are the covered texels; sharing across charts is ours.
+#pragma once
+
+#include "bake/caches/grid/relocate.h"
+#include "bake/caches/lightmap/cells.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+struct SurfaceCache {
+  glm::vec3 positionWorld{0.0f};  // lifted off the surface
+  glm::vec3 normal{0.0f};
+};
+
+struct SharedCaches {
+  std::vector<SurfaceCache> caches;        // in the order they were opened
+  std::vector<std::uint32_t> cacheOfCell;  // [Size cells] kNoCache = nothing valid near
+  std::vector<std::uint8_t> buried;        // [Size cells] 1 = every place in it is behind or inside something
+  struct Statistics {
+    std::uint32_t shared = 0;   // cells that read another cell's cache
+    std::uint32_t moved = 0;    // caches moved off the middle of their texel
+    std::uint32_t dropped = 0;  // cells that read none
+  } statistics;
+};
+
+// The surface, in full texels, from which on a texel opens a cache whatever is around it.
+float ownCacheTexels(const CacheOptions& options);
+
+// minChartTexels scales what a cache costs: 0 = every texel has its own. failed never; cancelled: incomplete.
+SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
+                        const CacheOptions& options, Context& context);
+
+}  // namespace relume

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Makes both sides of a seam read alike: at an edge whose two triangles lie on different charts, texels around it
+// choose their caches again, so that the reads agree in the least-squares sense.
+#pragma once
+
+#include "bake/caches/lightmap/atlas_texels.h"
+
+namespace relume {
+
+// The atlas while it is filled.
+struct SeamTexels {
+  std::uint32_t side = 0;             // [texel]
+  std::vector<std::uint32_t>& cache;  // [Size side²] changed where that helps
+  std::span<const float> share;       // [Size side²] of a full texel of surface that reads it without seams, [0..1]
+  std::span<const LightmapPart> parts;
+  std::span<const std::uint32_t> front, back;  // corners of the triangles
+};
+
+// Seams between surfaces that look the same way only. A cache that one texel alone reads stays with it.
+SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
+                     const SeamTexels& texels, Context& context);
+
+}  // namespace relume

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+// Mesh findings with CGAL: corners that coincide are merged to a polygon soup, whose orientation (CGAL, "Polygon Mesh
+// Processing", orient_polygon_soup) tells non-manifold edges and faces that disagree with their neighbours. Values are
+// checked first, because CGAL asserts on what is not finite and does not check indices.
+#include "bake/import/check_mesh.h"
+
+#include "bake/base/context.h"
+#include "bake/base/parallel.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <numeric>
+#include <optional>
+
+namespace relume {
+namespace {
+
+namespace pmp = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Face = std::array<std::size_t, 3>;
+
+// Faces by merged corners; degenerate and duplicate ones are left out of `faces`.
+struct Soup {
+  std::vector<Point> points;
+  std::vector<Face> faces;
+  std::vector<std::uint32_t> triangle;  // of each face, in the mesh
+};
+
+// How many of a kind, and the first.
+struct Tally {
+  std::uint32_t count = 0;
+  std::uint32_t first = kNone;
+  void add(std::uint32_t triangle) {
+    ++count;
+    first = std::min(first, triangle);
+  }
+};
+
+struct Findings {
+  Tally degenerate, duplicate, nonManifold, border, flipped;
+};
+
+bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+bool usable(const Mesh& mesh, const glm::uvec3& t) {
+  for (const std::uint32_t v : {t.x, t.y, t.z}) {
+    if (v >= mesh.position.size() || !finite(mesh.position[v])) return false;
+  }
+  return true;
+}
+
+// One number per distinct position, in the order of the first vertex that has it. Negative zero equals zero.
+std::vector<std::uint32_t> mergePositions(const Mesh& mesh) {
+  const auto key = [&](std::uint32_t v) {
+    const glm::vec3 p = mesh.position[v] + 0.0f;
+    return std::array<float, 3>{p.x, p.y, p.z};
+  };
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t v = 0; v < mesh.position.size(); ++v) {
+    if (finite(mesh.position[v])) order.push_back(v);
+  }
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const auto ka = key(a), kb = key(b);
+    return ka != kb ? ka < kb : a < b;
+  });
+  std::vector<std::uint32_t> merged(mesh.position.size(), kNone);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    merged[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? merged[order[i - 1]] : order[i];
+  return merged;
+}
+
+// Zero area within the rounding of its corners' coordinates: the height over the longest edge is below four steps of
+// the largest coordinate, or the corners are exactly collinear.
+bool degenerate(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+  const glm::dvec3 ab = glm::dvec3(b) - glm::dvec3(a), ac = glm::dvec3(c) - glm::dvec3(a);
+  const double longest = std::sqrt(std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(ac - ab, ac - ab)}));
+  const double twiceArea = glm::length(glm::cross(ab, ac));
+  double largest = 0.0;
+  for (const glm::vec3& p : {a, b, c})
+    largest = std::max({largest, std::fabs(static_cast<double>(p.x)), std::fabs(static_cast<double>(p.y)),
+                        std::fabs(static_cast<double>(p.z))});
+  if (twiceArea <= longest * largest * 4.0 * 0x1p-24) return true;
+  return CGAL::collinear(Point(a.x, a.y, a.z), Point(b.x, b.y, b.z), Point(c.x, c.y, c.z));
+}
+
+// Merge corners and sort out the faces that no further test can use.
+Soup makeSoup(const Mesh& mesh, Findings& found) {
+  const std::vector<std::uint32_t> merged = mergePositions(mesh);
+  std::vector<std::uint32_t> number(mesh.position.size(), kNone);
+  Soup soup;
+  for (std::uint32_t v = 0; v < mesh.position.size(); ++v) {
+    if (merged[v] != v) continue;
+    number[v] = static_cast<std::uint32_t>(soup.points.size());
+    soup.points.emplace_back(mesh.position[v].x, mesh.position[v].y, mesh.position[v].z);
+  }
+  std::vector<std::pair<Face, std::uint32_t>> faces;  // sorted corners, triangle
+  std::vector<Face> wound(mesh.triangle.size());
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    const glm::uvec3 v = mesh.triangle[t];
+    if (!usable(mesh, v) || degenerate(mesh.position[v.x], mesh.position[v.y], mesh.position[v.z])) {
+      found.degenerate.add(t);
+      continue;
+    }
+    wound[t] = {number[merged[v.x]], number[merged[v.y]], number[merged[v.z]]};
+    Face corners = wound[t];
+    std::sort(corners.begin(), corners.end());
+    faces.emplace_back(corners, t);
+  }
+  std::sort(faces.begin(), faces.end());
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (i > 0 && faces[i].first == faces[i - 1].first) {
+      found.duplicate.add(faces[i].second);
+    } else {
+      soup.triangle.push_back(faces[i].second);
+    }
+  }
+  std::sort(soup.triangle.begin(), soup.triangle.end());
+  for (const std::uint32_t t : soup.triangle) soup.faces.push_back(wound[t]);
+  return soup;
+}
+
+struct Edge {
+  std::size_t low, high;
+  std::uint32_t face;
+  bool operator<(const Edge& o) const {
+    return low != o.low ? low < o.low : high != o.high ? high < o.high : face < o.face;
+  }
+  bool sameEnds(const Edge& o) const { return low == o.low && high == o.high; }
+};
+
+// Faces joined over edges with exactly two faces: the component of each face. Notes borders on the way.
+std::vector<std::uint32_t> findComponents(const Soup& soup, Findings& found) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * soup.faces.size());
+  for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t a = soup.faces[f][k], b = soup.faces[f][(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), f});
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<std::uint32_t> up(soup.faces.size());
+  std::iota(up.begin(), up.end(), 0u);
+  const auto root = [&](std::uint32_t f) {
+    while (up[f] != f) f = up[f] = up[up[f]];
+    return f;
+  };
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    while (end < edges.size() && edges[end].sameEnds(edges[begin])) ++end;
+    if (end - begin == 1) found.border.add(soup.triangle[edges[begin].face]);
+    if (end - begin != 2) continue;
+    const std::uint32_t a = root(edges[begin].face), b = root(edges[begin + 1].face);
+    up[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::uint32_t f = 0; f < up.size(); ++f) up[f] = root(f);
+  return up;
+}
+
+// What orient_polygon_soup tells while it works. CGAL copies the visitor, so it only points.
+struct Listener : pmp::Default_orientation_visitor {
+  std::vector<std::uint8_t>* reversed = nullptr;
+  std::vector<std::array<std::size_t, 2>>* nonManifold = nullptr;
+  void polygon_orientation_reversed(std::size_t f) { (*reversed)[f] ^= 1; }
+  void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) { nonManifold->push_back({a, b}); }
+};
+
+double area(const Soup& soup, std::size_t f) {
+  const Face& v = soup.faces[f];
+  return std::sqrt(CGAL::to_double(CGAL::squared_area(soup.points[v[0]], soup.points[v[1]], soup.points[v[2]])));
+}
+
+// Whether a triangle's front faces away from the mean of its vertex normals.
+bool againstNormals(const Mesh& mesh, const glm::uvec3& t) {
+  if (mesh.normal.empty()) return false;
+  const glm::vec3 face = glm::cross(mesh.position[t.y] - mesh.position[t.x], mesh.position[t.z] - mesh.position[t.x]);
+  return glm::dot(face, mesh.normal[t.x] + mesh.normal[t.y] + mesh.normal[t.z]) < 0.0f;
+}
+
+// Non-manifold edges; and flipped faces: those that must turn to agree with the greater part of their component's area,
+// or that face away from their own normals.
+void findOrientation(const Mesh& mesh, Soup& soup, Findings& found) {
+  const std::vector<std::uint32_t> component = findComponents(soup, found);
+  const Soup before = soup;
+  std::vector<std::uint8_t> reversed(soup.faces.size(), 0);
+  std::vector<std::array<std::size_t, 2>> nonManifold;
+  Listener listener;
+  listener.reversed = &reversed;
+  listener.nonManifold = &nonManifold;
+  pmp::orient_polygon_soup(soup.points, soup.faces, CGAL::parameters::visitor(listener));
+
+  for (std::array<std::size_t, 2>& edge : nonManifold) std::sort(edge.begin(), edge.end());
+  std::sort(nonManifold.begin(), nonManifold.end());
+  nonManifold.erase(std::unique(nonManifold.begin(), nonManifold.end()), nonManifold.end());
+  found.nonManifold.count = static_cast<std::uint32_t>(nonManifold.size());
+
+  std::vector<double> turned(before.faces.size(), 0.0), kept(before.faces.size(), 0.0);
+  for (std::size_t f = 0; f < before.faces.size(); ++f) (reversed[f] ? turned : kept)[component[f]] += area(before, f);
+  for (std::size_t f = 0; f < before.faces.size(); ++f) {
+    const std::uint32_t c = component[f];
+    const bool minority = (reversed[f] != 0) == (turned[c] <= kept[c]) && turned[c] > 0.0 && kept[c] > 0.0;
+    if (minority || againstNormals(mesh, mesh.triangle[before.triangle[f]])) found.flipped.add(before.triangle[f]);
+    for (std::size_t k = 0; k < 3 && !nonManifold.empty(); ++k) {
+      const std::size_t a = before.faces[f][k], b = before.faces[f][(k + 1) % 3];
+      const std::array<std::size_t, 2> edge{std::min(a, b), std::max(a, b)};
+      if (std::binary_search(nonManifold.begin(), nonManifold.end(), edge))
+        found.nonManifold.first = std::min(found.nonManifold.first, before.triangle[f]);
+    }
+  }
+}
+
+Findings checkMesh(const Mesh& mesh) {
+  Findings found;
+  Soup soup = makeSoup(mesh, found);
+  if (!soup.faces.empty()) findOrientation(mesh, soup, found);
+  return found;
+}
+
+// Collapse all but the first of triangles with the same corners in the same cyclic order. Where an alpha mask shows
+// different parts of them, their texture coordinates must agree too.
+Tally collapseDuplicates(Mesh& mesh, bool masked) {
+  struct Wound {
+    std::array<std::uint32_t, 3> corners;  // merged, the least first
+    std::uint32_t triangle;
+    std::array<std::uint32_t, 3> vertices;  // in the same order
+  };
+  const std::vector<std::uint32_t> merged = mergePositions(mesh);
+  std::vector<Wound> faces;
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    const glm::uvec3 v = mesh.triangle[t];
+    if (!usable(mesh, v)) continue;
+    Wound face{{merged[v.x], merged[v.y], merged[v.z]}, t, {v.x, v.y, v.z}};
+    if (face.corners[0] == face.corners[1] || face.corners[1] == face.corners[2] || face.corners[2] == face.corners[0])
+      continue;
+    const auto least = std::min_element(face.corners.begin(), face.corners.end()) - face.corners.begin();
+    std::rotate(face.vertices.begin(), face.vertices.begin() + least, face.vertices.end());
+    std::rotate(face.corners.begin(), face.corners.begin() + least, face.corners.end());
+    faces.push_back(face);
+  }
+  std::sort(faces.begin(), faces.end(), [](const Wound& a, const Wound& b) {
+    return a.corners != b.corners ? a.corners < b.corners : a.triangle < b.triangle;
+  });
+
+  Tally collapsed;
+  for (std::size_t i = 1, first = 0; i < faces.size(); ++i) {
+    if (faces[i].corners != faces[first].corners) first = i;
+    if (first == i) continue;
+    bool same = true;
+    for (std::size_t k = 0; masked && k < 3; ++k) {
+      const std::uint32_t a = faces[first].vertices[k], b = faces[i].vertices[k];
+      for (const auto& uv : mesh.uv) same &= uv.empty() || uv[a] == uv[b];
+    }
+    if (!same) continue;
+    glm::uvec3& triangle = mesh.triangle[faces[i].triangle];
+    triangle = glm::uvec3(triangle.x);
+    collapsed.add(faces[i].triangle);
+  }
+  return collapsed;
+}
+
+// A node that uses each mesh; empty for a mesh nobody uses.
+std::vector<std::string> nodesOfMeshes(const Scene& scene) {
+  std::vector<std::string> node(scene.meshes.size());
+  for (auto instance = scene.instances.rbegin(); instance != scene.instances.rend(); ++instance)
+    node[instance->mesh] = instance->node;
+  return node;
+}
+
+}  // namespace
+
+const char* toString(MeshFinding::Kind kind) {
+  switch (kind) {
+    case MeshFinding::Kind::degenerateTriangle:
+      return "degenerate triangle";
+    case MeshFinding::Kind::duplicateTriangle:
+      return "duplicate triangle";
+    case MeshFinding::Kind::nonManifoldEdge:
+      return "non-manifold edge";
+    case MeshFinding::Kind::openBorder:
+      return "open border edge";
+    case MeshFinding::Kind::flippedWinding:
+      return "flipped winding";
+    case MeshFinding::Kind::repaired:
+      return "repaired triangle";
+  }
+  return "";
+}
+
+std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context) {
+  const Context::Stage stage(context, "check meshes");
+  std::vector<Findings> found(scene.meshes.size());
+  std::vector<std::optional<std::string>> failed(scene.meshes.size());
+  parallelChunks(context, "check meshes", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t m = begin; m < end; ++m) {
+      try {
+        found[m] = checkMesh(scene.meshes[m]);
+      } catch (const std::bad_alloc&) {
+        throw;  // the mesh is not to blame
+      } catch (const std::exception& e) {
+        failed[m] = e.what();
+      }
+    }
+  });
+
+  std::vector<MeshFinding> out;
+  const std::vector<std::string> node = nodesOfMeshes(scene);
+  for (std::uint32_t m = 0; m < found.size(); ++m) {
+    if (failed[m])
+      context.message(Severity::warning,
+                      "mesh '" + scene.meshes[m].name +
+                          "' could not be checked and is baked as it is; look for broken triangles in node \"" +
+                          node[m] + "\": " + *failed[m]);
+    const auto note = [&](MeshFinding::Kind kind, const Tally& tally) {
+      if (tally.count > 0) out.push_back({kind, m, tally.count, tally.first, node[m]});
+    };
+    note(MeshFinding::Kind::degenerateTriangle, found[m].degenerate);
+    note(MeshFinding::Kind::duplicateTriangle, found[m].duplicate);
+    note(MeshFinding::Kind::nonManifoldEdge, found[m].nonManifold);
+    note(MeshFinding::Kind::openBorder, found[m].border);
+    note(MeshFinding::Kind::flippedWinding, found[m].flipped);
+  }
+  return out;
+}
+
+std::vector<MeshFinding> repairMeshes(Scene& scene, Context& context) {
+  std::vector<Tally> repaired(scene.meshes.size());
+  parallelChunks(context, "repair meshes", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t m = begin; m < end; ++m) {
+      Mesh& mesh = scene.meshes[m];
+      const bool masked = mesh.material != kNone && scene.materials[mesh.material].alphaMode == AlphaMode::mask;
+      repaired[m] = collapseDuplicates(mesh, masked);
+    }
+  });
+  std::vector<MeshFinding> out;
+  const std::vector<std::string> node = nodesOfMeshes(scene);
+  for (std::uint32_t m = 0; m < repaired.size(); ++m) {
+    if (repaired[m].count > 0)
+      out.push_back({MeshFinding::Kind::repaired, m, repaired[m].count, repaired[m].first, node[m]});
+  }
+  return out;
+}
+
+}  // namespace relume

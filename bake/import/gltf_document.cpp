@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+// From a path to a checked GltfDocument. tinygltf parses the JSON into its model; buffers and images are taken out of
+// the document before, because tinygltf neither bounds them nor keeps them inside the folder.
+#include "bake/import/gltf_document.h"
+
+#include "bake/base/context.h"
+#include "bake/base/read_json.h"
+#include "bake/import/gltf_file.h"
+#include "bake/import/gltf_schema.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <new>
+#include <string_view>
+
+namespace relume {
+namespace {
+
+using nlohmann::json;
+
+// What extensionsRequired may name: what is read, and what has no part in diffuse transport.
+constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punctual",
+                                                               "KHR_texture_transform",
+                                                               "KHR_mesh_quantization",
+                                                               "KHR_materials_emissive_strength",
+                                                               "KHR_materials_unlit",
+                                                               "KHR_materials_pbrSpecularGlossiness",
+                                                               "EXT_mesh_gpu_instancing",
+                                                               "EXT_meshopt_compression",
+                                                               "KHR_draco_mesh_compression",
+                                                               "KHR_materials_anisotropy",
+                                                               "KHR_materials_clearcoat",
+                                                               "KHR_materials_dispersion",
+                                                               "KHR_materials_ior",
+                                                               "KHR_materials_iridescence",
+                                                               "KHR_materials_sheen",
+                                                               "KHR_materials_specular",
+                                                               "KHR_materials_transmission",
+                                                               "KHR_materials_variants",
+                                                               "KHR_materials_volume",
+                                                               "KHR_animation_pointer",
+                                                               "KHR_xmp",
+                                                               "KHR_xmp_json_ld"};
+
+Status checkVersion(const json& asset, const std::string& file) {
+  const std::string version = asset.value("version", std::string());
+  const std::string least = asset.value("minVersion", std::string("2.0"));
+  if (!version.starts_with("2.") || least != "2.0")
+    return Error{ErrorCode::unsupported,
+                 file + ": glTF version " + version + " (at least " + least + " needed to read it); expected 2.0"};
+  return done();
+}
+
+Status checkExtensions(const json& root, const std::string& file) {
+  const auto required = root.find("extensionsRequired");
+  if (required == root.end()) return done();
+  for (const json& name : *required) {
+    const auto& text = name.get_ref<const std::string&>();
+    if (std::find(kKnownExtensions.begin(), kKnownExtensions.end(), text) == kKnownExtensions.end())
+      return Error{ErrorCode::unsupported, file + ": requires the extension " + text + ", which is not supported"};
+  }
+  return done();
+}
+
+Result<json> parseJson(const std::string& text, const std::string& file) {
+  Result<json> root = readJson(text);
+  if (!root) return Error{ErrorCode::invalidFile, file + ": " + root.error().message};
+  if (Status status = checkGltfSchema(*root, file); !status) return status.error();
+  if (Status status = checkVersion((*root)["asset"], file); !status) return status.error();
+  if (Status status = checkExtensions(*root, file); !status) return status.error();
+  return root;
+}
+
+// The bytes of a buffer that views, compressed ones among them, read; views that reach beyond its `length` are refused
+// when they are read.
+ByteRange rangeOfViews(const json& root, std::size_t buffer, std::uint64_t length) {
+  ByteRange range{length, 0};
+  const auto add = [&](const json& view) {
+    if (view.value("buffer", std::uint64_t{0}) != buffer) return;
+    const auto begin = view.value("byteOffset", std::uint64_t{0}), size = view.value("byteLength", std::uint64_t{0});
+    if (begin > length || size > length - begin) return;
+    range.begin = std::min(range.begin, begin);
+    range.end = std::max(range.end, begin + size);
+  };
+  const auto views = root.find("bufferViews");
+  if (views == root.end()) return range;
+  for (const json& view : *views) {
+    add(view);
+    const json::json_pointer compressed("/extensions/EXT_meshopt_compression");
+    if (view.contains(compressed)) add(view[compressed]);
+  }
+  return range;
+}
+
+// Load every buffer; a buffer without data (the fallback of EXT_meshopt_compression) stays empty.
+Status loadBuffers(const json& root, GltfContainer& container, GltfDocument& document) {
+  const auto buffers = root.find("buffers");
+  if (buffers == root.end()) return done();
+  for (std::size_t i = 0; i < buffers->size(); ++i) {
+    const json& buffer = (*buffers)[i];
+    const std::string where = jsonPath("buffers", static_cast<int>(i));
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    FileSlice bytes;
+    const auto uri = buffer.find("uri");
+    if (uri != buffer.end()) {
+      auto read = readUri(uri->get_ref<const std::string&>(), document.folder, document.at(where), document.files,
+                          rangeOfViews(root, i, length));
+      if (!read) return read.error();
+      bytes = std::move(*read);
+    } else if (i == 0 && container.hasBinary) {
+      bytes = {std::move(container.binary), 0, 0};
+      bytes.fileBytes = bytes.bytes.size();
+    } else {
+      document.buffers.emplace_back();
+      continue;
+    }
+    if (bytes.fileBytes < length)
+      return document.invalid(where, "byteLength is " + std::to_string(length) + ", its data has " +
+                                         std::to_string(bytes.fileBytes) + " bytes");
+    bytes.fileBytes = length;
+    document.dataBytes += std::min<std::uint64_t>(bytes.bytes.size(), length);
+    document.buffers.push_back(std::move(bytes));
+  }
+  return done();
+}
+
+void takeImages(const json& root, GltfDocument& document) {
+  const auto images = root.find("images");
+  if (images == root.end()) return;
+  for (const json& image : *images) {
+    document.images.push_back(
+        {image.value("name", std::string()), image.value("uri", std::string()), image.value("bufferView", -1)});
+  }
+}
+
+// Leave in the JSON what tinygltf is to parse, and give accessors without a view a stand-in view (it insists on one
+// for indices), taken back after parsing.
+constexpr const char* kUnparsed[] = {"buffers", "images", "animations", "skins"};
+
+Status parseModel(json& root, GltfDocument& document) {
+  for (const char* name : kUnparsed) root.erase(name);
+  const int standIn = root.contains("bufferViews") ? static_cast<int>(root["bufferViews"].size()) : 0;
+  root["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 1}});
+  std::vector<std::size_t> viewless;
+  if (root.contains("accessors")) {
+    json& accessors = root["accessors"];
+    for (std::size_t i = 0; i < accessors.size(); ++i) {
+      if (accessors[i].contains("bufferView")) continue;
+      accessors[i]["bufferView"] = standIn;
+      viewless.push_back(i);
+    }
+  }
+  std::string error, warning;
+  try {
+    const std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);
+    tinygltf::TinyGLTF loader;
+    if (!loader.LoadASCIIFromString(&document.model, &error, &warning, text.c_str(),
+                                    static_cast<unsigned int>(text.size()), "", 0))
+      return Error{ErrorCode::invalidFile, document.at(error.empty() ? "not a glTF" : error)};
+  } catch (const std::bad_alloc&) {
+    throw;  // importGltf() says so: the file is not to blame
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, document.at(e.what())};
+  }
+  document.model.bufferViews.pop_back();
+  for (const std::size_t i : viewless) document.model.accessors[i].bufferView = -1;
+  return done();
+}
+
+}  // namespace
+
+Result<std::span<const std::uint8_t>> GltfDocument::viewBytes(int view, const std::string& where) const {
+  const auto index = static_cast<std::size_t>(view);
+  if (view < 0 || index >= model.bufferViews.size())
+    return invalid(where, jsonPath("bufferViews", view) + " does not exist, there are " +
+                              std::to_string(model.bufferViews.size()));
+  if (!decodedViews[index].empty()) return std::span<const std::uint8_t>(decodedViews[index]);
+  const tinygltf::BufferView& v = model.bufferViews[index];
+  if (v.buffer < 0 || static_cast<std::size_t>(v.buffer) >= buffers.size())
+    return invalid(jsonPath("bufferViews", view),
+                   jsonPath("buffers", v.buffer) + " does not exist, there are " + std::to_string(buffers.size()));
+  const FileSlice& buffer = buffers[static_cast<std::size_t>(v.buffer)];
+  const auto bytes = buffer.range(v.byteOffset, v.byteLength);
+  if (!bytes)
+    return invalid(jsonPath("bufferViews", view),
+                   "bytes " + std::to_string(v.byteOffset) + " + " + std::to_string(v.byteLength) + " of " +
+                       jsonPath("buffers", v.buffer) + ", which has " + std::to_string(buffer.fileBytes));
+  return *bytes;
+}
+
+Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context&) {
+  GltfDocument document;
+  document.file = path.filename().string();
+  document.folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  document.files.push_back(path);
+  auto bytes = readSceneBytes(path, document.file);
+  if (!bytes) return bytes.error();
+  Result<GltfContainer> container = splitContainer(std::move(*bytes), document.file);
+  if (!container) return container.error();
+
+  document.dataBytes = container->json.size();
+  Result<json> root = parseJson(container->json, document.file);
+  if (!root) return root.error();
+  if (Status status = loadBuffers(*root, *container, document); !status) return status.error();
+  takeImages(*root, document);
+  if (Status status = parseModel(*root, document); !status) return status.error();
+  document.decodedViews.resize(document.model.bufferViews.size());
+  if (Status status = decodeMeshopt(document); !status) return status.error();
+  return document;
+}
+
+double numberOr(const tinygltf::Value& object, const char* name, double fallback) {
+  return object.IsObject() && object.Has(name) && object.Get(name).IsNumber() ? object.Get(name).GetNumberAsDouble()
+                                                                              : fallback;
+}
+
+int indexOr(const tinygltf::Value& object, const char* name, int fallback) {
+  return object.IsObject() && object.Has(name) && object.Get(name).IsInt() ? object.Get(name).GetNumberAsInt()
+                                                                           : fallback;
+}
+
+}  // namespace relume

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// The importer's rooms: materials, meshes and nodes of a checked document, each appending to a Scene.
+#pragma once
+
+#include "bake/base/context.h"
+#include "bake/import/gltf_accessors.h"
+#include "bake/import/gltf_document.h"
+#include "bake/scene/scene.h"
+#include "formats/result.h"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// Materials with the images they use, one Scene material per glTF material.
+// uvSets[m] says which TEXCOORD_n fill Mesh::uv[0] and [1] for material m.
+using UvSets = std::array<int, 2>;
+Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene, Context& context);
+
+// A primitive whose vertices and indices came out of KHR_draco_mesh_compression.
+struct DracoPrimitive {
+  std::vector<std::uint32_t> indices;                // triangles
+  std::map<std::string, AccessorValues> attributes;  // by glTF semantic
+};
+Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                                   const std::string& where);
+
+// Turns glTF meshes into Scene meshes, each once, when first asked for.
+class MeshImporter {
+ public:
+  MeshImporter(const GltfDocument& document, std::vector<UvSets> uvSets, Scene& scene, Context& context)
+      : document_(document), uvSets_(std::move(uvSets)), scene_(scene), context_(context), reader_(document) {}
+
+  // Scene meshes of a glTF mesh, one a primitive; kNone for primitives without triangles.
+  Result<const std::vector<std::uint32_t>*> import(int mesh);
+  AccessorReader& reader() { return reader_; }
+
+ private:
+  Result<std::uint32_t> importPrimitive(const tinygltf::Primitive& primitive, const std::string& name,
+                                        const std::string& where);
+  Status readAttributes(const tinygltf::Primitive& primitive, const std::string& where, Mesh& mesh,
+                        std::vector<std::uint32_t>& indices);
+  Status fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
+                  const std::vector<std::uint32_t>& used, const std::string& where, Mesh& mesh);
+
+  const GltfDocument& document_;
+  std::vector<UvSets> uvSets_;
+  Scene& scene_;
+  Context& context_;
+  AccessorReader reader_;
+  std::map<int, std::vector<std::uint32_t>> imported_;
+  std::uint64_t triangles_ = 0;            // of all meshes so far
+  std::vector<std::uint32_t> renumbered_;  // scratch: new index per vertex, kNone = unused
+};
+
+// Which unit the intensities of the file's punctual lights have, by `asked`, the file's extras or what their sizes
+// suggest; makes scene.lights radiometric. invalidFile: extras that name no unit.
+Status convertLights(const GltfDocument& document, std::optional<LightUnit> asked, Scene& scene, Context& context);
+
+// Walk the default scene: instances, cameras, lights, play volumes.
+Status importNodes(const GltfDocument& document, MeshImporter& meshes, Scene& scene, Context& context);
+
+}  // namespace relume

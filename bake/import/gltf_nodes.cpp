@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: MIT
+// The default scene's nodes to instances, cameras, lights and play volumes. The graph is checked to be a forest first;
+// it is walked with a stack of our own, so that depth costs nothing. Transforms are multiplied in double precision.
+#include "bake/import/gltf_import.h"
+#include "bake/scene/unit_vector.h"
+#include "formats/limits.h"
+
+#include "formats/decimal.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string_view>
+
+namespace relume {
+namespace {
+
+constexpr std::uint64_t kMaxTriangles = 1ull << 30;  // scene-wide: two sides must fit 32 bits
+
+struct Visit {
+  int node = 0;
+  glm::dmat4 parent{1.0};
+  BakeMode mode = BakeMode::fixed;
+  float texelDensity = 1.0f;
+  bool playSpace = true;
+};
+
+class NodeImporter {
+ public:
+  NodeImporter(const GltfDocument& document, MeshImporter& meshes, Scene& scene, Context& context)
+      : document_(document), meshes_(meshes), scene_(scene), context_(context) {}
+  Status run();
+
+ private:
+  Status checkForest() const;
+  Result<std::vector<int>> roots() const;
+  Status visit(const Visit& at, std::vector<Visit>& stack);
+  Status readExtras(const tinygltf::Node& node, const std::string& where, const glm::mat4& toWorld, Visit& at);
+  Status addMesh(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
+  Status addInstance(const Visit& at, const glm::dmat4& toWorld, std::uint32_t primitive, std::uint32_t gpuInstance,
+                     std::uint32_t mesh, const std::string& where);
+  Result<std::vector<glm::dmat4>> gpuInstances(const tinygltf::Node& node, const std::string& where);
+  Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
+  Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
+  std::string pathOf(int node) const;
+  std::string nameOf(int node) const;
+  std::string instanceName(int node);
+
+  const GltfDocument& document_;
+  MeshImporter& meshes_;
+  Scene& scene_;
+  Context& context_;
+  std::uint64_t triangles_ = 0;
+  std::map<int, std::size_t> unnamed_;  // drawn nodes without a name, numbered as they are met
+};
+
+bool finite(const glm::dmat4& m) {
+  for (int c = 0; c < 4; ++c) {
+    for (int r = 0; r < 4; ++r) {
+      if (!(std::fabs(m[c][r]) <= static_cast<double>(std::numeric_limits<float>::max()))) return false;
+    }
+  }
+  return true;
+}
+
+glm::dquat rotationOf(const std::vector<double>& r) {
+  if (r.size() != 4) return glm::dquat(1.0, 0.0, 0.0, 0.0);
+  const glm::dquat q(r[3], r[0], r[1], r[2]);
+  const double length = glm::length(q);
+  return length > 0.0 && std::isfinite(length) ? q / length : glm::dquat(1.0, 0.0, 0.0, 0.0);
+}
+
+glm::dmat4 localTransform(const tinygltf::Node& node) {
+  glm::dmat4 m(1.0);
+  if (node.matrix.size() == 16) {
+    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+    return m;
+  }
+  if (node.translation.size() == 3)
+    m = glm::translate(m, glm::dvec3(node.translation[0], node.translation[1], node.translation[2]));
+  m *= glm::mat4_cast(rotationOf(node.rotation));
+  if (node.scale.size() == 3) m = glm::scale(m, glm::dvec3(node.scale[0], node.scale[1], node.scale[2]));
+  return m;
+}
+
+glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback) {
+  const glm::dvec3 unit = unitVector(v);
+  return unit == glm::dvec3(0.0) ? fallback : unit;
+}
+
+std::optional<BakeMode> bakeModeByName(std::string_view name) {
+  if (name == "static") return BakeMode::fixed;
+  if (name == "gridLit") return BakeMode::gridLit;
+  if (name == "dynamic") return BakeMode::dynamic;
+  if (name == "ignore") return BakeMode::ignore;
+  return std::nullopt;
+}
+
+std::string NodeImporter::nameOf(int node) const {
+  const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
+  return name.empty() ? "node" + std::to_string(node) : name;
+}
+
+// A name that does not change when other nodes are put before the node in the file.
+std::string NodeImporter::instanceName(int node) {
+  const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
+  if (!name.empty()) return name;
+  return "unnamed node " + std::to_string(unnamed_.try_emplace(node, unnamed_.size()).first->second);
+}
+
+std::string NodeImporter::pathOf(int node) const { return jsonPath("nodes", node) + " '" + nameOf(node) + "'"; }
+
+// Every node has at most one parent, and none is its own ancestor.
+Status NodeImporter::checkForest() const {
+  const auto& nodes = document_.model.nodes;
+  std::vector<int> parent(nodes.size(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (const int child : nodes[i].children) {
+      if (child < 0 || static_cast<std::size_t>(child) >= nodes.size())
+        return document_.invalid(
+            pathOf(static_cast<int>(i)),
+            "child " + jsonPath("nodes", child) + " does not exist, there are " + std::to_string(nodes.size()));
+      int& up = parent[static_cast<std::size_t>(child)];
+      if (up >= 0)
+        return document_.invalid(pathOf(child),
+                                 "has two parents, " + pathOf(up) + " and " + pathOf(static_cast<int>(i)));
+      up = static_cast<int>(i);
+    }
+  }
+  std::vector<std::uint8_t> seen(nodes.size(), 0);  // 1 = on the path now, 2 = known to end at a root
+  for (std::size_t start = 0; start < nodes.size(); ++start) {
+    int at = static_cast<int>(start);
+    for (; at >= 0 && seen[static_cast<std::size_t>(at)] == 0; at = parent[static_cast<std::size_t>(at)])
+      seen[static_cast<std::size_t>(at)] = 1;
+    if (at >= 0 && seen[static_cast<std::size_t>(at)] == 1)
+      return document_.invalid(pathOf(at), "is its own ancestor: the nodes form a cycle");
+    for (at = static_cast<int>(start); at >= 0 && seen[static_cast<std::size_t>(at)] == 1;
+         at = parent[static_cast<std::size_t>(at)])
+      seen[static_cast<std::size_t>(at)] = 2;
+  }
+  return done();
+}
+
+// The default scene's nodes, the first scene's, or every node without a parent.
+Result<std::vector<int>> NodeImporter::roots() const {
+  const auto& model = document_.model;
+  if (model.defaultScene >= 0 && static_cast<std::size_t>(model.defaultScene) >= model.scenes.size())
+    return document_.invalid("scene", jsonPath("scenes", model.defaultScene) + " does not exist, there are " +
+                                          std::to_string(model.scenes.size()));
+  if (model.scenes.empty()) {
+    std::vector<std::uint8_t> isChild(model.nodes.size(), 0);
+    for (const tinygltf::Node& node : model.nodes) {
+      for (const int child : node.children) isChild[static_cast<std::size_t>(child)] = 1;
+    }
+    std::vector<int> out;
+    for (std::size_t i = 0; i < isChild.size(); ++i) {
+      if (!isChild[i]) out.push_back(static_cast<int>(i));
+    }
+    return out;
+  }
+  const int index = std::max(model.defaultScene, 0);
+  std::vector<int> out = model.scenes[static_cast<std::size_t>(index)].nodes;
+  std::vector<std::uint8_t> listed(model.nodes.size(), 0);
+  for (const int node : out) {
+    if (node < 0 || static_cast<std::size_t>(node) >= model.nodes.size())
+      return document_.invalid(jsonPath("scenes", index), jsonPath("nodes", node) + " does not exist, there are " +
+                                                              std::to_string(model.nodes.size()));
+    if (listed[static_cast<std::size_t>(node)]++)
+      return document_.invalid(jsonPath("scenes", index), pathOf(node) + " is listed twice");
+  }
+  return out;
+}
+
+// extras.relume: {"bake": "static"|"gridLit"|"dynamic"|"ignore", "texelDensity": f, "playSpace": false} hold for the
+// node and what is below it;
+// {"volume": [x, y, z]} is a play volume of that size in the node's axes.
+Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& where, const glm::mat4& toWorld,
+                                Visit& at) {
+  if (!node.extras.IsObject() || !node.extras.Has("relume")) return done();
+  const tinygltf::Value& relume = node.extras.Get("relume");
+  const std::string path = where + ".extras.relume";
+  if (!relume.IsObject()) return document_.invalid(path, "expected an object");
+  if (relume.Has("bake")) {
+    const tinygltf::Value& bake = relume.Get("bake");
+    const std::string mode = bake.IsString() ? bake.Get<std::string>() : "";
+    const std::optional<BakeMode> known = bakeModeByName(mode);
+    if (!known) {
+      return document_.invalid(path + ".bake",
+                               "'" + mode + "'; expected \"static\", \"gridLit\", \"dynamic\" or \"ignore\"");
+    }
+    at.mode = *known;
+  }
+  if (relume.Has("texelDensity")) {
+    const double density = numberOr(relume, "texelDensity", -1.0);
+    if (!(density >= 0.01 && density <= 100.0))
+      return document_.invalid(path + ".texelDensity", "expected a number from 0.01 to 100");
+    at.texelDensity = static_cast<float>(density);
+  }
+  if (relume.Has("playSpace")) {
+    if (!relume.Get("playSpace").IsBool()) return document_.invalid(path + ".playSpace", "expected true or false");
+    at.playSpace = relume.Get("playSpace").Get<bool>();
+  }
+  if (relume.Has("volume")) {
+    const tinygltf::Value& volume = relume.Get("volume");
+    glm::vec3 size(0.0f);
+    for (int i = 0; i < 3 && volume.IsArray() && volume.ArrayLen() == 3; ++i)
+      size[i] = volume.Get(i).IsNumber() ? static_cast<float>(volume.Get(i).GetNumberAsDouble()) : 0.0f;
+    const bool good = size.x > 0.0f && size.y > 0.0f && size.z > 0.0f && std::isfinite(size.x + size.y + size.z);
+    if (!good) return document_.invalid(path + ".volume", "expected three sizes above 0");
+    scene_.volumes.push_back({nameOf(at.node), glm::scale(toWorld, size)});
+  }
+  return done();
+}
+
+Status NodeImporter::addInstance(const Visit& at, const glm::dmat4& toWorld, std::uint32_t primitive,
+                                 std::uint32_t gpuInstance, std::uint32_t mesh, const std::string& where) {
+  if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
+  Instance instance;
+  instance.node = instanceName(at.node);
+  instance.nodeIndex = static_cast<std::uint32_t>(at.node);
+  instance.primitive = primitive;
+  instance.gpuInstance = gpuInstance;
+  instance.mesh = mesh;
+  instance.toWorld = glm::mat4(toWorld);
+  instance.mode = at.mode;
+  instance.flipped = glm::determinant(glm::dmat3(toWorld)) < 0.0;
+  instance.texelDensity = at.texelDensity;
+  instance.firstTriangle = static_cast<std::uint32_t>(triangles_);
+  triangles_ += scene_.meshes[mesh].triangle.size();
+  if (triangles_ > kMaxTriangles)
+    return Error{ErrorCode::unsupported,
+                 document_.at(where + ": the level has more than " + std::to_string(kMaxTriangles) + " triangles")};
+  scene_.instances.push_back(std::move(instance));
+  return done();
+}
+
+// Transforms of EXT_mesh_gpu_instancing, one per instance; one identity without it.
+Result<std::vector<glm::dmat4>> NodeImporter::gpuInstances(const tinygltf::Node& node, const std::string& where) {
+  const auto extension = node.extensions.find("EXT_mesh_gpu_instancing");
+  if (extension == node.extensions.end()) return std::vector<glm::dmat4>{glm::dmat4(1.0)};
+  const std::string path = where + ".extensions.EXT_mesh_gpu_instancing";
+  const tinygltf::Value& attributes = extension->second.Get("attributes");
+  const AccessorValues* part[3] = {nullptr, nullptr, nullptr};
+  std::optional<std::size_t> count;
+  const char* names[3] = {"TRANSLATION", "ROTATION", "SCALE"};
+  for (int i = 0; i < 3; ++i) {
+    if (!attributes.Has(names[i])) continue;
+    const int components = i == 1 ? 4 : 3;
+    const auto values =
+        meshes_.reader().floats(indexOr(attributes, names[i], -1), components, components, path + "." + names[i]);
+    if (!values) return values.error();
+    part[i] = *values;
+    if (count && *count != part[i]->count)
+      return document_.invalid(path, std::string(names[i]) + " has " + std::to_string(part[i]->count) +
+                                         " values, the attribute before " + std::to_string(*count));
+    count = part[i]->count;
+  }
+  if (!count) return document_.invalid(path, "has none of TRANSLATION, ROTATION, SCALE");
+
+  std::vector<glm::dmat4> out(*count, glm::dmat4(1.0));
+  for (std::size_t i = 0; i < *count; ++i) {
+    if (part[0]) {
+      const float* t = &part[0]->values[3 * i];
+      out[i] = glm::translate(out[i], glm::dvec3(t[0], t[1], t[2]));
+    }
+    if (part[1]) {
+      const float* r = &part[1]->values[4 * i];
+      out[i] *= glm::mat4_cast(rotationOf({r[0], r[1], r[2], r[3]}));
+    }
+    if (part[2]) {
+      const float* s = &part[2]->values[3 * i];
+      out[i] = glm::scale(out[i], glm::dvec3(s[0], s[1], s[2]));
+    }
+  }
+  return out;
+}
+
+Status NodeImporter::addMesh(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
+                             const std::string& where) {
+  const auto meshes = meshes_.import(node.mesh);
+  if (!meshes) return meshes.error();
+  const Result<std::vector<glm::dmat4>> copies = gpuInstances(node, where);
+  if (!copies) return copies.error();
+  for (std::size_t copy = 0; copy < copies->size(); ++copy) {
+    for (std::size_t p = 0; p < (*meshes)->size(); ++p) {
+      const std::uint32_t mesh = (**meshes)[p];
+      if (mesh == kNone) continue;
+      Status added = addInstance(at, toWorld * (*copies)[copy], static_cast<std::uint32_t>(p),
+                                 static_cast<std::uint32_t>(copy), mesh, where);
+      if (!added) return added;
+    }
+  }
+  return done();
+}
+
+// Cameras look down -Z; scale and shear of the nodes above do not change what they see.
+Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
+                               const std::string& where) {
+  const auto& cameras = document_.model.cameras;
+  if (static_cast<std::size_t>(node.camera) >= cameras.size())
+    return document_.invalid(
+        where, jsonPath("cameras", node.camera) + " does not exist, there are " + std::to_string(cameras.size()));
+  if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
+  const tinygltf::Camera& source = cameras[static_cast<std::size_t>(node.camera)];
+  const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
+  Camera camera;
+  camera.name = source.name.empty() ? nameOf(static_cast<int>(&node - document_.model.nodes.data())) : source.name;
+  camera.playSpace = at.playSpace;
+  camera.orthographic = source.type == "orthographic";
+  camera.yfovRad = static_cast<float>(source.perspective.yfov);
+  camera.znear = static_cast<float>(camera.orthographic ? source.orthographic.znear : source.perspective.znear);
+  camera.aspect = static_cast<float>(source.perspective.aspectRatio);
+  if (camera.orthographic) {
+    camera.yMag = static_cast<float>(std::fabs(source.orthographic.ymag));
+    camera.aspect = static_cast<float>(std::fabs(source.orthographic.xmag / source.orthographic.ymag));
+  }
+  const bool lens = camera.orthographic ? camera.yMag > 0.0f && std::isfinite(camera.aspect) && camera.znear >= 0.0f
+                                        : camera.yfovRad > 0.0f && camera.yfovRad < 3.14159f && camera.znear >= 0.0f;
+  if (!lens || !(camera.aspect >= 0.0f) || !std::isfinite(camera.yMag + camera.znear))
+    return document_.invalid(path, "its lens has values out of range");
+
+  const glm::dvec3 z = unitOr(glm::dvec3(toWorld[2]), glm::dvec3(0, 0, 1));
+  const glm::dvec3 x = unitOr(glm::cross(glm::dvec3(toWorld[1]), z), glm::dvec3(1, 0, 0));
+  camera.toWorld =
+      glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(glm::cross(z, x), 0), glm::dvec4(z, 0), toWorld[3]));
+  scene_.cameras.push_back(std::move(camera));
+  return done();
+}
+
+// KHR_lights_punctual. The node's own scale does not turn a light; what is above it moves it as it moves everything.
+Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
+                              const std::string& where) {
+  const auto extension = node.extensions.find("KHR_lights_punctual");
+  if (extension == node.extensions.end()) return done();
+  const int index = indexOr(extension->second, "light", -1);
+  const auto& lights = document_.model.lights;
+  if (index < 0 || static_cast<std::size_t>(index) >= lights.size())
+    return document_.invalid(where,
+                             jsonPath("lights", index) + " does not exist, there are " + std::to_string(lights.size()));
+  if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
+  const tinygltf::Light& source = lights[static_cast<std::size_t>(index)];
+  const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
+  SceneLight light;
+  light.name = source.name.empty() ? nameOf(at.node) : source.name;
+  if (source.type == "directional") {
+    light.type = LightType::directional;
+  } else if (source.type == "spot") {
+    light.type = LightType::spot;
+  } else if (source.type != "point") {
+    return document_.invalid(path, "type '" + source.type + "'; expected directional, point or spot");
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double color = source.color.size() == 3 ? source.color[static_cast<std::size_t>(i)] : 1.0;
+    light.intensity[i] = static_cast<float>(color * source.intensity);
+    if (!(light.intensity[i] >= 0.0f) || !std::isfinite(light.intensity[i]))
+      return document_.invalid(path, "intensity or colour is negative or not finite");
+  }
+  light.range = static_cast<float>(source.range);
+  light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
+  light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
+  if (!(light.range >= 0.0f)) return document_.invalid(path, "range is negative");
+  if (light.range >= kMostCoordinate) light.range = 0.0f;  // beyond everything: none
+  const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
+                    light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
+  if (light.type == LightType::spot && !cone)
+    return document_.invalid(path, "cone angles " + decimal(light.innerConeRad) + " and " +
+                                       decimal(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
+
+  const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
+                                                   : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
+  const glm::dvec3 direction = unitVector(-turn[2]);
+  if (direction == glm::dvec3(0.0) && light.type != LightType::point) {
+    context_.message(Severity::warning, document_.at(where + ": its light '" + light.name +
+                                                     "' points nowhere, as the nodes above flatten its axis; -Z is "
+                                                     "taken. Give them a scale other than 0"));
+  }
+  light.direction = direction == glm::dvec3(0.0) ? glm::vec3(0, 0, -1) : glm::vec3(direction);
+  light.positionWorld = glm::vec3(toWorld[3]);
+  scene_.lights.push_back(std::move(light));
+  return done();
+}
+
+Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
+  const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(from.node)];
+  const std::string where = pathOf(from.node);
+  Visit at = from;
+  const glm::dmat4 toWorld = from.parent * localTransform(node);
+  if (Status status = readExtras(node, where, glm::mat4(toWorld), at); !status) return status;
+  if (node.mesh >= 0 && at.mode != BakeMode::ignore) {
+    Visit placed = at;
+    if (node.skin >= 0 && at.mode != BakeMode::dynamic) {
+      placed.mode = BakeMode::dynamic;
+      context_.message(Severity::info, document_.at(where + ": has a skin; treated as dynamic"));
+    }
+    if (Status status = addMesh(node, placed, toWorld, where); !status) return status;
+  }
+  if (node.camera >= 0) {
+    if (Status status = addCamera(node, at, toWorld, where); !status) return status;
+  }
+  if (Status status = addLight(node, at, toWorld, where); !status) return status;
+  for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
+    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace});
+  return done();
+}
+
+Status NodeImporter::run() {
+  if (Status status = checkForest(); !status) return status;
+  const Result<std::vector<int>> starts = roots();
+  if (!starts) return starts.error();
+  std::vector<Visit> stack;
+  for (auto root = starts->rbegin(); root != starts->rend(); ++root) stack.push_back({*root, glm::dmat4(1.0)});
+  while (!stack.empty()) {
+    const Visit at = stack.back();
+    stack.pop_back();
+    if (context_.cancelled()) return cancelledError();
+    if (Status status = visit(at, stack); !status) return status;
+  }
+  return done();
+}
+
+}  // namespace
+
+Status importNodes(const GltfDocument& document, MeshImporter& meshes, Scene& scene, Context& context) {
+  return NodeImporter(document, meshes, scene, context).run();
+}
+
+}  // namespace relume

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
+#include "bake/base/context.h"
+#include "bake/import/find_solids.h"
+#include "bake/import/gltf_import.h"
+#include "bake/scene/check_limits.h"
+#include "bake/scene/scene.h"
+
+#include <array>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+namespace {
+
+// Of many static instances of one mesh at one spot, the first is baked: it hides the others, whose light would be its
+// own. They stay, as dynamic ones. Fewer copies than that cost little and are baked as they are.
+void setAsidePiles(Scene& scene, Context& context) {
+  constexpr std::size_t kPile = 8;
+  using Place = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
+  std::map<Place, std::vector<std::uint32_t>> copies;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (!scene.instances[i].baked()) continue;
+    Place place{scene.instances[i].mesh, {}};
+    std::memcpy(place.second.data(), &scene.instances[i].toWorld, sizeof place.second);
+    copies[place].push_back(i);
+  }
+  for (const auto& [place, members] : copies) {
+    if (members.size() < kPile) continue;
+    for (std::size_t m = 1; m < members.size(); ++m) scene.instances[members[m]].mode = BakeMode::dynamic;
+    const Instance& first = scene.instances[members.front()];
+    context.message(Severity::warning, "node \"" + first.node + "\": " + std::to_string(members.size()) +
+                                           " copies of mesh \"" + scene.meshes[place.first].name +
+                                           "\" in one place; the first is baked, remove the others");
+  }
+}
+
+Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
+  // 1. The document: container, JSON, buffers, compressed views
+  Result<GltfDocument> document = loadGltfDocument(path, context);
+  if (!document) return document.error();
+  if (Status status = checkRanges(*document); !status) return status.error();
+  Scene scene;
+  scene.name = document->file;
+  // 2. Materials and the images they use
+  Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
+  if (!uvSets) return uvSets.error();
+  // 3. The node graph, with the meshes it places
+  MeshImporter meshes(*document, std::move(*uvSets), scene, context);
+  if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();
+  // 4. The lights' unit
+  if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
+  // 5. Numbers that the baker can compute with
+  if (Status status = checkLimits(scene); !status) return status.error();
+  // 6. Copies that nobody sees
+  setAsidePiles(scene, context);
+  scene.files = std::move(document->files);
+  // 7. Which two-sided surfaces enclose matter
+  findSolids(scene, context);
+  return scene;
+}
+
+}  // namespace
+
+Result<Scene> importGltf(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
+  const Context::Stage stage(context, "import");
+  if (!context.progress("import", 0.0)) return cancelledError();
+  try {
+    Result<Scene> scene = import(path, context, options);
+    if (scene) {
+      context.figure("triangles", scene->triangleCount());
+      context.figure("instances", static_cast<double>(scene->instances.size()));
+      context.progress("import", 1.0);
+    }
+    return scene;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, path.filename().string() + ": out of memory"};
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, path.filename().string() + ": " + e.what()};
+  }
+}
+
+}  // namespace relume

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The tree that fans of rays walk: eight children a node, up to eight triangles a leaf. Immutable, shared by threads.
+#pragma once
+
+#include "bake/rays/bundle/fan_kernel.h"
+#include "bake/rays/hit_places.h"
+
+#include <embree3/rtcore.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+class Context;
+
+struct FanTree {
+  std::vector<FanNode> nodes;  // [0] the root
+  std::vector<FanLeaf> leaves;
+  std::uint32_t depth = 0;  // levels of nodes
+};
+
+// A triangle on its way into the tree.
+struct FanTriangle {
+  Corners corners;         // [m] as traced
+  std::uint32_t geometry;  // with kFanMasked
+  std::uint32_t triangle;
+};
+
+// Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
+// finite, or farther than 1e17 m, are left out. Empty on failure, which the device reports.
+// Empty when cancelled.
+FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, const Context& context);
+
+}  // namespace relume

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// Several triangles in one place: on an edge, and where surfaces overlap, which is found beforehand. A second query
+// names them all, and one is taken by rule.
+#include "bake/rays/ray_tracer_state.h"
+
+#include "bake/base/parallel.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <tuple>
+
+namespace relume {
+namespace {
+
+constexpr float kMostPerDepth = 100.0f;  // rays that graze more are taken to tie no farther
+
+// A query whose filter notes every triangle that the ray meets, and stops at none.
+template <class Note>
+struct EveryHit : RTCIntersectContext {
+  explicit EveryHit(const Note& note) : note_(note) {
+    rtcInitIntersectContext(this);
+    filter = &onHits;
+  }
+  void trace(RTCScene scene, const RTCRay& ray) {
+    RTCRayHit rayHit{};
+    rayHit.ray = ray;
+    rayHit.hit.geomID = rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, this, &rayHit);
+  }
+
+ private:
+  static void onHits(const RTCFilterFunctionNArguments* args) {
+    for (unsigned i = 0; i < args->N; ++i) {
+      if (args->valid[i] != -1) continue;
+      const unsigned above = RTCHitN_instID(args->hit, args->N, i, 0);
+      static_cast<const EveryHit*>(args->context)
+          ->note_(above != RTC_INVALID_GEOMETRY_ID ? above : RTCHitN_geomID(args->hit, args->N, i),
+                  RTCHitN_primID(args->hit, args->N, i));
+      args->valid[i] = 0;
+    }
+  }
+  const Note& note_;
+};
+
+}  // namespace
+
+// Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for
+// each side, shows each side its own.
+Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
+  const auto rank = [&](unsigned anyId, std::uint32_t any) {
+    const Corners c = cornersOf(anyId, any);
+    return std::tuple(glm::dot(glm::cross(c[1] - c[0], c[2] - c[0]), ray.direction) > 0.0f, anyId, any);
+  };
+  auto first = rank(id, triangle);
+  const auto note = [&](unsigned otherId, std::uint32_t other) { first = std::min(first, rank(otherId, other)); };
+  const Corners c = cornersOf(id, triangle);
+  const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+  const float perDepth =
+      glm::length(normal) / std::max(std::abs(glm::dot(normal, ray.direction)), std::numeric_limits<float>::min());
+  const float around = (rounding + kEpsilonUlps * std::numeric_limits<float>::epsilon() * distance) *
+                       std::clamp(perDepth, 1.0f, kMostPerDepth);
+  RTCRay near = toEmbree(ray, shift);
+  near.tnear = std::max(near.tnear, distance - around);
+  near.tfar = std::min(near.tfar, distance + around);
+  EveryHit query(note);
+  query.trace(top.get(), near);
+  std::tie(std::ignore, id, triangle) = first;
+  HitPlaces<1> place;
+  place.put(0, cornersOf(id, triangle), ray.origin - shift, ray.direction, ray.tMin, ray.tMax);
+  findHitPlaces(place);
+  return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
+}
+
+// Mark the triangles that lie in another one: near the corners or the middle of the last edge of one of the two.
+void RayTracer::State::findOverlaps(Context& context) {
+  constexpr glm::vec2 kPoints[] = {{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}};
+  constexpr std::size_t kGrain = 2048;  // [triangles]
+  std::vector<std::size_t> first{0};    // of each geometry's triangles
+  for (unsigned id = 0; id < vertices.size(); ++id) {
+    if (vertices[id] != nullptr)
+      overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());
+    first.push_back(first.back() + overlaps[id].size());
+  }
+  parallelChunks(context, "", first.back(), kGrain, [&](std::size_t begin, std::size_t end) {
+    const FlushDenormals flush;
+    auto id = static_cast<unsigned>(std::upper_bound(first.begin(), first.end(), begin) - first.begin()) - 1;
+    for (std::size_t i = begin; i < end; ++i) {
+      while (i >= first[id + 1]) ++id;
+      const auto t = static_cast<std::uint32_t>(i - first[id]);
+      if (isBuried(id, t)) continue;
+      const auto note = [&](unsigned otherId, std::uint32_t other) {
+        if (otherId == id && other == t) return;
+        std::atomic_ref(overlaps[id][t]).store(1, std::memory_order_relaxed);
+        if (!overlaps[otherId].empty()) std::atomic_ref(overlaps[otherId][other]).store(1, std::memory_order_relaxed);
+      };
+      EveryHit query(note);
+      const Corners c = cornersAt(vertices[id], t);
+      const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+      const float length = glm::length(normal);
+      if (!(length > 0.0f)) continue;
+      for (const glm::vec2 at : kPoints) {
+        Ray ray;
+        ray.direction = normal / length;
+        ray.origin = c[0] + (c[1] - c[0]) * at.x + (c[2] - c[0]) * at.y - rounding * ray.direction;
+        ray.tMax = 2.0f * rounding;
+        query.trace(top.get(), toEmbree(ray, glm::vec3(0.0f)));
+      }
+    }
+  });
+}
+
+}  // namespace relume

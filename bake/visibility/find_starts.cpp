@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// See find_starts.h.
+#include "bake/visibility/find_starts.h"
+
+#include "bake/base/parallel.h"
+
+#include <glm/geometric.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x66726565;    // the random streams' stage
+constexpr std::size_t kCandidates = 1u << 14;   // points tried
+constexpr std::uint32_t kProbes = 16;           // rays a candidate
+constexpr float kMaxBackShare = 0.25f;          // of a free point's hits
+constexpr float kMargin = 0.5f;                 // of the level's size, added all around: seen from outside
+constexpr float kDefaultAspect = 16.0f / 9.0f;  // of cameras that leave it to the viewport
+
+// Whether rays all around hit something, and mostly fronts. Sheets that show both sides have only fronts.
+bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
+  std::array<Ray, kProbes> rays;
+  std::array<Hit, kProbes> hits;
+  for (Ray& ray : rays) ray = {p, 0.0f, uniformDirection(random.uniform2())};
+  tracer.trace(rays, hits);
+  std::uint32_t fronts = 0, backs = 0;
+  for (const Hit& hit : hits) {
+    if (!hit) continue;
+    const bool sheet = tracer.scene().bothSides(tracer.scene().instances[hit.instance], hit.triangle);
+    ++(hit.back && !sheet ? backs : fronts);
+  }
+  return fronts > 0 && static_cast<float>(backs) <= kMaxBackShare * static_cast<float>(fronts + backs);
+}
+
+Start fromCamera(const Camera& camera, RandomStream& random) {
+  const glm::mat4& m = camera.toWorld;
+  const glm::vec3 right = glm::normalize(glm::vec3(m[0])), up = glm::normalize(glm::vec3(m[1]));
+  const glm::vec3 forward = -glm::normalize(glm::vec3(m[2])), eye(m[3]);
+  const bool throughFrustum = random.uniform() < 0.5f;
+  const glm::vec2 u = random.uniform2();
+  const float aspect = camera.aspect > 0.0f ? camera.aspect : kDefaultAspect;
+  const glm::vec2 screen((2.0f * u.x - 1.0f) * aspect, 2.0f * u.y - 1.0f);
+  if (camera.orthographic) return {eye + camera.yMag * (screen.x * right + screen.y * up), forward};
+  if (!throughFrustum) return {eye, uniformDirection(u)};
+  const float half = std::tan(0.5f * camera.yfovRad);
+  return {eye, glm::normalize(forward + half * (screen.x * right + screen.y * up))};
+}
+
+}  // namespace
+
+glm::vec3 uniformDirection(const glm::vec2& u) {
+  const float z = 1.0f - 2.0f * u.x, radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
+  const float angle = 6.28318530717959f * u.y;
+  return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
+
+std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t seed, Context& context) {
+  const glm::vec3 size = tracer.boundsMax() - tracer.boundsMin();
+  const float margin = kMargin * std::max({size.x, size.y, size.z});
+  const glm::vec3 low = tracer.boundsMin() - margin, extent = size + 2.0f * margin;
+
+  // Half of the candidates within the bounds, half with the margin around them.
+  std::vector<glm::vec3> candidates(kCandidates);
+  std::vector<std::uint8_t> isIn(kCandidates, 0);
+  parallelChunks(context, "", kCandidates, 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      RandomStream random(seed, kStage, i);
+      const glm::vec2 xy = random.uniform2();
+      const glm::vec3 u(xy, random.uniform());
+      candidates[i] = i % 2 == 0 ? tracer.boundsMin() + u * size : low + u * extent;
+      isIn[i] = isFree(tracer, candidates[i], random) ? 1 : 0;
+    }
+  });
+  std::vector<glm::vec3> free;
+  for (std::size_t i = 0; i < kCandidates; ++i) {
+    if (isIn[i] != 0) free.push_back(candidates[i]);
+  }
+  return free;
+}
+
+StartPlaces::StartPlaces(const Scene& scene) : volumes(scene.volumes) {
+  for (const std::uint32_t i : scene.playSpaceCameras()) cameras.push_back(scene.cameras[i]);
+}
+
+Start drawStart(const StartPlaces& places, RandomStream& random) {
+  if (!places.freePoints.empty()) {
+    const glm::vec3 p = places.freePoints[random.below(static_cast<std::uint32_t>(places.freePoints.size()))];
+    return {p, uniformDirection(random.uniform2())};
+  }
+  const auto cameras = static_cast<std::uint32_t>(places.cameras.size());
+  const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(places.volumes.size()));
+  if (pick < cameras) return fromCamera(places.cameras[pick], random);
+  const glm::vec2 xy = random.uniform2();
+  const glm::vec4 inVolume(xy - 0.5f, random.uniform() - 0.5f, 1.0f);
+  return {glm::vec3(places.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
+}
+
+}  // namespace relume

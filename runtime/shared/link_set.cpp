@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// See link_set.h.
+#include "runtime/shared/link_set.h"
+
+#include "formats/compact_links.h"
+
+#include <algorithm>
+
+namespace relume::cpu {
+namespace {
+
+// Links that the widest vector may read behind the last one.
+constexpr std::size_t kRoom = 15;
+
+// Whether nodes ascend in all rows, and rows are short enough to count their links in 16 bits.
+bool canPackAgain(const Links& links) {
+  if (links.kind != LinkKind::oct6 || links.count() == 0) return false;
+  for (std::uint32_t c = 0; c < links.cacheCount(); ++c) {
+    const std::uint32_t begin = links.rowBegin[c], end = links.rowBegin[c + 1];
+    if (end - begin > 0xFFFFu) return false;
+    for (std::uint32_t i = begin + 1; i < end; ++i) {
+      if (links.node(i) < links.node(i - 1)) return false;
+    }
+  }
+  return true;
+}
+
+// The nearest f of eight bits, as they are stored: nothing, or four places behind the leading one from 2^-14 on. (Below
+// that are denormal halves, which kernels need not know then.)
+std::uint32_t packTransfer8(float f) {
+  constexpr std::uint32_t kLeast = 16;
+  const std::uint32_t below = packTransfer(f) >> 4, low = below < kLeast ? 0 : below,
+                      high = std::clamp(low + 1, kLeast, 255u);
+  return f - unpackTransfer(low << 4) < unpackTransfer(high << 4) - f ? low : high;
+}
+
+}  // namespace
+
+LinkSet::LinkSet(const Links& links) : links_(links) {
+  if (canPackAgain(links)) packAgain();
+}
+
+void LinkSet::packAgain() {
+  std::uint32_t last = 0;
+  for (std::uint32_t i = 0; i < links_.count(); ++i) last = std::max(last, links_.node(i));
+  steps_ = last >> 16;
+  word_.reserve(links_.count() + kRoom);
+  transfer_.reserve(links_.count() + kRoom);
+  for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
+    const std::uint32_t begin = links_.rowBegin[c], end = links_.rowBegin[c + 1];
+    float owed = 0.0f;
+    std::uint32_t step = 0;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t node = links_.node(i);
+      for (; step < node >> 16; ++step) nodeStep_.push_back(static_cast<std::uint16_t>(i - begin));
+      word_.push_back((node & 0xFFFFu) | ((links_.shape[i / 2] >> (16 * (i % 2))) & 0xFFFFu) << 16);
+      // A link that carries nothing stays that way.
+      const float baked = unpackTransfer(links_.head[i] >> 20);
+      owed += baked;
+      const std::uint32_t f = baked > 0.0f ? packTransfer8(owed) : 0u;
+      owed -= unpackTransfer(f << 4);
+      transfer_.push_back(static_cast<std::uint8_t>(f));
+    }
+    for (; step < steps_; ++step) nodeStep_.push_back(0xFFFFu);
+  }
+  word_.resize(word_.size() + kRoom, 0);
+  transfer_.resize(transfer_.size() + kRoom, 0);
+  links_.head = {};
+  links_.shape = {};
+}
+
+void LinkSet::describe(LightCachesJob& job) const {
+  job.rowBegin = links_.rowBegin.data();
+  job.kind = word_.empty() ? static_cast<std::uint32_t>(links_.kind) : kRepackedLinks;
+  job.cone = reinterpret_cast<const std::uint32_t*>(links_.cone.data());
+  job.shNode = links_.shNode.data();
+  job.shCoefficients = links_.shCoefficients.data();
+  job.shHalfCount = links_.shCoefficients.size();
+  job.shStride = links_.bands * links_.bands;
+  job.head = links_.head.data();
+  job.shape = links_.shape.data();
+  job.shapeBytes = 4 * links_.shape.size();
+  job.gridLinks = static_cast<std::uint32_t>(links_.kind == LinkKind::irradiance ? links_.shape.size() : 0);
+  job.word = word_.data();
+  job.transfer = transfer_.data();
+  job.nodeStep = nodeStep_.data();
+  job.nodeSteps = steps_;
+}
+
+float LinkSet::rounding(const Links& baked, std::uint32_t i) const {
+  if (word_.empty()) return 1.0f;
+  const float f = unpackTransfer(baked.head[i] >> 20);
+  return f > 0.0f ? unpackTransfer(std::uint32_t{transfer_[i]} << 4) / f : 0.0f;
+}
+
+std::size_t LinkSet::bytes() const {
+  const auto bytes = [](const auto& array) { return array.size() * sizeof(*array.data()); };
+  return bytes(links_.rowBegin) + bytes(links_.cone) + bytes(links_.shNode) + bytes(links_.shCoefficients) +
+         bytes(links_.head) + bytes(links_.shape) + bytes(word_) + bytes(transfer_) + bytes(nodeStep_);
+}
+
+}  // namespace relume::cpu

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+// Units and directions of punctual lights, and which cameras are play space.
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+
+namespace relume {
+namespace {
+
+using namespace relume::testing;
+
+// A level with one light of each kind.
+GltfBuilder levelOf(const json& lights) {
+  GltfBuilder b;
+  b.quad();
+  b.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  b.root["extensions"]["KHR_lights_punctual"]["lights"] = lights;
+  for (std::size_t i = 0; i < lights.size(); ++i) b.node({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}});
+  return b;
+}
+json pointLight(double intensity) { return {{"type", "point"}, {"name", "lamp"}, {"intensity", intensity}}; }
+json sunLight(double intensity) { return {{"type", "directional"}, {"name", "sun"}, {"intensity", intensity}}; }
+
+bool warns(const GltfBuilder& b) {
+  return std::any_of(b.messages.begin(), b.messages.end(),
+                     [](const std::string& text) { return text.find("photometric") != std::string::npos; });
+}
+
+Result<Scene> importAs(const GltfBuilder& b, LightUnit unit) {
+  Context context;
+  return importGltf(b.write(), context, {unit});
+}
+
+TEST(LightUnit, candelaAndLuxBecomeWattsWhenAskedFor) {
+  const GltfBuilder b = levelOf(json::array({pointLight(6830), sunLight(1366)}));
+  const Result<Scene> scene = importAs(b, LightUnit::photometric);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->lightUnit, LightUnit::photometric);
+  EXPECT_FLOAT_EQ(scene->lights.at(0).intensity.x, 10.0f);
+  EXPECT_FLOAT_EQ(scene->lights.at(1).intensity.x, 2.0f);
+}
+
+TEST(LightUnit, theFileMaySayItAndTheCommandLineHasTheLastWord) {
+  for (const char* where : {"scene", "asset"}) {
+    GltfBuilder b = levelOf(json::array({pointLight(6830)}));
+    json& element = where == std::string("scene") ? b.root["scenes"][0] : b.root["asset"];
+    element["extras"]["relume"]["lightUnit"] = "photometric";
+    const Result<Scene> scene = b.import();
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_FLOAT_EQ(scene->lights.at(0).intensity.x, 10.0f) << where;
+    EXPECT_FALSE(warns(b)) << where;
+    const Result<Scene> meant = importAs(b, LightUnit::radiometric);
+    ASSERT_TRUE(meant) << meant.error().message;
+    EXPECT_FLOAT_EQ(meant->lights.at(0).intensity.x, 6830.0f) << where;
+
+    element["extras"]["relume"]["lightUnit"] = "lumen";
+    const Result<Scene> unknown = b.import();
+    ASSERT_FALSE(unknown) << where;
+    EXPECT_NE(unknown.error().message.find("lightUnit"), std::string::npos) << unknown.error().message;
+  }
+}
+
+TEST(LightUnit, numbersThatLookPhotometricAreWarnedOfAndKept) {
+  const struct {
+    const char* generator;
+    json light;
+    bool warned;
+  } kCases[] = {
+      {"Khronos glTF Blender I/O v4.2.57", pointLight(54351.41), true},  // 1000 W, Blender's own default lamp
+      {"Khronos glTF Blender I/O v4.2.57", sunLight(683), true},         // 1 W/m², its default sun
+      {"Khronos glTF Blender I/O v4.2.57", pointLight(79.58), false},    // 1000 W exported without lumens
+      {"Khronos glTF Blender I/O v4.2.57", sunLight(3), false},
+      {"", pointLight(900), false},  // a strong lamp of somebody's own exporter
+      {"", sunLight(1300), false},
+      {"", sunLight(100000), true},  // daylight in lux
+      {"", pointLight(50000), true},
+  };
+  for (const auto& c : kCases) {
+    GltfBuilder b = levelOf(json::array({c.light}));
+    b.root["asset"]["generator"] = c.generator;
+    const Result<Scene> scene = b.import();
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(warns(b), c.warned) << c.generator << " " << c.light;
+    EXPECT_EQ(scene->lightUnit, LightUnit::radiometric);
+    EXPECT_FLOAT_EQ(scene->lights.at(0).intensity.x, c.light["intensity"].get<float>());
+  }
+}
+
+// Quarter turns under scales whose squares a float cannot hold, and whose products a double just can.
+TEST(LightDirection, isAUnitVectorUnderAnyScale) {
+  for (const double scale : {1e-30, 1.0, 1e30}) {
+    GltfBuilder b = levelOf(json::array({sunLight(1)}));
+    const int light = static_cast<int>(b.root["nodes"].size()) - 1;
+    b.root["nodes"][light]["matrix"] = {0, 0, -scale, 0, 0, scale, 0, 0, scale, 0, 0, 0, 0, 0, 0, 1};
+    const Result<Scene> scene = b.import();
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_LT(glm::length(scene->lights.at(0).direction - glm::vec3(-1, 0, 0)), 1e-6f) << scale;
+  }
+}
+
+TEST(LightDirection, thatIsFlattenedToNothingIsWarnedOf) {
+  GltfBuilder b = levelOf(json::array({sunLight(1)}));
+  const int light = static_cast<int>(b.root["nodes"].size()) - 1;
+  b.root["nodes"][light]["matrix"] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_FLOAT_EQ(glm::length(scene->lights.at(0).direction), 1.0f);
+  EXPECT_TRUE(std::any_of(b.messages.begin(), b.messages.end(), [](const std::string& text) {
+    return text.find("points nowhere") != std::string::npos && text.find("sun") != std::string::npos;
+  }));
+}
+
+// A camera that only looks, one below a node that says so, and one that is play space.
+TEST(PlaySpaceCameras, areThoseThatDoNotOptOutAndNoneBesideVolumes) {
+  GltfBuilder b;
+  b.quad();
+  b.root["cameras"] = json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.05}}}}});
+  const json only = {{"relume", {{"playSpace", false}}}};
+  b.node({{"camera", 0}, {"extras", only}});
+  const int child = b.node({{"camera", 0}});
+  b.root["scenes"][0]["nodes"].erase(b.root["scenes"][0]["nodes"].size() - 1);
+  b.node({{"children", {child}}, {"extras", only}});
+  b.node({{"camera", 0}});
+  Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->cameras.size(), 3u);
+  EXPECT_EQ(scene->playSpaceCameras(), std::vector<std::uint32_t>{2});
+
+  b.node({{"extras", {{"relume", {{"volume", {1, 1, 1}}}}}}});
+  scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->cameras.size(), 3u);
+  EXPECT_TRUE(scene->playSpaceCameras().empty());
+
+  b.root["nodes"][1]["extras"]["relume"]["playSpace"] = "no";
+  EXPECT_FALSE(b.import());
+}
+
+}  // namespace
+}  // namespace relume

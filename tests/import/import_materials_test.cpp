@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+// Materials: factors, textures and their samplers, transforms and coordinate sets, emission, alpha, older workflows.
+#include "formats/color.h"
+#include "tests/import/gltf_builder.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+
+namespace relume {
+namespace {
+
+using namespace relume::testing;
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Two texels side by side: red, green.
+Bytes redGreen() { return png(2, 1, {255, 0, 0, 255, 0, 255, 0, 255}); }
+
+json textured(int texture, const json& info = json::object()) {
+  json t = {{"index", texture}};
+  t.merge_patch(info);
+  return {{"pbrMetallicRoughness", {{"baseColorTexture", t}}}};
+}
+
+// The point of the unit quad at (x, y).
+SurfacePoint quadPoint(float x, float y) {
+  return x >= y ? SurfacePoint{0, 0, {x - y, y}} : SurfacePoint{0, 1, {x, y - x}};
+}
+
+Scene importOrFail(const GltfBuilder& b) {
+  Result<Scene> scene = b.import();
+  EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+  return scene ? std::move(*scene) : Scene{};
+}
+
+void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-4f) {
+  EXPECT_LT(glm::length(a - b), tolerance)
+      << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
+}
+
+TEST(ImportMaterials, albedoIsFactorTimesDecodedTexture) {
+  // The closed forms the reference images were checked against: 128 x 0.5 -> 0.1079, 188 -> 0.5029, 64 -> 0.0513.
+  GltfBuilder b;
+  const int texture = b.texture(png(1, 1, {128, 188, 64, 255}));
+  json m = textured(texture);
+  m["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 1, 1, 1};
+  b.quad({{"material", b.material(m)}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, quadPoint(0.5f, 0.5f)), {0.1079f, 0.5029f, 0.0513f});
+}
+
+TEST(ImportMaterials, vertexColourMultipliesAlbedoAndTheProductStaysBelowOne) {
+  GltfBuilder b;
+  const int color = b.floats({0.5, 0.25, 2, 0.5, 0.25, 2, 0.5, 0.25, 2, 0.5, 0.25, 2}, "VEC3");
+  b.quad({{"attributes", {{"COLOR_0", color}}},
+          {"material", b.material({{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 5, 1}}}}})}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, quadPoint(0.5f, 0.2f)), {0.5f, 0.25f, 1.0f});
+}
+
+TEST(ImportMaterials, withoutAMaterialEverythingIsWhiteAndOpaque) {
+  GltfBuilder b;
+  b.quad();
+  const Scene scene = importOrFail(b);
+  EXPECT_EQ(albedoAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(1.0f));
+  EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0.0f));
+  EXPECT_TRUE(opaqueAt(scene, quadPoint(0.5f, 0.2f)));
+}
+
+TEST(ImportMaterials, bilinearFilteringMixesInLinearLight) {
+  GltfBuilder b;
+  b.quad({{"material", b.material(textured(b.texture(redGreen(), {{"wrapS", 33071}, {"wrapT", 33071}})))}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, quadPoint(0.25f, 0.5f)), {1, 0, 0});
+  expectNear(albedoAt(scene, quadPoint(0.5f, 0.5f)), {0.5f, 0.5f, 0});
+  expectNear(albedoAt(scene, quadPoint(0.0f, 0.5f)), {1, 0, 0});  // clamped
+}
+
+TEST(ImportMaterials, nearestFilteringDoesNotMix) {
+  GltfBuilder b;
+  b.quad({{"material", b.material(textured(b.texture(redGreen(), {{"magFilter", 9728}})))}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, quadPoint(0.49f, 0.4f)), {1, 0, 0});
+  expectNear(albedoAt(scene, quadPoint(0.51f, 0.4f)), {0, 1, 0});
+  expectNear(albedoAt(scene, quadPoint(0.99f, 0.4f)), {0, 1, 0});
+  expectNear(albedoAt(scene, quadPoint(0.01f, 0.4f)), {1, 0, 0});
+}
+
+TEST(ImportMaterials, wrapModesRepeatMirrorAndClamp) {
+  const struct {
+    int wrap;
+    glm::vec3 at[4];  // u = -0.25, 0.25, 1.25, 1.75
+  } cases[] = {{10497, {{0, 1, 0}, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+               {33648, {{1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}}},
+               {33071, {{1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}}}};
+  for (const auto& c : cases) {
+    GltfBuilder b;
+    const int texture = b.texture(redGreen(), {{"magFilter", 9728}, {"wrapS", c.wrap}});
+    // u runs from -1 to 3 over the quad.
+    b.quad({{"material",
+             b.material(textured(
+                 texture, {{"extensions", {{"KHR_texture_transform", {{"offset", {-1, 0}}, {"scale", {4, 1}}}}}}}))}});
+    const Scene scene = importOrFail(b);
+    const float us[4] = {-0.25f, 0.25f, 1.25f, 1.75f};
+    for (int i = 0; i < 4; ++i) expectNear(albedoAt(scene, quadPoint((us[i] + 1.0f) / 4.0f, 0.1f)), c.at[i]);
+  }
+}
+
+TEST(ImportMaterials, textureTransformScalesThenTurnsThenOffsets) {
+  GltfBuilder b;
+  const double turn = std::acos(-1.0) / 2.0;
+  const int texture = b.texture(redGreen());
+  b.quad({{"material",
+           b.material(textured(texture, {{"extensions",
+                                          {{"KHR_texture_transform",
+                                            {{"offset", {0.1, 0.2}}, {"rotation", turn}, {"scale", {2, 3}}}}}}}))}});
+  const Scene scene = importOrFail(b);
+  const auto& t = scene.materials[0].albedoTexture.transform;
+  // A quarter turn counter-clockwise, as seen with v downward: (u, v) to (v, -u).
+  const auto map = [&](float u, float v) { return glm::vec2(t[0] * u + t[1] * v + t[2], t[3] * u + t[4] * v + t[5]); };
+  EXPECT_LT(glm::length(map(1, 0) - glm::vec2(0.1f, -1.8f)), 1e-5f);
+  EXPECT_LT(glm::length(map(0, 1) - glm::vec2(3.1f, 0.2f)), 1e-5f);
+}
+
+TEST(ImportMaterials, texturesReadTheSetTheyName) {
+  GltfBuilder b;
+  const int texture = b.texture(redGreen(), {{"magFilter", 9728}});
+  const int second = b.floats({0.75, 0, 0.75, 0, 0.75, 0, 0.75, 0}, "VEC2");
+  const int third = b.floats({0.25, 0, 0.25, 0, 0.25, 0, 0.25, 0}, "VEC2");
+  const json attributes = {{"TEXCOORD_1", second}, {"TEXCOORD_2", third}};
+  b.quad({{"attributes", attributes}, {"material", b.material(textured(texture, {{"texCoord", 1}}))}});
+  b.quad({{"attributes", attributes}, {"material", b.material(textured(texture, {{"texCoord", 2}}))}});
+  b.quad(
+      {{"attributes", attributes},
+       {"material", b.material(textured(
+                        texture, {{"texCoord", 0}, {"extensions", {{"KHR_texture_transform", {{"texCoord", 1}}}}}}))}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, {0, 0, {0.2f, 0.1f}}), {0, 1, 0});
+  expectNear(albedoAt(scene, {1, 0, {0.2f, 0.1f}}), {1, 0, 0});  // TEXCOORD_2 takes the place of TEXCOORD_0
+  expectNear(albedoAt(scene, {2, 0, {0.2f, 0.1f}}), {0, 1, 0});  // the extension overrides the set
+}
+
+TEST(ImportMaterials, emissionIsFactorTimesStrengthTimesTexture) {
+  GltfBuilder b;
+  const int texture = b.texture(png(1, 1, {188, 255, 0, 255}));
+  b.quad(
+      {{"material", b.material({{"emissiveFactor", {1, 0.5, 1}},
+                                {"emissiveTexture", {{"index", texture}}},
+                                {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 10}}}}}})}});
+  const Scene scene = importOrFail(b);
+  expectNear(emissionAt(scene, quadPoint(0.5f, 0.5f)), {5.029f, 5.0f, 0.0f}, 2e-3f);
+  expectNear(scene.materials[0].emission, {10, 5, 10});
+}
+
+TEST(ImportMaterials, specularGlossinessGivesItsDiffuseColour) {
+  GltfBuilder b;
+  const int texture = b.texture(png(1, 1, {188, 188, 188, 255}));
+  json m = {{"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}}};
+  m["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"diffuseFactor", {0.5, 1, 0.25, 1}},
+                                                            {"diffuseTexture", {{"index", texture}}}};
+  b.quad({{"material", b.material(m)}});
+  const Scene scene = importOrFail(b);
+  const float v = srgbToLinear(188.0f / 255.0f);
+  expectNear(albedoAt(scene, quadPoint(0.5f, 0.5f)), {0.5f * v, v, 0.25f * v});
+}
+
+TEST(ImportMaterials, unlitIsItsBaseColour) {
+  GltfBuilder b;
+  json m = {{"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.4, 0.6, 1}}}}};
+  m["extensions"]["KHR_materials_unlit"] = json::object();
+  b.quad({{"material", b.material(m)}});
+  const Scene scene = importOrFail(b);
+  expectNear(albedoAt(scene, quadPoint(0.5f, 0.5f)), {0.2f, 0.4f, 0.6f});
+  EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.5f)), glm::vec3(0.0f));
+}
+
+TEST(ImportMaterials, masksCutAtTheirCutoffBlendAtAHalfOpaqueNever) {
+  const Bytes image = png(2, 1, {255, 255, 255, 100, 255, 255, 255, 140});
+  const struct {
+    json extra;
+    bool left, right;
+  } cases[] = {{{{"alphaMode", "OPAQUE"}}, true, true},
+               {{{"alphaMode", "MASK"}}, false, true},
+               {{{"alphaMode", "MASK"}, {"alphaCutoff", 0.3}}, true, true},
+               {{{"alphaMode", "MASK"}, {"alphaCutoff", 0.9}}, false, false},
+               {{{"alphaMode", "BLEND"}, {"alphaCutoff", 0.9}}, false, true}};
+  for (const auto& c : cases) {
+    GltfBuilder b;
+    json m = textured(b.texture(image, {{"magFilter", 9728}}));
+    m.merge_patch(c.extra);
+    b.quad({{"material", b.material(m)}});
+    const Scene scene = importOrFail(b);
+    EXPECT_EQ(opaqueAt(scene, quadPoint(0.2f, 0.1f)), c.left) << c.extra;
+    EXPECT_EQ(opaqueAt(scene, quadPoint(0.8f, 0.1f)), c.right) << c.extra;
+  }
+}
+
+TEST(ImportMaterials, alphaFactorAndVertexAlphaCountInTheTest) {
+  GltfBuilder b;
+  const int color = b.floats({1, 1, 1, 0.5, 1, 1, 1, 0.5, 1, 1, 1, 0.5, 1, 1, 1, 0.5}, "VEC4");
+  json m = {{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.8}}}}};
+  const int material = b.material(m);
+  b.quad({{"material", material}});
+  b.quad({{"material", material}, {"attributes", {{"COLOR_0", color}}}});
+  const Scene scene = importOrFail(b);
+  EXPECT_TRUE(opaqueAt(scene, {0, 0, {0.2f, 0.1f}}));
+  EXPECT_FALSE(opaqueAt(scene, {1, 0, {0.2f, 0.1f}}));
+}
+
+TEST(ImportMaterials, doubleSidedIsKept) {
+  GltfBuilder b;
+  b.quad({{"material", b.material({{"doubleSided", true}})}});
+  EXPECT_TRUE(importOrFail(b).materials[0].doubleSided);
+}
+
+TEST(ImportMaterials, imagesNobodyUsesAreNotRead) {
+  GltfBuilder b;
+  b.quad();
+  b.root["images"] = json::array({{{"uri", "missing.png"}}});
+  b.root["textures"] = json::array({{{"source", 0}}});
+  b.material({{"normalTexture", {{"index", 0}}}});
+  const Scene scene = importOrFail(b);
+  EXPECT_TRUE(scene.images.empty());
+}
+
+TEST(ImportMaterials, imagesComeFromFilesDataUrisAndBufferViews) {
+  const Bytes file = png(1, 1, {10, 20, 30, 255});
+  writeFile("textures/a b.png", file);
+  const std::vector<std::string> uris = {"textures/a%20b.png", "textures/a b.png",
+                                         "data:image/png;base64," + base64(file)};
+  for (const std::string& uri : uris) {
+    GltfBuilder b;
+    b.root["images"] = json::array({{{"uri", uri}}});
+    b.root["textures"] = json::array({{{"source", 0}}});
+    b.quad({{"material", b.material(textured(0))}});
+    const Scene scene = importOrFail(b);
+    ASSERT_EQ(scene.images.size(), 1u) << uri;
+    EXPECT_EQ(scene.images[0].levels[0].rgba, (Bytes{10, 20, 30, 255}));
+    EXPECT_EQ(scene.files.size(), uri.starts_with("data:") ? 1u : 2u);
+  }
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// See output_files.h.
+#include "tools/base/output_files.h"
+
+#include "formats/chunks.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string quoted(const fs::path& path) { return "\"" + path.string() + "\""; }
+
+// A file by what it is, not by one of its names.
+struct Identity {
+  std::optional<std::pair<dev_t, ino_t>> node;  // nothing: no such file yet
+  fs::path name;                                // links followed
+
+  bool operator==(const Identity& other) const {
+    return node && other.node ? *node == *other.node : !node && !other.node && name == other.name;
+  }
+};
+
+Identity identify(const fs::path& path) {
+  Identity identity;
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) identity.node.emplace(status.st_dev, status.st_ino);
+  const Result<fs::path> target = followLinks(path);
+  std::error_code failed;
+  identity.name = fs::weakly_canonical(fs::absolute(target ? *target : path, failed), failed);
+  return identity;
+}
+
+// As much of a file's beginning as its kind shows in.
+std::string beginning(const fs::path& path, std::size_t bytes) {
+  std::string text(bytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(bytes));
+  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  return text;
+}
+
+bool isKind(std::string_view text, FileKind kind) {
+  using namespace std::string_view_literals;
+  switch (kind) {
+    case FileKind::bake:
+      return text.size() >= kBakeMagic.size() && std::memcmp(text.data(), kBakeMagic.data(), kBakeMagic.size()) == 0;
+    case FileKind::exr:
+      return text.starts_with("\x76\x2f\x31\x01"sv);
+    case FileKind::png:
+      return text.starts_with("\x89PNG\r\n\x1a\n"sv);
+    case FileKind::bakeReport:
+      return text.starts_with('{') && text.find("\"peakMemoryMiB\"") != std::string_view::npos;
+    case FileKind::comparePage:
+      return text.starts_with("<!doctype html>") && text.find("<title>relume compare") != std::string_view::npos;
+    case FileKind::benchPage:
+      return text.starts_with("# Performance\n\nWritten by `relume bench`");
+    case FileKind::depfile:
+      return text.substr(0, text.find('\n')).ends_with(": \\");
+  }
+  return false;
+}
+
+const char* nameOf(FileKind kind) {
+  switch (kind) {
+    case FileKind::bake:
+      return "a bake";
+    case FileKind::exr:
+      return "an OpenEXR image";
+    case FileKind::png:
+      return "a PNG image";
+    case FileKind::bakeReport:
+      return "a report of relume bake";
+    case FileKind::comparePage:
+      return "a page of relume compare";
+    case FileKind::benchPage:
+      return "a page of relume bench";
+    case FileKind::depfile:
+      return "a depfile";
+  }
+  return "";
+}
+
+// Files that are empty hold nothing that could be lost.
+Status checkKind(const OutputFile& output) {
+  constexpr std::size_t kBeginning = 64 << 10;
+  std::error_code failed;
+  const std::uintmax_t size = fs::file_size(output.path, failed);
+  if (failed || size == 0 || isKind(beginning(output.path, kBeginning), output.kind)) return done();
+  return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " exists and is not " +
+                                     nameOf(output.kind) + "; choose another name, or --force to write over it"};
+}
+
+// `relume ... -o a > a`: the shell has opened the file for what is printed.
+Status checkStandardStreams(const OutputFile& output) {
+  struct stat mine {
+  }, stream{};
+  if (::stat(output.path.c_str(), &mine) != 0) return done();
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fstat(fd, &stream) != 0 || stream.st_dev != mine.st_dev || stream.st_ino != mine.st_ino) continue;
+    return Error{ErrorCode::io, output.option + ": " + quoted(output.path) + " is where this command's " +
+                                    (fd == STDOUT_FILENO ? "standard output" : "messages") +
+                                    " goes; a file's name expected, for files are written as a whole"};
+  }
+  return done();
+}
+
+}  // namespace
+
+void CommandFiles::read(std::string what, fs::path path) {
+  if (!path.empty()) inputs.push_back({std::move(what), std::move(path)});
+}
+
+void CommandFiles::read(const std::string& what, const std::vector<fs::path>& paths) {
+  for (const fs::path& path : paths) read(what, path);
+}
+
+void CommandFiles::write(std::string option, fs::path path, FileKind kind) {
+  if (!path.empty()) outputs.push_back({std::move(option), std::move(path), kind});
+}
+
+Status checkApart(const CommandFiles& files) {
+  std::vector<Identity> inputs, outputs;
+  for (const InputFile& input : files.inputs) inputs.push_back(identify(input.path));
+  for (const OutputFile& output : files.outputs) outputs.push_back(identify(output.path));
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const OutputFile& output = files.outputs[i];
+    if (const auto same = std::find(inputs.begin(), inputs.end(), outputs[i]); same != inputs.end()) {
+      const InputFile& input = files.inputs[static_cast<std::size_t>(same - inputs.begin())];
+      return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " is " + input.what +
+                                         (output.path == input.path ? "" : ", " + quoted(input.path) + ",") +
+                                         " and would be written over; choose another name"};
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!(outputs[k] == outputs[i])) continue;
+      const OutputFile& other = files.outputs[k];
+      return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " is what " + other.option +
+                                         " writes" + (output.path == other.path ? "" : ", " + quoted(other.path)) +
+                                         "; choose another name"};
+    }
+  }
+  return done();
+}
+
+Status checkOutputs(const CommandFiles& files, Context& context) {
+  bool warned = false;
+  if (const Status status = checkApart(files); !status) return status;
+  for (const OutputFile& output : files.outputs) {
+    if (const Status status = checkStandardStreams(output); !status) return status;
+    bool locks = true;
+    if (const Status status = checkWritable(output.path, &locks); !status) return status;
+    if (const Status status = files.force ? done() : checkKind(output); !status) return status;
+    if (locks || std::exchange(warned, true)) continue;
+    context.message(Severity::warning, "the file system of " + quoted(output.path) +
+                                           " has no locks (flock): what killed runs leave beside it is removed "
+                                           "after a day only");
+  }
+  return done();
+}
+
+FileKind imageKind(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr" ? FileKind::exr : FileKind::png;
+}
+
+}  // namespace relume

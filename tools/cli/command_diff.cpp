@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// `relume diff IMAGE REFERENCE`: how far an image is from another of the same view, in figures and as a picture.
+#include "tools/base/output_files.h"
+#include "tools/base/parse_numbers.h"
+#include "tools/base/printable.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/terminal.h"
+#include "tools/images/image_diff.h"
+#include "tools/images/image_io.h"
+#include "tools/images/read_picture.h"
+#include "tools/render/exposure.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace relume {
+namespace {
+
+struct DiffArguments {
+  std::string image, reference, output, layer, exposure = "auto", maxRmse, maxFlip;
+  bool json = false, force = false;
+};
+
+struct Bounds {
+  std::optional<float> rmse, flip;
+};
+
+Result<std::optional<float>> readBound(const char* option, const std::string& text) {
+  if (text.empty()) return std::optional<float>();
+  const std::optional<float> bound = finiteNumber(text);
+  if (!bound || *bound < 0.0f) {
+    return Error{ErrorCode::usage,
+                 std::string(option) + ": a finite number of at least 0 expected, \"" + text + "\" found"};
+  }
+  return bound;
+}
+
+// Stops for FLIP: as asked; from the reference; none for PNGs, which are exposed already.
+float stopsFor(const std::optional<float>& asked, const PictureFile& reference) {
+  if (asked) return *asked;
+  return reference.png ? 0.0f : autoExposure(reference.picture.pixels);
+}
+
+bool exceeds(const PictureDifference& d, const Bounds& bounds) {
+  return (bounds.rmse && !(d.relativeRmse <= *bounds.rmse)) || (bounds.flip && !(d.flip <= *bounds.flip));
+}
+
+// The picture of the error, or the difference itself for an OpenEXR. Returns the picture's scale; 0 for the latter.
+Result<double> writeError(const std::string& path, const Picture& image, const Picture& reference) {
+  if (std::filesystem::path(path).extension() == ".png") {
+    const ErrorPicture error = drawError(image, reference);
+    const Status ok = writePng(path, image.width, image.height, std::span<const std::uint8_t>(error.rgb));
+    if (!ok) return ok.error();
+    return error.scale;
+  }
+  std::vector<glm::vec3> difference = image.pixels;
+  for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= reference.pixels[i];
+  const Status ok = writeImage(path, image.width, image.height, difference);
+  if (!ok) return ok.error();
+  return 0.0;
+}
+
+// JSON has no infinity: null says it.
+nlohmann::json finiteOrNull(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+
+void printJson(const PictureDifference& d, const DiffArguments& a, const PictureFile& image,
+               const PictureFile& reference, float stops, double scale, bool exceeded) {
+  nlohmann::json report{{"image", a.image},
+                        {"reference", a.reference},
+                        {"imageChannels", image.channels},
+                        {"referenceChannels", reference.channels},
+                        {"width", image.picture.width},
+                        {"height", image.picture.height},
+                        {"rmse", d.rmse},
+                        {"relativeRmse", finiteOrNull(d.relativeRmse)},
+                        {"energy", finiteOrNull(d.energy)},
+                        {"flip", d.flip},
+                        {"flipExposureStops", roundedStops(stops)},
+                        {"worst", {{"x", d.worstX}, {"y", d.worstY}, {"difference", d.worst}}},
+                        {"withinBounds", !exceeded}};
+  if (!a.output.empty()) report["errorPicture"] = a.output;
+  if (scale > 0.0) report["errorPictureScale"] = scale;
+  std::printf("%s\n", jsonText(report).c_str());
+}
+
+void printText(const PictureDifference& d, const DiffArguments& a, const PictureFile& image,
+               const PictureFile& reference, float stops, double scale, const Bounds& bounds, bool exceeded) {
+  std::printf("%u x %u pixels, %s against %s of the reference\n", image.picture.width, image.picture.height,
+              printable(image.channels).c_str(), printable(reference.channels).c_str());
+  std::printf("RMSE           %.6g\n", d.rmse);
+  std::printf("relative RMSE  %.4g %%\n", 100.0 * d.relativeRmse);
+  std::printf("energy         %.5g of the reference's\n", d.energy);
+  std::printf("FLIP           %.4g (0 the same .. 1), at %s stops\n", d.flip, stopsText(stops).c_str());
+  std::printf("worst          %.6g at pixel %u,%u\n", d.worst, d.worstX, d.worstY);
+  if (!a.output.empty()) std::printf("wrote %s", printable(a.output).c_str());
+  if (scale > 0.0) std::printf(": red is too bright, blue too dark, full colour at %g %% or more", 100.0 * scale);
+  if (!a.output.empty()) std::printf("\n");
+  if (bounds.rmse || bounds.flip) std::printf("%s\n", exceeded ? "EXCEEDED" : "WITHIN BOUNDS");
+}
+
+Status checkFiles(const DiffArguments& a) {
+  CommandFiles files;
+  files.read("the image", a.image);
+  files.read("the reference", a.reference);
+  files.write("-o", a.output, imageKind(a.output));
+  files.force = a.force;
+  Context context;
+  context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
+  return checkOutputs(files, context);
+}
+
+int runDiff(const DiffArguments& a) {
+  // 1. What is asked for
+  const auto maxRmse = readBound("--max-rmse", a.maxRmse), maxFlip = readBound("--max-flip", a.maxFlip);
+  if (!maxRmse) return fail(maxRmse.error());
+  if (!maxFlip) return fail(maxFlip.error());
+  const Bounds bounds{*maxRmse, *maxFlip};
+  const auto asked = readExposure(a.exposure);
+  if (!asked) return fail(asked.error());
+  const std::string extension = std::filesystem::path(a.output).extension().string();
+  if (!a.output.empty() && extension != ".png" && extension != ".exr")
+    return fail({ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + a.output + "\" found"});
+  if (Status ok = checkFiles(a); !ok) return fail(ok.error());
+
+  // 2. Read and compare
+  const auto image = readPicture(a.image, a.layer), reference = readPicture(a.reference, a.layer);
+  if (!image) return fail(image.error());
+  if (!reference) return fail(reference.error());
+  if (image->png != reference->png) {
+    return fail({ErrorCode::usage, "\"" + (image->png ? a.image : a.reference) +
+                                       "\" is a PNG, whose exposure is unknown, and the other is not: compare two "
+                                       "OpenEXR images or two PNGs"});
+  }
+  const float stops = stopsFor(*asked, *reference);
+  const auto difference = comparePictures(image->picture, reference->picture, std::exp2(stops), a.image, a.reference);
+  if (!difference) return fail(difference.error());
+
+  // 3. Tell
+  double scale = 0.0;
+  if (!a.output.empty()) {
+    const auto written = writeError(a.output, image->picture, reference->picture);
+    if (!written) return fail(written.error());
+    scale = *written;
+  }
+  const bool exceeded = exceeds(*difference, bounds);
+  if (a.json)
+    printJson(*difference, a, *image, *reference, stops, scale, exceeded);
+  else
+    printText(*difference, a, *image, *reference, stops, scale, bounds, exceeded);
+  return exceeded ? kDifferenceFound : 0;
+}
+
+}  // namespace
+
+void addDiffCommand(CLI::App& app, Action& action) {
+  auto a = std::make_shared<DiffArguments>();
+  CLI::App* command = app.add_subcommand("diff", "How far an image is from a reference: figures and a picture");
+  command->add_option("IMAGE", a->image, "image, OpenEXR or PNG")->required();
+  command->add_option("REFERENCE", a->reference, "image of the same size and kind to compare with")->required();
+  command->add_option("-o,--output", a->output,
+                      "picture of the error: .png (red is too bright, blue too dark) or .exr (IMAGE - REFERENCE)");
+  command->add_option("--layer", a->layer,
+                      "layer of OpenEXR files to compare, or a sum, as DiffDir+DiffInd; a file that has none of them "
+                      "gives R, G, B; default: R, G, B");
+  command
+      ->add_option("--exposure", a->exposure,
+                   "stops for FLIP, which sees what a screen shows: -30..30, or auto: from the reference; 0 for PNGs")
+      ->capture_default_str();
+  command->add_option("--max-rmse", a->maxRmse, "exit with 7 when the relative RMSE is beyond this (0.02 = 2 %)");
+  command->add_option("--max-flip", a->maxFlip, "exit with 7 when the mean of FLIP is beyond this [0..1]");
+  command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
+  command->add_flag("--json", a->json, "print JSON");
+  command->callback([a, &action] { action = [a] { return runDiff(*a); }; });
+}
+
+}  // namespace relume

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+// `relume render`: relight a camera's view headlessly, with Embree and the CPU backend, or with OpenGL through EGL.
+#include "bake/base/memory_budget.h"
+#include "bake/import/load_scene.h"
+#include "bake/options.h"
+#include "bake/rays/ray_tracer.h"
+#include "bake/scene/scene.h"
+#include "bake/stage_memory.h"
+#include "formats/bake_file.h"
+#include "runtime/shared/bands.h"
+#include "tools/base/number_check.h"
+#include "tools/base/output_files.h"
+#include "tools/base/parse_numbers.h"
+#include "tools/base/printable.h"
+#include "tools/base/scene_options.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/terminal.h"
+#include "tools/compare/fit_bake.h"
+#include "tools/compare/staleness.h"
+#include "tools/images/image_io.h"
+#include "tools/render/exposure.h"
+#include "tools/render/render_cpu.h"
+#include "tools/render/render_frame.h"
+#include "tools/render/render_pictures.h"
+#include "tools/render/view_options.h"
+#ifdef RELUME_RENDER_GL
+#include "tools/render/render_gl.h"
+#endif
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+namespace relume {
+namespace {
+
+struct RenderArguments {
+  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto";
+  std::vector<std::string> aovs{"full"};
+  ViewOptions view;
+  SceneOptions sceneOptions;
+  std::uint32_t samples = 4, shadowSize = 2048;
+  float deringing = 0.0f;
+  bool sideBySide = false, allowStale = false, json = false, force = false;
+  TerminalOptions terminal;
+};
+
+Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
+
+Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequest& request) {
+  std::vector<Aov> aovs;
+  for (const std::string& name : arguments.aovs) {
+    const auto& names = aovNames();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      std::string known;
+      for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
+      return usage("--aov: \"" + name + "\" found; there are: " + known);
+    }
+    const Aov aov = static_cast<Aov>(found - names.begin());
+    if (needsBake(aov) && arguments.bake.empty())
+      return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
+    if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
+    if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
+    aovs.push_back(aov);
+  }
+  return aovs;
+}
+
+// What can be checked without the scene, but for the view.
+Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
+  if (arguments.bounces != "converged") {
+    const auto bounces = wholeNumber(arguments.bounces, 1, 1000);
+    if (!bounces) return usage("--bounces: 1..1000 or \"converged\" expected, \"" + arguments.bounces + "\" found");
+    request.bounces = *bounces;
+  }
+  request.samples = arguments.samples;
+  request.shadowSize = arguments.shadowSize;
+  if (!arguments.bands.empty()) {
+    const std::optional<Bands> bands = bandsByName(arguments.bands);
+    if (!bands)
+      return usage("--bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's, \"" +
+                   arguments.bands + "\" found");
+    request.bands = *bands;
+  }
+  request.deringing = arguments.deringing;
+  const std::string extension = std::filesystem::path(arguments.output).extension().string();
+  if (extension != ".exr" && extension != ".png")
+    return usage("-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found");
+  return done();
+}
+
+// What the view says of a request.
+void setView(const View& view, RenderRequest& request) {
+  request.camera = view.camera;
+  request.width = view.width;
+  request.height = view.height;
+  request.lights = view.lights;
+  request.emissive = view.emissive;
+  request.skyRadiance = view.skyRadiance;
+}
+
+std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
+  std::filesystem::path path(output);
+  if (several) path.replace_extension("." + aov + path.extension().string());
+  return path;
+}
+
+CommandFiles filesOf(const RenderArguments& arguments, const std::vector<Aov>& aovs) {
+  CommandFiles files;
+  files.read("the scene", arguments.scene);
+  files.read("the bake", arguments.bake);
+  files.read("the file of --lights-file", arguments.view.lightsFile);
+  const bool several = aovs.size() > 1 && !arguments.sideBySide;
+  for (const Aov aov : aovs) {
+    const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several);
+    if (several || aov == aovs.front()) files.write("-o", path, imageKind(path));
+  }
+  files.force = arguments.force;
+  return files;
+}
+
+bool isPng(const RenderArguments& arguments) { return std::filesystem::path(arguments.output).extension() == ".png"; }
+
+// Images of equal size beside each other, from left to right; `width` pixels of `channels` values each.
+template <class T>
+std::vector<T> joined(const std::vector<std::vector<T>>& images, std::size_t width, std::size_t channels) {
+  const std::size_t row = width * channels, rows = images.front().size() / row;
+  std::vector<T> wide(images.size() * images.front().size());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    for (std::size_t y = 0; y < rows; ++y)
+      std::copy_n(images[k].begin() + static_cast<std::ptrdiff_t>(y * row), row,
+                  wide.begin() + static_cast<std::ptrdiff_t>((y * images.size() + k) * row));
+  }
+  return wide;
+}
+
+Status writeImages(const RenderedFrame& frame, const std::vector<Aov>& aovs, const PictureScale& scale,
+                   const RenderArguments& arguments, std::vector<std::string>& written) {
+  const bool several = aovs.size() > 1 && !arguments.sideBySide;
+  std::vector<std::vector<glm::vec3>> raw;
+  std::vector<std::vector<std::uint8_t>> pictures;
+  std::vector<std::filesystem::path> paths;
+  for (const Aov aov : aovs) {
+    if (isPng(arguments))
+      pictures.push_back(drawPicture(frame, aov, scale));
+    else
+      raw.push_back(composeAov(frame, aov));
+    paths.push_back(outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several));
+  }
+  std::uint32_t width = frame.width;
+  if (!several) {
+    width *= static_cast<std::uint32_t>(aovs.size());
+    if (isPng(arguments))
+      pictures = {joined(pictures, frame.width, 3)};
+    else
+      raw = {joined(raw, frame.width, 1)};
+    paths.resize(1);
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Status ok = isPng(arguments)
+                          ? writePng(paths[i], width, frame.height, std::span<const std::uint8_t>(pictures[i]))
+                          : writeImage(paths[i], width, frame.height, raw[i]);
+    if (!ok) return ok;
+    written.push_back(paths[i].string());
+  }
+  return done();
+}
+
+// How the values of a PNG's layers came about.
+nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& scale) {
+  nlohmann::json described = nlohmann::json::object();
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  for (const Aov aov : aovs) {
+    if (isLight(aov)) described["exposureStops"] = roundedStops(scale.exposureStops);
+    if (aov == Aov::position) {
+      described["positionBlackM"] = {low.x, low.y, low.z};
+      described["positionWhiteM"] = {high.x, high.y, high.z};
+    }
+    if (aov == Aov::depth) {
+      described["depthWhiteM"] = scale.nearestM;
+      described["depthDarkestM"] = scale.farthestM;
+    }
+  }
+  return described;
+}
+
+void printScale(const std::vector<Aov>& aovs, const PictureScale& scale, bool automatic) {
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  if (std::any_of(aovs.begin(), aovs.end(), isLight)) {
+    std::printf("exposure: %s stops", stopsText(scale.exposureStops).c_str());
+    if (automatic) std::printf(", from the picture (--exposure %s repeats it)", stopsText(scale.exposureStops).c_str());
+    std::printf("\n");
+  }
+  if (std::count(aovs.begin(), aovs.end(), Aov::position))
+    std::printf("position: %g,%g,%g m is black, %g,%g,%g m white, X Y Z as red green blue\n", low.x, low.y, low.z,
+                high.x, high.y, high.z);
+  if (std::count(aovs.begin(), aovs.end(), Aov::depth))
+    std::printf("depth: white at %g m to dark grey at %g m, black where nothing is\n", scale.nearestM, scale.farthestM);
+}
+
+void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
+                 const PictureScale* scale, double drawMs, const RenderArguments& arguments) {
+  if (arguments.json) {
+    nlohmann::json report{
+        {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
+    if (scale != nullptr) report["png"] = describeScale(aovs, *scale);
+    if (!frame.bands.empty()) report["bands"] = frame.bands;
+    report["passMs"] = nlohmann::json::object();
+    for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
+    report["bufferBytes"] = nlohmann::json::object();
+    for (const auto& [name, bytes] : frame.bufferBytes) report["bufferBytes"][name] = bytes;
+    std::printf("%s\n", jsonText(report, -1).c_str());
+    return;
+  }
+  for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
+  if (scale != nullptr) printScale(aovs, *scale, arguments.exposure == "auto");
+  if (frame.passTimes.empty()) return;
+  std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
+              frame.renderer.c_str());
+  for (const PassTime& pass : frame.passTimes) std::printf("  %s %.2f", pass.pass, pass.ms);
+  std::printf("\n");
+}
+
+// The sums of a frame, a layer composed and converted on its way to a file, and a row's rays in each thread.
+Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& arguments, Context& context) {
+  constexpr double kSumBytes = 5 * 12 + 28, kLayerBytes = 12 + 12 + 12, kRayBytes = 64.0, kRowsAtOnce = 16.0;
+  const double pixels = static_cast<double>(view.width) * view.height;
+  const double wide = arguments.sideBySide ? 12.0 * static_cast<double>(aovs) : 0.0;
+  const double row = static_cast<double>(view.width) * arguments.samples * arguments.samples;
+  return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide) + kRowsAtOnce * kRayBytes * row,
+                       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size");
+}
+
+Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, const RenderRequest& request,
+                               Context& context) {
+  if (backend == "gl") {
+#ifdef RELUME_RENDER_GL
+    return renderGl(scene, request, context);
+#else
+    return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
+#endif
+  }
+  if (Status ok = reserveRays(scene, RayStructure::thorough, context, RayGeometry::drawn); !ok) return ok.error();
+  auto tracer = RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
+  if (!tracer) return tracer.error();
+  return renderCpu(*tracer, request, context);
+}
+
+int runRender(const RenderArguments& arguments) {
+  // 1. What is asked for
+  RenderRequest request;
+  auto view = readView(arguments.view);
+  if (!view) return fail(view.error());
+  if (Status ok = readOptions(arguments, request); !ok) return fail(ok.error());
+  auto aovs = chooseAovs(arguments, request);
+  if (!aovs) return fail(aovs.error());
+  const auto stops = readExposure(arguments.exposure);
+  if (!stops) return fail(stops.error());
+
+  Terminal terminal(arguments.terminal);
+  Context& context = terminal.context();
+  if (Status ok = reserveFrame(*view, aovs->size(), arguments, context); !ok) return fail(ok.error());
+
+  CommandFiles files = filesOf(arguments, *aovs);
+  if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
+
+  // 2. The scene, and a bake of it
+  auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
+  if (!scene) return fail(scene.error());
+  files.read("a file of the scene", scene->files);
+  if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+  setView(*view, request);
+  std::optional<Bake> bake;
+  if (!arguments.bake.empty()) {
+    auto loaded = readBakeOf(*scene, arguments.bake, arguments.scene, arguments.allowStale, context);
+    if (!loaded) return fail(loaded.error());
+    bake.emplace(std::move(*loaded));
+    request.bake = &*bake;
+  }
+
+  // 3. Draw and write
+  const auto begin = std::chrono::steady_clock::now();
+  auto frame = drawWith(arguments.backend, *scene, request, context);
+  terminal.finish();
+  if (!frame) return fail(frame.error());
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
+  std::vector<std::string> written;
+  if (Status ok = writeImages(*frame, *aovs, scale, arguments, written); !ok) return fail(ok.error());
+  printReport(*frame, written, *aovs, isPng(arguments) ? &scale : nullptr, ms, arguments);
+  return 0;
+}
+
+}  // namespace
+
+void addRenderCommand(CLI::App& app, Action& action) {
+  auto a = std::make_shared<RenderArguments>();
+  CLI::App* command = app.add_subcommand("render", "Relight a camera's view with a bake, without a window");
+  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
+  command->add_option("--bake", a->bake, "bake of that scene (.relume); without one, only direct light is known");
+  command->add_flag("--allow-stale", a->allowStale,
+                    "render with a bake of another state of the scene: parts are found by name, the others read the "
+                    "grid; a warning says so");
+  addViewOptions(*command, a->view);
+  addSceneOptions(*command, a->sceneOptions);
+  command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
+      ->capture_default_str();
+  command
+      ->add_option("--aov", a->aovs,
+                   "what to draw, separated by commas: indirect, bounced, direct (irradiance / pi without albedo), "
+                   "full, unbounced (radiance), albedo, normal, position, depth. Several go to several files: "
+                   "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
+                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest)")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command->add_option("--backend", a->backend, "cpu (Embree) or gl (OpenGL 4.3 through EGL)")
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str();
+  command->add_option("--shadow-size", a->shadowSize, "texels along a side of a shadow map, gl only")
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str();
+  command->add_option("--bands", a->bands,
+                      "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
+                      "recommends");
+  command
+      ->add_option("--deringing", a->deringing,
+                   "strength of a window over the bands that receivers off the light map's own normals read")
+      ->check(numberFrom(0.0, 1.0))
+      ->capture_default_str();
+  command
+      ->add_option("--exposure", a->exposure,
+                   "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
+      ->capture_default_str();
+  command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
+  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")->required();
+  command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
+  command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
+  addTerminalOptions(*command, a->terminal);
+  command->callback([a, &action] { action = [a] { return runRender(*a); }; });
+}
+
+}  // namespace relume

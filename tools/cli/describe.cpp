@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+// See describe.h.
+#include "tools/cli/describe.h"
+
+#include "bake/base/read_json.h"
+#include "bake/import/check_mesh.h"
+#include "tools/render/scene_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using Json = nlohmann::json;
+
+Json vec3(const glm::vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+std::string hex(std::uint64_t value) {
+  char text[20];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+// Points sorted by the cell of a uniform grid, so that neighbours are found in 27 short ranges.
+class CellGrid {
+ public:
+  // cell [m]: halved while the points crowd in few of them, as they do where a bake claims an area it has not got.
+  CellGrid(std::span<const glm::vec3> points, float cell) : points_(points), cell_(cell), order_(points.size()) {
+    constexpr int kTries = 64;
+    sort();
+    for (int i = 0; i < kTries && isCrowded(); ++i) {
+      cell_ *= 0.5f;
+      sort();
+    }
+  }
+
+  // Distance to the nearest other point, or to anything beyond one cell: at least the cell's size.
+  float nearest(std::uint32_t self) const {
+    float best = cell_ * cell_;
+    const glm::ivec3 center = cellOf(points_[self]);
+    for (int n = 0; n < 27; ++n) {
+      const std::uint64_t k = key(center + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+      auto at = std::lower_bound(sorted_.begin(), sorted_.end(), k);
+      for (; at != sorted_.end() && *at == k; ++at) {
+        const std::uint32_t other = order_[static_cast<std::size_t>(at - sorted_.begin())];
+        const glm::vec3 d = points_[other] - points_[self];
+        if (other != self) best = std::min(best, d.x * d.x + d.y * d.y + d.z * d.z);
+        if (best == 0.0f) return 0.0f;
+      }
+    }
+    return std::sqrt(best);
+  }
+
+ private:
+  void sort() {
+    std::iota(order_.begin(), order_.end(), 0u);
+    key_.clear();
+    for (const glm::vec3& p : points_) key_.push_back(key(cellOf(p)));
+    std::sort(order_.begin(), order_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key_[a] != key_[b] ? key_[a] < key_[b] : a < b; });
+    sorted_.clear();
+    for (const std::uint32_t i : order_) sorted_.push_back(key_[i]);
+  }
+
+  // Whether a point shares its cell with very many, in the mean.
+  bool isCrowded() const {
+    constexpr double kMost = 1024.0;
+    double pairs = 0.0;
+    for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
+      while (end < sorted_.size() && sorted_[end] == sorted_[begin]) ++end;
+      pairs += static_cast<double>(end - begin) * static_cast<double>(end - begin);
+    }
+    return pairs > kMost * static_cast<double>(sorted_.size());
+  }
+
+  glm::ivec3 cellOf(const glm::vec3& p) const {
+    const auto index = [&](float v) { return static_cast<int>(std::clamp(std::floor(v / cell_), -1e6f, 1e6f)); };
+    return {index(p.x), index(p.y), index(p.z)};
+  }
+  static std::uint64_t key(const glm::ivec3& c) {
+    const auto bits = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFF; };
+    return bits(c.x) | bits(c.y) << 21 | bits(c.z) << 42;
+  }
+
+  std::span<const glm::vec3> points_;
+  float cell_;
+  std::vector<std::uint32_t> order_;
+  std::vector<std::uint64_t> key_, sorted_;
+};
+
+Json describeChunks(std::span<const ChunkInfo> chunks) {
+  Json list = Json::array();
+  for (const ChunkInfo& c : chunks)
+    list.push_back({{"name", c.name},
+                    {"type", toString(c.type)},
+                    {"shape", c.shape},
+                    {"offset", c.offset},
+                    {"bytes", c.bytes},
+                    {"xxh3", hex(c.hash)}});
+  return list;
+}
+
+Json describeSurfels(const Bake& bake) {
+  const Surfels& s = bake.surfels;
+  const SpacingStatistics spacing = surfelSpacing(s);
+  const auto emitters = std::count_if(s.emission.begin(), s.emission.end(),
+                                      [](const glm::vec3& e) { return e.x > 0.0f || e.y > 0.0f || e.z > 0.0f; });
+  const auto onGrid = std::count(s.receiver.begin(), s.receiver.end(), kGridReceiver);
+  return {{"count", s.count()},
+          {"emitters", emitters},
+          {"areaEachM2", s.areaEach},
+          {"areaTotalM2", static_cast<double>(s.areaEach) * s.count()},
+          {"readFromGrid", onGrid},
+          {"spacingMinM", spacing.min},
+          {"spacingMeanM", spacing.mean},
+          {"spacingVariation", spacing.variation},
+          {"spacingMinOfDensest", spacing.densest > 0.0 ? spacing.min / spacing.densest : 0.0}};
+}
+
+Json describeCaches(const Caches& c) {
+  const auto valid = [](const Array<std::uint32_t>& cache) {
+    return static_cast<std::size_t>(std::count_if(cache.begin(), cache.end(), [](auto i) { return i != kNoCache; }));
+  };
+  const auto corners = c.lightmap.cornerUv.size();
+  const auto gridLit = std::count(c.lightmap.cornerUv.begin(), c.lightmap.cornerUv.end(), kGridLit);
+  const auto onGrid = std::count(c.normal.begin(), c.normal.end(), glm::vec3(0.0f));
+  return {{"count", c.count()},
+          {"grid",
+           {{"resolution", {c.grid.resolution.x, c.grid.resolution.y, c.grid.resolution.z}},
+            {"originM", vec3(c.grid.originWorld)},
+            {"spacingM", vec3(c.grid.spacing)},
+            {"points", c.grid.cache.size()},
+            {"valid", valid(c.grid.cache)},
+            {"bricks", c.grid.brickCount()},
+            {"cells", c.grid.brick.size()},
+            {"finestSpacingM", c.grid.finestSpacing()},
+            {"knowsDepths", !c.grid.depth.empty()},
+            {"caches", onGrid}}},
+          {"lightmap",
+           {{"width", c.lightmap.width},
+            {"height", c.lightmap.height},
+            {"filledTexels", valid(c.lightmap.cache)},
+            {"packing", c.lightmap.cache.empty() ? 0.0
+                                                 : static_cast<double>(valid(c.lightmap.cache)) /
+                                                       static_cast<double>(c.lightmap.cache.size())},
+            {"caches", c.count() - onGrid},
+            {"triangles", corners / 3},
+            {"gridLitTriangles", gridLit / 3}}}};
+}
+
+Json describeLinks(const Links& l) {
+  std::uint32_t least = std::numeric_limits<std::uint32_t>::max(), most = 0, empty = 0;
+  for (std::uint32_t i = 0; i < l.cacheCount(); ++i) {
+    const std::uint32_t row = l.rowBegin[i + 1] - l.rowBegin[i];
+    least = std::min(least, row);
+    most = std::max(most, row);
+    empty += row == 0;
+  }
+  static constexpr const char* kKinds[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
+  const std::size_t bytes = 4 * (l.shNode.size() + l.head.size() + l.shape.size()) + 2 * l.shCoefficients.size() +
+                            sizeof(ConeLink) * l.cone.size();
+  return {{"kind", kKinds[static_cast<std::uint32_t>(l.kind)]},
+          {"bands", l.bands},
+          {"count", l.count()},
+          {"bytesEach", l.count() > 0 ? static_cast<double>(bytes) / l.count() : 0.0},
+          {"perCacheMin", l.cacheCount() > 0 ? least : 0},
+          {"perCacheMax", most},
+          {"perCacheMean", l.cacheCount() > 0 ? static_cast<double>(l.count()) / l.cacheCount() : 0.0},
+          {"cachesWithoutLinks", empty}};
+}
+
+// A light as it is used, and as the file has it where that is another unit.
+Json describeLight(const SceneLight& light, LightUnit inFile) {
+  const char* types[] = {"directional", "point", "spot"};
+  const bool directional = light.type == LightType::directional;
+  Json described = {{"name", light.name},
+                    {"type", types[static_cast<int>(light.type)]},
+                    {"intensity", vec3(light.intensity)},
+                    {"unit", directional ? "W/m^2" : "W/sr"}};
+  if (!directional) described["positionM"] = vec3(light.positionWorld);
+  if (inFile == LightUnit::photometric) {
+    described["intensityInFile"] = vec3(light.intensity * static_cast<float>(kLumensPerWatt));
+    described["unitInFile"] = directional ? "lx" : "cd";
+  }
+  return described;
+}
+
+}  // namespace
+
+SpacingStatistics surfelSpacing(const Surfels& surfels) {
+  SpacingStatistics s;
+  const std::uint32_t n = surfels.count();
+  const double area = static_cast<double>(surfels.areaEach) * n;
+  if (n < 2 || !(area > 0.0)) return s;
+  s.densest = std::sqrt(2.0 * area / (std::sqrt(3.0) * n));
+  // Cells of four times the densest spacing: whoever has no neighbour there counts with that distance.
+  const CellGrid grid(surfels.positionWorld, static_cast<float>(4.0 * s.densest));
+  double sum = 0.0, squares = 0.0;
+  s.min = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double d = grid.nearest(i);
+    s.min = std::min(s.min, d);
+    sum += d;
+    squares += d * d;
+  }
+  s.mean = sum / n;
+  s.variation = s.mean > 0.0 ? std::sqrt(std::max(0.0, squares / n - s.mean * s.mean)) / s.mean : 0.0;
+  return s;
+}
+
+Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
+  const Provenance& p = bake.provenance;
+  const Result<Json> options = readJson(p.optionsJson);
+  std::uint64_t bytes = 0;
+  for (const ChunkInfo& c : chunks) bytes = std::max(bytes, c.offset + c.bytes);
+  Json instances = Json::array();
+  for (const BakedInstance& i : bake.instances)
+    instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
+  return {{"kind", "bake"},
+          {"formatVersion", kBakeFormatVersion},
+          {"bytes", bytes},
+          {"provenance",
+           {{"toolVersion", p.toolVersion},
+            {"algorithmVersion", p.algorithmVersion},
+            {"sceneHash", hex(p.sceneHash)},
+            {"seed", p.seed},
+            {"rayTracer", p.rayTracer},
+            {"lumaBands", p.lumaBands},
+            {"chromaBands", p.chromaBands}}},
+          {"options", options ? *options : Json(p.optionsJson)},
+          {"surfels", describeSurfels(bake)},
+          {"hierarchy",
+           {{"nodes", bake.hierarchy.nodeCount()},
+            {"levels", bake.hierarchy.levelCount()},
+            {"groups", bake.hierarchy.groupRoot.size()},
+            {"skyPatches", bake.hierarchy.skyDirection.size()}}},
+          {"caches", describeCaches(bake.caches)},
+          {"links", describeLinks(bake.links)},
+          {"instances", instances},
+          {"chunks", describeChunks(chunks)}};
+}
+
+Json describeScene(const Scene& scene, Context& context) {
+  std::uint32_t fixed = 0, gridLit = 0, dynamic = 0;
+  for (const Instance& instance : scene.instances)
+    (instance.charted() ? fixed : instance.baked() ? gridLit : dynamic) += 1;
+  const SceneBounds bounds = boundsOf(scene);
+
+  Json cameras = Json::array(), lights = Json::array(), volumes = Json::array(), findings = Json::array();
+  for (const Camera& c : scene.cameras) cameras.push_back(c.name);
+  for (const SceneLight& l : scene.lights) lights.push_back(describeLight(l, scene.lightUnit));
+  for (const PlayVolume& v : scene.volumes) volumes.push_back(v.name);
+  for (const MeshFinding& f : checkMeshes(scene, context))
+    findings.push_back({{"what", toString(f.kind)},
+                        {"mesh", f.mesh < scene.meshes.size() ? scene.meshes[f.mesh].name : ""},
+                        {"node", f.node},
+                        {"count", f.count},
+                        {"firstTriangle", f.triangle}});
+  std::uint64_t meshTriangles = 0;
+  for (const Mesh& m : scene.meshes) meshTriangles += m.triangle.size();
+  const auto emitting = std::count_if(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
+    return m.emission.x > 0.0f || m.emission.y > 0.0f || m.emission.z > 0.0f;
+  });
+  return {{"kind", "scene"},
+          {"name", scene.name},
+          {"triangles", scene.triangleCount()},
+          {"meshTriangles", meshTriangles},
+          {"meshes", scene.meshes.size()},
+          {"instances", {{"static", fixed}, {"gridLit", gridLit}, {"dynamic", dynamic}}},
+          {"materials", scene.materials.size()},
+          {"emittingMaterials", emitting},
+          {"images", scene.images.size()},
+          {"boundsMinM", bounds.empty ? Json() : vec3(bounds.min)},
+          {"boundsMaxM", bounds.empty ? Json() : vec3(bounds.max)},
+          {"cameras", cameras},
+          {"lightUnit", scene.lightUnit == LightUnit::photometric ? "photometric" : "radiometric"},
+          {"lights", lights},
+          {"volumes", volumes},
+          {"meshReport", findings}};
+}
+
+}  // namespace relume

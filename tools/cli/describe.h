@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What `relume info` says, as JSON; the plain text is printed from the same.
+#pragma once
+
+#include "bake/base/context.h"
+#include "bake/scene/scene.h"
+#include "formats/bake_data.h"
+#include "formats/chunks.h"
+
+#include <nlohmann/json.hpp>
+
+#include <span>
+
+namespace relume {
+
+// Nearest-neighbour distances of the surfels. [m]
+struct SpacingStatistics {
+  double min = 0.0, mean = 0.0;
+  double variation = 0.0;  // coefficient of variation
+  double densest = 0.0;    // spacing of the densest packing of as many points on the same area
+};
+SpacingStatistics surfelSpacing(const Surfels& surfels);
+
+// Sizes, chunk table, options, statistics of surfels, hierarchy, caches and links.
+nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks);
+
+// Meshes, instances, materials, cameras, lights, volumes, bounds, and the mesh report (check_mesh.h).
+nlohmann::json describeScene(const Scene& scene, Context& context);
+
+}  // namespace relume

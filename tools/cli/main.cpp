@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// `relume`: one binary, one subcommand a file (commands.h).
+#include "bake/base/printed.h"
+#include "bake/provenance.h"
+#include "formats/chunks.h"
+#include "tools/base/printable.h"
+#include "tools/base/usage_message.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/terminal.h"
+
+#include <CLI/CLI.hpp>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+
+namespace relume {
+
+int fail(const Error& error) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(error.message).c_str());
+  return exitCode(error.code);
+}
+
+namespace {
+
+// Packages may throw where nobody can catch it: oneTBB does when the system has no memory for its threads.
+[[noreturn]] void endAfterUncaught() {
+  const char* what = "unknown failure";
+  std::string text;
+  try {
+    if (const std::exception_ptr current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::exception& e) {
+    text = e.what();
+    what = text.c_str();
+  } catch (...) {
+  }
+  std::fprintf(stderr, "relume: error: %s\n", printableLines(what).c_str());
+  std::_Exit(exitCode(ErrorCode::failed));
+}
+
+// A stream that the caller has closed must not become the first file that is opened, which messages would then be
+// written into. Standard output gets a descriptor that refuses writing, so that nothing is lost in silence.
+bool holdStandardStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
+    if (::open("/dev/null", fd == STDERR_FILENO ? O_WRONLY : O_RDONLY) != fd) return false;
+  }
+  return true;
+}
+
+// What was printed must have arrived: a command whose result is lost has not done its work.
+int withOutputFlushed(int status) {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  const int reason = errno;
+  if (flushed && std::ferror(stdout) == 0) return status;
+  return fail({ErrorCode::io, std::string("standard output cannot be written") +
+                                  (reason != 0 ? std::string(": ") + std::strerror(reason) : "")});
+}
+
+std::string versionText() {
+  return std::string("relume " RELUME_VERSION "\nbake format ") + std::to_string(kBakeFormatVersion) +
+         ", algorithm version " + std::to_string(kAlgorithmVersion) + "\ncommit " +
+         (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
+  app.set_version_flag("--version", versionText);
+  app.require_subcommand(0, 1);
+  app.footer(
+      "Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported, 7 difference found, "
+      "130 cancelled.");
+  Action action;
+  addBakeCommand(app, action);
+  addBenchCommand(app, action);
+  addInfoCommand(app, action);
+  addValidateCommand(app, action);
+  addCompareCommand(app, action);
+  addStatusCommand(app, action);
+  addRenderCommand(app, action);
+  addReferenceCommand(app, action);
+  addDiffCommand(app, action);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
+    return fail({ErrorCode::usage, usageMessage(app, e)});
+  }
+
+  if (!action) {
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    return fail({ErrorCode::usage, "a command is required: " + names + " (see relume --help)"});
+  }
+
+  // The last line of defence: room doors return errors, so only exhausted memory should arrive here.
+  try {
+    const int status = action();
+    return status == exitCode(ErrorCode::failed) && interruptedBySignal() ? kCancelled : status;
+  } catch (const std::bad_alloc&) {
+    return fail({ErrorCode::failed, "out of memory"});
+  } catch (const std::exception& e) {
+    return fail({ErrorCode::failed, e.what()});
+  }
+}
+
+}  // namespace
+}  // namespace relume
+
+int main(int argc, char** argv) {
+  std::set_terminate(relume::endAfterUncaught);
+  relume::useClassicLocale();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
+  if (!relume::holdStandardStreams()) return relume::exitCode(relume::ErrorCode::io);
+  return relume::withOutputFlushed(relume::run(argc, argv));
+}

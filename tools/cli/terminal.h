@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// What every long command shares: progress on the terminal, messages through spdlog, and Ctrl-C. Progress and messages
+// go to stderr; stdout is for results.
+#pragma once
+
+#include "bake/base/context.h"
+#include "formats/result.h"
+#include "tools/base/overall_progress.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace relume {
+
+// automatic: a bar on a terminal; elsewhere a line for each stage that took a tenth of a second.
+enum class ProgressStyle { automatic, plain, json, none };
+
+// The options of a long command: --threads, --max-memory and --progress.
+struct TerminalOptions {
+  int threads = 0;  // [0..1024] 0 = all cores
+  ProgressStyle progress = ProgressStyle::automatic;
+  std::uint64_t maxMemory = 0;  // [byte] 0 = three quarters of the machine's
+};
+void addTerminalOptions(CLI::App& command, TerminalOptions& options);
+// --max-memory alone, for commands that are quick.
+void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
+
+// Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
+// warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
+class Terminal {
+ public:
+  // With a plan, progress is told of the whole work as well.
+  explicit Terminal(const TerminalOptions& options, ProgressPlan plan = {});
+  ~Terminal();
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  Context& context();
+  // Clear the bar's line before results are printed.
+  void finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Whether Ctrl-C, SIGINT or SIGTERM has cancelled a Terminal's context.
+bool interruptedBySignal();
+
+// A message outside of a context: "[warning] text" on stderr.
+void logMessage(Severity severity, const std::string& text);
+
+}  // namespace relume

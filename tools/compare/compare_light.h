@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// What the difference of two bakes means for light: both are relit to convergence under one fixed set of lightings, and
+// caches that stand at the same place are held against each other.
+//
+// Punctual lights cast no shadow: direct light reaches every surfel that faces it, in both bakes alike. What is
+// compared is transport from there on: bounces, emitters, sky.
+//
+// Caches are read with the bands that irradiance can use. Receivers (compare_receivers.h) are read as a game reads
+// them: with the bands that each bake recommends, through its own light map and grid.
+#pragma once
+
+#include "bake/base/context.h"
+#include "formats/bake_data.h"
+#include "formats/result.h"
+#include "tools/compare/compare_places.h"
+#include "tools/compare/compare_receivers.h"
+
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// One lighting, over all pairs of caches. E is irradiance at a surface cache, along its normal; at a grid cache the
+// irradiances along the six axes.
+struct LightingDifference {
+  std::string name;                 // "sky", "sun 3", "point 5", "emitter lamp", "other emitters"
+  std::string group;                // "sky", "suns", "points", "emitters"
+  bool counted = true;              // not left out by --ignore
+  double rmse = 0.0;                // sqrt(sum |E_B - E_A|² / sum |E_A|²)
+  double meanA = 0.0, meanB = 0.0;  // [W/m²] mean luminance of E
+  double meanChange = 0.0, p95Change = 0.0, maxChange = 0.0;  // of |E_B - E_A| / (|E_A| + floor)
+  double meanDeltaE = 0.0, p95DeltaE = 0.0, maxDeltaE = 0.0;  // CIE 1976 on white, the lighting's 95th percentile of A
+                                                              // as L* = 100
+  double floor = 0.0;                               // [W/m²] a twentieth of the mean |E_A|: the dark does not decide
+  double white = 1.0;                               // [W/m²] luminance shown as white
+  std::vector<float> change, deltaE;                // [Size pairs]
+  std::vector<glm::vec3> irradianceA, irradianceB;  // [W/m²] [Size n_C of each] at grid caches the mean of the six
+  ReceiverLighting receivers;
+};
+
+struct WorstPlace {
+  std::uint32_t pair = 0;
+  std::string lighting, node;  // node: of the nearest surfel of A
+  glm::vec3 positionWorld{0.0f};
+  double change = 0.0, deltaE = 0.0;
+  glm::vec3 a{0.0f}, b{0.0f};  // [W/m²]
+};
+
+struct NodeDifference {
+  std::string node;
+  std::uint32_t caches = 0;
+  double meanChange = 0.0, maxChange = 0.0;  // of each cache's greatest change over the counted lightings
+};
+
+// The receivers of one node, or those in the air, under the lighting that changes them most.
+struct WorstReceivers {
+  std::string group, lighting;
+  bool air = false;
+  std::uint32_t receivers = 0;
+  double change = 0.0;  // GroupChange::change
+};
+
+struct LightDifference {
+  CacheMatch match;
+  Receivers receivers;
+  std::vector<LightingDifference> lightings;
+  std::vector<float> greatestChange;  // [Size pairs] over the counted lightings; -1 = the cache's node is ignored
+  std::vector<WorstPlace> worst;      // at most ten, apart from one another, worst first
+  std::vector<NodeDifference> nodes;  // worst first
+  std::vector<WorstReceivers> worstReceivers;  // every group that changed, worst first
+  double maxRmse = 0.0, maxChange = 0.0, maxDeltaE = 0.0, maxReceiverChange = 0.0;  // over what counts
+  bool unmatched = false;  // fewer than half of A's caches have a partner
+};
+
+// What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME".
+struct LightIgnore {
+  std::vector<std::string> names;
+};
+
+// Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); usage: an ignored lighting
+// that there is not; failed when cancelled.
+Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* scene, const LightIgnore& ignore,
+                                     Context& context);
+
+}  // namespace relume

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// `relume compare`: what differs between two bakes, in the order: what was baked, sizes, arrays, light, verdict. The
+// JSON (docs/compare.schema.json) is the report; text and page are made of it.
+#pragma once
+
+#include "formats/bake_data.h"
+#include "formats/chunks.h"
+#include "tools/compare/compare_light.h"
+
+#include <nlohmann/json.hpp>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct BakeFile {
+  std::string name;  // as given on the command line
+  Bake bake;
+  std::vector<ChunkInfo> chunks;
+};
+
+struct CompareBounds {
+  double maxRmse = std::numeric_limits<double>::infinity();            // [>= 0] of any counted lighting
+  double maxCacheChange = std::numeric_limits<double>::infinity();     // [>= 0] of any counted cache
+  double maxReceiverChange = std::numeric_limits<double>::infinity();  // [>= 0] of any node's receivers, or the air's
+};
+
+// The report of two files with the same bytes.
+nlohmann::json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes);
+
+// The report of two that differ.
+nlohmann::json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifference& light,
+                                const LightIgnore& ignore, const CompareBounds& bounds);
+
+// Whether the report's verdict is "exceeded".
+bool boundExceeded(const nlohmann::json& report);
+
+// For people.
+std::string reportAsText(const nlohmann::json& report);
+
+}  // namespace relume

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// What happened to the parts of a scene between two bakes, or between a bake and the scene of today: by name, from the
+// hashes that a bake keeps (formats/bake_data.h). For `relume compare` and `relume status`.
+#pragma once
+
+#include "formats/bake_data.h"
+
+#include <cstddef>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace relume {
+
+// By what parts of two scenes answer to each other: names of node and mesh; of several such (GPU instances) the k-th.
+using PartKey = std::tuple<std::string, std::string, std::size_t>;
+std::vector<PartKey> partKeys(const std::vector<BakedInstance>& parts);  // [Size parts]
+
+struct PartChange {
+  enum class Kind { added, removed, moved, reshaped, rematerialled, settings };
+  Kind kind;
+  std::string node, mesh;
+  std::string materialBefore, materialNow;  // of kind rematerialled; the same name = its values or texels changed
+};
+
+const char* toString(PartChange::Kind kind);
+std::string toString(const PartChange& change);  // node "Pillar_03" moved
+
+// In the order of `now`, then what was removed. Parts are the same when their keys are. One part may change in several
+// ways.
+std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now);
+
+}  // namespace relume

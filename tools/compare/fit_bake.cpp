@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// See fit_bake.h.
+#include "tools/compare/fit_bake.h"
+
+#include "formats/bake_file.h"
+#include "tools/compare/staleness.h"
+
+#include <cstdint>
+
+namespace relume {
+
+Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const std::string& sceneFile, bool allowStale,
+                        Context& context) {
+  auto bake = readBake(bakeFile);
+  if (!bake) return bake.error();
+  const Status same = checkSameScene(scene, *bake, bakeFile, sceneFile);
+  if (same) return bake;
+  if (!allowStale) return same.error();
+  const std::uint32_t found = fitToScene(scene, *bake);
+  context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
+                                         std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
+                                         " parts found by name, the others read the grid");
+  return bake;
+}
+
+}  // namespace relume

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// A bake read to draw its scene with.
+#pragma once
+
+#include "bake/base/context.h"
+#include "bake/scene/scene.h"
+#include "formats/bake_data.h"
+#include "formats/result.h"
+
+#include <string>
+
+namespace relume {
+
+// Errors of readBake() and checkSameScene() (staleness.h); with allowStale, a bake of another state of the scene is
+// made readable by fitToScene(), and a warning says so.
+Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const std::string& sceneFile, bool allowStale,
+                        Context& context);
+
+}  // namespace relume

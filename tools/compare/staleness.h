@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Whether a bake still is what its scene and options would give, and what changed if not. For `relume status` and for
+// `relume bake`, which does nothing when nothing changed.
+#pragma once
+
+#include "bake/options.h"
+#include "bake/scene/scene.h"
+#include "formats/bake_data.h"
+#include "formats/result.h"
+#include "tools/compare/compare_scene.h"
+
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct Staleness {
+  std::vector<PartChange> parts;    // of the scene, by name; empty when it is another level, which is one of the others
+  std::vector<std::string> others;  // options, versions, cameras: one sentence each
+  std::vector<std::string> notes;   // what changed and makes no difference to light
+  bool upToDate() const { return parts.empty() && others.empty(); }
+  std::vector<std::string> sentences() const;
+};
+
+// `options` null: the bake's own are taken as meant. The scene must come from loadScene(). Lights and the version
+// number of the tool do not count: neither changes light's transport (kAlgorithmVersion does).
+Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Bake& bake);
+
+// For commands that draw or compare a bake over its scene, which must come from loadScene(). Done when the parts are
+// those that were baked, in their order; else invalidFile: names both files, what changed, and --allow-stale.
+Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile);
+
+// For --allow-stale: let the scene's instance i find its place on the light map in Lightmap::parts[i] again, by
+// partKeys(). Instances the bake does not know, and those with another number of triangles, have no place there then
+// and read the grid. Bake::instances holds the scene's instances first, then those that were baked, which surfels
+// index. Returns how many instances found theirs.
+std::uint32_t fitToScene(const Scene& scene, Bake& bake);
+
+}  // namespace relume

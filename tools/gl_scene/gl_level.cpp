@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+// See gl_level.h.
+#include "tools/gl_scene/gl_level.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+
+namespace relume {
+namespace {
+
+struct Vertex {
+  glm::vec3 position;  // [m] world
+  glm::vec3 normal;    // world, not unit: interpolated as glTF asks
+  glm::vec2 uvAlbedo, uvEmission;
+  std::uint32_t lightmapUv[2];  // packUnorm16x2 or kGridLit, of the front and of the back
+};
+static_assert(sizeof(Vertex) == 48);
+
+enum Uniform : GLint { kClipFromWorld = 0, kMoved = 1, kAlbedo = 2, kEmission = 3, kCutoff = 4, kDoubleSided = 5 };
+
+glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t vertex) {
+  if (texture.image == kNone || mesh.uv[texture.texcoord].empty()) return glm::vec2(0.0f);
+  const glm::vec2 uv = mesh.uv[texture.texcoord][vertex];
+  const auto& t = texture.transform;
+  return {t[0] * uv.x + t[1] * uv.y + t[2], t[3] * uv.x + t[4] * uv.y + t[5]};
+}
+
+// Corner of a triangle, in glTF order, on the light map of its front (0) or back (1).
+std::uint32_t lightmapCorner(const Lightmap* map, std::uint32_t instance, std::uint32_t triangle, std::uint32_t k,
+                             int side) {
+  if (!map || instance >= map->parts.size() || triangle >= map->parts[instance].triangleCount) return kGridLit;
+  const std::uint64_t corner = map->parts[instance].firstCorner + 3ull * triangle + k;
+  const Array<std::uint32_t>& uv = side == 0 ? map->cornerUv : map->backCornerUv;
+  return corner < uv.size() ? uv[corner] : kGridLit;
+}
+
+void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map, std::vector<Vertex>& out) {
+  const Instance& instance = scene.instances[index];
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  const Material& material = scene.material(instance);
+  const glm::mat3 m(instance.toWorld);
+  const float sign = instance.flipped ? -1.0f : 1.0f;
+  const glm::mat3 normalToWorld(sign * glm::cross(m[1], m[2]), sign * glm::cross(m[2], m[0]),
+                                sign * glm::cross(m[0], m[1]));
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    const auto corners = scene.corners(instance, t);
+    const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
+      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
+      glm::vec3 normal = mesh.normal.empty() ? face : normalToWorld * mesh.normal[v];
+      const float length = glm::length(normal);
+      if (length > 0.0f) normal /= length;
+      out.push_back({corners[k],
+                     normal,
+                     textureUv(mesh, material.albedoTexture, v),
+                     textureUv(mesh, material.emissionTexture, v),
+                     {lightmapCorner(map, index, t, c, 0), lightmapCorner(map, index, t, c, 1)}});
+    }
+  }
+}
+
+GlTexture uploadImage(const Image& image) {
+  GlTexture texture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  for (std::size_t level = 0; level < image.levels.size(); ++level) {
+    const Image::Level& l = image.levels[level];
+    glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), GL_SRGB8_ALPHA8, static_cast<GLsizei>(l.width),
+                 static_cast<GLsizei>(l.height), 0, GL_RGBA, GL_UNSIGNED_BYTE, l.rgba.data());
+  }
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, static_cast<GLint>(image.levels.size()) - 1);
+  return texture;
+}
+
+GlTexture uploadWhite() {
+  Image white;
+  white.levels.push_back({1, 1, {255, 255, 255, 255}});
+  return uploadImage(white);
+}
+
+std::vector<GlSampler> makeSamplers() {
+  constexpr std::array<GLint, 3> kWrap{GL_REPEAT, GL_MIRRORED_REPEAT, GL_CLAMP_TO_EDGE};
+  std::vector<GlSampler> samplers;
+  for (int i = 0; i < 18; ++i) {
+    const bool nearest = i >= 9;
+    GlSampler sampler = GlSampler::make();
+    glSamplerParameteri(sampler.name(), GL_TEXTURE_WRAP_S, kWrap[static_cast<std::size_t>(i % 3)]);
+    glSamplerParameteri(sampler.name(), GL_TEXTURE_WRAP_T, kWrap[static_cast<std::size_t>(i / 3 % 3)]);
+    glSamplerParameteri(sampler.name(), GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
+    glSamplerParameteri(sampler.name(), GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    samplers.push_back(std::move(sampler));
+  }
+  return samplers;
+}
+
+GlVertexArray describeVertices(const GlBuffer& vertices) {
+  GlVertexArray layout = GlVertexArray::make();
+  glBindVertexArray(layout.name());
+  glBindBuffer(GL_ARRAY_BUFFER, vertices.name());
+  const auto floats = [](GLuint slot, GLint count, std::size_t offset) {
+    glEnableVertexAttribArray(slot);
+    glVertexAttribPointer(slot, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), reinterpret_cast<const void*>(offset));
+  };
+  floats(0, 3, offsetof(Vertex, position));
+  floats(1, 3, offsetof(Vertex, normal));
+  floats(2, 2, offsetof(Vertex, uvAlbedo));
+  floats(3, 2, offsetof(Vertex, uvEmission));
+  glEnableVertexAttribArray(4);
+  glVertexAttribIPointer(4, 2, GL_UNSIGNED_INT, sizeof(Vertex),
+                         reinterpret_cast<const void*>(offsetof(Vertex, lightmapUv)));
+  glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+  return layout;
+}
+
+// Box around the instances' vertices in the world.
+glm::vec3 centreOf(const Scene& scene, std::uint32_t first, std::uint32_t count) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high = -low;
+  for (std::uint32_t i = first; i < first + count; ++i) {
+    const Instance& instance = scene.instances[i];
+    for (const glm::vec3& p : scene.meshes[instance.mesh].position) {
+      const glm::vec3 world(instance.toWorld * glm::vec4(p, 1.0f));
+      low = glm::min(low, world);
+      high = glm::max(high, world);
+    }
+  }
+  return low.x <= high.x ? 0.5f * low + 0.5f * high : glm::vec3(scene.instances[first].toWorld[3]);
+}
+
+// Index into movingNodes() of each instance; kNone of those that stand still.
+std::vector<std::uint32_t> movingOf(const Scene& scene, const std::vector<MovingNode>& nodes) {
+  std::vector<std::uint32_t> moving(scene.instances.size(), kNone);
+  for (std::uint32_t k = 0; k < nodes.size(); ++k)
+    std::fill_n(moving.begin() + nodes[k].firstInstance, nodes[k].instanceCount, k);
+  return moving;
+}
+
+}  // namespace
+
+std::vector<MovingNode> movingNodes(const Scene& scene) {
+  std::vector<MovingNode> nodes;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.mode != BakeMode::dynamic) continue;
+    // A node's instances follow one another.
+    const bool more = !nodes.empty() && nodes.back().firstInstance + nodes.back().instanceCount == i &&
+                      scene.instances[i - 1].nodeIndex == instance.nodeIndex &&
+                      scene.instances[i - 1].gpuInstance == instance.gpuInstance;
+    if (!more) nodes.push_back({instance.node, i, 0, {}});
+    ++nodes.back().instanceCount;
+  }
+  for (MovingNode& node : nodes) node.centreWorld = centreOf(scene, node.firstInstance, node.instanceCount);
+  return nodes;
+}
+
+Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
+  GlLevel level;
+  level.materials_ = scene.materials;
+  level.materials_.emplace_back();
+
+  // Sort the instances by kind, what they move with, and material; a batch is a run of equal ones.
+  const auto materialOf = [&](std::uint32_t i) {
+    const std::uint32_t m = scene.meshes[scene.instances[i].mesh].material;
+    return m == kNone ? static_cast<std::uint32_t>(scene.materials.size()) : m;
+  };
+  const std::vector<std::uint32_t> moving = movingOf(scene, movingNodes(scene));
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (scene.instances[i].mode != BakeMode::ignore) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(scene.instances[a].mode, moving[a], materialOf(a)) <
+           std::tuple(scene.instances[b].mode, moving[b], materialOf(b));
+  });
+
+  // Un-indexed triangles: corners of different charts share no vertex anyway.
+  std::vector<Vertex> vertices;
+  vertices.reserve(std::size_t{3} * scene.triangleCount());
+  level.boundsMin_ = glm::vec3(std::numeric_limits<float>::max());
+  level.boundsMax_ = -level.boundsMin_;
+  for (const std::uint32_t i : order) {
+    const bool dynamic = moving[i] != kNone;
+    const std::uint32_t material = materialOf(i);
+    if (level.batches_.empty() || level.batches_.back().material != material ||
+        level.batches_.back().moving != moving[i])
+      level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, moving[i]});
+    const std::size_t first = vertices.size();
+    appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
+    level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
+    for (std::size_t v = first; v < vertices.size(); ++v) {
+      level.boundsMin_ = glm::min(level.boundsMin_, vertices[v].position);
+      level.boundsMax_ = glm::max(level.boundsMax_, vertices[v].position);
+    }
+  }
+  level.triangleCount_ = static_cast<std::uint32_t>(vertices.size() / 3);
+
+  // Upload
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  level.vertices_ = GlBuffer::make();
+  glBindBuffer(GL_ARRAY_BUFFER, level.vertices_.name());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
+               GL_STATIC_DRAW);
+  level.layout_ = describeVertices(level.vertices_);
+  for (const Image& image : scene.images)
+    level.images_.push_back(image.levels.empty() ? uploadWhite() : uploadImage(image));
+  level.white_ = uploadWhite();
+  level.samplers_ = makeSamplers();
+  glBindTexture(GL_TEXTURE_2D, 0);
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+    return Error{ErrorCode::failed, "OpenGL error " + std::to_string(error) + " while uploading the level: " +
+                                        std::to_string(vertices.size() * sizeof(Vertex)) + " bytes of vertices and " +
+                                        std::to_string(scene.images.size()) + " images"};
+  }
+  return level;
+}
+
+void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, {}, false); }
+
+void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const {
+  drawBatches(clipFromWorld, moved, true);
+}
+
+void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const {
+  const glm::mat4 still(1.0f);
+  glUniformMatrix4fv(kClipFromWorld, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
+  glBindVertexArray(layout_.name());
+  for (const Batch& batch : batches_) {
+    if ((batch.moving != kNone) != dynamic || batch.vertexCount == 0) continue;
+    const glm::mat4& at = batch.moving < moved.size() ? moved[batch.moving] : still;
+    glUniformMatrix4fv(kMoved, 1, GL_FALSE, glm::value_ptr(at));
+    bindMaterial(materials_[batch.material]);
+    glDrawArrays(GL_TRIANGLES, batch.firstVertex, batch.vertexCount);
+  }
+  glBindVertexArray(0);
+  glBindSampler(kMaterialUnit, 0);
+  glBindSampler(kMaterialUnit + 1, 0);
+}
+
+void GlLevel::bindMaterial(const Material& material) const {
+  glUniform4f(kAlbedo, material.albedo.r, material.albedo.g, material.albedo.b, material.alpha);
+  glUniform3fv(kEmission, 1, glm::value_ptr(material.emission));
+  glUniform1f(kCutoff, material.alphaMode == AlphaMode::mask ? material.alphaCutoff : -1.0f);
+  glUniform1i(kDoubleSided, material.doubleSided ? 1 : 0);
+  bindTexture(kMaterialUnit, material.albedoTexture);
+  bindTexture(kMaterialUnit + 1, material.emissionTexture);
+}
+
+void GlLevel::bindTexture(int unit, const TextureRef& texture) const {
+  const bool present = texture.image < images_.size();
+  const int sampler = static_cast<int>(texture.wrapU) + 3 * static_cast<int>(texture.wrapV) + (texture.nearest ? 9 : 0);
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(GL_TEXTURE_2D, present ? images_[texture.image].name() : white_.name());
+  glBindSampler(static_cast<GLuint>(unit), samplers_[static_cast<std::size_t>(sampler)].name());
+  glActiveTexture(GL_TEXTURE0);
+}
+
+std::string levelVertexGlsl() {
+  return R"(
+layout(location = 0) in vec3 inPosition;
+layout(location = 1) in vec3 inNormal;
+layout(location = 2) in vec2 inUvAlbedo;
+layout(location = 3) in vec2 inUvEmission;
+layout(location = 4) in uvec2 inLightmapUv;
+layout(location = 0) uniform mat4 levelClipFromWorld;
+layout(location = 1) uniform mat4 levelMoved;
+out vec3 levelPosition;
+out vec3 levelVertexNormal;
+out vec2 levelUvAlbedo;
+out vec2 levelUvEmission;
+out vec4 levelLightmapUv;
+flat out uvec2 levelGridLit;
+void levelVertex() {
+  levelPosition = (levelMoved * vec4(inPosition, 1.0)).xyz;
+  levelVertexNormal = mat3(levelMoved) * inNormal;
+  levelUvAlbedo = inUvAlbedo;
+  levelUvEmission = inUvEmission;
+  levelLightmapUv = vec4(unpackUnorm2x16(inLightmapUv.x), unpackUnorm2x16(inLightmapUv.y));
+  levelGridLit = uvec2(equal(inLightmapUv, uvec2(0xFFFFFFFFu)));
+  gl_Position = levelClipFromWorld * vec4(levelPosition, 1.0);
+}
+)";
+}
+
+std::string levelMaterialGlsl() {
+  return R"(
+in vec3 levelPosition;
+in vec3 levelVertexNormal;
+in vec2 levelUvAlbedo;
+in vec2 levelUvEmission;
+in vec4 levelLightmapUv;
+flat in uvec2 levelGridLit;
+layout(location = 2) uniform vec4 levelAlbedoFactor;
+layout(location = 3) uniform vec3 levelEmissionFactor;
+layout(location = 4) uniform float levelAlphaCutoff;
+layout(location = 5) uniform bool levelDoubleSided;
+layout(binding = 10) uniform sampler2D levelAlbedoTexture;
+layout(binding = 11) uniform sampler2D levelEmissionTexture;
+bool levelOpaque() {
+  return levelAlphaCutoff < 0.0 || levelAlbedoFactor.a * texture(levelAlbedoTexture, levelUvAlbedo).a >= levelAlphaCutoff;
+}
+vec3 levelAlbedo() { return levelAlbedoFactor.rgb * texture(levelAlbedoTexture, levelUvAlbedo).rgb; }
+vec3 levelEmission() {
+  if (!gl_FrontFacing && !levelDoubleSided) return vec3(0.0);
+  return levelEmissionFactor * texture(levelEmissionTexture, levelUvEmission).rgb;
+}
+vec3 levelNormal() {
+  vec3 n = normalize(levelVertexNormal);
+  // Mesh normals may disagree with the winding: the front's normal is on the geometric normal's side.
+  vec3 face = cross(dFdx(levelPosition), dFdy(levelPosition));
+  return dot(n, face) < 0.0 ? -n : n;
+}
+bool levelOnLightmap(out vec2 uv) {
+  uv = gl_FrontFacing ? levelLightmapUv.xy : levelLightmapUv.zw;
+  return (gl_FrontFacing ? levelGridLit.x : levelGridLit.y) == 0u;
+}
+)";
+}
+
+}  // namespace relume

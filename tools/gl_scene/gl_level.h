@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// A level in OpenGL 4.3: its triangles with their light-map coordinates in one vertex buffer, its textures, and draws
+// sorted by material. What a game's own renderer would do, as plainly as it can be done.
+//
+// Programs that draw it put levelVertexGlsl() into their vertex shader, levelMaterialGlsl() into their fragment shader.
+#pragma once
+
+#include "bake/scene/scene.h"
+#include "formats/caches.h"
+#include "formats/result.h"
+#include "tools/gl_scene/gl_handle.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// What moves together: the dynamic instances of one node, or of one of its GPU instances.
+struct MovingNode {
+  std::string name;
+  std::uint32_t firstInstance = 0, instanceCount = 0;
+  glm::vec3 centreWorld{0.0f};  // [m] of its bounds, where the level has it
+};
+std::vector<MovingNode> movingNodes(const Scene& scene);
+
+class GlLevel {
+ public:
+  // Uploads the level. `lightmap` may be null: everything is lit by the grid. failed: out of GPU memory.
+  static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap);
+
+  // Draw the fixed instances with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
+  // textures and samplers on the two kMaterialUnits.
+  void draw(const glm::mat4& clipFromWorld) const;
+  // Draw the dynamic instances, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
+  // [Size moved: theirs, or 0 = they are where the level has them]
+  void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const;
+
+  glm::vec3 boundsMin() const { return boundsMin_; }  // [m] of all instances, dynamic ones where the level has them
+  glm::vec3 boundsMax() const { return boundsMax_; }
+  std::uint32_t triangleCount() const { return triangleCount_; }
+
+  static constexpr int kMaterialUnit = 10;  // texture units: albedo, emission; the resolve has 12 to 15
+
+ private:
+  struct Batch {  // triangles of one material, contiguous in the vertex buffer
+    GLint firstVertex = 0;
+    GLsizei vertexCount = 0;
+    std::uint32_t material = kNone;
+    std::uint32_t moving = kNone;  // index into movingNodes(); kNone = fixed
+  };
+  void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const;
+  void bindMaterial(const Material& material) const;
+  void bindTexture(int unit, const TextureRef& texture) const;
+
+  GlBuffer vertices_;
+  GlVertexArray layout_;
+  std::vector<Batch> batches_;
+  std::vector<Material> materials_;  // the scene's, then glTF's default
+  std::vector<GlTexture> images_;
+  GlTexture white_;
+  std::vector<GlSampler> samplers_;  // wrapU + 3 wrapV + 9 nearest
+  glm::vec3 boundsMin_{0.0f}, boundsMax_{0.0f};
+  std::uint32_t triangleCount_ = 0;
+};
+
+// For vertex shaders: the inputs, and levelVertex(), which sets gl_Position and the outputs below.
+std::string levelVertexGlsl();
+// For fragment shaders: those inputs, and
+//   bool levelOpaque()       false where the alpha test cuts the surface away
+//   vec3 levelAlbedo()       [0..1] linear
+//   vec3 levelEmission()     [W/m²/sr] zero on the back of a one-sided material
+//   vec3 levelNormal()       unit, toward the viewer
+//   bool levelOnLightmap(out vec2 uv)   whether this side of the triangle is on the light map, and where
+//   levelPosition            [m] in the world
+std::string levelMaterialGlsl();
+
+}  // namespace relume

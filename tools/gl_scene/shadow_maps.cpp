@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+// See shadow_maps.h.
+//
+// Bias: a receiver is moved along its normal by two texels times the sine of the angle to the light. At that angle the
+// depth stored for one texel spans texel * tan(angle), and a move o along the normal gains o / cos(angle), so that the
+// move covers the texel itself and the neighbours of the 2 x 2 comparison at every angle.
+//
+// Depths are compared in GLSL, on the four texels of a gather: compute shaders have no derivatives for a comparing
+// sampler to choose a level by, and plain layers for a cube's sides give the same filter everywhere.
+#include "tools/gl_scene/shadow_maps.h"
+
+#include "formats/decimal.h"
+
+#include "tools/gl_scene/gl_program.h"
+
+#include <glm/ext/matrix_clip_space.hpp>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace relume {
+namespace {
+
+constexpr float kWidestFlat = 1.2f;    // [rad] half angle of the widest spot that has a flat map
+constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
+constexpr GLint kLightLocation = 8;
+
+const char* kDepthFragment = R"(
+layout(location = 8) uniform vec4 shadowLight;
+void main() {
+  if (!levelOpaque()) discard;
+  gl_FragDepth = shadowLight.w > 0.0 ? min(distance(levelPosition, shadowLight.xyz) * shadowLight.w, 1.0) : gl_FragCoord.z;
+}
+)";
+
+std::array<glm::vec3, 8> boxCorners(const glm::vec3& low, const glm::vec3& high) {
+  std::array<glm::vec3, 8> corners;
+  for (unsigned i = 0; i < 8; ++i)
+    corners[i] = {(i & 1u) ? high.x : low.x, (i & 2u) ? high.y : low.y, (i & 4u) ? high.z : low.z};
+  return corners;
+}
+
+glm::vec3 anyUp(const glm::vec3& direction) {
+  return std::abs(direction.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
+}
+
+// The smallest box along a direction that holds the level. Returns the clip matrix and the wider side [m].
+glm::mat4 fitDirectional(const GlLevel& level, const glm::vec3& direction, float& side) {
+  const glm::mat4 view = glm::lookAt(glm::vec3(0.0f), direction, anyUp(direction));
+  glm::vec3 low(std::numeric_limits<float>::max()), high(-low);
+  for (const glm::vec3& corner : boxCorners(level.boundsMin(), level.boundsMax())) {
+    const glm::vec3 p(view * glm::vec4(corner, 1.0f));
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const glm::vec3 margin = 0.01f * (high - low) + 0.01f;
+  low -= margin;
+  high += margin;
+  side = std::max(high.x - low.x, high.y - low.y);
+  return glm::ortho(low.x, high.x, low.y, high.y, -high.z, -low.z) * view;
+}
+
+// Farthest point of the level from a light. [m]
+float farthest(const GlLevel& level, const glm::vec3& position) {
+  float distance = 0.0f;
+  for (const glm::vec3& corner : boxCorners(level.boundsMin(), level.boundsMax()))
+    distance = std::max(distance, glm::length(corner - position));
+  return 1.01f * distance + 0.01f;
+}
+
+// A side of a cube, opened a little wider than a right angle so that the filter finds its neighbours past the edge.
+glm::mat4 cubeSide(const glm::vec3& position, std::uint32_t side, float near, float far) {
+  constexpr std::array<glm::vec3, 6> kForward{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  constexpr std::array<glm::vec3, 6> kUp{{{0, -1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, -1, 0}}};
+  const float half = near * kSideTangent;
+  return glm::frustum(-half, half, -half, half, near, far) *
+         glm::lookAt(position, position + kForward[side], kUp[side]);
+}
+
+bool needsCube(const Light& light) {
+  return light.kind == LightKind::point || (light.kind == LightKind::spot && light.outerConeRad > kWidestFlat);
+}
+
+GlTexture depthLayers(GLsizei side, GLsizei layers) {
+  GlTexture texture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D_ARRAY, texture.name());
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_DEPTH_COMPONENT32F, side, side, layers);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+  return texture;
+}
+
+}  // namespace
+
+Result<ShadowMaps> ShadowMaps::create(std::uint32_t size) {
+  ShadowMaps maps;
+  auto program = linkProgram("shadow map", "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n",
+                             "#version 430\n" + levelMaterialGlsl() + kDepthFragment);
+  if (!program) return program.error();
+  maps.depthProgram_ = std::move(*program);
+  maps.framebuffer_ = GlFramebuffer::make();
+  maps.size_ = size;
+  return maps;
+}
+
+Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
+  // At least one layer each, so that the samplers are complete.
+  if (flat_.name() != 0 && flat == flatLayers_ && cubes == cubes_) return done();
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  flat_ = depthLayers(static_cast<GLsizei>(flat > 0 ? size_ : 1), static_cast<GLsizei>(std::max(flat, 1u)));
+  sides_ = depthLayers(static_cast<GLsizei>(cubes > 0 ? size_ / 2 : 1), static_cast<GLsizei>(6 * std::max(cubes, 1u)));
+  flatLayers_ = flat;
+  cubes_ = cubes;
+  if (glGetError() != GL_NO_ERROR) {
+    return Error{ErrorCode::failed, "no memory for " + std::to_string(flat) + " shadow maps of " +
+                                        std::to_string(size_) + " texels a side and " + std::to_string(cubes) +
+                                        " cubes of half that"};
+  }
+  return done();
+}
+
+Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved) {
+  if (lights.size() > kMaxLights) {
+    return Error{ErrorCode::usage, std::to_string(lights.size()) +
+                                       " lights; the sample renderer draws shadows of at most " +
+                                       std::to_string(kMaxLights)};
+  }
+  const auto cubes = static_cast<std::uint32_t>(std::count_if(lights.begin(), lights.end(), needsCube));
+  if (Status ok = allocate(static_cast<std::uint32_t>(lights.size()) - cubes, cubes); !ok) return ok;
+
+  glUseProgram(depthProgram_.name());
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+  glDrawBuffer(GL_NONE);
+  glReadBuffer(GL_NONE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_CULL_FACE);
+  const glm::mat4 mapFromClip = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f)), glm::vec3(0.5f));
+  maps_.assign(lights.size(), {});
+  std::uint32_t flatLayer = 0, cube = 0;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Light& light = lights[i];
+    Map& map = maps_[i];
+    if (light.kind == LightKind::directional) {
+      float side = 0.0f;
+      const glm::mat4 clip = fitDirectional(level, light.direction, side);
+      map.mapFromWorld = mapFromClip * clip;
+      map.place = {0.0f, static_cast<float>(flatLayer), side / static_cast<float>(size_), 0.0f};
+      renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
+      continue;
+    }
+    const float far = farthest(level, light.positionWorld), near = std::max(0.01f, 1e-4f * far);
+    map.light = glm::vec4(light.positionWorld, 1.0f / far);
+    if (needsCube(light)) {
+      map.place = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
+      for (std::uint32_t side = 0; side < 6; ++side)
+        renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(),
+                    6 * cube + side, size_ / 2);
+      ++cube;
+    } else {
+      const float half = std::min(light.outerConeRad + 0.02f, kWidestFlat + 0.02f);
+      const glm::mat4 clip =
+          glm::perspective(2.0f * half, 1.0f, near, far) *
+          glm::lookAt(light.positionWorld, light.positionWorld + light.direction, anyUp(light.direction));
+      map.mapFromWorld = mapFromClip * clip;
+      map.place = {0.0f, static_cast<float>(flatLayer), 2.0f * std::tan(half) / static_cast<float>(size_), 0.0f};
+      renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
+    }
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  return done();
+}
+
+void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
+                             const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
+  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, texture, 0, static_cast<GLint>(layer));
+  glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
+  glClearDepth(1.0);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  glUniform4fv(kLightLocation, 1, glm::value_ptr(light));
+  level.draw(clipFromWorld);
+  if (moved) level.drawDynamic(clipFromWorld, *moved);
+}
+
+void ShadowMaps::setUniforms(GLuint program) const {
+  const auto location = [&](const std::string& name) { return glGetUniformLocation(program, name.c_str()); };
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    const std::string at = "[" + std::to_string(i) + "]";
+    glProgramUniformMatrix4fv(program, location("relumeShadowFromWorld" + at), 1, GL_FALSE,
+                              glm::value_ptr(maps_[i].mapFromWorld));
+    glProgramUniform4fv(program, location("relumeShadowLight" + at), 1, glm::value_ptr(maps_[i].light));
+    glProgramUniform4fv(program, location("relumeShadowPlace" + at), 1, glm::value_ptr(maps_[i].place));
+  }
+  glProgramUniform1i(program, location("relumeShadowFlat"), kFlatUnit);
+  glProgramUniform1i(program, location("relumeShadowSides"), kSideUnit);
+}
+
+void ShadowMaps::bind() const {
+  glActiveTexture(GL_TEXTURE0 + kFlatUnit);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, flat_.name());
+  glActiveTexture(GL_TEXTURE0 + kSideUnit);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, sides_.name());
+  glActiveTexture(GL_TEXTURE0);
+}
+
+std::string ShadowMaps::glsl() {
+  return "const uint relumeShadowCount = " + std::to_string(kMaxLights) +
+         "u;\nconst float relumeSideTangent = " + decimalGlsl(kSideTangent) + ";\n" + R"(
+uniform mat4 relumeShadowFromWorld[relumeShadowCount];
+uniform vec4 relumeShadowLight[relumeShadowCount];
+uniform vec4 relumeShadowPlace[relumeShadowCount];
+uniform sampler2DArray relumeShadowFlat;
+uniform sampler2DArray relumeShadowSides;
+// Bilinear mean of four comparisons, the depths in the order of textureGather: (0,1), (1,1), (1,0), (0,0).
+float relumeCompare(vec4 depths, vec2 texel, float reference) {
+  vec4 lit = vec4(greaterThanEqual(depths, vec4(reference)));
+  vec2 w = fract(texel - 0.5);
+  return mix(mix(lit.w, lit.z, w.x), mix(lit.x, lit.y, w.x), w.y);
+}
+float relumeVisibilityFlat(vec3 at, float layer, float reference) {
+  if (any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)))) return 1.0;
+  vec2 size = vec2(textureSize(relumeShadowFlat, 0).xy);
+  return relumeCompare(textureGather(relumeShadowFlat, vec3(at.xy, layer)), at.xy * size, reference);
+}
+// The side of the cube that v points to, and where on it.
+float relumeVisibilityCube(vec3 v, float layer, float reference) {
+  vec3 a = abs(v);
+  vec3 at;  // right, up, forward
+  if (a.x >= a.y && a.x >= a.z) {
+    at = v.x > 0.0 ? vec3(-v.z, -v.y, a.x) : vec3(v.z, -v.y, a.x);
+    layer += v.x > 0.0 ? 0.0 : 1.0;
+  } else if (a.y >= a.z) {
+    at = v.y > 0.0 ? vec3(v.x, v.z, a.y) : vec3(v.x, -v.z, a.y);
+    layer += v.y > 0.0 ? 2.0 : 3.0;
+  } else {
+    at = v.z > 0.0 ? vec3(v.x, -v.y, a.z) : vec3(-v.x, -v.y, a.z);
+    layer += v.z > 0.0 ? 4.0 : 5.0;
+  }
+  vec2 uv = 0.5 + 0.5 * at.xy / (at.z * relumeSideTangent);
+  vec2 size = vec2(textureSize(relumeShadowSides, 0).xy);
+  return relumeCompare(textureGather(relumeShadowSides, vec3(uv, layer)), uv * size, reference);
+}
+float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
+  vec4 source = relumeShadowLight[light], place = relumeShadowPlace[light];
+  if (place.x < 0.0) return 1.0;
+  bool directional = source.w == 0.0;
+  mat4 m = relumeShadowFromWorld[light];
+  vec3 toLight = source.xyz - positionWorld;
+  float texel = directional ? place.z : place.z * length(toLight);
+  vec3 along = normalize(directional ? -vec3(m[0][2], m[1][2], m[2][2]) : toLight);
+  float cosine = dot(along, normal);
+  vec3 p = positionWorld + normal * (2.0 * texel * sqrt(max(1.0 - cosine * cosine, 0.0)) + 0.25 * texel);
+  float reference = (distance(p, source.xyz) - 0.25 * texel) * source.w;
+  if (place.x > 0.5) return relumeVisibilityCube(p - source.xyz, 6.0 * place.y, reference);
+  vec4 q = m * vec4(p, 1.0);
+  if (!directional && q.w <= 0.0) return 0.0;
+  vec3 at = q.xyz / q.w;
+  return relumeVisibilityFlat(at, place.y, directional ? at.z : reference);
+}
+)";
+}
+
+}  // namespace relume

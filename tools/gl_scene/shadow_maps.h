@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// Shadow maps of all punctual lights: the host's share of a frame (step 1 of runtime/relighter.h). Directional lights
+// and narrow spots have a layer of a depth array each, points and wide spots six layers of another, the sides of a
+// cube.
+//
+// glsl() defines float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) both for the surfel pass
+// (RelightOptions::visibilityGlsl) and for pixels, so that both see the same shadows.
+#pragma once
+
+#include "formats/result.h"
+#include "runtime/lights.h"
+#include "tools/gl_scene/gl_handle.h"
+#include "tools/gl_scene/gl_level.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+class ShadowMaps {
+ public:
+  static constexpr std::uint32_t kMaxLights = 32;
+  static constexpr int kFlatUnit = 8, kSideUnit = 9;  // texture units
+
+  // `size` texels a side of a flat map, half as many of a cube's side. failed: a shader did not compile.
+  static Result<ShadowMaps> create(std::uint32_t size);
+
+  // Render the maps of these lights. `moved`: where the dynamic instances are, as for GlLevel::drawDynamic(); null
+  // leaves them out. Changes the framebuffer binding, the viewport, depth and cull state and the program. usage: more
+  // than kMaxLights lights; failed: no memory for the maps.
+  Status update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved = nullptr);
+  // Tell a program that contains glsl() where the maps are. Call after update().
+  void setUniforms(GLuint program) const;
+  // Bind the maps to their units; before drawing and before relight().
+  void bind() const;
+
+  static std::string glsl();
+
+ private:
+  struct Map {
+    glm::mat4 mapFromWorld{1.0f};              // flat: [0..1] map coordinates, after division by w
+    glm::vec4 light{0.0f};                     // position [m]; 1 / farthest distance [1/m], 0 = directional
+    glm::vec4 place{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
+  };
+  Status allocate(std::uint32_t flat, std::uint32_t cubes);
+  void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
+                   const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const;
+
+  GlProgram depthProgram_;
+  GlFramebuffer framebuffer_;
+  GlTexture flat_, sides_;
+  std::uint32_t size_ = 0, flatLayers_ = 0, cubes_ = 0;
+  std::vector<Map> maps_;
+};
+
+}  // namespace relume

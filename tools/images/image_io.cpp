@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+// See image_io.h. The only file that includes OpenEXR and stb_image_write.
+#include "tools/images/image_io.h"
+
+#include "formats/color.h"
+#include "formats/file_io.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <half.h>
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb_image_write.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <new>
+
+namespace relume {
+namespace {
+
+constexpr std::int64_t kMaxSize = 16384;  // [pixels] a side
+constexpr std::size_t kMaxChannels = 1024;
+
+std::string channelName(const std::string& layer, char suffix) {
+  return layer.empty() ? std::string(1, suffix) : layer + '.' + suffix;
+}
+
+// A file in memory, for OpenEXR, which goes back to fill in its table of offsets.
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : OStream("") {}
+  void write(const char data[], int size) override {
+    const auto count = static_cast<std::size_t>(size);
+    if (bytes.size() < at_ + count) bytes.resize(at_ + count);
+    std::copy_n(reinterpret_cast<const std::byte*>(data), count, bytes.begin() + static_cast<std::ptrdiff_t>(at_));
+    at_ += count;
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t at) override { at_ = static_cast<std::size_t>(at); }
+
+  std::vector<std::byte> bytes;
+
+ private:
+  std::size_t at_ = 0;
+};
+
+Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  return writeFileAtomically(path, [bytes](const ByteSink& sink) { return sink(bytes); });
+}
+
+Error cannotWrite(const std::filesystem::path& path, const std::string& why) {
+  return {ErrorCode::failed, "cannot write \"" + path.string() + "\": " + why};
+}
+
+Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height, std::size_t pixels) {
+  if (width > 0 && height > 0 && pixels == std::size_t{width} * height) return done();
+  return Error{ErrorCode::usage, "cannot write \"" + path.string() + "\": " + std::to_string(width) + " x " +
+                                     std::to_string(height) + " pixels expected, " + std::to_string(pixels) + " found"};
+}
+
+}  // namespace
+
+void ChannelImage::setLayer(const std::string& name, std::span<const glm::vec3> pixels, const char* suffixes) {
+  for (int c = 0; c < 3; ++c) {
+    std::vector<float>& channel = channels[channelName(name, suffixes[c])];
+    channel.resize(pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) channel[i] = pixels[i][c];
+  }
+}
+
+std::vector<glm::vec3> ChannelImage::layer(const std::string& name, const char* suffixes) const {
+  std::vector<glm::vec3> pixels(std::size_t{width} * height);
+  for (int c = 0; c < 3; ++c) {
+    const auto found = channels.find(channelName(name, suffixes[c]));
+    if (found == channels.end()) return {};
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i][c] = found->second[i];
+  }
+  return pixels;
+}
+
+Result<ChannelImage> readExr(const std::filesystem::path& path) {
+  if (std::ifstream probe(path, std::ios::binary); !probe || probe.peek() == std::ifstream::traits_type::eof()) {
+    return Error{ErrorCode::io, "cannot read \"" + path.string() + "\""};
+  }
+  try {
+    Imf::InputFile file(path.string().c_str(), 0);
+    const Imath::Box2i window = file.header().dataWindow();
+    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+    const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+    if (width < 1 || height < 1 || width > kMaxSize || height > kMaxSize) {
+      return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": " + std::to_string(width) + " x " +
+                                               std::to_string(height) + " pixels, at most 16384 x 16384 expected"};
+    }
+    ChannelImage image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
+    Imf::FrameBuffer buffer;
+    for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
+      if (image.channels.size() >= kMaxChannels) {
+        return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": more than 1024 channels"};
+      }
+      std::vector<float>& channel = image.channels[it.name()];
+      channel.resize(static_cast<std::size_t>(width * height));
+      const std::size_t row = sizeof(float) * static_cast<std::size_t>(width);
+      buffer.insert(it.name(), Imf::Slice::Make(Imf::FLOAT, channel.data(), window, sizeof(float), row,
+                                                it.channel().xSampling, it.channel().ySampling));
+    }
+    file.setFrameBuffer(buffer);
+    file.readPixels(window.min.y, window.max.y);
+    return image;
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, "\"" + path.string() + "\" is not a readable OpenEXR: " + e.what()};
+  }
+}
+
+Status writeExr(const std::filesystem::path& path, const ChannelImage& image, bool half) {
+  for (const auto& [name, channel] : image.channels) {
+    if (Status ok = checkSize(path, image.width, image.height, channel.size()); !ok) return ok;
+  }
+  MemoryStream stream;
+  try {
+    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer buffer;
+    std::map<std::string, std::vector<Imath::half>> narrow;
+    for (const auto& [name, channel] : image.channels) {
+      const bool isHalf = half && !name.starts_with("Depth") && !name.starts_with("Position");
+      if (isHalf) narrow[name].assign(channel.begin(), channel.end());
+      const Imf::PixelType type = isHalf ? Imf::HALF : Imf::FLOAT;
+      const std::size_t stride = isHalf ? sizeof(Imath::half) : sizeof(float);
+      // Only read through by writePixels.
+      const void* values = isHalf ? static_cast<const void*>(narrow[name].data()) : channel.data();
+      auto* base = static_cast<char*>(const_cast<void*>(values));
+      header.channels().insert(name, Imf::Channel(type));
+      buffer.insert(name, Imf::Slice(type, base, stride, stride * image.width));
+    }
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(buffer);
+    file.writePixels(static_cast<int>(image.height));
+  } catch (const std::bad_alloc&) {
+    return cannotWrite(path, "out of memory");
+  } catch (const std::exception& e) {
+    return cannotWrite(path, e.what());
+  }
+  return writeBytes(path, stream.bytes);
+}
+
+Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                std::span<const glm::vec3> pixels, float exposure) {
+  return writePng(path, width, height, encodeSrgb(pixels, exposure));
+}
+
+std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float exposure) {
+  std::vector<std::uint8_t> rgb(3 * pixels.size());
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    const float linear = pixels[i / 3][static_cast<int>(i % 3)] * exposure;
+    const float clipped = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
+    rgb[i] = static_cast<std::uint8_t>(std::lround(255.0f * linearToSrgb(clipped)));
+  }
+  return rgb;
+}
+
+Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                std::span<const std::uint8_t> rgb) {
+  if (Status ok = checkSize(path, width, height, rgb.size() / 3); !ok) return ok;
+  const std::vector<std::byte> bytes = encodePng(width, height, rgb);
+  return bytes.empty() ? cannotWrite(path, "out of memory") : writeBytes(path, bytes);
+}
+
+std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb) {
+  std::vector<std::byte> bytes;
+  if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height) return bytes;
+  const auto append = [](void* context, void* data, int size) {
+    const auto* first = static_cast<const std::byte*>(data);
+    auto& all = *static_cast<std::vector<std::byte>*>(context);
+    all.insert(all.end(), first, first + size);
+  };
+  stbi_write_png_to_func(append, &bytes, static_cast<int>(width), static_cast<int>(height), 3, rgb.data(),
+                         static_cast<int>(3 * width));
+  return bytes;
+}
+
+Status writeImage(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
+                  std::span<const glm::vec3> pixels, float exposure) {
+  const std::string extension = path.extension().string();
+  if (extension == ".png") return writePng(path, width, height, pixels, exposure);
+  if (extension != ".exr") {
+    return Error{ErrorCode::usage, "\"" + path.string() + "\": the extension must be .exr or .png"};
+  }
+  if (Status ok = checkSize(path, width, height, pixels.size()); !ok) return ok;
+  ChannelImage image{width, height, {}};
+  image.setLayer("", pixels);
+  return writeExr(path, image);
+}
+
+}  // namespace relume

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// See read_picture.h.
+#include "tools/images/read_picture.h"
+
+#include "bake/import/read_images.h"
+#include "formats/color.h"
+#include "formats/file_io.h"
+#include "tools/images/image_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <set>
+
+namespace relume {
+namespace {
+
+constexpr std::array<unsigned char, 4> kExrMagic{0x76, 0x2F, 0x31, 0x01};
+constexpr std::array<unsigned char, 4> kPngMagic{0x89, 'P', 'N', 'G'};
+
+Error invalid(const std::string& path, const std::string& what) {
+  return {ErrorCode::invalidFile, "\"" + path + "\": " + what};
+}
+
+// "DiffInd, DiffDir, ..." of the layers that have R, G and B.
+std::string layersOf(const ChannelImage& image) {
+  std::string text;
+  for (const auto& [name, values] : image.channels) {
+    if (!name.ends_with(".R")) continue;
+    const std::string layer = name.substr(0, name.size() - 2);
+    if (!image.layer(layer).empty()) text += (text.empty() ? "" : ", ") + layer;
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::vector<std::string> split(const std::string& layers) {
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin <= layers.size();) {
+    const std::size_t end = std::min(layers.find('+', begin), layers.size());
+    names.push_back(layers.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return names;
+}
+
+Result<PictureFile> readExrPicture(const std::string& path, const std::string& layers) {
+  const Result<ChannelImage> image = readExr(path);
+  if (!image) return image.error();
+  PictureFile file{{image->width, image->height, {}}, false, "R,G,B"};
+  std::size_t found = 0;
+  const std::vector<std::string> names = layers.empty() ? std::vector<std::string>() : split(layers);
+  for (const std::string& name : names) {
+    const std::vector<glm::vec3> layer = image->layer(name);
+    if (layer.empty() || name.empty()) continue;
+    file.picture.pixels.resize(layer.size(), glm::vec3(0.0f));
+    for (std::size_t i = 0; i < layer.size(); ++i) file.picture.pixels[i] += layer[i];
+    ++found;
+  }
+  if (found > 0 && found < names.size())
+    return invalid(path, "has some of the layers \"" + layers + "\" but not all; there are: " + layersOf(*image));
+  if (found > 0) {
+    file.channels = layers;
+    return file;
+  }
+  file.picture.pixels = image->layer("");
+  if (!file.picture.pixels.empty()) return file;
+  return invalid(path, "has no channels R, G, B" + (layers.empty() ? "" : ", nor the layers \"" + layers + "\"") +
+                           "; name one of its layers with --layer: " + layersOf(*image));
+}
+
+Result<PictureFile> readPngPicture(const std::string& path) {
+  const Result<FileBytes> bytes = readFile(path);
+  if (!bytes) return bytes.error();
+  const auto* first = reinterpret_cast<const std::uint8_t*>(bytes->bytes.data());
+  const Result<Image> image = decodeImage({first, bytes->bytes.size()}, "\"" + path + "\"");
+  if (!image) return image.error();
+  const Image::Level& level = image->levels.at(0);
+  PictureFile file{{level.width, level.height, {}}, true, "sRGB"};
+  file.picture.pixels.resize(std::size_t{level.width} * level.height);
+  for (std::size_t i = 0; i < file.picture.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c)
+      file.picture.pixels[i][c] =
+          srgbToLinear(static_cast<float>(level.rgba[4 * i + static_cast<std::size_t>(c)]) / 255.0f);
+  }
+  return file;
+}
+
+}  // namespace
+
+Result<PictureFile> readPicture(const std::string& path, const std::string& layers) {
+  std::array<unsigned char, 4> magic{};
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(path, ec)) {
+    const bool there = std::filesystem::exists(path, ec);
+    return Error{ErrorCode::io, (there ? "not a regular file: \"" : "no such file: \"") + path + "\""};
+  }
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return Error{ErrorCode::io, "cannot read \"" + path + "\""};
+  in.read(reinterpret_cast<char*>(magic.data()), magic.size());
+  if (in.gcount() == magic.size() && magic == kExrMagic) return readExrPicture(path, layers);
+  if (in.gcount() == magic.size() && magic == kPngMagic) return readPngPicture(path);
+  return invalid(path, "is neither an OpenEXR nor a PNG image");
+}
+
+}  // namespace relume

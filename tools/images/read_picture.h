@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Images as `relume diff` takes them: OpenEXR layers as they are, PNGs made linear.
+#pragma once
+
+#include "formats/result.h"
+#include "tools/images/image_diff.h"
+
+#include <string>
+
+namespace relume {
+
+struct PictureFile {
+  Picture picture;
+  bool png = false;      // 8-bit sRGB, for eyes: values end at 1
+  std::string channels;  // "R,G,B", or "DiffDir+DiffInd", ...
+};
+
+// Read a file of either kind, told by its first bytes. `layers` names layers of an OpenEXR joined by '+', which are
+// summed (".R", ".G", ".B" each); files that have none of them, and all when it is empty, give R, G, B. io: not
+// readable; invalidFile: no image, damaged, or without those channels, with the layers it has.
+Result<PictureFile> readPicture(const std::string& path, const std::string& layers);
+
+}  // namespace relume

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// See lights_file.h.
+#include "tools/render/lights_file.h"
+
+#include "bake/base/read_json.h"
+#include "bake/scene/unit_vector.h"
+#include "formats/file_io.h"
+#include "formats/limits.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace relume {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostLights = 4096, kMostBytes = 16 << 20;
+
+// Reads the fields of one light; the first that is wrong is told.
+class LightReader {
+ public:
+  LightReader(const json& object, std::string where) : object_(object), where_(std::move(where)) {}
+
+  Result<SceneLight> read() {
+    if (!object_.is_object()) return wrong("is not an object");
+    for (const auto& field : object_.items()) {
+      const std::string& name = field.key();
+      static const std::array<const char*, 9> kKnown = {
+          "type", "name", "position", "direction", "color", "intensity", "range", "innerConeAngle", "outerConeAngle"};
+      if (std::none_of(kKnown.begin(), kKnown.end(), [&](const char* known) { return name == known; })) {
+        return wrong("has an unknown field \"" + name.substr(0, 40) + "\"");
+      }
+    }
+    const std::string type = text("type");
+    SceneLight light;
+    light.name = text("name");
+    if (type == "point")
+      light.type = LightType::point;
+    else if (type == "spot")
+      light.type = LightType::spot;
+    else if (type == "directional")
+      light.type = LightType::directional;
+    else
+      return wrong("has a \"type\" other than point, spot and directional");
+    const bool placed = light.type != LightType::directional, aimed = light.type != LightType::point;
+
+    light.positionWorld = glm::vec3(vector("position", placed));
+    const glm::dvec3 direction = aimed ? vector("direction", true) : glm::dvec3(0, 0, -1);
+    light.intensity =
+        glm::vec3(static_cast<double>(number("intensity", 1.0f)) * vector("color", false, glm::dvec3(1.0)));
+    light.range = number("range", 0.0f);
+    light.innerConeRad = number("innerConeAngle", 0.0f);
+    light.outerConeRad = number("outerConeAngle", light.outerConeRad);
+    if (!error_.empty()) return wrong(error_);
+    if (direction == glm::dvec3(0.0)) return wrong("has a \"direction\" of no length");
+    light.direction = glm::vec3(unitVector(direction));
+    for (int c = 0; c < 3; ++c) {
+      if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
+        return wrong("is less than dark, or endless");
+    }
+    if (!isWithin(light.intensity, kMostIntensity)) return wrong("has an intensity above 1e20");
+    if (!isWithin(light.positionWorld, kMostLevelCoordinate)) return wrong("has a \"position\" beyond 1e8 m");
+    if (light.range < 0.0f) return wrong("has a negative \"range\"");
+    if (!(light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
+          light.outerConeRad <= glm::half_pi<float>())) {
+      return wrong("breaks 0 <= innerConeAngle <= outerConeAngle <= pi/2");
+    }
+    return light;
+  }
+
+ private:
+  Error wrong(const std::string& what) const { return {ErrorCode::invalidFile, where_ + " " + what}; }
+
+  std::string text(const char* name) const {
+    const auto at = object_.find(name);
+    return at != object_.end() && at->is_string() ? at->get<std::string>() : std::string();
+  }
+  float number(const char* name, float otherwise) {
+    const auto at = object_.find(name);
+    if (at == object_.end()) return otherwise;
+    return static_cast<float>(finite(*at, name));
+  }
+  glm::dvec3 vector(const char* name, bool required, const glm::dvec3& otherwise = glm::dvec3(0.0)) {
+    const auto at = object_.find(name);
+    if (at == object_.end()) {
+      if (required) error_ = std::string("has no \"") + name + "\"";
+      return otherwise;
+    }
+    if (!at->is_array() || at->size() != 3) {
+      error_ = std::string("has a \"") + name + "\" that is not three numbers";
+      return otherwise;
+    }
+    return {finite((*at)[0], name), finite((*at)[1], name), finite((*at)[2], name)};
+  }
+  // As double: what a float flushes to zero still points somewhere.
+  double finite(const json& value, const char* name) {
+    const double v = value.is_number() ? value.get<double>() : std::nan("");
+    if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max())))
+      error_ = std::string("has a \"") + name + "\" that is no finite number";
+    return v;
+  }
+
+  const json& object_;
+  std::string where_, error_;
+};
+
+}  // namespace
+
+Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path) {
+  const Result<FileBytes> file = readFile(path, kMostBytes);
+  if (!file) return file.error();
+  const std::string name = "\"" + path.string() + "\": ";
+  const auto* begin = reinterpret_cast<const char*>(file->bytes.data());
+  const Result<json> list = readJson({begin, file->bytes.size()}, JsonComments::skip);
+  if (!list) return Error{ErrorCode::invalidFile, name + list.error().message + "; a JSON list of lights expected"};
+  if (!list->is_array()) return Error{ErrorCode::invalidFile, name + "a JSON list of lights expected"};
+  if (list->size() > kMostLights) {
+    return Error{ErrorCode::invalidFile,
+                 name + std::to_string(list->size()) + " lights, at most " + std::to_string(kMostLights)};
+  }
+  std::vector<SceneLight> lights;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    Result<SceneLight> light = LightReader((*list)[i], name + "light " + std::to_string(i)).read();
+    if (!light) return light.error();
+    lights.push_back(std::move(*light));
+  }
+  return lights;
+}
+
+}  // namespace relume

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// See render_cpu.h. Rays meet what the tracer has: with RayGeometry::drawn, dynamic instances are seen, lit by the grid
+// and cast the punctual lights' shadows, onto what is drawn and onto surfels alike. A chunk is a run of pixel rows:
+// their primary rays are traced together, then each hit is shaded.
+#include "tools/render/render_cpu.h"
+
+#include "bake/base/parallel.h"
+#include "bake/reference/path_tracer.h"
+#include "formats/pack.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+
+#include <algorithm>
+
+namespace relume {
+namespace {
+
+constexpr float kInvPi = glm::one_over_pi<float>();
+
+// Share of a light that reaches a point: one shadow ray, started off the surface.
+Visibility rayVisibility(const RayTracer& tracer, const std::vector<SceneLight>& lights) {
+  return [&tracer, &lights](std::uint32_t index, const glm::vec3& position, const glm::vec3& normal) {
+    const SceneLight& light = lights[index];
+    const float epsilon = tracer.epsilonAt(position);
+    Ray ray;
+    ray.origin = position + normal * epsilon;
+    if (light.type == LightType::directional) {
+      ray.direction = -light.direction;
+    } else {
+      const glm::vec3 toLight = light.positionWorld - ray.origin;
+      const float distance = glm::length(toLight);
+      if (!(distance > 0.0f)) return 1.0f;
+      ray.direction = toLight / distance;
+      ray.tMax = distance;
+    }
+    return tracer.occluded(ray) ? 0.0f : 1.0f;
+  };
+}
+
+ParallelFor parallelFor(Context& context) {
+  return [&context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+    parallelChunks(context, "", tasks, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(static_cast<std::uint32_t>(i));
+    });
+  };
+}
+
+// A point of the level as the camera sees it.
+struct Seen {
+  SurfacePoint point;
+  glm::vec3 position, normal, planeNormal;  // normals toward the viewer
+  bool back;
+};
+
+Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
+  Seen seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()),
+            geometricNormal(scene, hit.point()), hit.back};
+  if (hit.back) seen.normal = -seen.normal, seen.planeNormal = -seen.planeNormal;
+  return seen;
+}
+
+// Irradiance [W/m²] over links at a point: from the light map where its side of the triangle is on it, else from the
+// grid.
+glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const Seen& seen) {
+  const Lightmap& map = bake.caches.lightmap;
+  // What moves reads the grid, and all does where a bake has a grid alone, and no parts.
+  const Instance& instance = scene.instances[seen.point.instance];
+  const bool onMap = instance.charted() && seen.point.instance < map.parts.size();
+  const LightmapPart part = onMap ? map.parts[seen.point.instance] : LightmapPart{};
+  const Array<std::uint32_t>& corners = seen.back ? map.backCornerUv : map.cornerUv;
+  const std::uint64_t corner = part.firstCorner + 3ull * seen.point.triangle;
+  if (seen.point.triangle < part.triangleCount && corner + 2 < corners.size() && corners[corner] != kGridLit) {
+    // The light map has corners in glTF order; a mirrored instance's points count them the other way round.
+    const bool mirrored = instance.flipped;
+    const glm::vec2 a = unpackUnorm16x2(corners[corner]), b = unpackUnorm16x2(corners[corner + (mirrored ? 2 : 1)]),
+                    c = unpackUnorm16x2(corners[corner + (mirrored ? 1 : 2)]);
+    const glm::vec2 uv = a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;
+    return relighter.irradianceOnLightmap(uv, seen.normal, seen.planeNormal);
+  }
+  return relighter.irradianceInGrid(seen.position, seen.normal);
+}
+
+class CpuRenderer {
+ public:
+  CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, RenderedFrame& frame)
+      : tracer_(tracer),
+        request_(request),
+        relit_(relit),
+        frame_(frame),
+        rays_(request.camera, request.width, request.height) {}
+
+  // Shade the pixels of one row.
+  void row(std::uint32_t y, std::vector<Ray>& rays, std::vector<Hit>& hits) const {
+    const std::uint32_t samples = request_.samples;
+    const float step = 1.0f / static_cast<float>(samples);
+    rays.clear();
+    for (std::uint32_t x = 0; x < request_.width; ++x) {
+      for (std::uint32_t s = 0; s < samples * samples; ++s) {
+        rays.push_back(ray(static_cast<float>(x) + (static_cast<float>(s % samples) + 0.5f) * step,
+                           static_cast<float>(y) + (static_cast<float>(s / samples) + 0.5f) * step));
+      }
+    }
+    hits.resize(rays.size());
+    tracer_.trace(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      addSample(std::size_t{y} * request_.width + i / (samples * samples), rays[i], hits[i]);
+    }
+    if (request_.centres) centres(y);
+  }
+
+ private:
+  Ray ray(float x, float y) const {
+    Ray r;
+    rays_.at(x, y, r.origin, r.direction);
+    return r;
+  }
+
+  void addSample(std::size_t pixel, const Ray& ray, const Hit& hit) const {
+    const float weight = 1.0f / static_cast<float>(request_.samples * request_.samples);
+    if (!hit) {
+      frame_.emission[pixel] += weight * request_.skyRadiance;
+      return;
+    }
+    const Scene& scene = tracer_.scene();
+    const Seen seen = seenAt(scene, ray, hit);
+    const glm::vec3 albedo = albedoAt(scene, seen.point);
+    const glm::vec3 reflected = weight * kInvPi * albedo;
+    frame_.albedo[pixel] += weight * albedo;
+    frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.position, seen.normal);
+    if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (relit_.straight)
+      frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
+    if (request_.emissive && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle))) {
+      frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+    }
+  }
+
+  void centres(std::uint32_t y) const {
+    for (std::uint32_t x = 0; x < request_.width; ++x) {
+      const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const Hit hit = tracer_.trace(r);
+      if (!hit) continue;
+      const Seen seen = seenAt(tracer_.scene(), r, hit);
+      const std::size_t pixel = std::size_t{y} * request_.width + x;
+      frame_.normal[pixel] = seen.normal;
+      frame_.position[pixel] = seen.position;
+      frame_.depth[pixel] = glm::dot(seen.position - rays_.origin, rays_.forward);
+    }
+  }
+
+  const RayTracer& tracer_;
+  const RenderRequest& request_;
+  const Relit& relit_;
+  RenderedFrame& frame_;
+  CameraRays rays_;
+};
+
+}  // namespace
+
+Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& request, Context& context) {
+  // Relight, shadows by rays
+  RelightOptions options;
+  options.lumaBands = request.bands.luma;
+  options.chromaBands = request.bands.chroma;
+  options.deringing = request.deringing;
+  options.parallelFor = parallelFor(context);
+  context.progress("relight", 0.0);
+  auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights), {});
+  if (!relit) return relit.error();
+
+  // Draw, a row of pixels at a time
+  RenderedFrame frame;
+  frame.renderer = "cpu";
+  frame.resize(request.width, request.height, request.centres);
+  const CpuRenderer renderer(tracer, request, *relit, frame);
+  parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    for (std::size_t y = begin; y < end; ++y) renderer.row(static_cast<std::uint32_t>(y), rays, hits);
+  });
+  if (context.cancelled()) return cancelledError();
+  frame.frames = relit->frames;
+  if (relit->all) {
+    frame.bands = bandsName({relit->all->lumaBands(), relit->all->chromaBands()});
+    frame.passTimes = relit->all->passTimes();
+    frame.bufferBytes = relit->all->bufferSizes();
+  }
+  return frame;
+}
+
+}  // namespace relume

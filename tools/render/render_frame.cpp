@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// See render_frame.h.
+#include "tools/render/render_frame.h"
+
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include <cmath>
+
+namespace relume {
+namespace {
+
+glm::vec3 axis(const glm::mat4& m, int column) {
+  const glm::vec3 v(m[column]);
+  const float length = glm::length(v);
+  return length > 0.0f ? v / length : v;
+}
+
+// Radiance with albedo -> irradiance / pi, a channel at a time.
+glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
+  glm::vec3 result(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    if (albedo[c] > 0.0f) result[c] = radiance[c] / albedo[c];
+  }
+  return result;
+}
+
+}  // namespace
+
+const std::vector<std::string>& aovNames() {
+  static const std::vector<std::string> names{"indirect", "bounced", "direct",   "full", "unbounced",
+                                              "albedo",   "normal",  "position", "depth"};
+  return names;
+}
+
+bool needsBake(Aov aov) {
+  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::full || aov == Aov::unbounced;
+}
+
+void RenderedFrame::resize(std::uint32_t w, std::uint32_t h, bool centres) {
+  width = w;
+  height = h;
+  const std::size_t pixels = std::size_t{w} * h;
+  for (auto* layer : {&albedo, &emission, &direct, &indirect, &straight}) layer->assign(pixels, glm::vec3(0.0f));
+  if (!centres) return;
+  normal.assign(pixels, glm::vec3(0.0f));
+  position.assign(pixels, glm::vec3(0.0f));
+  depth.assign(pixels, 0.0f);
+}
+
+std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
+  std::vector<glm::vec3> image(std::size_t{f.width} * f.height);
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    switch (aov) {
+      case Aov::indirect:
+        image[i] = withoutAlbedo(f.indirect[i], f.albedo[i]);
+        break;
+      case Aov::bounced:
+        image[i] = withoutAlbedo(f.indirect[i] - f.straight[i], f.albedo[i]);
+        break;
+      case Aov::direct:
+        image[i] = withoutAlbedo(f.direct[i], f.albedo[i]);
+        break;
+      case Aov::full:
+        image[i] = f.direct[i] + f.indirect[i] + f.emission[i];
+        break;
+      case Aov::unbounced:
+        image[i] = f.direct[i] + f.straight[i] + f.emission[i];
+        break;
+      case Aov::albedo:
+        image[i] = f.albedo[i];
+        break;
+      case Aov::normal:
+        image[i] = f.normal[i];
+        break;
+      case Aov::position:
+        image[i] = f.position[i];
+        break;
+      case Aov::depth:
+        image[i] = glm::vec3(f.depth[i]);
+        break;
+    }
+  }
+  return image;
+}
+
+std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights) {
+  std::vector<Light> result;
+  for (const SceneLight& light : lights) {
+    LightKind kind = LightKind::point;
+    if (light.type == LightType::directional) kind = LightKind::directional;
+    if (light.type == LightType::spot) kind = LightKind::spot;
+    result.push_back({kind, light.intensity, light.positionWorld, light.direction, light.range, light.innerConeRad,
+                      light.outerConeRad});
+  }
+  return result;
+}
+
+Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& options, const Visibility& visibility,
+                             const std::function<void(const Relighter&)>& prepare) {
+  Relit relit;
+  if (!request.bake) return relit;
+  const std::vector<Light> lights = toRuntimeLights(request.lights);
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = visibility;
+  setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
+  setup.skyRadiance = request.skyRadiance;
+
+  // All light, after the frames asked for
+  auto all = Relighter::create(*request.bake, options);
+  if (!all) return all.error();
+  if (prepare) prepare(*all);
+  if (request.bounces > 0) {
+    for (int frame = 0; frame < request.bounces; ++frame) {
+      if (Status ok = all->relight(setup); !ok) return ok.error();
+    }
+    relit.frames = request.bounces;
+  } else {
+    const Result<int> frames = relightUntilConverged(*all, setup);
+    if (!frames) return frames.error();
+    relit.frames = *frames;
+  }
+  relit.all.emplace(std::move(*all));
+  if (!request.straight) return relit;
+
+  // What emitters and sky send straight to the caches: one frame with nothing reflected
+  auto straight = Relighter::create(*request.bake, options);
+  if (!straight) return straight.error();
+  if (prepare) prepare(*straight);
+  setup.lights = {};
+  setup.bounceScale = 0.0f;
+  if (Status ok = straight->relight(setup); !ok) return ok.error();
+  relit.straight.emplace(std::move(*straight));
+  return relit;
+}
+
+CameraRays::CameraRays(const Camera& camera, std::uint32_t w, std::uint32_t h)
+    : origin(camera.toWorld[3]),
+      forward(-axis(camera.toWorld, 2)),
+      orthographic(camera.orthographic),
+      width(static_cast<float>(w)),
+      height(static_cast<float>(h)) {
+  const float halfHeight = camera.orthographic ? camera.yMag : std::tan(0.5f * camera.yfovRad);
+  right = axis(camera.toWorld, 0) * (halfHeight * width / height);
+  up = axis(camera.toWorld, 1) * halfHeight;
+}
+
+void CameraRays::at(float x, float y, glm::vec3& originWorld, glm::vec3& direction) const {
+  const glm::vec3 offset = right * (2.0f * x / width - 1.0f) + up * (1.0f - 2.0f * y / height);
+  originWorld = orthographic ? origin + offset : origin;
+  direction = orthographic ? forward : glm::normalize(forward + offset);
+}
+
+}  // namespace relume

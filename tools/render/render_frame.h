@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// What `relume render` draws, independent of the backend: the request, the pixel sums that a backend returns, and the
+// images that are made of them.
+#pragma once
+
+#include "bake/base/context.h"
+#include "bake/scene/scene.h"
+#include "formats/bake_data.h"
+#include "formats/result.h"
+#include "runtime/relighter.h"
+#include "runtime/shared/bands.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+// An image that can be asked for. Irradiance layers are divided by pi and carry no albedo: where several surfaces share
+// a pixel they are the albedo-weighted mean, and zero where a channel's albedo is zero.
+enum class Aov {
+  indirect,   // irradiance / pi by links: reflected light, and what emitters and sky send
+  bounced,    // the same less what comes straight from emitters and sky: light reflected at least once
+  direct,     // irradiance / pi by punctual lights
+  full,       // radiance toward the camera: (direct + indirect) albedo + emission
+  unbounced,  // full less bounced times albedo: what the level would look like if nothing reflected light twice
+  albedo,
+  normal,
+  position,
+  depth,  // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+          // the pixel's centre; zero where nothing is hit
+};
+
+// Every name of Aov, in its order.
+const std::vector<std::string>& aovNames();
+bool needsBake(Aov aov);
+
+struct RenderRequest {
+  const Bake* bake = nullptr;  // null: no light over links
+  Camera camera;
+  std::vector<SceneLight> lights;           // the punctual lights that are on
+  bool emissive = false;                    // emitting surfaces are on
+  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  int bounces = 0;                          // [0..] frames from reset: light reflected so many times; 0 = converged
+  std::uint32_t width = 320, height = 180;  // [1..16384]
+  std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
+  std::uint32_t shadowSize = 2048;          // [64..8192] texels a side of a shadow map (GL)
+  Bands bands;                              // as RelightOptions
+  float deringing = 0.0f;                   // as RelightOptions
+  bool straight = false;                    // bounced or unbounced is wanted
+  bool centres = false;                     // normal, position or depth is wanted
+};
+
+// Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.
+struct RenderedFrame {
+  std::uint32_t width = 0, height = 0;
+  std::vector<glm::vec3> albedo, emission;  // emission: surfaces that are on, and the sky where nothing is hit
+  std::vector<glm::vec3> direct, indirect, straight;  // [W/m²/sr] reflected light by kind of arrival; straight: the
+                                                      // part of indirect that comes unreflected from emitters and sky
+  std::vector<glm::vec3> normal, position;            // at pixel centres; empty unless asked for
+  std::vector<float> depth;
+  int frames = 0;                   // relight frames run
+  std::vector<PassTime> passTimes;  // of the last relight frame
+  std::vector<std::pair<std::string, std::size_t>> bufferBytes;
+  std::string renderer;  // "cpu", or GL_RENDERER
+  std::string bands;     // that were lit, by name; empty without a bake
+
+  void resize(std::uint32_t w, std::uint32_t h, bool centres);
+};
+
+// The image of one layer. [Size width * height]
+std::vector<glm::vec3> composeAov(const RenderedFrame& frame, Aov aov);
+
+// Runtime lights of scene lights: the same fields.
+std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights);
+
+// The light a request asks for, after the frames it asks for; and the frame of unreflected emission and sky that
+// `bounced` subtracts. Both empty without a bake.
+struct Relit {
+  std::optional<Relighter> all, straight;
+  int frames = 0;
+};
+// `prepare` is called on each new relighter before its first frame: the GL backend sets its shadow maps there. Errors
+// of the relighter: the bake, or a light that it refuses.
+Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& options, const Visibility& visibility,
+                             const std::function<void(const Relighter&)>& prepare);
+
+// Rays through pixels of a camera: glTF axes, row 0 on top. Scale in the node's transform is ignored.
+struct CameraRays {
+  CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t height);
+  // Through the point (x, y) of the image [pixels].
+  void at(float x, float y, glm::vec3& originWorld, glm::vec3& direction) const;
+
+  glm::vec3 origin, right, up, forward;  // right and up span half the image at distance 1 (orthographic: half the view)
+  bool orthographic;
+  float width, height;
+};
+
+}  // namespace relume

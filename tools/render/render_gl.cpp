@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// See render_gl.h. The image is drawn in tiles of sub-pixels into float targets and boxed down here, so that its size
+// is bound by memory and not by the largest framebuffer.
+#include "tools/gl_scene/egl_context.h"
+
+#include "tools/gl_scene/gl_level.h"
+#include "tools/gl_scene/level_shader.h"
+#include "tools/gl_scene/shadow_maps.h"
+#include "tools/render/render_gl.h"
+
+#include <glm/ext/matrix_clip_space.hpp>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kTile = 1024;  // sub-pixels a side
+
+// Radiances with albedo, except normal and position. w of the albedo is 1 where something is hit.
+const char* kMain = R"(
+layout(location = 0) out vec4 outAlbedo;
+layout(location = 1) out vec4 outDirect;
+layout(location = 2) out vec4 outLinks;
+layout(location = 3) out vec4 outEmission;
+layout(location = 9) uniform float renderEmissive;
+layout(location = 10) uniform bool renderCentres;
+void main() {
+  if (!levelOpaque()) discard;
+  vec3 n = levelNormal(), p = levelPosition, albedo = levelAlbedo();
+  outAlbedo = vec4(albedo, 1.0);
+  if (renderCentres) {
+    outDirect = vec4(n, 0.0);
+    outLinks = vec4(p, 0.0);
+    outEmission = vec4(0.0);
+    return;
+  }
+  const float invPi = 0.31830988618;
+  outDirect = vec4(albedo * levelDirect(p, n) * invPi, 0.0);
+  outLinks = vec4(albedo * levelLinks(p, n) * invPi, 0.0);
+  outEmission = vec4(renderEmissive * levelEmission(), 0.0);
+}
+)";
+
+// Four float targets and a depth buffer of one tile.
+class Targets {
+ public:
+  Targets() : framebuffer_(GlFramebuffer::make()) {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    std::array<GLenum, 4> buffers{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      textures_[i] = storage(GL_RGBA32F);
+      buffers[i] = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i);
+      glFramebufferTexture2D(GL_FRAMEBUFFER, buffers[i], GL_TEXTURE_2D, textures_[i].name(), 0);
+    }
+    depth_ = storage(GL_DEPTH_COMPONENT32F);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
+    glDrawBuffers(4, buffers.data());
+  }
+  bool complete() const { return glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE; }
+  void begin(std::uint32_t width, std::uint32_t height) const {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_BLEND);
+    glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    glClearDepth(1.0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  }
+  // Pixels of one target, row 0 at the bottom.
+  void read(int target, std::uint32_t width, std::uint32_t height, std::vector<glm::vec4>& pixels) const {
+    pixels.resize(std::size_t{width} * height);
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
+    glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, pixels.data());
+  }
+
+ private:
+  static GlTexture storage(GLenum format) {
+    GlTexture texture = GlTexture::make();
+    glBindTexture(GL_TEXTURE_2D, texture.name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, kTile, kTile);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    return texture;
+  }
+
+  GlFramebuffer framebuffer_;
+  std::array<GlTexture, 4> textures_;
+  GlTexture depth_;
+};
+
+// A rectangle of pixels of the image.
+struct Tile {
+  std::uint32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+// Clip space of a tile, y up, from the world. Near and far enclose the level.
+glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Tile& tile) {
+  const CameraRays rays(request.camera, request.width, request.height);
+  const glm::mat4 view = glm::lookAt(rays.origin, rays.origin + rays.forward, glm::normalize(rays.up));
+  float far = 0.0f, nearest = 0.0f;
+  for (int i = 0; i < 8; ++i) {
+    const glm::vec3 corner((i & 1) ? level.boundsMax().x : level.boundsMin().x,
+                           (i & 2) ? level.boundsMax().y : level.boundsMin().y,
+                           (i & 4) ? level.boundsMax().z : level.boundsMin().z);
+    const float along = glm::dot(corner - rays.origin, rays.forward);
+    far = std::max(far, along);
+    nearest = i == 0 ? along : std::min(nearest, along);
+  }
+  far = 1.01f * far + 0.1f;
+  const float near = std::max({std::min(request.camera.znear, 0.05f), 1e-4f * far, 0.99f * nearest - 0.1f});
+  const float halfWidth = glm::length(rays.right), halfHeight = glm::length(rays.up);
+  const glm::mat4 project = rays.orthographic ? glm::ortho(-halfWidth, halfWidth, -halfHeight, halfHeight, 0.0f, far)
+                                              : glm::frustum(-halfWidth * near, halfWidth * near, -halfHeight * near,
+                                                             halfHeight * near, near, far);
+
+  // Stretch the tile's part of clip space over the whole of it.
+  const glm::vec2 size(request.width, request.height);
+  const glm::vec2 scale = size / glm::vec2(tile.width, tile.height);
+  const glm::vec2 centre = glm::vec2(tile.x, tile.y) + 0.5f * glm::vec2(tile.width, tile.height);
+  const glm::vec2 ndc(2.0f * centre.x / size.x - 1.0f, 1.0f - 2.0f * centre.y / size.y);
+  const glm::mat4 stretch =
+      glm::scale(glm::mat4(1.0f), glm::vec3(scale, 1.0f)) * glm::translate(glm::mat4(1.0f), glm::vec3(-ndc, 0.0f));
+  return stretch * project * view;
+}
+
+class GlRenderer {
+ public:
+  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets,
+             RenderedFrame& frame)
+      : request_(request), level_(level), program_(program), targets_(targets), frame_(frame) {}
+
+  // Draw a tile with supersampling and add it to the frame.
+  void shade(const Tile& tile, const Relit& relit) {
+    drawTile(tile, relit.all ? &*relit.all : nullptr, request_.samples, false);
+    box(0, tile, frame_.albedo);
+    box(1, tile, frame_.direct);
+    box(2, tile, frame_.indirect);
+    box(3, tile, frame_.emission);
+    addSky(tile);
+    if (!relit.straight) return;
+    drawTile(tile, &*relit.straight, request_.samples, false);
+    box(2, tile, frame_.straight);
+  }
+
+  // Normals, positions and depths at pixel centres.
+  void centres(const Tile& tile) {
+    drawTile(tile, nullptr, 1, true);
+    const CameraRays rays(request_.camera, request_.width, request_.height);
+    std::vector<glm::vec4> hit, normal, position;
+    targets_.read(0, tile.width, tile.height, hit);
+    targets_.read(1, tile.width, tile.height, normal);
+    targets_.read(2, tile.width, tile.height, position);
+    for (std::uint32_t y = 0; y < tile.height; ++y) {
+      for (std::uint32_t x = 0; x < tile.width; ++x) {
+        const std::size_t from = std::size_t{tile.height - 1 - y} * tile.width + x;
+        const std::size_t to = std::size_t{tile.y + y} * request_.width + tile.x + x;
+        if (hit[from].w == 0.0f) continue;
+        frame_.normal[to] = glm::vec3(normal[from]);
+        frame_.position[to] = glm::vec3(position[from]);
+        frame_.depth[to] = glm::dot(frame_.position[to] - rays.origin, rays.forward);
+      }
+    }
+  }
+
+ private:
+  void drawTile(const Tile& tile, const Relighter* relighter, std::uint32_t samples, bool centresOnly) const {
+    targets_.begin(tile.width * samples, tile.height * samples);
+    glUseProgram(program_);
+    glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
+    glUniform1i(10, centresOnly ? 1 : 0);
+    if (relighter) relighter->bindResolveInputs();
+    const glm::mat4 clip = tileClip(request_, level_, tile);
+    level_.draw(clip);
+    level_.drawDynamic(clip, {});
+  }
+
+  // Mean of the samples of each pixel of a target.
+  void box(int target, const Tile& tile, std::vector<glm::vec3>& layer) {
+    const std::uint32_t samples = request_.samples, width = tile.width * samples, height = tile.height * samples;
+    targets_.read(target, width, height, pixels_);
+    const float weight = 1.0f / static_cast<float>(samples * samples);
+    for (std::uint32_t y = 0; y < height; ++y) {
+      const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
+      for (std::uint32_t x = 0; x < width; ++x) {
+        layer[row + x / samples] += weight * glm::vec3(pixels_[std::size_t{y} * width + x]);
+      }
+    }
+  }
+
+  // The sky's radiance where nothing is hit.
+  void addSky(const Tile& tile) {
+    if (request_.skyRadiance == glm::vec3(0.0f)) return;
+    const std::uint32_t samples = request_.samples, width = tile.width * samples, height = tile.height * samples;
+    targets_.read(0, width, height, pixels_);
+    const float weight = 1.0f / static_cast<float>(samples * samples);
+    for (std::uint32_t y = 0; y < height; ++y) {
+      const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
+      for (std::uint32_t x = 0; x < width; ++x) {
+        frame_.emission[row + x / samples] +=
+            weight * (1.0f - pixels_[std::size_t{y} * width + x].w) * request_.skyRadiance;
+      }
+    }
+  }
+
+  const RenderRequest& request_;
+  const GlLevel& level_;
+  GLuint program_;
+  const Targets& targets_;
+  RenderedFrame& frame_;
+  std::vector<glm::vec4> pixels_;
+};
+
+std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples) {
+  const std::uint32_t side = std::max(kTile / samples, 1u);
+  std::vector<Tile> tiles;
+  for (std::uint32_t y = 0; y < request.height; y += side) {
+    for (std::uint32_t x = 0; x < request.width; x += side)
+      tiles.push_back({x, y, std::min(side, request.width - x), std::min(side, request.height - y)});
+  }
+  return tiles;
+}
+
+}  // namespace
+
+Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request, Context& context) {
+  auto egl = EglContext::create();
+  if (!egl) return egl.error();
+
+  // Level and shadow maps
+  auto level = GlLevel::create(scene, request.bake ? &request.bake->caches.lightmap : nullptr);
+  if (!level) return level.error();
+  auto shadows = ShadowMaps::create(request.shadowSize);
+  if (!shadows) return shadows.error();
+  const std::vector<Light> lights = toRuntimeLights(request.lights);
+  // Dynamic instances stand where the level has them, and cast shadows as all else.
+  const std::vector<glm::mat4> unmoved;  // where the level has them
+  if (Status ok = shadows->update(*level, lights, &unmoved); !ok) return ok.error();
+
+  // Relight
+  context.progress("relight", 0.0);
+  RelightOptions options;
+  options.backend = Backend::gl;
+  options.lumaBands = request.bands.luma;
+  options.chromaBands = request.bands.chroma;
+  options.deringing = request.deringing;
+  options.visibilityGlsl = ShadowMaps::glsl();
+  auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
+    shadows->setUniforms(relighter.surfelProgram());
+    shadows->bind();
+  });
+  if (!relit) return relit.error();
+
+  // Draw, tile by tile
+  auto program = makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain);
+  if (!program) return program.error();
+  shadows->setUniforms(program->name());
+  setLevelLights(program->name(), lights);
+  shadows->bind();
+  const Targets targets;
+  if (!targets.complete()) return Error{ErrorCode::unsupported, "OpenGL cannot draw into 32-bit float targets"};
+  RenderedFrame frame;
+  frame.renderer = "gl: " + egl->renderer();
+  frame.resize(request.width, request.height, request.centres);
+  GlRenderer renderer(request, *level, program->name(), targets, frame);
+  const std::vector<Tile> tiles = tilesOf(request, request.samples);
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    renderer.shade(tiles[i], *relit);
+    if (!context.progress("draw", static_cast<double>(i + 1) / static_cast<double>(tiles.size())))
+      return cancelledError();
+  }
+  if (request.centres) {
+    for (const Tile& tile : tilesOf(request, 1)) renderer.centres(tile);
+  }
+  frame.frames = relit->frames;
+  if (relit->all) {
+    frame.bands = bandsName({relit->all->lumaBands(), relit->all->chromaBands()});
+    frame.passTimes = relit->all->passTimes();
+    frame.bufferBytes = relit->all->bufferSizes();
+  }
+  return frame;
+}
+
+}  // namespace relume

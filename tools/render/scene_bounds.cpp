@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// See scene_bounds.h.
+#include "tools/render/scene_bounds.h"
+
+#include <glm/common.hpp>
+#include <glm/vec4.hpp>
+
+namespace relume {
+
+SceneBounds boundsOf(const Scene& scene) {
+  SceneBounds bounds;
+  for (const Instance& instance : scene.instances) {
+    for (const glm::vec3& p : scene.meshes[instance.mesh].position) {
+      const glm::vec3 world(instance.toWorld * glm::vec4(p, 1.0f));
+      bounds.min = bounds.empty ? world : glm::min(bounds.min, world);
+      bounds.max = bounds.empty ? world : glm::max(bounds.max, world);
+      bounds.empty = false;
+    }
+  }
+  return bounds;
+}
+
+}  // namespace relume

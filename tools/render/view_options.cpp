@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// See view_options.h.
+#include "tools/render/view_options.h"
+
+#include "bake/base/printed.h"
+#include "bake/scene/unit_vector.h"
+#include "formats/limits.h"
+#include "tools/base/parse_numbers.h"
+#include "tools/render/default_view.h"
+#include "tools/render/lights_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace relume {
+namespace {
+
+constexpr float kDefaultFovDeg = 60.0f;  // of --eye
+
+Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
+
+// "a, b, c" of the names in a list; "none" when it is empty.
+template <class Items>
+std::string namesOf(const Items& items) {
+  std::string text;
+  for (const auto& item : items) text += (text.empty() ? "\"" : ", \"") + item.name + "\"";
+  return text.empty() ? "none" : text;
+}
+
+Status readSize(const std::string& text, View& view) {
+  const std::size_t x = text.find('x');
+  if (x != std::string::npos) {
+    const auto width = wholeNumber(std::string_view(text).substr(0, x), 1, 16384);
+    const auto height = wholeNumber(std::string_view(text).substr(x + 1), 1, 16384);
+    if (width && height) {
+      view.width = static_cast<std::uint32_t>(*width);
+      view.height = static_cast<std::uint32_t>(*height);
+      return done();
+    }
+  }
+  return usage("--size: WIDTHxHEIGHT of 1..16384 pixels each expected, \"" + text + "\" found");
+}
+
+Result<glm::vec3> readPoint(const char* option, const std::string& text) {
+  const std::optional<glm::vec3> point = threeNumbers(text);
+  if (!point || !isWithin(*point, kMostLevelCoordinate))
+    return usage(std::string(option) + ": X,Y,Z in metres, within 1e8, expected, \"" + text + "\" found");
+  return *point;
+}
+
+// Vertical field of view [rad], or nothing when the options leave it to the camera.
+Result<std::optional<float>> readFov(const std::string& text) {
+  if (text.empty()) return std::optional<float>();
+  const std::optional<float> degrees = finiteNumber(text);
+  if (!degrees || *degrees < 1.0f || *degrees > 170.0f)
+    return usage("--fov: 1..170 degrees expected, \"" + text + "\" found");
+  return std::optional(glm::radians(*degrees));
+}
+
+Result<Camera> cameraAtEye(const ViewOptions& options, const std::optional<float>& fov) {
+  if (options.eye.empty() || options.target.empty()) return usage("--eye and --target go together: one is missing");
+  if (!options.camera.empty()) return usage("--camera and --eye exclude each other");
+  const auto eye = readPoint("--eye", options.eye), target = readPoint("--target", options.target);
+  if (!eye) return eye.error();
+  if (!target) return target.error();
+  if (unitVector(glm::dvec3(*target) - glm::dvec3(*eye)) == glm::dvec3(0.0))
+    return usage("--target: a point other than --eye's expected, both are " + options.eye);
+  return lookAt(*eye, *target, fov.value_or(glm::radians(kDefaultFovDeg)));
+}
+
+Result<Camera> chooseCamera(const ViewOptions& options, const Scene& scene, const View& view, Context& context) {
+  const auto fov = readFov(options.fov);
+  if (!fov) return fov.error();
+  if (!options.eye.empty() || !options.target.empty()) return cameraAtEye(options, *fov);
+  if (scene.cameras.empty() && options.camera.empty()) {
+    const float aspect = static_cast<float>(view.width) / static_cast<float>(view.height);
+    auto framed = frameLevel(scene, fov->value_or(glm::radians(kDefaultFovDeg)), aspect, context);
+    if (!framed) return framed.error();
+    context.message(Severity::info,
+                    printed("\"%s\" has no camera; the level is framed: --eye %.6g,%.6g,%.6g --target %.6g,%.6g,%.6g",
+                            scene.name.c_str(), framed->eye.x, framed->eye.y, framed->eye.z, framed->target.x,
+                            framed->target.y, framed->target.z));
+    return lookAt(framed->eye, framed->target, fov->value_or(glm::radians(kDefaultFovDeg)));
+  }
+  for (const Camera& camera : scene.cameras) {
+    if (camera.name != options.camera && !options.camera.empty()) continue;
+    if (*fov && camera.orthographic)
+      return usage("--fov: camera \"" + camera.name + "\" is orthographic, which has no field of view");
+    Camera chosen = camera;
+    chosen.yfovRad = fov->value_or(camera.yfovRad);
+    return chosen;
+  }
+  return usage("--camera: no camera \"" + options.camera + "\" in the scene; there are: " + namesOf(scene.cameras));
+}
+
+// Which lights are on. A name may stand for several lights: one glTF light on two nodes.
+Status chooseLights(const std::vector<std::string>& names, const Scene& scene, View& view) {
+  for (const std::string& name : names) {
+    if (names.size() > 1 && (name == "all" || name == "none")) return usage("--lights: \"" + name + "\" stands alone");
+    const bool all = name == "all";
+    bool known = all || name == "none" || name == "emissive";
+    if (all || name == "emissive") view.emissive = true;
+    for (const SceneLight& light : scene.lights) {
+      if (!all && light.name != name) continue;
+      view.lights.push_back(light);
+      known = true;
+    }
+    if (!known) {
+      return usage("--lights: no light \"" + name + "\" in the scene; there are: " + namesOf(scene.lights) +
+                   ", and emissive, all, none");
+    }
+  }
+  return done();
+}
+
+}  // namespace
+
+Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad) {
+  const glm::dvec3 back = unitVector(glm::dvec3(eye) - glm::dvec3(target));
+  // Straight up or down, the top of the image is -Z.
+  const glm::dvec3 up = std::abs(back.y) < 0.9999 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1);
+  const glm::dvec3 right = unitVector(glm::cross(up, back));
+  Camera camera;
+  camera.name = "eye";
+  camera.yfovRad = yfovRad;
+  camera.toWorld[0] = glm::vec4(glm::vec3(right), 0.0f);
+  camera.toWorld[1] = glm::vec4(glm::vec3(glm::cross(back, right)), 0.0f);
+  camera.toWorld[2] = glm::vec4(glm::vec3(back), 0.0f);
+  camera.toWorld[3] = glm::vec4(eye, 1.0f);
+  return camera;
+}
+
+void addViewOptions(CLI::App& command, ViewOptions& options) {
+  command.add_option("--camera", options.camera,
+                     "camera by name; default: the scene's first, or one that frames the level when it has none");
+  command.add_option("--eye", options.eye, "X,Y,Z [m]: look from here instead of from a camera; with --target");
+  command.add_option("--target", options.target, "X,Y,Z [m]: look at this point; with --eye");
+  command.add_option("--fov", options.fov,
+                     "vertical field of view [degrees], 1..170; default: the camera's, 60 with --eye");
+  command
+      .add_option(
+          "--lights", options.lights,
+          "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
+      ->delimiter(',')
+      ->capture_default_str();
+  command.add_option("--lights-file", options.lightsFile,
+                     "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
+                     "innerConeAngle, outerConeAngle}, as KHR_lights_punctual, but in W/sr and W/m^2 whatever "
+                     "--light-unit says");
+  command.add_option("--sky", options.sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")->capture_default_str();
+  command.add_option("--size", options.size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
+}
+
+Result<View> readView(const ViewOptions& options) {
+  View view;
+  if (Status ok = readSize(options.size, view); !ok) return ok.error();
+  const std::optional<glm::vec3> sky = threeNumbers(options.sky);
+  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMostRadiance))
+    return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
+  view.skyRadiance = *sky;
+  return view;
+}
+
+Status completeView(const ViewOptions& options, const Scene& scene, Context& context, View& view) {
+  auto camera = chooseCamera(options, scene, view, context);
+  if (!camera) return camera.error();
+  view.camera = *camera;
+  if (Status ok = chooseLights(options.lights, scene, view); !ok) return ok;
+  if (options.lightsFile.empty()) return done();
+  const auto more = readLightsFile(options.lightsFile);
+  if (!more) return more.error();
+  view.lights.insert(view.lights.end(), more->begin(), more->end());
+  return done();
+}
+
+}  // namespace relume

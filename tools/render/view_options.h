@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// What `render` and `reference` draw: camera, size, lights and sky, the same options in both.
+#pragma once
+
+#include "bake/base/context.h"
+#include "bake/scene/scene.h"
+#include "formats/result.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace relume {
+
+// As on the command line.
+struct ViewOptions {
+  std::string camera, eye, target, fov, size = "320x180", sky = "0,0,0", lightsFile;
+  std::vector<std::string> lights{"all"};
+};
+
+struct View {
+  Camera camera;
+  std::uint32_t width = 320, height = 180;  // [1..16384]
+  std::vector<SceneLight> lights;           // punctual lights that are on
+  bool emissive = false;                    // emitting surfaces are on
+  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+};
+
+void addViewOptions(CLI::App& command, ViewOptions& options);
+
+// Everything that can be known without the scene: size and sky. usage: the option that cannot be read.
+Result<View> readView(const ViewOptions& options);
+
+// Camera and lights of the scene. Where there is no camera, neither there nor in the options, the level is framed, and
+// a message says how to ask for the same view. usage: a name that the scene does not know, with those it knows; errors
+// of readLightsFile().
+Status completeView(const ViewOptions& options, const Scene& scene, Context& context, View& view);
+
+// A camera at `eye` that looks at `target`, upright. They must differ.
+Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad);
+
+}  // namespace relume

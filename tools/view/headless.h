@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The viewer without a window, for CI: N frames while a light moves, as PNG files.
+#pragma once
+
+#include "bake/scene/scene.h"
+#include "formats/bake_data.h"
+#include "formats/result.h"
+#include "tools/view/options.h"
+
+namespace relume {
+
+// unsupported: no EGL; io: not writable; usage: no such light; else as Viewer.
+Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& options);
+
+}  // namespace relume

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// relume-view: a window onto a level that is relit every frame; or, with --headless, frames of it as pictures.
+#include "bake/base/context.h"
+#include "bake/base/printed.h"
+#include "bake/import/load_scene.h"
+#include "tools/base/printable.h"
+#include "tools/compare/fit_bake.h"
+#include "tools/view/headless.h"
+#include "tools/view/options.h"
+#include "tools/view/window.h"
+
+#include <cstdio>
+#include <string_view>
+
+namespace {
+
+int fail(const relume::Error& error) {
+  std::fprintf(stderr, "relume-view: error: %s\n", relume::printableLines(error.message).c_str());
+  return relume::exitCode(error.code);
+}
+
+void say(relume::Severity severity, std::string_view text) {
+  if (severity == relume::Severity::info) return;
+  std::fprintf(stderr, "relume-view: warning: %s\n", relume::printableLines(text).c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace relume;
+  useClassicLocale();
+  const auto options = parseViewerOptions(argc, argv);
+  if (!options) return fail(options.error());
+  if (options->exitNow) return 0;
+  Context context;
+  context.onMessage = say;
+  const auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
+  if (!scene) return fail(scene.error());
+  const auto bake = readBakeOf(*scene, options->bake, options->scene, options->allowStale, context);
+  if (!bake) return fail(bake.error());
+  const Status status =
+      options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
+  return status ? 0 : fail(status.error());
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// See options.h.
+#include "tools/view/options.h"
+
+#include "tools/base/number_check.h"
+#include "tools/base/usage_message.h"
+
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+#include <iostream>
+
+namespace relume {
+namespace {
+
+bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto x = std::from_chars(text.data(), end, width);
+  if (x.ec != std::errc() || x.ptr == end || *x.ptr != 'x') return false;
+  const auto y = std::from_chars(x.ptr + 1, end, height);
+  return y.ec == std::errc() && y.ptr == end && width >= 16 && width <= 8192 && height >= 16 && height <= 8192;
+}
+
+}  // namespace
+
+Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
+  ViewerOptions o;
+  std::string size = "1280x720", bands;
+  CLI::App app{"Relume's viewer: fly through a level, move its lights, look at what the relighter does.",
+               "relume-view"};
+  app.set_version_flag("--version", RELUME_VERSION);
+  app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
+  app.add_option("--bake", o.bake, "bake of that scene (.relume)")->required();
+  app.add_option("--camera", o.camera, "camera to start from; default: the scene's first");
+  app.add_option("--lights", o.lights,
+                 "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--lights-file", o.lightsFile,
+                 "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
+                 "innerConeAngle, outerConeAngle}, as KHR_lights_punctual; as `relume render` reads it");
+  app.add_flag("--allow-stale", o.allowStale,
+               "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
+               "warning says so");
+  addSceneOptions(app, o.sceneOptions);
+  app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
+  app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
+  app.add_option("--exposure", o.exposure, "stops")->check(numberFrom(-30.0, 30.0))->capture_default_str();
+  app.add_option("--view", o.view, "what to shade with at the start")
+      ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
+      ->capture_default_str();
+  app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(kOverlayNames.begin(), kOverlayNames.end())));
+  app.add_option("--shadow-size", o.shadowSize, "texels along a side of a shadow map")
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str();
+  CLI::Option* headless =
+      app.add_option("--headless", o.headlessFrames, "draw so many frames without a window, a light moving")
+          ->check(CLI::Range(1, 100000));
+  app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")
+      ->needs(headless);
+  CLI::Option* output =
+      app.add_option("-o,--output", o.output, "folder of the headless frames (frame_0000.png, ...)")->needs(headless);
+  app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
+  headless->needs(output);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() != static_cast<int>(CLI::ExitCodes::Success))
+      return Error{ErrorCode::usage, usageMessage(app, e)};
+    app.exit(e);
+    o.exitNow = true;
+    return o;
+  }
+  if (!parseSize(size, o.width, o.height))
+    return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
+  if (!bands.empty()) {
+    const std::optional<Bands> named = bandsByName(bands);
+    if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
+    o.bands = *named;
+  }
+  return o;
+}
+
+}  // namespace relume

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The command line of relume-view.
+#pragma once
+
+#include "formats/result.h"
+#include "runtime/shared/bands.h"
+#include "tools/base/scene_options.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+inline constexpr std::array<const char*, 5> kViewNames{"full", "direct", "links", "albedo", "normal"};  // as ViewMode
+inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
+
+struct ViewerOptions {
+  std::string scene, bake, camera;
+  std::vector<std::string> lights{"all"};  // as `relume render`
+  std::string lightsFile;                  // as `relume render`; empty: none
+  SceneOptions sceneOptions;
+  bool allowStale = false;  // show a bake that is not of this scene
+  std::uint32_t width = 1280, height = 720;
+  std::uint32_t shadowSize = 2048;
+  std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
+  std::string moving;                 // that light; empty: the first that is on and has a place
+  std::string output;                 // folder of the headless frames
+  bool force = false;                 // frames may replace files that are no PNG images
+  Bands bands;                        // zeros: as the bake recommends
+  float exposure = 0.0f;              // [stops]
+  std::string view = "full";          // a name of kViewNames
+  std::vector<std::string> overlays;  // of kOverlayNames
+  bool exitNow = false;               // --help or --version were printed
+};
+
+// usage: unknown options, values out of their ranges.
+Result<ViewerOptions> parseViewerOptions(int argc, char** argv);
+
+}  // namespace relume

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT
+// See viewer.h.
+#include "tools/view/viewer.h"
+
+#include "formats/color.h"
+#include "tools/gl_scene/gl_program.h"
+#include "tools/gl_scene/level_shader.h"
+#include "tools/render/lights_file.h"
+#include "tools/view/display.h"
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+const char* kMain = R"(
+layout(location = 22) uniform int viewMode;
+layout(location = 23) uniform float viewEmission;
+layout(location = 0) out vec4 outColor;
+void main() {
+  if (!levelOpaque()) discard;
+  vec3 n = levelNormal(), p = levelPosition;
+  const float invPi = 0.31830988618;
+  vec3 color = vec3(0.0);
+  if (viewMode == 0) color = levelAlbedo() * invPi * (levelDirect(p, n) + levelLinks(p, n)) + viewEmission * levelEmission();
+  if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + viewEmission * levelEmission();
+  if (viewMode == 2) color = invPi * levelLinks(p, n);
+  if (viewMode == 3) color = levelAlbedo();
+  if (viewMode == 4) color = 0.5 * n + 0.5;
+  outColor = vec4(display(color), 1.0);
+}
+)";
+
+const char* kLightmapVertex = R"(#version 430
+out vec2 uv;
+void main() {
+  uv = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+  gl_Position = vec4(uv * 2.0 - 1.0, 0.0, 1.0);
+}
+)";
+
+// Mean radiance of the texels' caches: coefficient 0 of Y, Co, Cg times y_0^0.
+const char* kLightmapMain = R"(
+in vec2 uv;
+layout(binding = 0) uniform sampler2DArray lightY;
+layout(binding = 1) uniform sampler2DArray lightCo;
+layout(binding = 2) uniform sampler2DArray lightCg;
+out vec4 outColor;
+void main() {
+  vec3 at = vec3(uv.x, 1.0 - uv.y, 0.0);
+  vec3 c = 0.2820948 * vec3(texture(lightY, at).x, texture(lightCo, at).x, texture(lightCg, at).x);
+  float t = c.x - c.z;
+  outColor = vec4(display(vec3(t + c.y, c.x + c.z, t - c.y)), 1.0);
+}
+)";
+
+double nowMs() {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::vector<Light> activeLights(const ViewState& state) {
+  std::vector<Light> lights;
+  for (const ViewedLight& viewed : state.lights) {
+    if (!viewed.on) continue;
+    lights.push_back(viewed.light);
+    lights.back().intensity *= std::exp2(viewed.stops);
+  }
+  return lights;
+}
+
+// As GlLevel::drawDynamic() wants them.
+std::vector<glm::mat4> movesOf(const ViewState& state) {
+  std::vector<glm::mat4> moved;
+  for (const ViewedObject& object : state.objects)
+    moved.push_back(glm::translate(glm::mat4(1.0f), object.position - object.home));
+  return moved;
+}
+
+Light toRuntime(const SceneLight& light) {
+  const LightKind kind = light.type == LightType::directional ? LightKind::directional
+                         : light.type == LightType::spot      ? LightKind::spot
+                                                              : LightKind::point;
+  return {kind,        light.intensity,    light.positionWorld, light.direction,
+          light.range, light.innerConeRad, light.outerConeRad};
+}
+
+// Which lights of the scene are on at the start.
+Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
+  const auto named = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
+  for (const SceneLight& light : scene.lights)
+    state.lights.push_back(
+        {light.name, toRuntime(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
+  for (const std::string& name : names) {
+    const bool known =
+        name == "all" || name == "none" || name == "emissive" ||
+        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
+    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
+  }
+  return done();
+}
+
+// The lights of a file are on.
+Status addFileLights(const std::string& path, ViewState& state) {
+  if (path.empty()) return done();
+  const Result<std::vector<SceneLight>> lights = readLightsFile(path);
+  if (!lights) return lights.error();
+  for (const SceneLight& light : *lights) {
+    const std::string name = light.name.empty() ? "light " + std::to_string(state.lights.size() + 1) : light.name;
+    state.lights.push_back({name, toRuntime(light), true, 0.0f, false, light.positionWorld});
+  }
+  return done();
+}
+
+}  // namespace
+
+Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands) {
+  auto level = GlLevel::create(scene, &bake.caches.lightmap);
+  if (!level) return level.error();
+  auto shadows = ShadowMaps::create(shadowSize);
+  if (!shadows) return shadows.error();
+  RelightOptions options;
+  options.backend = Backend::gl;
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
+  options.visibilityGlsl = ShadowMaps::glsl();
+  auto relighter = Relighter::create(bake, options);
+  if (!relighter) return relighter.error();
+  Viewer viewer(bake, std::move(*level), std::move(*shadows), std::move(*relighter));
+  auto program = makeLevelProgram(&viewer.relighter_, displayGlsl() + kMain);
+  if (!program) return program.error();
+  auto lightmapProgram = linkProgram("light map", kLightmapVertex, "#version 430\n" + displayGlsl() + kLightmapMain);
+  if (!lightmapProgram) return lightmapProgram.error();
+  auto surfels = Discs::create(bake.surfels.positionWorld, bake.surfels.normal);
+  if (!surfels) return surfels.error();
+  auto caches = Discs::create(bake.caches.positionWorld, bake.caches.normal);
+  if (!caches) return caches.error();
+  viewer.program_ = std::move(*program);
+  viewer.lightmapProgram_ = std::move(*lightmapProgram);
+  viewer.surfels_.emplace(std::move(*surfels));
+  viewer.caches_.emplace(std::move(*caches));
+  viewer.nothing_ = GlVertexArray::make();
+  return viewer;
+}
+
+Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height,
+                    bool encode) {
+  // Shadow maps
+  const double begin = nowMs();
+  const std::vector<Light> lights = activeLights(state);
+  const std::vector<glm::mat4> moved = movesOf(state);
+  if (Status ok = shadows_.update(level_, lights, &moved); !ok) return ok;
+  glFinish();
+  const double shadowed = nowMs();
+
+  // Light over links
+  if (state.relight) {
+    shadows_.setUniforms(relighter_.surfelProgram());
+    shadows_.bind();
+    LightSetup setup;
+    setup.lights = lights;
+    setup.emissionScale = glm::vec3(state.emission);
+    setup.skyRadiance = state.sky;
+    setup.bounceScale = state.bounceScale;
+    if (Status ok = relighter_.relight(setup); !ok) return ok;
+  }
+
+  // The level and what is laid over it
+  const double relit = nowMs();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  const glm::vec3 sky = 1.0f - glm::exp(-std::exp2(state.exposure) * state.sky);
+  const auto shown = [&](float c) { return encode ? linearToSrgb(c) : c; };
+  glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
+  glClearDepth(1.0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
+  const float far = size + glm::length(state.camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
+  const glm::mat4 clip = state.camera.clipFromWorld(static_cast<float>(width) / static_cast<float>(height),
+                                                    std::max(0.02f, 5e-4f * far), far);
+  drawLevel(state, lights, moved, clip, encode);
+  drawOverlays(state, clip, width, height, encode);
+  glFinish();
+  times_ = {{"shadow maps", shadowed - begin}};
+  for (const PassTime& pass : relighter_.passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  times_.emplace_back("draw", nowMs() - relit);
+  return done();
+}
+
+void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
+                       const glm::mat4& clip, bool encode) const {
+  shadows_.setUniforms(program_.name());
+  setLevelLights(program_.name(), lights);
+  glUseProgram(program_.name());
+  setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
+  glUniform1i(22, static_cast<int>(state.mode));
+  glUniform1f(23, state.emission);
+  relighter_.bindResolveInputs();
+  shadows_.bind();
+  level_.draw(clip);
+  level_.drawDynamic(clip, moved);
+}
+
+void Viewer::drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
+                          bool encode) const {
+  if (state.surfels) {
+    const float radius = std::sqrt(bake_->surfels.areaEach / std::numbers::pi_v<float>);
+    surfels_->draw(surfelColors(), 0.9f * radius, clip, state.camera.position, state.exposure, encode);
+  }
+  if (state.caches) {
+    const float size = glm::length(level_.boundsMax() - level_.boundsMin());
+    caches_->draw(cacheColors(), 1.5e-3f * size, clip, state.camera.position, state.exposure, encode);
+  }
+  if (state.lightmap && bake_->caches.lightmap.width > 0) drawLightmap(state, width, height, encode);
+}
+
+// The light map in the lower right corner.
+void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const {
+  const auto side = static_cast<GLsizei>(std::min(width, height) * 2 / 3);
+  glViewport(static_cast<GLint>(width) - side, 0, side, side);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(lightmapProgram_.name());
+  setDisplay(state.exposure, encode);
+  const GlResolveInputs inputs = relighter_.glResolveInputs();
+  const GLuint textures[] = {inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
+  for (GLuint i = 0; i < 3; ++i) {
+    glActiveTexture(GL_TEXTURE0 + i);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[i]);
+  }
+  glActiveTexture(GL_TEXTURE0);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  glBindVertexArray(0);
+  glEnable(GL_DEPTH_TEST);
+}
+
+// Radiance of each surfel: radiosity over pi.
+std::vector<glm::vec3> Viewer::surfelColors() const {
+  const std::vector<glm::vec3> radiosity = relighter_.nodeRadiosity();
+  std::vector<glm::vec3> colors(bake_->surfels.count());
+  for (std::size_t s = 0; s < colors.size(); ++s)
+    colors[s] = radiosity[bake_->hierarchy.leafNode[s]] * std::numbers::inv_pi_v<float>;
+  return colors;
+}
+
+// Mean radiance around each cache.
+std::vector<glm::vec3> Viewer::cacheColors() const {
+  const std::vector<float> c = relighter_.cacheCoefficients();
+  const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
+  const auto luma = static_cast<std::size_t>(relighter_.lumaBands() * relighter_.lumaBands());
+  const auto chroma = static_cast<std::size_t>(relighter_.chromaBands() * relighter_.chromaBands());
+  std::vector<glm::vec3> colors(bake_->caches.count());
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    const float* at = c.data() + i * stride;
+    colors[i] = yCoCgToRgb(0.2820948f * glm::vec3(at[0], at[luma], at[luma + chroma]));
+  }
+  return colors;
+}
+
+Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
+  ViewState state;
+  bool found = scene.cameras.empty() && options.camera.empty();
+  for (const Camera& c : scene.cameras) {
+    if (found || (!options.camera.empty() && c.name != options.camera)) continue;
+    state.camera = FlyCamera::from(c);
+    found = true;
+  }
+  if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
+  if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
+  if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
+  for (const MovingNode& node : movingNodes(scene))
+    state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
+  state.exposure = options.exposure;
+  state.mode =
+      static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
+  const auto wanted = [&](const char* name) {
+    return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
+  };
+  state.surfels = wanted("surfels");
+  state.caches = wanted("caches");
+  state.lightmap = wanted("lightmap");
+  return state;
+}
+
+void animate(ViewState& state, double seconds) {
+  for (ViewedLight& viewed : state.lights) {
+    if (!viewed.orbits) continue;
+    const auto angle = static_cast<float>(seconds);
+    if (viewed.light.kind == LightKind::directional) {
+      viewed.light.direction = glm::normalize(glm::vec3(0.8f * std::cos(angle), -0.75f, 0.8f * std::sin(angle)));
+    } else {
+      viewed.light.positionWorld = viewed.home + glm::vec3(std::cos(angle) - 1.0f, 0.0f, std::sin(angle)) * 0.8f;
+    }
+  }
+}
+
+}  // namespace relume
