@@ -4,43 +4,28 @@
 
 #include "formats/decimal.h"
 #include "formats/sh.h"
+#include "runtime/backend.h"
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
-#include "runtime/cpu/cpu_backend.h"
-#include "runtime/cpu/simd.h"
-#if defined(RELUME_HAS_GL)
-#include "runtime/gl/gl_backend.h"
-#endif
-#include "runtime/shared/pack_color.h"
+#include "runtime/shared/resolve.h"
 
 namespace relume {
 
-#if !defined(RELUME_HAS_GL)
-namespace gl {
-// Stands where the OpenGL backend would, in a build without it; never made.
-class GlBackend {};
-}  // namespace gl
-#endif
-
-// One of the two backends is there. What it reads of the bake's arrays every frame is shared, not copied; the rest is
-// let go.
 struct Relighter::State {
-  Bake bake;
+  Caches caches;  // what look-ups read; shares the bake's arrays
+  LinkKind linkKind = LinkKind::cone;
+  std::uint64_t sceneHash = 0;
   std::size_t surfelCount = 0, skyPatchCount = 0;
   bool surfelArrays = true;
   int lumaBands = 1, chromaBands = 1;
   float deringing = 0.0f;
-  std::unique_ptr<cpu::CpuBackend> cpu;
-  std::unique_ptr<gl::GlBackend> gl;
+  BackendKind kind = BackendKind::cpu;
+  std::unique_ptr<Backend> backend;
   std::vector<Light> lights;  // this frame's, with directions of length 1
 
-  cpu::CacheLight cacheLight() const {
-#if defined(RELUME_HAS_GL)
-    cpu::CacheLight light = gl ? cpu::CacheLight{lumaBands, chromaBands, gl->coefficients()} : cpu->cacheLight();
-#else
-    cpu::CacheLight light = cpu->cacheLight();
-#endif
-    light.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
+  CacheLight cacheLight() const {
+    CacheLight light{lumaBands, chromaBands, backend->coefficients()};
+    light.irradianceOnMap = linkKind == LinkKind::irradiance;
     light.guessBands = true;
     light.deringing = deringing;
     return light;
@@ -94,31 +79,20 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
     return usage("deringing is " + decimal(options.deringing) + ", expected 0 to 1");
   }
   state->deringing = options.deringing;
-  state->bake = shareArrays(bake);
+  const Bake shared = shareArrays(bake);
+  state->caches = shared.caches;
+  state->linkKind = bake.links.kind;
+  state->sceneHash = bake.provenance.sceneHash;
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
-  state->surfelArrays = options.surfelArrays || options.backend != Backend::cpu;
-  if (options.backend == Backend::cpu) {
-    const Simd simd = cpu::chooseSimd(options.simd);
-    if (simd == Simd::best)
-      return usage("this processor or this build lacks the instruction set asked for in RelightOptions::simd");
-    state->cpu = std::make_unique<cpu::CpuBackend>(state->bake, state->lumaBands, state->chromaBands, simd,
-                                                   options.parallelFor, options.surfelArrays);
-    state->bake.surfels = {};
-    state->bake.hierarchy = {};
-    state->bake.links = {};
-    state->bake.links.kind = bake.links.kind;
-    return Relighter(std::move(state));
-  }
-#if defined(RELUME_HAS_GL)
-  Result<std::unique_ptr<gl::GlBackend>> made = gl::GlBackend::create(state->bake, state->lumaBands, state->chromaBands,
-                                                                      options.visibilityGlsl, options.deringing);
-  if (!made) return made.error();
-  state->gl = std::move(*made);
+  state->kind = options.backend;
+  state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
+  const BackendRequest request{state->lumaBands, state->chromaBands, options};
+  Result<std::unique_ptr<Backend>> backend =
+      options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
+  if (!backend) return backend.error();
+  state->backend = std::move(*backend);
   return Relighter(std::move(state));
-#else
-  return Error{ErrorCode::unsupported, "this build of the runtime has no OpenGL backend (RELUME_BUILD_GL is off)"};
-#endif
 }
 
 Relighter::Relighter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -131,10 +105,7 @@ Status Relighter::relight(const LightSetup& setup) {
   LightSetup applied = setup;
   normaliseLights(setup.lights, state_->lights);
   applied.lights = state_->lights;
-  if (state_->cpu) state_->cpu->relight(applied);
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) state_->gl->relight(applied);
-#endif
+  state_->backend->relight(applied);
   return done();
 }
 
@@ -145,16 +116,11 @@ Status Relighter::check(const LightSetup& setup) const {
   return checkSetup(setup, state_->surfelCount, state_->skyPatchCount);
 }
 
-void Relighter::reset() {
-  if (state_->cpu) state_->cpu->reset();
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) state_->gl->reset();
-#endif
-}
+void Relighter::reset() { state_->backend->reset(); }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                           const glm::vec3& geometricNormal) const {
-  return cpu::irradianceOnLightmap(state_->bake.caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
+  return relume::irradianceOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
 }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
@@ -162,7 +128,7 @@ glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm
 }
 
 glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  return cpu::irradianceInGrid(state_->bake.caches, state_->cacheLight(), positionWorld, normal);
+  return relume::irradianceInGrid(state_->caches, state_->cacheLight(), positionWorld, normal);
 }
 
 std::vector<float> Relighter::cacheCoefficients() const {
@@ -170,66 +136,23 @@ std::vector<float> Relighter::cacheCoefficients() const {
   return std::vector<float>(all.begin(), all.end());
 }
 
-std::vector<glm::vec3> Relighter::nodeRadiosity() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->nodeRadiosity();
-#endif
-  std::vector<glm::vec3> radiosity;
-  radiosity.reserve(state_->cpu->nodes().size());
-  for (const std::uint32_t node : state_->cpu->nodes()) radiosity.push_back(unpackColor(node));
-  return radiosity;
-}
+std::vector<glm::vec3> Relighter::nodeRadiosity() const { return state_->backend->nodeRadiosity(); }
 
-std::uint64_t Relighter::sceneHash() const { return state_->bake.provenance.sceneHash; }
-
+std::uint64_t Relighter::sceneHash() const { return state_->sceneHash; }
 int Relighter::lumaBands() const { return state_->lumaBands; }
 int Relighter::chromaBands() const { return state_->chromaBands; }
 
 int Relighter::coefficientsPerCache() const {
-  return static_cast<int>(cpu::CacheLight{state_->lumaBands, state_->chromaBands, {}, false}.stride());
+  return static_cast<int>(CacheLight{state_->lumaBands, state_->chromaBands, {}}.stride());
 }
 
-Backend Relighter::backend() const { return state_->cpu ? Backend::cpu : Backend::gl; }
-
-std::vector<PassTime> Relighter::passTimes() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->passTimes();
-#endif
-  return state_->cpu->passTimes();
-}
+BackendKind Relighter::backend() const { return state_->kind; }
+std::vector<PassTime> Relighter::passTimes() const { return state_->backend->passTimes(); }
 
 std::vector<std::pair<std::string, std::size_t>> Relighter::bufferSizes() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->bufferSizes();
-#endif
-  return state_->cpu->bufferSizes();
+  return state_->backend->bufferSizes();
 }
 
-GlResolveInputs Relighter::glResolveInputs() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->resolveInputs();
-#endif
-  return {};
-}
-
-std::string Relighter::resolveGlsl() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->resolveGlsl();
-#endif
-  return {};
-}
-
-void Relighter::bindResolveInputs() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) state_->gl->bindResolveInputs();
-#endif
-}
-
-std::uint32_t Relighter::surfelProgram() const {
-#if defined(RELUME_HAS_GL)
-  if (state_->gl) return state_->gl->surfelProgram();
-#endif
-  return 0;
-}
+const GlResolve* Relighter::gl() const { return state_->backend->gl(); }
 
 }  // namespace relume

@@ -7,7 +7,7 @@
 //   (3) pull                 radiosity averaged up the hierarchy
 //   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients, and
 //   (5) copy                 at once to the texels that hold them, dilation included
-//   (6) resolve              per pixel, in the host's shader (resolveGlsl()) or by irradianceOnLightmap() and
+//   (6) resolve              per pixel, in the host's shader (GlResolve::glsl()) or by irradianceOnLightmap() and
 //                            irradianceInGrid() here
 //
 // Threads. Several Relighters may share one Bake, whose arrays they keep alive, and run at the same time. Of one
@@ -38,7 +38,7 @@
 
 namespace relume {
 
-enum class Backend { cpu, gl };
+enum class BackendKind { cpu, gl };
 
 // Runs body(0) .. body(tasks - 1), in any order, returning when all are done. The host's job system; the default is a
 // plain loop on the calling thread.
@@ -48,7 +48,7 @@ using ParallelFor = std::function<void(std::uint32_t tasks, const std::function<
 enum class Simd { best, baseline, avx2, avx512 };
 
 struct RelightOptions {
-  Backend backend = Backend::cpu;
+  BackendKind backend = BackendKind::cpu;
   int lumaBands = 0;    // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
   int chromaBands = 0;  // [0, 1..lumaBands] 0 = what the bake recommends
   float deringing =
@@ -59,8 +59,8 @@ struct RelightOptions {
   // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.
   bool surfelArrays = true;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
-  // uniforms and samplers it needs (the host sets them through surfelProgram(), textures on units of its own below
-  // 12). Empty = nothing is in shadow.
+  // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), textures on units of its own
+  // below 12). Empty = nothing is in shadow.
   std::string visibilityGlsl{};
 };
 
@@ -78,6 +78,21 @@ struct GlResolveInputs {
   std::uint32_t caches = 0;          // SSBO of the grid's caches: packed halves, Y then Co then Cg coefficients
   std::uint32_t gridIndex = 0;       // SSBO: cache of each grid point
   std::uint32_t uniforms = 0;        // UBO: grid placement, bands, sizes
+};
+
+// Step 6 in the host's own shaders, and the surfel pass for its shadows. The relighter's context must be current.
+class GlResolve {
+ public:
+  virtual ~GlResolve() = default;
+  virtual GlResolveInputs inputs() const = 0;
+  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
+  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots
+  // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
+  virtual const std::string& glsl() const = 0;
+  // Bind all inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
+  virtual void bind() const = 0;
+  // GL program of step 2, for the host's shadow uniforms.
+  virtual std::uint32_t surfelProgram() const = 0;
 };
 
 class Relighter {
@@ -124,20 +139,13 @@ class Relighter {
   [[nodiscard]] int lumaBands() const;
   [[nodiscard]] int chromaBands() const;
   [[nodiscard]] int coefficientsPerCache() const;
-  [[nodiscard]] Backend backend() const;
+  [[nodiscard]] BackendKind backend() const;
   [[nodiscard]] std::vector<PassTime> passTimes() const;
   // Name and bytes of each buffer the runtime holds or reads every frame.
   [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
-  // GL backend only; zero and empty on the CPU.
-  [[nodiscard]] GlResolveInputs glResolveInputs() const;
-  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
-  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots
-  // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
-  [[nodiscard]] std::string resolveGlsl() const;
-  // Bind all resolve inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
-  void bindResolveInputs() const;
-  [[nodiscard]] std::uint32_t surfelProgram() const;  // GL program of step 2, for the host's shadow uniforms
+  // What only the GL backend has; null on the CPU. Lives as long as this relighter.
+  [[nodiscard]] const GlResolve* gl() const;
 
  private:
   struct State;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Step 6, for the host's shaders: irradiance [W/m²] by indirect light at a receiver (PIC 3.2). runtime/cpu/resolve.h says
+// Step 6, for the host's shaders: irradiance [W/m²] by indirect light at a receiver (PIC 3.2). runtime/shared/resolve.h says
 // what is computed; a test runs both.
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n)            uv of Lightmap::cornerUv, front or back set
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal)
@@ -18,7 +18,7 @@
 #define RELUME_LAYER_USED(layer) ((layer) != 3 && (layer) != 7 && (layer) != 8 && (layer) < 13)
 // One chroma band beside more luma bands: chroma follows luma's lobe.
 #define RELUME_CHROMA_FOLLOWS (RELUME_CHROMA_BANDS == 1 && RELUME_LUMA_BANDS > 1)
-// RELUME_GUESS_BANDS: guess what two bands lack (runtime/cpu/resolve.h); RELUME_DERINGING: lambda (formats/sh.h). Bounces do
+// RELUME_GUESS_BANDS: guess what two bands lack (runtime/shared/resolve.h); RELUME_DERINGING: lambda (formats/sh.h). Bounces do
 // without either.
 #ifndef RELUME_GUESS_BANDS
 #define RELUME_GUESS_BANDS 0

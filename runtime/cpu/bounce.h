@@ -6,8 +6,8 @@
 
 #include "formats/bake_data.h"
 #include "runtime/cpu/light_surfels_job.h"
-#include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/resolve.h"
 
 #include <array>
 #include <span>

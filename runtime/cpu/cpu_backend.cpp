@@ -3,6 +3,8 @@
 #include "runtime/cpu/cpu_backend.h"
 
 #include "runtime/cpu/light_surfels.h"
+#include "runtime/cpu/simd.h"
+#include "runtime/shared/pack_color.h"
 
 #include <algorithm>
 #include <chrono>
@@ -60,6 +62,13 @@ void CpuBackend::reset() {
   std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
 }
 
+std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
+  std::vector<glm::vec3> radiosity;
+  radiosity.reserve(node_.size());
+  for (const std::uint32_t node : node_) radiosity.push_back(unpackColor(node));
+  return radiosity;
+}
+
 std::vector<PassTime> CpuBackend::passTimes() const {
   return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
 }
@@ -78,3 +87,17 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
 }
 
 }  // namespace relume::cpu
+
+namespace relume {
+
+Result<std::unique_ptr<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request) {
+  const RelightOptions& options = request.options;
+  const Simd simd = cpu::chooseSimd(options.simd);
+  if (simd == Simd::best)
+    return Error{ErrorCode::usage,
+                 "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
+  return std::unique_ptr<Backend>(std::make_unique<cpu::CpuBackend>(bake, request.lumaBands, request.chromaBands, simd,
+                                                                    options.parallelFor, options.surfelArrays));
+}
+
+}  // namespace relume

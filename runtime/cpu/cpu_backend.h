@@ -4,12 +4,13 @@
 #pragma once
 
 #include "formats/bake_data.h"
+#include "runtime/backend.h"
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/pull.h"
-#include "runtime/cpu/resolve.h"
 #include "runtime/cpu/surfel_set.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/resolve.h"
 
 #include <array>
 #include <string>
@@ -18,29 +19,29 @@
 
 namespace relume::cpu {
 
-class CpuBackend {
+class CpuBackend final : public Backend {
  public:
-  // The bake must pass checkBake(). Its caches must outlive this; the rest is read here only. `simd` must be
-  // one that this processor has. No parallelFor = one thread. surfelArrays: see RelightOptions.
+  // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
+  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions.
   CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
              bool surfelArrays = true);
 
-  // One frame. `setup` must pass checkSetup().
-  void relight(const LightSetup& setup);
-  void reset();
-
-  CacheLight cacheLight() const {
-    return {lumaBands_, chromaBands_, {coefficients_.data(), coefficientCount_}, links_.kind() == LinkKind::irradiance};
-  }
-  std::span<const std::uint32_t> nodes() const { return node_; }  // radiosity [W/m²] (runtime/shared/pack_color.h)
-  std::vector<PassTime> passTimes() const;
-  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+  void relight(const LightSetup& setup) override;
+  void reset() override;
+  std::span<const float> coefficients() const override { return {coefficients_.data(), coefficientCount_}; }
+  std::vector<glm::vec3> nodeRadiosity() const override;
+  std::vector<PassTime> passTimes() const override;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
 
  private:
   CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
              std::vector<std::uint32_t> order);
 
-  const Caches& caches_;
+  CacheLight cacheLight() const {
+    return {lumaBands_, chromaBands_, coefficients(), links_.kind() == LinkKind::irradiance};
+  }
+
+  Caches caches_;
   LinkSet links_;
   int lumaBands_, chromaBands_;
   LightCachesKernel cachesKernel_;
@@ -49,7 +50,7 @@ class CpuBackend {
   Bounce bounce_;
   SurfelSet surfels_;
   PullTree tree_;
-  std::vector<std::uint32_t> node_;  // [Size nodes]
+  std::vector<std::uint32_t> node_;  // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
   std::uint32_t firstMapCache_;
   std::size_t coefficientCount_;     // n_C * stride
   std::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]

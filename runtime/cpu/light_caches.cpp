@@ -81,9 +81,8 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards,
                  std::uint32_t firstMapCache) {
   static const std::array<float, kMaxCoefficients> kSh8Scale = makeSh8Scale();
-  LightCachesJob grid;
+  LightCachesJob grid{links.rows()};
   grid.node = node.data();
-  links.describe(grid);
   grid.lumaStride = lumaBands * lumaBands;
   grid.chromaStride = chromaBands * chromaBands;
   grid.sh8Scale = kSh8Scale.data();

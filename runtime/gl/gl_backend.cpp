@@ -155,9 +155,20 @@ std::vector<PassTime> GlBackend::passTimes() const {
   return {{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}};
 }
 
-GlResolveInputs GlBackend::resolveInputs() const {
+GlResolveInputs GlBackend::inputs() const {
   return {gpu_.mapY.get(),   gpu_.mapCo.get(),     gpu_.mapCg.get(),  gpu_.mapNormal.get(),
           gpu_.caches.get(), gpu_.gridCache.get(), gpu_.resolve.get()};
 }
 
 }  // namespace relume::gl
+
+namespace relume {
+
+Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
+  Result<std::unique_ptr<gl::GlBackend>> made = gl::GlBackend::create(
+      bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl, request.options.deringing);
+  if (!made) return made.error();
+  return std::unique_ptr<Backend>(std::move(*made));
+}
+
+}  // namespace relume

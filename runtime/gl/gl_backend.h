@@ -2,42 +2,41 @@
 // The OpenGL backend: steps 2 to 5 in order, and the only place with barriers.
 #pragma once
 
+#include "runtime/backend.h"
 #include "runtime/gl/passes.h"
 #include "runtime/gl/timer.h"
-#include "runtime/relighter.h"
 
 #include <memory>
 #include <string>
 
 namespace relume::gl {
 
-class GlBackend {
+class GlBackend final : public Backend, public GlResolve {
  public:
-  // The bake must pass checkBake() and outlive this; a context must be current, here and in every other call.
+  // The bake must pass checkBake(); its arrays are kept. A context must be current, here and in every other call.
   // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log. renderer: the name of the driver that
   // work groups are to suit; null = the one that runs here.
   static Result<std::unique_ptr<GlBackend>> create(const Bake& bake, int lumaBands, int chromaBands,
                                                    std::string_view visibilityGlsl, float deringing = 0.0f,
                                                    const char* renderer = nullptr);
 
-  // One frame. `setup` must pass checkSetup().
-  void relight(const LightSetup& setup);
-  void reset();
+  void relight(const LightSetup& setup) override;
+  void reset() override;
+  std::span<const float> coefficients() const override;
+  std::vector<glm::vec3> nodeRadiosity() const override;
+  std::vector<PassTime> passTimes() const override;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return gpu_.bufferSizes(); }
+  const GlResolve* gl() const override { return this; }
 
-  // [W/m²/sr] as cpu::CacheLight lays them out; read back once a frame.
-  std::span<const float> coefficients() const;
-  std::vector<glm::vec3> nodeRadiosity() const;  // [W/m²]
-  std::vector<PassTime> passTimes() const;
-  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const { return gpu_.bufferSizes(); }
-  GlResolveInputs resolveInputs() const;
-  std::string resolveGlsl() const { return resolveGlsl_; }
-  void bindResolveInputs() const { bindResolve(gpu_); }
-  GLuint surfelProgram() const { return surfels_.program(); }
+  GlResolveInputs inputs() const override;
+  const std::string& glsl() const override { return resolveGlsl_; }
+  void bind() const override { bindResolve(gpu_); }
+  std::uint32_t surfelProgram() const override { return surfels_.program(); }
 
  private:
   GlBackend(const Bake& bake, int lumaBands, int chromaBands) : bake_(bake), luma_(lumaBands), chroma_(chromaBands) {}
 
-  const Bake& bake_;
+  Bake bake_;  // shares the arrays
   int luma_, chroma_;
   GpuBake gpu_;
   BouncePass bounce_;

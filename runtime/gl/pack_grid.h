@@ -6,7 +6,7 @@
 #include "formats/caches.h"
 #include "formats/grid_depth.h"
 #include "formats/limits.h"
-#include "runtime/cpu/resolve.h"
+#include "runtime/shared/resolve.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace relume::gl {
 
 static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
-static_assert(RELUME_MOST_COORDINATE == kMostCoordinate && RELUME_MOST_NORMAL2 == cpu::kMostNormal2);
+static_assert(RELUME_MOST_COORDINATE == kMostCoordinate && RELUME_MOST_NORMAL2 == kMostNormal2);
 
 struct PackedGrid {
   std::vector<std::uint32_t> words;

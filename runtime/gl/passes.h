@@ -19,7 +19,7 @@ CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands
 
 // Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
 // are the light map's, whose bands are those of mapBands()) when a shader is compiled. irradianceOnMap: see
-// cpu::CacheLight.
+// CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands,
                                                              bool irradianceOnMap = false);
 // The same for the host's receivers: with what two bands lack guessed, and de-ringing.

@@ -150,25 +150,24 @@ struct FourfoldLinks {
 // Nothing when the links cannot be packed again.
 std::optional<FourfoldLinks> makeFourfold(const Links& links) {
   if (links.kind != LinkKind::oct6) return std::nullopt;
-  const cpu::LinkSet set(links);
-  cpu::LightCachesJob job;
-  set.describe(job);
-  if (job.kind != cpu::kRepackedLinks) return std::nullopt;
+  const LinkSet set(links);
+  const LinkRows rows = set.rows();
+  if (rows.kind != kRepackedLinks) return std::nullopt;
   FourfoldLinks out;
-  out.nodeSteps = static_cast<int>(job.nodeSteps);
+  out.nodeSteps = static_cast<int>(rows.nodeSteps);
   out.rowBegin.push_back(0);
   for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
     const std::uint32_t begin = links.rowBegin[cache], end = links.rowBegin[cache + 1];
     out.rows.push_back(out.rowBegin.back());
-    for (std::uint32_t k = 0; k < job.nodeSteps; k += 2) {
-      const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache + k;
-      out.rows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < job.nodeSteps ? step[1] : step[0]} << 16);
+    for (std::uint32_t k = 0; k < rows.nodeSteps; k += 2) {
+      const std::uint16_t* step = rows.nodeStep + std::size_t{rows.nodeSteps} * cache + k;
+      out.rows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < rows.nodeSteps ? step[1] : step[0]} << 16);
     }
-    out.words.insert(out.words.end(), job.word + begin, job.word + end);
+    out.words.insert(out.words.end(), rows.word + begin, rows.word + end);
     out.words.resize((out.words.size() + 3) / 4 * 4, 0);
     for (std::uint32_t i = begin; i < end; ++i) {
       if ((i - begin) % 4 == 0) out.transfers.push_back(0);
-      out.transfers.back() |= std::uint32_t{job.transfer[i]} << (8 * ((i - begin) % 4));
+      out.transfers.back() |= std::uint32_t{rows.transfer[i]} << (8 * ((i - begin) % 4));
     }
     out.rowBegin.push_back(static_cast<std::uint32_t>(out.transfers.size()));
   }

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace relume::cpu {
+namespace relume {
 namespace {
 
 // Links that the widest vector may read behind the last one.
@@ -69,22 +69,24 @@ void LinkSet::packAgain() {
   links_.shape = {};
 }
 
-void LinkSet::describe(LightCachesJob& job) const {
-  job.rowBegin = links_.rowBegin.data();
-  job.kind = word_.empty() ? static_cast<std::uint32_t>(links_.kind) : kRepackedLinks;
-  job.cone = reinterpret_cast<const std::uint32_t*>(links_.cone.data());
-  job.shNode = links_.shNode.data();
-  job.shCoefficients = links_.shCoefficients.data();
-  job.shHalfCount = links_.shCoefficients.size();
-  job.shStride = links_.bands * links_.bands;
-  job.head = links_.head.data();
-  job.shape = links_.shape.data();
-  job.shapeBytes = 4 * links_.shape.size();
-  job.gridLinks = static_cast<std::uint32_t>(links_.kind == LinkKind::irradiance ? links_.shape.size() : 0);
-  job.word = word_.data();
-  job.transfer = transfer_.data();
-  job.nodeStep = nodeStep_.data();
-  job.nodeSteps = steps_;
+LinkRows LinkSet::rows() const {
+  LinkRows rows;
+  rows.rowBegin = links_.rowBegin.data();
+  rows.kind = word_.empty() ? static_cast<std::uint32_t>(links_.kind) : kRepackedLinks;
+  rows.cone = reinterpret_cast<const std::uint32_t*>(links_.cone.data());
+  rows.shNode = links_.shNode.data();
+  rows.shCoefficients = links_.shCoefficients.data();
+  rows.shHalfCount = links_.shCoefficients.size();
+  rows.shStride = links_.bands * links_.bands;
+  rows.head = links_.head.data();
+  rows.shape = links_.shape.data();
+  rows.shapeBytes = 4 * links_.shape.size();
+  rows.gridLinks = static_cast<std::uint32_t>(links_.kind == LinkKind::irradiance ? links_.shape.size() : 0);
+  rows.word = word_.data();
+  rows.transfer = transfer_.data();
+  rows.nodeStep = nodeStep_.data();
+  rows.nodeSteps = steps_;
+  return rows;
 }
 
 float LinkSet::rounding(const Links& baked, std::uint32_t i) const {
@@ -99,4 +101,4 @@ std::size_t LinkSet::bytes() const {
          bytes(links_.head) + bytes(links_.shape) + bytes(word_) + bytes(transfer_) + bytes(nodeStep_);
 }
 
-}  // namespace relume::cpu
+}  // namespace relume

@@ -6,20 +6,20 @@
 #pragma once
 
 #include "formats/links.h"
-#include "runtime/cpu/light_caches_job.h"
+#include "runtime/shared/link_rows.h"
 
 #include <cstdint>
 #include <vector>
 
-namespace relume::cpu {
+namespace relume {
 
 class LinkSet {
  public:
   // Links that passed checkBake().
   explicit LinkSet(const Links& links);
 
-  // Rows and links of `job`.
-  void describe(LightCachesJob& job) const;
+  // The arrays; they live as long as this.
+  LinkRows rows() const;
   std::uint32_t cacheCount() const { return links_.cacheCount(); }
   std::uint32_t count() const { return links_.count(); }
   LinkKind kind() const { return links_.kind; }
@@ -38,4 +38,4 @@ class LinkSet {
   std::uint32_t steps_ = 0;
 };
 
-}  // namespace relume::cpu
+}  // namespace relume

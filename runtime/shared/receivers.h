@@ -31,7 +31,7 @@ inline ReceiverKind receiverKind(const Caches& caches, const Surfels& surfels, s
   constexpr float kFlat = 0.97f;
   if (surfels.receiver[s] == kGridReceiver) return ReceiverKind::gridded;
   if (!normalsCount) return ReceiverKind::flat;
-  const cpu::Stencil stencil = cpu::lightmapStencil(caches, unpackUnorm16x2(surfels.receiver[s]));
+  const Stencil stencil = lightmapStencil(caches, unpackUnorm16x2(surfels.receiver[s]));
   float sum = 0.0f;
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
     sum += stencil.weight[k] * glm::dot(caches.normal[stencil.cache[k]], surfels.normal[s]);
@@ -45,7 +45,7 @@ constexpr std::uint32_t kMostShare = 1023;
 // Append those of surfel s, whose shares add up to 1; returns how many [0..16].
 inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s,
                                       std::vector<std::uint32_t>& shares) {
-  const cpu::Stencil stencil = cpu::gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
+  const Stencil stencil = gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();
   std::uint32_t count = 0;
   // Hand what rounding leaves from one to the next, so that the shares add up to 1.

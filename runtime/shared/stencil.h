@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <array>
 
-namespace relume::cpu {
+namespace relume {
 
 // The four texels around a point and its place between them. Texel centres are at (i + 0.5) / size; beyond the outer
 // ones the map is constant.
@@ -149,4 +149,4 @@ inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld,
   return stencil;
 }
 
-}  // namespace relume::cpu
+}  // namespace relume

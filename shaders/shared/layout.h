@@ -31,7 +31,7 @@
 #define RELUME_IMAGE_CO 1
 #define RELUME_IMAGE_CG 2
 
-// Resolve: in the host's shaders and in the bounce. A host may define these before resolveGlsl().
+// Resolve: in the host's shaders and in the bounce. A host may define these before GlResolve::glsl().
 #ifndef RELUME_RESOLVE_UNIT_Y
 #define RELUME_RESOLVE_UNIT_Y 12  // texture unit of the light map's Y coefficients
 #endif
@@ -54,7 +54,7 @@
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve
 #endif
 
-// What receivers may have: formats/limits.h, runtime/cpu/resolve.h.
+// What receivers may have: formats/limits.h, runtime/shared/resolve.h.
 #define RELUME_MOST_COORDINATE 1e9f  // [m]
 #define RELUME_MOST_NORMAL2 4.0f
 

@@ -112,7 +112,7 @@ void main() {
 )";
 
 Result<GLuint> resolveProgram(const Relighter& relighter) {
-  const std::string text = "#version 430\n" + relighter.resolveGlsl() + kMain;
+  const std::string text = "#version 430\n" + relighter.gl()->glsl() + kMain;
   const char* source = text.c_str();
   const GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
   GLint linked = 0;
@@ -123,7 +123,7 @@ Result<GLuint> resolveProgram(const Relighter& relighter) {
 
 Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<Receiver>& receivers, int frames) {
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   Result<Relighter> relighter = Relighter::create(bake, options);
@@ -148,7 +148,7 @@ Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<
     if (Status ok = relighter->relight(setup); !ok) return ok.error();
     glFinish();
     times.caches = std::min(times.caches, passMs(*relighter, "caches"));
-    relighter->bindResolveInputs();
+    relighter->gl()->bind();
     for (GLuint k = 0; k < 2; ++k) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, k, buffers[k]);
     glUseProgram(*program);
     glProgramUniform1ui(*program, glGetUniformLocation(*program, "count"), static_cast<GLuint>(receivers.size()));

@@ -69,7 +69,7 @@ void registerScene(const Scene& scene, bool gl) {
   both.parallelFor = [](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) { two.run(tasks, body); };
   baseline.simd = Simd::baseline;
   avx2.simd = Simd::avx2;
-  opengl.backend = Backend::gl;
+  opengl.backend = BackendKind::gl;
   for (const char* pass : {"surfels", "pull", "caches", "frame"}) {
     add(pass, "cpu1", one);
     add(pass, "cpu2", both);

@@ -51,7 +51,7 @@ Scene twoRooms(float wall) {
 // What receivers read of caches whose value is valueAt(their position).
 float readGrid(const Caches& caches, const glm::vec3& p, const glm::vec3& n,
                const std::function<float(const glm::vec3&)>& valueAt) {
-  const cpu::Stencil stencil = cpu::gridStencil(caches, p, n);
+  const Stencil stencil = gridStencil(caches, p, n);
   float sum = 0.0f;
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k)
     sum += stencil.weight[k] * valueAt(caches.positionWorld[stencil.cache[k]]);

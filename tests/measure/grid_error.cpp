@@ -6,8 +6,8 @@
 #include "bake/base/parallel.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
-#include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/resolve.h"
 #include "tests/measure/traced_light.h"
 
 #include <algorithm>
@@ -43,12 +43,12 @@ struct Figures : TracedError {
 };
 
 // tooBright: the mean excess over receivers that have less than a tenth of the mean light, over that mean.
-Figures compare(const std::vector<Receiver>& receivers, const Caches& caches, const cpu::CacheLight& light) {
+Figures compare(const std::vector<Receiver>& receivers, const Caches& caches, const CacheLight& light) {
   std::vector<glm::vec3> found;
   double mean = 0.0, excess = 0.0, dark = 0.0;
   for (const Receiver& r : receivers) mean += static_cast<double>(r.truth().y) / static_cast<double>(receivers.size());
   for (const Receiver& r : receivers) {
-    found.push_back(cpu::irradianceInGrid(caches, light, r.position, r.normal));
+    found.push_back(irradianceInGrid(caches, light, r.position, r.normal));
     if (static_cast<double>(r.truth().y) < 0.1 * mean) {
       excess += std::max(0.0f, found.back().y - r.truth().y);
       dark += 1.0;
@@ -100,8 +100,8 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     if (const auto lit = relightUntilConverged(*relighter, setup); !lit)
       return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
     const std::vector<float> coefficients = relighter->cacheCoefficients();
-    const cpu::CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients,
-                                baked->links.kind == LinkKind::irradiance};
+    const CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients,
+                           baked->links.kind == LinkKind::irradiance};
     const CacheGrid& grid = baked->caches.grid;
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());

@@ -3,8 +3,8 @@
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
-#include "runtime/cpu/resolve.h"
 #include "runtime/shared/pack_color.h"
+#include "runtime/shared/resolve.h"
 
 #include "formats/color.h"
 #include "formats/compact_links.h"
@@ -121,7 +121,7 @@ TEST(PackColor, isRightToAStepForAllSizesAndToMuchLessInTheMean) {
 std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> nodes, std::uint32_t cache, int luma,
                            int chroma) {
   const Links& links = bake.links;
-  const cpu::LinkSet set(links);
+  const LinkSet set(links);
   std::vector<double> sum(static_cast<std::size_t>(luma * luma + 2 * chroma * chroma), 0.0);
   for (std::uint32_t k = links.rowBegin[cache]; k < links.rowBegin[cache + 1]; ++k) {
     std::vector<double> c(64, 0.0);
@@ -193,7 +193,7 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
       const auto y = static_cast<std::size_t>(luma * luma), c = static_cast<std::size_t>(chroma * chroma);
       const std::size_t stride = y + 2 * c;
       std::vector<float> found(bake.caches.count() * stride, -1.0f);
-      cpu::lightCaches(kernel, cpu::LinkSet(bake.links), nodes, luma, chroma, found, onTwoThreads);
+      cpu::lightCaches(kernel, LinkSet(bake.links), nodes, luma, chroma, found, onTwoThreads);
       for (std::size_t i = 0; i < found.size(); ++i) {
         const std::vector<double>& all = expected[i / stride];
         const std::size_t k = i % stride;
@@ -222,7 +222,7 @@ TEST(LightCachesOfManyNodes, findTheirNodes) {
   std::uint32_t last = 0;
   for (std::uint32_t i = 0; i < bake.links.count(); ++i) last = std::max(last, bake.links.node(i));
   ASSERT_GT(last, 2u << 16);
-  const cpu::LinkSet set(bake.links);
+  const LinkSet set(bake.links);
   EXPECT_LT(set.bytes(), 5 * bake.links.count() + 12 * bake.caches.count() + 64);
   const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
   for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
@@ -268,7 +268,7 @@ TEST_P(LightCachesRows, ofOddSizesAndShort) {
         if (!kernel) continue;
         std::vector<float> found(bake.caches.count() * stride);
         const int b = static_cast<int>(bands);
-        cpu::lightCaches(kernel, cpu::LinkSet(bake.links), nodes, b, b, found, {});
+        cpu::lightCaches(kernel, LinkSet(bake.links), nodes, b, b, found, {});
         for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
           for (std::size_t i = 0; i < stride; ++i)
@@ -287,13 +287,13 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
   const std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), packColor(glm::vec3(kPi), 0.5f));
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
-    const cpu::CacheLight light{luma, chroma, coefficients, true};
+    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
+    const CacheLight light{luma, chroma, coefficients, true};
     for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;
       const glm::vec2 uv = unpackUnorm16x2(bake.surfels.receiver[s]);
       for (const glm::vec3& n : {bake.surfels.normal[s], glm::normalize(glm::vec3(1, 2, 3))}) {
-        EXPECT_NEAR(cpu::irradianceOnLightmap(bake.caches, light, uv, n).g, kPi, 0.005 * kPi);
+        EXPECT_NEAR(irradianceOnLightmap(bake.caches, light, uv, n).g, kPi, 0.005 * kPi);
       }
     }
   }

@@ -3,8 +3,8 @@
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
-#include "runtime/cpu/resolve.h"
 #include "runtime/relighter.h"
+#include "runtime/shared/resolve.h"
 #include "runtime/shared/stencil.h"
 
 #include "formats/color.h"
@@ -28,7 +28,7 @@ using test::kPi, test::randomNodes, test::surfelsKernels;
 struct TwoTexels {
   Caches caches;
   std::vector<float> coefficients;
-  cpu::CacheLight light;
+  CacheLight light;
 
   TwoTexels(int luma, int chroma, std::vector<std::uint32_t> texels) {
     caches.positionWorld = std::vector<glm::vec3>(2, glm::vec3(0.0f));
@@ -65,7 +65,7 @@ TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       const TwoTexels map(luma, chroma, {0, 1});
       // A quarter of the way between the texel centres: radiance 1.5.
-      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.375f, 0.3f}, {0, 0, 1});
+      const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.375f, 0.3f}, {0, 0, 1});
       const float want = static_cast<float>(1.5 * kPi);
       EXPECT_NEAR(e.r, want, 2e-3f) << luma << " " << chroma;
       EXPECT_NEAR(e.g, 0.5f * want, 2e-3f) << luma << " " << chroma;
@@ -77,17 +77,17 @@ TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
 TEST(ResolveLightmap, texelsWithoutACacheCountNothing) {
   const TwoTexels map(4, 4, {kNoCache, 1});
   const float want = static_cast<float>(3.0 * kPi);
-  EXPECT_NEAR(cpu::irradianceOnLightmap(map.caches, map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
-  EXPECT_EQ(cpu::irradianceOnLightmap(map.caches, map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+  EXPECT_NEAR(irradianceOnLightmap(map.caches, map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
+  EXPECT_EQ(irradianceOnLightmap(map.caches, map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
   const TwoTexels empty(4, 4, {kNoCache, kNoCache});
-  EXPECT_EQ(cpu::irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+  EXPECT_EQ(irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
 }
 
 TEST(ResolveLightmap, isNeverNegativeAndTakesAnyCoordinate) {
   const TwoTexels map(4, 4, {0, 1});
   const float nan = std::nanf("");
   for (const glm::vec2 uv : {glm::vec2(-5, 9), glm::vec2(1e30f, 0), glm::vec2(nan, nan)}) {
-    const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, uv, {0, 0, -1});
+    const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, uv, {0, 0, -1});
     EXPECT_GE(e.r, 0.0f);
     EXPECT_GE(e.g, 0.0f);
     EXPECT_GE(e.b, 0.0f);
@@ -98,7 +98,7 @@ TEST(ResolveLightmap, tiltedNormalsBlendToTheClampedCosine) {
   const TwoTexels map(4, 4, {0, 0});
   const glm::vec3 tilted(std::sin(1.2f), 0.0f, std::cos(1.2f));
   const float want = irradianceAtSurface(4, std::span<const float>(map.coefficients).first(16), tilted, {0, 0, 1});
-  const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+  const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
   EXPECT_NEAR(rgbToYCoCg(e).x, want, 1e-4f);
 }
 
@@ -107,10 +107,10 @@ TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
     const TwoTexels map(luma, chroma, {0, 0});
     for (float angle = 0.0f; angle < 1.04f; angle += 0.05f) {
       const glm::vec3 tilted(std::sin(angle), 0.0f, std::cos(angle));
-      const glm::vec3 e = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+      const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
       EXPECT_NEAR(e.r, kPi, 0.01 * kPi) << luma << " bands, angle " << angle;
       // A normal map on the cache's own plane turns away from light, as it should.
-      const glm::vec3 mapped = cpu::irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
+      const glm::vec3 mapped = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
       const double caught = luma > 1 ? 0.5 + 0.5 * std::cos(angle) : 1.0;
       EXPECT_NEAR(mapped.r, kPi * caught, 0.05 * kPi) << luma << " bands, angle " << angle;
     }
@@ -165,20 +165,20 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   const auto full = static_cast<float>(2 * std::sqrt(kPi));
   coefficients[0] = full;
   coefficients[48] = 3.0f * full;
-  const cpu::CacheLight light{4, 4, coefficients, false};
+  const CacheLight light{4, 4, coefficients, false};
   const auto pi = static_cast<float>(kPi);
   const glm::vec3 side(0, 1, 0);
   // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(caches, light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
   // Facing +X from the middle: weight 1 ahead, 0.05² behind.
   const float behind = 0.05f * 0.05f;
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind),
+  EXPECT_NEAR(irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind),
               1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
-  EXPECT_NEAR(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
-  EXPECT_EQ(cpu::irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
+  EXPECT_EQ(irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
 }
 
 // What is decided once and read from tables gives what the general resolve gives, for all kinds of receivers.
@@ -196,8 +196,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
       std::vector<float> coefficients(count + 8);
-      cpu::lightCaches(cpu::lightCachesBaseline, cpu::LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
-      const cpu::CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
+      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
+      const CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
       cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma);
       cpu::LightSurfelsJob job;
       packed.describe(job);
@@ -219,17 +219,16 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
           const bool grid = surfels.receiver[s] == kGridReceiver;
           gridLit += grid ? 1 : 0;
           const glm::vec3 want =
-              grid ? cpu::irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
-                   : cpu::irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]),
-                                               surfels.normal[s]);
+              grid ? irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
+                   : irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
           const glm::vec3 found =
               2.0f * (glm::vec3(e[slot], e[cpu::kSurfelBlock + slot], e[2 * cpu::kSurfelBlock + slot]) - 0.25f);
           // Up to 14 degrees a surfel takes the light of its caches' own normals.
           const float cosine =
               grid ? 0.0f
                    : glm::dot(surfels.normal[s],
-                              cpu::stencilNormal(bake.caches, cpu::lightmapStencil(
-                                                                  bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
+                              stencilNormal(bake.caches,
+                                            lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
           const float tolerance = cosine > 0.97f && cosine < 0.9999f ? 0.1f : 0.02f;
           ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f)
               << "surfel " << s << " bands " << luma << " " << chroma;

@@ -21,7 +21,7 @@ using test::difference;
 
 class GlBands : public test::GlTest {};
 
-Relighter make(const Bake& bake, Backend backend, int luma, int chroma, float deringing = 0.0f) {
+Relighter make(const Bake& bake, BackendKind backend, int luma, int chroma, float deringing = 0.0f) {
   RelightOptions options;
   options.backend = backend;
   options.lumaBands = luma;
@@ -58,10 +58,10 @@ struct Irradiances {
 };
 
 Irradiances byShader(const Relighter& gl, const std::vector<float>& in) {
-  gl.bindResolveInputs();
+  gl.gl()->bind();
   const std::size_t count = in.size() / 8;
   const std::vector<float> found = test::runCompute(
-      gl.resolveGlsl(),
+      gl.gl()->glsl(),
       "uint k = 8u * i; vec3 n = vec3(inData[k+2u], inData[k+3u], inData[k+4u]);\n"
       "vec3 plane = normalize(n + vec3(0.4, -0.3, 0.2));\n"
       "vec3 a = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, plane);\n"
@@ -115,14 +115,14 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       if (!all && luma > 3 && chroma != 1 + luma % 5) continue;
       SCOPED_TRACE("Y" + std::to_string(luma) + "Co" + std::to_string(chroma) + "Cg" + std::to_string(chroma));
-      Relighter cpu = make(bake, Backend::cpu, luma, chroma), gl = make(bake, Backend::gl, luma, chroma);
+      Relighter cpu = make(bake, BackendKind::cpu, luma, chroma), gl = make(bake, BackendKind::gl, luma, chroma);
       ASSERT_EQ(gl.coefficientsPerCache(), luma * luma + 2 * chroma * chroma);
       for (int frame = 0; frame < 2; ++frame) {
         EXPECT_TRUE(cpu.relight(setup));
         EXPECT_TRUE(gl.relight(setup));
       }
       EXPECT_LT(coefficientDifference(cpu, gl), 0.005);
-      const GlResolveInputs inputs = gl.glResolveInputs();
+      const GlResolveInputs inputs = gl.gl()->inputs();
       expectLayers(inputs.lightmapY, luma);
       expectLayers(inputs.lightmapCo, chroma);
       expectLayers(inputs.lightmapCg, chroma);
@@ -142,7 +142,8 @@ TEST_F(GlBands, deringingAgreesAndChangesBentReceiversOnly) {
   setup.lights = lights;
   const std::vector<float> in = receivers(2000);
   for (const auto& [luma, chroma] : {std::pair{2, 1}, {2, 2}, {3, 2}, {5, 5}}) {
-    Relighter plain = make(bake, Backend::gl, luma, chroma), windowed = make(bake, Backend::gl, luma, chroma, 0.05f);
+    Relighter plain = make(bake, BackendKind::gl, luma, chroma),
+              windowed = make(bake, BackendKind::gl, luma, chroma, 0.05f);
     EXPECT_TRUE(plain.relight(setup));
     EXPECT_TRUE(windowed.relight(setup));
     const Irradiances shader = byShader(windowed, in), same = byCpu(windowed, in), before = byCpu(plain, in);

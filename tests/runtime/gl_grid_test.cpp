@@ -15,7 +15,7 @@ namespace {
 
 class GlGrid : public test::GlTest {};
 
-Relighter light(const Bake& bake, Backend backend) {
+Relighter light(const Bake& bake, BackendKind backend) {
   RelightOptions options;
   options.backend = backend;
   options.lumaBands = 3;
@@ -49,12 +49,12 @@ std::vector<float> receivers(const CacheGrid& grid) {
 }
 
 void expectSame(const Bake& bake) {
-  const Relighter cpu = light(bake, Backend::cpu), gl = light(bake, Backend::gl);
+  const Relighter cpu = light(bake, BackendKind::cpu), gl = light(bake, BackendKind::gl);
   const std::vector<float> in = receivers(bake.caches.grid);
   const std::size_t count = in.size() / 6;
-  gl.bindResolveInputs();
+  gl.gl()->bind();
   const std::vector<float> found =
-      test::runCompute(gl.resolveGlsl(),
+      test::runCompute(gl.gl()->glsl(),
                        "uint k = 6u * i; vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), "
                        "vec3(inData[k+3u], inData[k+4u], inData[k+5u]));\n"
                        "for (int j = 0; j < 3; ++j) outData[3u*i+uint(j)] = e[j];\n",
@@ -84,14 +84,14 @@ void expectSame(const Bake& bake) {
 // The shader answers for any bits that a host may hand over as the CPU does, on the grid and on the light map.
 TEST_F(GlGrid, receiversThatAreNowhereReadNothing) {
   const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
-  const Relighter cpu = light(bake, Backend::cpu), gl = light(bake, Backend::gl);
+  const Relighter cpu = light(bake, BackendKind::cpu), gl = light(bake, BackendKind::gl);
   const std::vector<test::WeirdReceiver> receivers = test::weirdReceivers();
   std::vector<float> in;
   for (const test::WeirdReceiver& r : receivers)
     in.insert(in.end(), {r.position.x, r.position.y, r.position.z, r.normal.x, r.normal.y, r.normal.z});
-  gl.bindResolveInputs();
+  gl.gl()->bind();
   const std::vector<float> found = test::runCompute(
-      gl.resolveGlsl(),
+      gl.gl()->glsl(),
       "uint k = 6u * i; vec3 n = vec3(inData[k+3u], inData[k+4u], inData[k+5u]);\n"
       "vec3 e = relumeIrradianceGrid(vec3(inData[k], inData[k+1u], inData[k+2u]), n);\n"
       "vec3 m = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, vec3(0, 1, 0));\n"

@@ -35,7 +35,8 @@ using test::coefficientDifference, test::difference;
 
 class GlRelighter : public test::GlTest {};
 
-Relighter make(const Bake& bake, Backend backend, int luma = 0, int chroma = 0, const std::string& visibility = {}) {
+Relighter make(const Bake& bake, BackendKind backend, int luma = 0, int chroma = 0,
+               const std::string& visibility = {}) {
   RelightOptions options;
   options.backend = backend;
   options.lumaBands = luma;
@@ -62,7 +63,7 @@ TEST(GlRelighterWithoutContext, isRefused) {
   if (!probe) GTEST_SKIP() << probe.error().message;
   { const EglContext ended = *EglContext::create(); }
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, ErrorCode::unsupported);
@@ -75,7 +76,7 @@ TEST_F(GlRelighter, surfelPassAgrees) {
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.5f, 0.7f, 1.0f};
-  Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+  Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
   const auto leaves = [&bake](const Relighter& relighter) {
     const std::vector<glm::vec3> all = relighter.nodeRadiosity();
     std::vector<glm::vec3> picked;
@@ -123,7 +124,7 @@ TEST_F(GlRelighter, lightBeyondHalvesLeavesWithItsFrames) {
   for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
     const Bake bake = test::makeSyntheticBake(room(kind, 4));
     strong[0].positionWorld = strong[2].positionWorld = bake.surfels.positionWorld[0];
-    Relighter blinded = make(bake, Backend::gl), fresh = make(bake, Backend::gl);
+    Relighter blinded = make(bake, BackendKind::gl), fresh = make(bake, BackendKind::gl);
     LightSetup setup;
     setup.lights = strong;
     setup.emissionScale = setup.skyRadiance = glm::vec3(1e20f);
@@ -157,7 +158,7 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
     const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
-    Relighter cpu = make(bake, Backend::cpu, luma, chroma), gl = make(bake, Backend::gl, luma, chroma);
+    Relighter cpu = make(bake, BackendKind::cpu, luma, chroma), gl = make(bake, BackendKind::gl, luma, chroma);
     for (int frame = 0; frame < 2; ++frame) {
       EXPECT_TRUE(cpu.relight(setup));
       EXPECT_TRUE(gl.relight(setup));
@@ -197,7 +198,7 @@ TEST_F(GlRelighter, surfelsOfARareKindAreLitWhereverTheirLeavesLie) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+  Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
   for (int frame = 0; frame < 2; ++frame) {
     EXPECT_TRUE(cpu.relight(setup));
     EXPECT_TRUE(gl.relight(setup));
@@ -216,7 +217,7 @@ void expectPullAgrees(const Bake& bake, const char* what) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter gl = make(bake, Backend::gl);
+  Relighter gl = make(bake, BackendKind::gl);
   EXPECT_TRUE(gl.relight(setup));
   const std::vector<glm::vec3> found = gl.nodeRadiosity();
   std::vector<std::uint32_t> nodes;
@@ -252,12 +253,12 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter gl = make(bake, Backend::gl, luma, chroma);
+  Relighter gl = make(bake, BackendKind::gl, luma, chroma);
   EXPECT_TRUE(gl.relight(setup));
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
   std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
-  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), cpu::LinkSet(bake.links), nodes, luma, chroma, expected, {}, {},
+  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links), nodes, luma, chroma, expected, {}, {},
                    bake.caches.firstMapCache());
   // Halves have 11 bits.
   EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3)
@@ -286,21 +287,19 @@ TEST_F(GlRelighter, cachePassAgreesWithManyNodes) {
       }
     }
     bake.links.head = std::move(heads);
-    cpu::LightCachesJob job;
-    const cpu::LinkSet links(bake.links);
-    links.describe(job);
-    ASSERT_EQ(job.kind, cpu::kRepackedLinks);
-    ASSERT_EQ(job.nodeSteps, (bake.hierarchy.nodeCount() - 1) >> 16);
+    const LinkSet links(bake.links);
+    ASSERT_EQ(links.rows().kind, kRepackedLinks);
+    ASSERT_EQ(links.rows().nodeSteps, (bake.hierarchy.nodeCount() - 1) >> 16);
     expectCachesAgree(bake, 3, 2);
   }
 }
 
 TEST_F(GlRelighter, cachePassFillsEachTexelFromItsCache) {
   const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 3));
-  Relighter gl = make(bake, Backend::gl, 3, 2);
+  Relighter gl = make(bake, BackendKind::gl, 3, 2);
   EXPECT_TRUE(gl.relight({}));
   const std::vector<float> coefficients = gl.cacheCoefficients();
-  const GlResolveInputs inputs = gl.glResolveInputs();
+  const GlResolveInputs inputs = gl.gl()->inputs();
   const Lightmap& map = bake.caches.lightmap;
   const auto expectChannel = [&](GLuint texture, std::size_t layers, std::size_t first, std::size_t count) {
     std::vector<float> texels(4 * layers * map.cache.size());
@@ -329,7 +328,7 @@ TEST_F(GlRelighter, framesWithBouncesAgree) {
     LightSetup setup;
     setup.lights = lights;
     setup.skyRadiance = glm::vec3(0.3f);
-    Relighter cpu = make(bake, Backend::cpu), gl = make(bake, Backend::gl);
+    Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
     for (int frame = 0; frame < 5; ++frame) {
       EXPECT_TRUE(cpu.relight(setup));
       EXPECT_TRUE(gl.relight(setup));
@@ -344,7 +343,7 @@ TEST_F(GlRelighter, framesWithBouncesAgree) {
 }
 
 TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
-  Relighter gl = make(test::makeFurnaceBake(0.6f, 2.0f, 4), Backend::gl);
+  Relighter gl = make(test::makeFurnaceBake(0.6f, 2.0f, 4), BackendKind::gl);
   EXPECT_TRUE(relightUntilConverged(gl, {}));
   const float limit = kPi * 2.0f / 0.4f;
   EXPECT_NEAR(gl.nodeRadiosity()[0].g, limit, 0.01f * limit);
@@ -354,21 +353,21 @@ TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
 TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
   const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
   Relighter gl =
-      make(bake, Backend::gl, 0, 0,
+      make(bake, BackendKind::gl, 0, 0,
            "uniform float hostShadow;\n"
            "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
   std::vector<Light> lights(2);
   for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
   LightSetup setup;
   setup.lights = lights;
-  glProgramUniform1f(gl.surfelProgram(), glGetUniformLocation(gl.surfelProgram(), "hostShadow"), 0.25f);
+  glProgramUniform1f(gl.gl()->surfelProgram(), glGetUniformLocation(gl.gl()->surfelProgram(), "hostShadow"), 0.25f);
   EXPECT_TRUE(gl.relight(setup));
   EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f);
 }
 
 TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
   ASSERT_FALSE(made);
@@ -380,7 +379,7 @@ TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {
 
 TEST_F(GlRelighter, twoRelightersShareABakeAndAContext) {
   const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
-  Relighter one = make(bake, Backend::gl), two = make(bake, Backend::gl, 2, 1);
+  Relighter one = make(bake, BackendKind::gl), two = make(bake, BackendKind::gl, 2, 1);
   LightSetup dark;
   dark.emissionScale = glm::vec3(0.0f);
   EXPECT_TRUE(one.relight({}));
@@ -391,19 +390,19 @@ TEST_F(GlRelighter, twoRelightersShareABakeAndAContext) {
 
 TEST_F(GlRelighter, bakesWithoutLightmapGridOrLinksAreLit) {
   Bake bake = test::makeSyntheticBake({.surfels = 100, .grid = {0, 0, 0}, .lightmapSize = 8, .lightmapCaches = 0});
-  Relighter none = make(bake, Backend::gl);
+  Relighter none = make(bake, BackendKind::gl);
   EXPECT_TRUE(none.relight({}));
   EXPECT_TRUE(none.cacheCoefficients().empty());
   EXPECT_EQ(none.irradianceInGrid({0, 0, 0}, {0, 0, 1}), glm::vec3(0.0f));
   bake.caches = Caches{};
   bake.surfels.receiver = std::vector<std::uint32_t>(100, kGridReceiver);
-  Relighter empty = make(bake, Backend::gl);
+  Relighter empty = make(bake, BackendKind::gl);
   EXPECT_TRUE(empty.relight({}));
   EXPECT_TRUE(empty.relight({}));
 }
 
 TEST_F(GlRelighter, timesEachPassWithoutWaiting) {
-  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::cone, 4)), Backend::gl);
+  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::cone, 4)), BackendKind::gl);
   for (int frame = 0; frame < 6; ++frame) EXPECT_TRUE(gl.relight({}));
   glFinish();
   const std::vector<PassTime> times = gl.passTimes();
@@ -483,7 +482,7 @@ TEST_F(GlRelighter, bindingsOfTheHostAreAsTheyWere) {
     return state;
   };
   const std::vector<GLint64> before = snapshot();
-  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::sh, 4)), Backend::gl);
+  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::sh, 4)), BackendKind::gl);
   EXPECT_EQ(snapshot(), before) << "create()";
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// In a host whose locale writes decimal commas, GLSL holds points and compiles: what hosts include (resolveGlsl(), in
-// the samples' level shader) and what the backend compiles itself, with the samples' shadow maps in the surfel pass.
+// In a host whose locale writes decimal commas, GLSL holds points and compiles: what hosts include (GlResolve::glsl(),
+// in the samples' level shader) and what the backend compiles itself, with the samples' shadow maps in the surfel pass.
 #include "runtime/relighter.h"
 #include "tools/gl_scene/egl_context.h"
 #include "tools/gl_scene/level_shader.h"
@@ -28,7 +28,7 @@ TEST(CommaLocale, shadersCompileAndAreTheSame) {
   if (!context) GTEST_SKIP() << context.error().message;
   const Bake bake = test::makeSyntheticBake({.surfels = 300});
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   options.deringing = 0.5f;
   const auto resolve = [&] {
     options.visibilityGlsl = ShadowMaps::glsl();
@@ -37,7 +37,7 @@ TEST(CommaLocale, shadersCompileAndAreTheSame) {
     if (!relighter) return std::string();
     const Result<GlProgram> program = makeLevelProgram(&*relighter, kMain);
     EXPECT_TRUE(program) << (program ? "" : program.error().message);
-    return relighter->resolveGlsl();
+    return relighter->gl()->glsl();
   };
   const std::string before = resolve();
   EXPECT_NE(before.find("#define RELUME_DERINGING 0.5\n"), std::string::npos);

@@ -138,7 +138,7 @@ Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames,
   RelightOptions options;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   Result<RelightTimes> times = measureFrames(bake, options, frames, context);
   if (!times) return times.error();
   times->how = "OpenGL";

@@ -100,7 +100,7 @@ struct Place {
 };
 
 std::optional<Place> placeOnMap(const Caches& caches, const glm::vec2& uv) {
-  const cpu::Stencil stencil = cpu::lightmapStencil(caches, uv);
+  const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return std::nullopt;
   Place place;

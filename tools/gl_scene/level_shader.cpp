@@ -67,7 +67,7 @@ const char* kNoLinks = "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
 
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
-  const std::string fragment = "#version 430\n" + (relighter ? relighter->resolveGlsl() : std::string()) +
+  const std::string fragment = "#version 430\n" + (relighter ? relighter->gl()->glsl() : std::string()) +
                                ShadowMaps::glsl() + levelMaterialGlsl() + kLights + (relighter ? kLinks : kNoLinks) +
                                mainGlsl;
   return linkProgram("level", vertex, fragment);

@@ -177,7 +177,7 @@ class GlRenderer {
     glUseProgram(program_);
     glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
-    if (relighter) relighter->bindResolveInputs();
+    if (relighter) relighter->gl()->bind();
     const glm::mat4 clip = tileClip(request_, level_, tile);
     level_.draw(clip);
     level_.drawDynamic(clip, {});
@@ -248,13 +248,13 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   // Relight
   context.progress("relight", 0.0);
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
   options.deringing = request.deringing;
   options.visibilityGlsl = ShadowMaps::glsl();
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
-    shadows->setUniforms(relighter.surfelProgram());
+    shadows->setUniforms(relighter.gl()->surfelProgram());
     shadows->bind();
   });
   if (!relit) return relit.error();

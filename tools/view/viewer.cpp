@@ -128,7 +128,7 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_
   auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
   RelightOptions options;
-  options.backend = Backend::gl;
+  options.backend = BackendKind::gl;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   options.visibilityGlsl = ShadowMaps::glsl();
@@ -163,7 +163,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 
   // Light over links
   if (state.relight) {
-    shadows_.setUniforms(relighter_.surfelProgram());
+    shadows_.setUniforms(relighter_.gl()->surfelProgram());
     shadows_.bind();
     LightSetup setup;
     setup.lights = lights;
@@ -208,7 +208,7 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
   glUniform1i(22, static_cast<int>(state.mode));
   glUniform1f(23, state.emission);
-  relighter_.bindResolveInputs();
+  relighter_.gl()->bind();
   shadows_.bind();
   level_.draw(clip);
   level_.drawDynamic(clip, moved);
@@ -234,7 +234,7 @@ void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint
   glDisable(GL_DEPTH_TEST);
   glUseProgram(lightmapProgram_.name());
   setDisplay(state.exposure, encode);
-  const GlResolveInputs inputs = relighter_.glResolveInputs();
+  const GlResolveInputs inputs = relighter_.gl()->inputs();
   const GLuint textures[] = {inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
   for (GLuint i = 0; i < 3; ++i) {
     glActiveTexture(GL_TEXTURE0 + i);

@@ -19,7 +19,7 @@
 
 #include <span>
 
-namespace relume::cpu {
+namespace relume {
 
 // The caches' coefficients: lumaBands² of Y, chromaBands² of Co, of Cg, a cache at a time.
 struct CacheLight {
@@ -56,4 +56,4 @@ inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& li
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal);
 
-}  // namespace relume::cpu
+}  // namespace relume

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See resolve.h.
-#include "runtime/cpu/resolve.h"
+#include "runtime/shared/resolve.h"
 
 #include "formats/color.h"
 #include "formats/limits.h"
@@ -17,7 +17,7 @@
 #include <limits>
 #include <numbers>
 
-namespace relume::cpu {
+namespace relume {
 namespace {
 
 // The receiver's lobe g as coefficients, zero outside [first, last).
@@ -163,4 +163,4 @@ glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const 
   return gather(light, stencil, makeLobe(light, normal, {}, 1.0f), normal, 1.0f / total);
 }
 
-}  // namespace relume::cpu
+}  // namespace relume

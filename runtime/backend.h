@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// What a backend of the runtime does. cpu/ and gl/ implement it; the relighter checks what comes in, owns one of them
+// and calls it once a frame.
+#pragma once
+
+#include "formats/bake_data.h"
+#include "formats/result.h"
+#include "runtime/relighter.h"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+class Backend {
+ public:
+  Backend() = default;
+  Backend(const Backend&) = delete;
+  Backend& operator=(const Backend&) = delete;
+  virtual ~Backend() = default;
+
+  // One frame, steps 2 to 5 (relighter.h). `setup` has passed checkSetup().
+  virtual void relight(const LightSetup& setup) = 0;
+  // Forget last frame's light.
+  virtual void reset() = 0;
+
+  // [W/m²/sr] [Size n_C * CacheLight::stride()] of the last frame, valid until the next one. GL: read back once a
+  // frame.
+  virtual std::span<const float> coefficients() const = 0;
+  // [W/m²] [Size nodes] radiosity of the last frame. GL: reads back.
+  virtual std::vector<glm::vec3> nodeRadiosity() const = 0;
+  virtual std::vector<PassTime> passTimes() const = 0;
+  virtual std::vector<std::pair<std::string, std::size_t>> bufferSizes() const = 0;
+
+  // What only OpenGL has; null on the CPU.
+  virtual const GlResolve* gl() const { return nullptr; }
+};
+
+// What a backend is made for: the bake's recommendation and the host's wishes, settled.
+struct BackendRequest {
+  int lumaBands = 1, chromaBands = 1;  // [1..8]
+  const RelightOptions& options;
+};
+
+// Backends keep alive what they read of the bake's arrays every frame. The bake has passed checkBake().
+// usage: the processor lacks the instruction set that was asked for.
+Result<std::unique_ptr<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request);
+// unsupported: no OpenGL 4.3, buffers too large, or a build without OpenGL; failed: a shader's log.
+Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request);
+
+}  // namespace relume

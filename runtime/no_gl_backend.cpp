@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+// Stands where gl/ would in a build without OpenGL.
+#include "runtime/backend.h"
+
+namespace relume {
+
+Result<std::unique_ptr<Backend>> makeGlBackend(const Bake&, const BackendRequest&) {
+  return Error{ErrorCode::unsupported, "this build of the runtime has no OpenGL backend (RELUME_BUILD_GL is off)"};
+}
+
+}  // namespace relume

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Hold the includes of all C++ and GLSL sources against docs/architecture.md.
+
+The page has two code blocks that are read here: `rooms`, where a line `room -> room, room` lists what the files of a folder may
+include beside their own, and `packages`, where a line `package: file, file` lists the files that may include a third-party
+package. A folder without a line belongs to the nearest folder above that has one.
+
+    tests/architecture/check_architecture.py [--root DIR]
+
+Exit status: 0 every include is allowed; 1 some are not, each named by file and line; 2 the page cannot be read.
+"""
+import argparse
+import fnmatch
+import os
+import re
+import subprocess
+import sys
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def read_block(page, name):
+    """The lines of the code block that opens with ```name."""
+    found = re.search(r'^```' + name + r'\n(.*?)^```', page, re.M | re.S)
+    if not found:
+        sys.exit(f'docs/architecture.md: no code block "{name}"')
+    return [line.split('#')[0].strip() for line in found.group(1).splitlines() if line.split('#')[0].strip()]
+
+
+def read_rooms(page):
+    rooms = {}
+    for line in read_block(page, 'rooms'):
+        name, _, targets = line.partition('->')
+        rooms[name.strip()] = {t.strip() for t in targets.split(',') if t.strip()}
+    for name, targets in rooms.items():
+        for target in targets - set(rooms):
+            sys.exit(f'docs/architecture.md: "{name} -> {target}": there is no room "{target}"')
+    return rooms
+
+
+def read_packages(page):
+    packages = {}
+    for line in read_block(page, 'packages'):
+        name, _, files = line.partition(':')
+        packages[name.strip()] = [f.strip() for f in files.split(',')]
+    return packages
+
+
+def room_of(path, rooms):
+    folder = os.path.dirname(path)
+    while folder and folder not in rooms:
+        folder = os.path.dirname(folder)
+    return folder or None
+
+
+def sources(root):
+    listed = subprocess.run(['git', '-C', root, 'ls-files', '--', '*.h', '*.cpp', '*.comp', '*.glsl'], capture_output=True,
+                            text=True, check=True).stdout.split('\n')
+    return [path for path in listed if path and not path.startswith('tests/') and os.path.exists(os.path.join(root, path))]
+
+
+def check_file(root, path, rooms, packages, everything):
+    room = room_of(path, rooms)
+    if room is None:
+        return [f'{path}: its folder has no room in docs/architecture.md']
+    problems = []
+    with open(os.path.join(root, path), encoding='utf8') as file:
+        for number, line in enumerate(file, 1):
+            found = INCLUDE.match(line)
+            if not found:
+                continue
+            quote, target = found.groups()
+            if quote == '"' and path.startswith('shaders/'):
+                target = os.path.normpath(os.path.join('shaders', target))
+            where = f'{path}:{number}: includes {quote}{target}{">" if quote == "<" else quote}'
+            if quote == '"':
+                if target not in everything:
+                    if '/' in target:
+                        problems.append(f'{where}, which is not in the project')
+                    continue
+                other = room_of(target, rooms)
+                if other != room and other not in rooms[room]:
+                    problems.append(f'{where}: {room} must not include {other}')
+            for package, files in packages.items():
+                if (fnmatch.fnmatch(target, package) and '/' in package or target == package) and not any(
+                        fnmatch.fnmatch(path, allowed) for allowed in files):
+                    problems.append(f'{where}: only {", ".join(files)} may')
+    return problems
+
+
+def check_cycles(rooms):
+    """Rooms that reach themselves. A room and the folders inside it are one in this."""
+    top = {room: next((r for r in sorted(rooms, key=len) if room == r or room.startswith(r + '/')), room) for room in rooms}
+    top = {room: room if room.count('/') == 0 or top[room].count('/') == 0 else top[room] for room in rooms}
+    arrows = {}
+    for room, targets in rooms.items():
+        arrows.setdefault(top[room], set()).update(top[t] for t in targets if top[t] != top[room])
+    problems = []
+    for start in arrows:
+        seen, todo = set(), list(arrows[start])
+        while todo:
+            room = todo.pop()
+            if room == start:
+                problems.append(f'docs/architecture.md: {start} reaches itself')
+                break
+            if room not in seen:
+                seen.add(room)
+                todo.extend(arrows.get(room, ()))
+    return problems
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
+    parser.add_argument('--root', default=os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..'))
+    root = parser.parse_args().root
+    try:
+        with open(os.path.join(root, 'docs', 'architecture.md'), encoding='utf8') as file:
+            page = file.read()
+    except OSError as error:
+        print(error, file=sys.stderr)
+        return 2
+    rooms, packages = read_rooms(page), read_packages(page)
+    files = sources(root)
+    everything = set(files)
+    problems = check_cycles(rooms)
+    for path in files:
+        problems += check_file(root, path, rooms, packages, everything)
+    for problem in problems:
+        print(problem)
+    print(f'{len(files)} files, {len(problems)} problems')
+    return 1 if problems else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
