@@ -26,7 +26,7 @@ CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd si
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
-      bounce_(bake.caches, bake.surfels, order, bake.links.kind, lumaBands),
+      bounce_(caches_, bake.surfels, order, bake.links.kind, lumaBands),
       surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays),
       tree_(bake.hierarchy),
       node_(bake.hierarchy.nodeCount(), 0),

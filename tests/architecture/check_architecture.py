@@ -76,7 +76,7 @@ def check_file(root, path, rooms, packages, everything):
             where = f'{path}:{number}: includes {quote}{target}{">" if quote == "<" else quote}'
             if quote == '"':
                 if target not in everything:
-                    if '/' in target:
+                    if '/' in target and not path.startswith('shaders/'):  # the runtime makes some shaders up
                         problems.append(f'{where}, which is not in the project')
                     continue
                 other = room_of(target, rooms)
@@ -90,15 +90,13 @@ def check_file(root, path, rooms, packages, everything):
 
 
 def check_cycles(rooms):
-    """Rooms that reach themselves. A room and the folders inside it are one in this."""
-    top = {room: next((r for r in sorted(rooms, key=len) if room == r or room.startswith(r + '/')), room) for room in rooms}
-    top = {room: room if room.count('/') == 0 or top[room].count('/') == 0 else top[room] for room in rooms}
-    arrows = {}
-    for room, targets in rooms.items():
-        arrows.setdefault(top[room], set()).update(top[t] for t in targets if top[t] != top[room])
+    """Rooms that reach themselves. A folder and the folders inside it are one room in this."""
+    def inside(a, b):
+        return a.startswith(b + '/') or b.startswith(a + '/')
+
     problems = []
-    for start in arrows:
-        seen, todo = set(), list(arrows[start])
+    for start in rooms:
+        seen, todo = set(), [t for t in rooms[start] if not inside(start, t)]
         while todo:
             room = todo.pop()
             if room == start:
@@ -106,7 +104,7 @@ def check_cycles(rooms):
                 break
             if room not in seen:
                 seen.add(room)
-                todo.extend(arrows.get(room, ()))
+                todo.extend(t for t in rooms[room] if not inside(room, t))
     return problems
 
 
