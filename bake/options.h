@@ -2,8 +2,8 @@
 // Every option of a bake, one aggregate a stage, defaults inline. Checked once, by checkOptions(); stored in the bake.
 #pragma once
 
-#include "formats/links.h"
-#include "formats/result.h"
+#include "relume/links.h"
+#include "relume/result.h"
 
 #include <glm/vec3.hpp>
 

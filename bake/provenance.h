@@ -4,7 +4,7 @@
 
 #include "bake/options.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <string>
 #include <vector>

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <cstdint>
 #include <span>

@@ -6,10 +6,10 @@
 #include "bake/base/context.h"
 #include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
-#include "formats/caches.h"
-#include "formats/hierarchy.h"
-#include "formats/result.h"
-#include "formats/surfels.h"
+#include "relume/caches.h"
+#include "relume/hierarchy.h"
+#include "relume/result.h"
+#include "relume/surfels.h"
 
 namespace relume {
 

@@ -28,7 +28,8 @@ endfunction()
 # A room of the house: a static library whose headers are included from the project's root.
 function(relume_room target)
   add_library(${target} STATIC ${ARGN})
-  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+                                              $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   relume_warnings(${target})
 endfunction()
 

@@ -4,8 +4,8 @@
 // includes it. formats/README.md documents the bytes.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 
 #include <cstddef>
 #include <span>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See bake_file.h. One list, kLayout, says which chunks a bake has, in the order of the file.
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
+#include "formats/chunks.h"
 
 #include "formats/archive.h"
 #include "formats/validate.h"

@@ -149,8 +149,8 @@ void checkSh8(const Links& l, std::uint64_t index, Findings& findings) {
   }
 }
 
-// f = y_0 * solid angle / pi (formats/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Solid angles
-// estimated by few rays, and halves, stay within 5 %.
+// f = y_0 * solid angle / pi (include/relume/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Solid
+// angles estimated by few rays, and halves, stay within 5 %.
 void checkEnergy(const Caches& caches, std::uint32_t cache, double transfer, Findings& findings) {
   constexpr double kSphere = 4.0 * 0.28209479177387814, kTolerance = 1.05;
   const glm::vec3 n = caches.normal[cache];

@@ -4,11 +4,12 @@
 #pragma once
 
 #include "formats/file_io.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -60,5 +61,8 @@ Result<std::vector<Chunk>> readChunks(std::span<const std::byte> file);
 
 // invalidFile: names the first chunk whose data does not have the table's hash.
 Status verifyChunks(std::span<const Chunk> chunks);
+
+// The table of chunks of a bake's file, for `relume info`. Errors as readBake().
+Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path);
 
 }  // namespace relume

@@ -15,10 +15,10 @@
 // f is rounded so that a row's sum is kept: what one link loses the next gains.
 #pragma once
 
-#include "formats/caches.h"
-#include "formats/links.h"
-#include "formats/result.h"
 #include "formats/shape_links.h"
+#include "relume/caches.h"
+#include "relume/links.h"
+#include "relume/result.h"
 
 #include <glm/vec3.hpp>
 

@@ -3,7 +3,7 @@
 // new one, never a part. POSIX.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstddef>
 #include <filesystem>

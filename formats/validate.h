@@ -2,9 +2,9 @@
 // Does a bake keep the invariants that the headers of its parts promise? Numbered findings, validation_messages.h.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
 #include "formats/validation_messages.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <string>

@@ -3,9 +3,9 @@
 // and calls it once a frame.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
-#include "runtime/relighter.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
 
 #include <cstddef>
 #include <memory>

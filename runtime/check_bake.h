@@ -2,8 +2,8 @@
 // What the runtime relies on, so that no frame reads outside an array or divides by nothing.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 
 namespace relume {
 

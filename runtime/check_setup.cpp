@@ -27,47 +27,64 @@ bool within(const glm::vec3& v, float low, float high) {
   return within(v.x, low, high) && within(v.y, low, high) && within(v.z, low, high);
 }
 
-Status checkColor(const std::string& name, const glm::vec3& color) {
+// What is checked, named only where it is refused: a frame that passes allocates nothing.
+struct Field {
+  const char* list = "";  // "lights", or "" for a field of the setup itself
+  std::size_t index = 0;
+  const char* name = "";
+
+  std::string text() const {
+    if (*list == '\0') return name;
+    const std::string element = std::string(list) + "[" + std::to_string(index) + "]";
+    return *name == '\0' ? element : element + "." + name;
+  }
+};
+
+Status checkColor(const Field& field, const glm::vec3& color) {
   if (within(color, 0.0f, kMostLight)) return done();
-  return refused(name + " is " + text(color) + ", expected 0 to " + decimal(kMostLight) + " in each channel");
+  return refused(field.text() + " is " + text(color) + ", expected 0 to " + decimal(kMostLight) + " in each channel");
 }
 
-Status checkDirection(const std::string& name, const glm::vec3& direction) {
+Status checkDirection(const Field& field, const glm::vec3& direction) {
   const float length = glm::length(direction);
   if (std::abs(length - 1.0f) <= kDirectionTolerance) return done();
-  return refused(name + " is " + text(direction) + " of length " + decimal(length) +
+  return refused(field.text() + " is " + text(direction) + " of length " + decimal(length) +
                  ", expected 1, at most 1 % more or less: normalise it");
 }
 
-Status checkCone(const std::string& name, const Light& light) {
-  if (!within(light.outerConeRad, 0.0f, kPi))
-    return refused(name + ".outerConeRad is " + decimal(light.outerConeRad) + ", expected 0 to pi");
+Status checkCone(std::size_t index, const Light& light) {
+  if (!within(light.outerConeRad, 0.0f, kPi)) {
+    return refused(Field{"lights", index, "outerConeRad"}.text() + " is " + decimal(light.outerConeRad) +
+                   ", expected 0 to pi");
+  }
   if (!within(light.innerConeRad, 0.0f, light.outerConeRad)) {
-    return refused(name + ".innerConeRad is " + decimal(light.innerConeRad) + ", expected 0 to outerConeRad, " +
-                   decimal(light.outerConeRad));
+    return refused(Field{"lights", index, "innerConeRad"}.text() + " is " + decimal(light.innerConeRad) +
+                   ", expected 0 to outerConeRad, " + decimal(light.outerConeRad));
   }
   return done();
 }
 
 // Fields that a kind of light does not have may hold anything.
 Status checkLight(const Light& light, std::size_t index) {
-  const std::string name = "lights[" + std::to_string(index) + "]";
+  const auto field = [&](const char* name) { return Field{"lights", index, name}; };
   if (light.kind > LightKind::spot) {
-    return refused(name + ".kind is " + std::to_string(static_cast<std::uint32_t>(light.kind)) +
+    return refused(field("kind").text() + " is " + std::to_string(static_cast<std::uint32_t>(light.kind)) +
                    ", expected directional 0, point 1 or spot 2");
   }
-  if (Status ok = checkColor(name + ".intensity", light.intensity); !ok) return ok;
+  if (Status ok = checkColor(field("intensity"), light.intensity); !ok) return ok;
   if (light.kind != LightKind::point) {
-    if (Status ok = checkDirection(name + ".direction", light.direction); !ok) return ok;
+    if (Status ok = checkDirection(field("direction"), light.direction); !ok) return ok;
   }
   if (light.kind == LightKind::directional) return done();
   if (!within(light.positionWorld, -kMostCoordinate, kMostCoordinate)) {
-    return refused(name + ".positionWorld is " + text(light.positionWorld) + ", expected coordinates within " +
-                   decimal(kMostCoordinate) + " m");
+    return refused(field("positionWorld").text() + " is " + text(light.positionWorld) +
+                   ", expected coordinates within " + decimal(kMostCoordinate) + " m");
   }
-  if (!(light.range >= 0.0f) || std::isinf(light.range))
-    return refused(name + ".range is " + decimal(light.range) + ", expected a length in metres, or 0 for no limit");
-  return light.kind == LightKind::spot ? checkCone(name, light) : done();
+  if (!(light.range >= 0.0f) || std::isinf(light.range)) {
+    return refused(field("range").text() + " is " + decimal(light.range) +
+                   ", expected a length in metres, or 0 for no limit");
+  }
+  return light.kind == LightKind::spot ? checkCone(index, light) : done();
 }
 
 // A span that must be empty or hold `size` radiometric colours.
@@ -78,8 +95,7 @@ Status checkColors(const char* name, std::span<const glm::vec3> colors, std::siz
                    std::to_string(size));
   }
   for (std::size_t i = 0; i < size; ++i) {
-    if (within(colors[i], 0.0f, kMostLight)) continue;
-    return checkColor(std::string(name) + "[" + std::to_string(i) + "]", colors[i]);
+    if (Status ok = checkColor({name, i, ""}, colors[i]); !ok) return ok;
   }
   return done();
 }
@@ -93,8 +109,8 @@ Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t 
   if (Status ok = checkColors("surfelIrradiance", setup.surfelIrradiance, surfelCount); !ok) return ok;
   if (Status ok = checkColors("surfelEmission", setup.surfelEmission, surfelCount); !ok) return ok;
   if (Status ok = checkColors("skyPatches", setup.skyPatches, skyPatchCount); !ok) return ok;
-  if (Status ok = checkColor("emissionScale", setup.emissionScale); !ok) return ok;
-  if (Status ok = checkColor("skyRadiance", setup.skyRadiance); !ok) return ok;
+  if (Status ok = checkColor({"", 0, "emissionScale"}, setup.emissionScale); !ok) return ok;
+  if (Status ok = checkColor({"", 0, "skyRadiance"}, setup.skyRadiance); !ok) return ok;
   if (!within(setup.bounceScale, 0.0f, 1.0f))
     return refused("bounceScale is " + decimal(setup.bounceScale) + ", expected 0 to 1");
   return done();

@@ -3,8 +3,8 @@
 // never leave. What passes here cannot overflow in either backend.
 #pragma once
 
-#include "formats/result.h"
-#include "runtime/lights.h"
+#include "relume/lights.h"
+#include "relume/result.h"
 
 #include <cstddef>
 #include <span>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sky maps and convergence: see relighter.h.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The public door of the runtime: checks what comes in and hands it to a backend. See relighter.h.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include "formats/decimal.h"
 #include "formats/sh.h"
 #include "runtime/backend.h"
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
+#include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
+
+#include <algorithm>
+#include <functional>
+#include <string>
 
 namespace relume {
 
@@ -20,6 +25,7 @@ struct Relighter::State {
   int lumaBands = 1, chromaBands = 1;
   float deringing = 0.0f;
   BackendKind kind = BackendKind::cpu;
+  ParallelFor parallelFor;
   std::unique_ptr<Backend> backend;
   std::vector<Light> lights;  // this frame's, with directions of length 1
 
@@ -86,6 +92,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
   state->kind = options.backend;
+  state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
   const BackendRequest request{state->lumaBands, state->chromaBands, options};
   Result<std::unique_ptr<Backend>> backend =
@@ -102,9 +109,18 @@ Relighter::~Relighter() = default;
 
 Status Relighter::relight(const LightSetup& setup) {
   if (Status ok = check(setup); !ok) return ok;
-  LightSetup applied = setup;
   normaliseLights(setup.lights, state_->lights);
+  // The host's functions by reference: copies of them would allocate in every frame.
+  LightSetup applied;
   applied.lights = state_->lights;
+  if (setup.visibility) applied.visibility = std::cref(setup.visibility);
+  if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
+  applied.surfelIrradiance = setup.surfelIrradiance;
+  applied.emissionScale = setup.emissionScale;
+  applied.surfelEmission = setup.surfelEmission;
+  applied.skyRadiance = setup.skyRadiance;
+  applied.skyPatches = setup.skyPatches;
+  applied.bounceScale = setup.bounceScale;
   state_->backend->relight(applied);
   return done();
 }
@@ -129,6 +145,97 @@ glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm
 
 glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {
   return relume::irradianceInGrid(state_->caches, state_->cacheLight(), positionWorld, normal);
+}
+
+namespace {
+
+// Receivers of a task.
+constexpr std::size_t kReceiverGrain = 256;
+
+Status wrongSize(const char* what, std::size_t size, std::size_t expected) {
+  return usage(std::string(what) + " has " + std::to_string(size) + " elements, expected " + std::to_string(expected));
+}
+
+template <class Body>
+void forReceivers(const ParallelFor& parallelFor, std::size_t count, const Body& body) {
+  const std::size_t tasks = (count + kReceiverGrain - 1) / kReceiverGrain;
+  const auto task = [&](std::uint32_t t) {
+    const std::size_t end = std::min(count, (t + std::size_t{1}) * kReceiverGrain);
+    for (std::size_t i = t * kReceiverGrain; i < end; ++i) body(i);
+  };
+  if (parallelFor && tasks > 1) {
+    parallelFor(static_cast<std::uint32_t>(tasks), std::cref(task));
+  } else {
+    for (std::size_t t = 0; t < tasks; ++t) task(static_cast<std::uint32_t>(t));
+  }
+}
+
+}  // namespace
+
+Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
+                                       std::span<const glm::vec3> geometricNormal,
+                                       std::span<glm::vec3> irradiance) const {
+  if (lightmapUv.size() != irradiance.size()) return wrongSize("lightmapUv", lightmapUv.size(), irradiance.size());
+  if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
+  if (geometricNormal.size() != irradiance.size())
+    return wrongSize("geometricNormal", geometricNormal.size(), irradiance.size());
+  const CacheLight light = state_->cacheLight();
+  forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
+    irradiance[i] = relume::irradianceOnLightmap(state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
+  });
+  return done();
+}
+
+Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                                   std::span<glm::vec3> irradiance) const {
+  if (positionWorld.size() != irradiance.size())
+    return wrongSize("positionWorld", positionWorld.size(), irradiance.size());
+  if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
+  const CacheLight light = state_->cacheLight();
+  forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
+    irradiance[i] = relume::irradianceInGrid(state_->caches, light, positionWorld[i], normal[i]);
+  });
+  return done();
+}
+
+glm::uvec2 Relighter::lightmapSize() const { return {state_->caches.lightmap.width, state_->caches.lightmap.height}; }
+
+Status Relighter::irradianceMap(std::span<std::uint16_t> rgba16f) const {
+  const std::size_t expected = std::size_t{4} * lightmapSize().x * lightmapSize().y;
+  if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
+  relume::irradianceMap(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
+  return done();
+}
+
+Status Relighter::irradianceMapL1(std::span<std::uint16_t> rgba16f) const {
+  const std::size_t expected = std::size_t{16} * lightmapSize().x * lightmapSize().y;
+  if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
+  relume::irradianceMapL1(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
+  return done();
+}
+
+Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const {
+  // The points' number from the span's, so that no product of resolutions can overflow.
+  const glm::uvec3 n = volume.resolution;
+  std::size_t points = cubes.size() / 6;
+  bool fits = cubes.size() % 6 == 0;
+  if (n.x == 0 || n.y == 0 || n.z == 0) {
+    fits = fits && points == 0;
+  } else {
+    for (const std::uint32_t along : {n.x, n.y, n.z}) {
+      fits = fits && points % along == 0;
+      points /= along;
+    }
+    fits = fits && points == 1;
+  }
+  if (!fits) {
+    return usage("cubes has " + std::to_string(cubes.size()) + " elements, expected 6 for each of " +
+                 std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) + " points");
+  }
+  if (!cubes.empty()) {
+    relume::ambientVolume(state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
+  }
+  return done();
 }
 
 std::vector<float> Relighter::cacheCoefficients() const {

@@ -2,7 +2,7 @@
 // Steps 4 and 5: L_SH = sum over links of B_s F_SH (PIC Eq. (3)), for caches of the grid into their buffer, with RELUME_MAP 1
 // for those of the light map into its texels. RELUME_LANES threads share a cache: each sums every
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
-// RELUME_LINK_KIND: what links hold (formats/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
+// RELUME_LINK_KIND: what links hold (include/relume/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
 // here (PIC 4.6, Eq. (5), (6)). Repacked links (runtime/shared/link_set.h) are read four at a time; for them, "link" below is
 // four of them, which RELUME_NODE_STEPS places in the row tell the nodes' high halves.
 #include "shared/layout.h"

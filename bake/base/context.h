@@ -3,7 +3,7 @@
 // threads to use, and where to note what it measured. Libraries never print: the command line decides.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <atomic>
 #include <cstdint>

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "bake/base/context.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <string_view>

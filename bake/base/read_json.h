@@ -3,7 +3,7 @@
 // that nesting is bounded here, the one place where JSON is read.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -7,8 +7,8 @@
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
-#include "formats/caches.h"
-#include "formats/result.h"
+#include "relume/caches.h"
+#include "relume/result.h"
 
 namespace relume {
 

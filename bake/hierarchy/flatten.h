@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lays a tree of clusters out breadth first, siblings adjacent (formats/hierarchy.h).
+// Lays a tree of clusters out breadth first, siblings adjacent (include/relume/hierarchy.h).
 #pragma once
 
 #include "bake/hierarchy/hierarchy.h"

@@ -5,9 +5,9 @@
 #include "bake/base/context.h"
 #include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
-#include "formats/hierarchy.h"
-#include "formats/result.h"
-#include "formats/surfels.h"
+#include "relume/hierarchy.h"
+#include "relume/result.h"
+#include "relume/surfels.h"
 
 #include <cstdint>
 #include <span>

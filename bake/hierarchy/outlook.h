@@ -6,7 +6,7 @@
 
 #include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
-#include "formats/surfels.h"
+#include "relume/surfels.h"
 
 #include <glm/vec3.hpp>
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/import/gltf_file.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <tiny_gltf.h>
 

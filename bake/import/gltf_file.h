@@ -3,7 +3,7 @@
 // folder is read, and nothing is allocated that the bytes on disk do not justify.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <filesystem>

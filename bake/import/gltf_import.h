@@ -6,7 +6,7 @@
 #include "bake/import/gltf_accessors.h"
 #include "bake/import/gltf_document.h"
 #include "bake/scene/scene.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <array>
 #include <cstdint>

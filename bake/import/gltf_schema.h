@@ -3,7 +3,7 @@
 // not understand without a word.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <nlohmann/json_fwd.hpp>
 

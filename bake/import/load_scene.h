@@ -5,7 +5,7 @@
 
 #include "bake/base/context.h"
 #include "bake/scene/scene.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <string>
 

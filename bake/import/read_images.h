@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <span>

@@ -11,7 +11,7 @@
 #include "bake/options.h"
 #include "bake/rays/bundle/ray_fan.h"
 #include "bake/surfels/surfels.h"
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 
 #include <cstdint>
 #include <vector>

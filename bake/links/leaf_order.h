@@ -2,7 +2,7 @@
 // The leaves of the hierarchy depth first, so that a subtree is a range of ranks, and where two of them meet.
 #pragma once
 
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 
 #include <cstdint>
 #include <vector>

@@ -8,10 +8,10 @@
 #include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
-#include "formats/caches.h"
-#include "formats/hierarchy.h"
-#include "formats/links.h"
-#include "formats/result.h"
+#include "relume/caches.h"
+#include "relume/hierarchy.h"
+#include "relume/links.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <vector>

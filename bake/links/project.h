@@ -5,7 +5,7 @@
 
 #include "bake/links/touched_tree.h"
 #include "formats/compact_links.h"
-#include "formats/links.h"
+#include "relume/links.h"
 
 #include <cstdint>
 #include <span>

@@ -18,7 +18,7 @@
 
 #include "bake/links/touched_tree.h"
 #include "bake/options.h"
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 
 #include <cstdint>
 #include <span>

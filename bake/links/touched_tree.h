@@ -6,7 +6,7 @@
 
 #include "bake/links/gather.h"
 #include "bake/links/leaf_order.h"
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 
 #include <glm/vec3.hpp>
 

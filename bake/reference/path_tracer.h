@@ -4,7 +4,7 @@
 
 #include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <span>

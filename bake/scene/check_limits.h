@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 namespace relume {
 

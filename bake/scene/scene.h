@@ -6,7 +6,7 @@
 // Triangles are numbered through: triangle t of instance i has the scene-wide index instances[i].firstTriangle + t.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>

@@ -4,7 +4,7 @@
 
 #include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <span>
 #include <vector>

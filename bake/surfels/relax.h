@@ -6,7 +6,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/visibility/play_space.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <vector>

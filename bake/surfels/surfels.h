@@ -6,8 +6,8 @@
 #include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
-#include "formats/result.h"
-#include "formats/surfels.h"
+#include "relume/result.h"
+#include "relume/surfels.h"
 
 #include <glm/vec2.hpp>
 

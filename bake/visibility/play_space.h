@@ -8,7 +8,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/cell_tree.h"
 #include "bake/visibility/seen_cells.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <cmath>
 #include <cstdint>

@@ -4,9 +4,9 @@
 // only (band 3 of the clamped cosine is zero). With more bands tilted and gridded surfels go through resolve.h.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
 #include "runtime/cpu/light_surfels_job.h"
-#include "runtime/relighter.h"
 #include "runtime/shared/resolve.h"
 
 #include <array>

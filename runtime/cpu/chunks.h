@@ -2,9 +2,10 @@
 // Cuts work into chunks for the host's ParallelFor.
 #pragma once
 
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace relume::cpu {
 
@@ -15,7 +16,7 @@ void forChunks(const ParallelFor& parallelFor, std::uint32_t count, std::uint32_
   const std::uint32_t chunks = (count + grain - 1) / grain;
   const auto chunk = [&](std::uint32_t i) { body(i * grain, std::min(count, (i + 1) * grain)); };
   if (parallelFor && chunks > 1) {
-    parallelFor(chunks, chunk);
+    parallelFor(chunks, std::cref(chunk));  // by reference: std::function allocates nothing
   } else {
     for (std::uint32_t i = 0; i < chunks; ++i) chunk(i);
   }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <utility>
 
 namespace relume::cpu {
@@ -42,16 +43,15 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto start = Clock::now();
   LightSurfelsJob job;
   if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, cacheLight(), job);
-  lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, node_, parallelFor_);
+  lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, lights_, node_, parallelFor_);
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  lightCaches(
-      cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_,
-      [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
-        bounce_.colorCaches(surfelsKernel_, light, begin, end);
-      },
-      firstMapCache_);
+  const auto color = [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
+    bounce_.colorCaches(surfelsKernel_, light, begin, end);
+  };
+  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_, std::cref(color),
+              firstMapCache_);
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};

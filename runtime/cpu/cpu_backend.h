@@ -3,13 +3,13 @@
 // itself. Surfels, hierarchy and links are kept packed; caches stay the bake's own arrays.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
 #include "runtime/backend.h"
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/surfel_set.h"
-#include "runtime/relighter.h"
 #include "runtime/shared/resolve.h"
 
 #include <array>
@@ -50,7 +50,8 @@ class CpuBackend final : public Backend {
   Bounce bounce_;
   SurfelSet surfels_;
   PullTree tree_;
-  std::vector<std::uint32_t> node_;  // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
+  std::vector<PreparedLight> lights_;  // of the frame; keeps its memory
+  std::vector<std::uint32_t> node_;    // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
   std::uint32_t firstMapCache_;
   std::size_t coefficientCount_;     // n_C * stride
   std::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]

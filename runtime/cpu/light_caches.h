@@ -3,8 +3,8 @@
 // once for each instruction set and chosen at run time.
 #pragma once
 
+#include "relume/relighter.h"
 #include "runtime/cpu/light_caches_job.h"
-#include "runtime/relighter.h"
 #include "runtime/shared/link_set.h"
 
 #include <functional>

@@ -46,9 +46,37 @@ PreparedLight prepare(const Light& light) {
   return p;
 }
 
+// Direct light of a block whose host answers for the shadows of many surfels at once: one call per light, of the
+// surfels that face it.
+void lightByBatches(const LightSetup& setup, const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count,
+                    BlockColors& e) {
+  glm::vec3 position[kSurfelBlock], normal[kSurfelBlock], sum[kSurfelBlock];
+  std::fill(sum, sum + count, glm::vec3(0.0f));
+  for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
+    glm::vec3 light[kSurfelBlock];
+    std::uint32_t slot[kSurfelBlock], lit = 0;
+    float visible[kSurfelBlock];
+    for (std::uint32_t i = 0; i < count; ++i) {
+      position[lit] = surfelPosition(job, first + i);
+      normal[lit] = unpackSurfelNormal(job.word[2][first + i]);
+      light[lit] = directIrradiance(setup.lights[k], position[lit], normal[lit]);
+      slot[lit] = i;
+      if (light[lit] != glm::vec3(0.0f)) ++lit;
+    }
+    if (lit == 0) continue;
+    std::fill(visible, visible + lit, 0.0f);
+    setup.visibilityBatch(k, {position, lit}, {normal, lit}, {visible, lit});
+    for (std::uint32_t i = 0; i < lit; ++i) {
+      if (visible[i] > 0.0f) sum[slot[i]] += light[i] * std::min(visible[i], 1.0f);
+    }
+  }
+  for (std::uint32_t i = 0; i < count; ++i) e.put(i, sum[i]);
+}
+
 // Direct light of a block whose host brings its own shadows or its own light.
 void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightSurfelsJob& job, std::uint32_t first,
                  std::uint32_t count, BlockColors& e) {
+  if (setup.surfelIrradiance.empty() && setup.visibilityBatch) return lightByBatches(setup, job, first, count, e);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (!setup.surfelIrradiance.empty()) {
       e.put(i, setup.surfelIrradiance[surfels.bakedSurfel(first + i)]);
@@ -112,16 +140,17 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 }
 
 void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
-                  const Bounce* bounce, LightSurfelsJob job, std::span<std::uint32_t> node,
-                  const ParallelFor& parallelFor) {
-  std::vector<PreparedLight> lights;
+                  const Bounce* bounce, LightSurfelsJob job, std::vector<PreparedLight>& lights,
+                  std::span<std::uint32_t> node, const ParallelFor& parallelFor) {
+  lights.clear();
   for (const Light& light : setup.lights) lights.push_back(prepare(light));
   surfels.describe(job);
   job.light = lights.data();
   job.lightCount = static_cast<std::uint32_t>(lights.size());
   job.bounceScale = setup.bounceScale;
   const bool bounces = bounce && setup.bounceScale > 0.0f;
-  const bool byHost = !setup.surfelIrradiance.empty() || (setup.visibility && !lights.empty());
+  const bool byHost =
+      !setup.surfelIrradiance.empty() || ((setup.visibility || setup.visibilityBatch) && !lights.empty());
   const std::uint32_t blocks = (surfels.count() + kSurfelBlock - 1) / kSurfelBlock;
   forChunks(parallelFor, blocks, kGrain, [&](std::uint32_t begin, std::uint32_t end) {
     BlockColors e, emitted;

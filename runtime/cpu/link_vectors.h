@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The links of a row, kLanes at a time, whatever the way of storing them (formats/links.h): their nodes' radiosity and,
-// unpacked, transfers and cones.
+// The links of a row, kLanes at a time, whatever the way of storing them (include/relume/links.h): their nodes'
+// radiosity and, unpacked, transfers and cones.
 #pragma once
 
 #include "runtime/cpu/light_caches_job.h"
@@ -66,7 +66,7 @@ __attribute__((always_inline)) inline V loadFirst(const Word* from, int count) {
 // The links from `at` on of one group: transfers f, ratios of bands for their cones, directions. Lanes past the `count`
 // that are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `place` is the group's within
 // it. writeNodes() writes the nodes of any number of links, and zeros up to a whole vector. One struct a way of storing
-// them (formats/links.h).
+// them (include/relume/links.h).
 struct PlainLinks {
   struct Row {
     Row(const LightCachesJob&, std::uint32_t) {}

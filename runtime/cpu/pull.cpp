@@ -78,11 +78,12 @@ void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> n
   // Whole levels are the longest runs: parts are for several threads.
   const bool inParts = parallelFor && parts_ > 0;
   if (inParts) {
-    parallelFor(parts_, [&](std::uint32_t part) {
+    const auto pullPart = [&](std::uint32_t part) {
       for (std::uint32_t level = below; level-- > 0;) {
         pullNodes(kernel, node, bound_[part * below + level], bound_[(part + 1) * below + level]);
       }
-    });
+    };
+    parallelFor(parts_, std::cref(pullPart));
   }
   for (std::uint32_t level = inParts ? cut_ : levels; level-- > 0;) {
     pullNodes(kernel, node, innerBegin_[level], innerBegin_[level + 1]);

@@ -5,10 +5,10 @@
 // 2 + 2 k. So a bit a node, and a weight of 16 bits an inner node, are all of the tree.
 #pragma once
 
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
+#include "relume/relighter.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/node_set.h"
-#include "runtime/relighter.h"
 
 #include <span>
 #include <vector>

@@ -2,7 +2,7 @@
 // Which instruction set the kernels use.
 #pragma once
 
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 namespace relume::cpu {
 

@@ -4,7 +4,7 @@
 // leaves are written in order.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/node_set.h"
 #include "runtime/shared/pack_surfel.h"

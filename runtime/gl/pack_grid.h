@@ -3,9 +3,9 @@
 // of its cells, the bricks, then for each cache of the grid its position and how far it sees.
 #pragma once
 
-#include "formats/caches.h"
 #include "formats/grid_depth.h"
 #include "formats/limits.h"
+#include "relume/caches.h"
 #include "runtime/shared/resolve.h"
 #include "shaders/shared/layout.h"
 

@@ -3,9 +3,9 @@
 // order's (gl_backend.cpp).
 #pragma once
 
+#include "relume/lights.h"
 #include "runtime/gl/program.h"
 #include "runtime/gl/upload.h"
-#include "runtime/lights.h"
 
 namespace relume::gl {
 

@@ -3,7 +3,7 @@
 // driver extension either.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "runtime/gl/handle.h"
 
 #include <span>

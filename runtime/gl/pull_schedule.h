@@ -7,7 +7,7 @@
 // know where its runs begin, and of each inner node its weight and how far behind its run's first node it lies.
 #pragma once
 
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 #include "shaders/shared/layout.h"
 
 #include <array>

@@ -2,8 +2,8 @@
 // The bake on the GPU: buffers and textures that live as long as the relighter.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 #include "runtime/gl/handle.h"
 #include "runtime/shared/bands.h"
 #include "runtime/shared/pack_surfel.h"

@@ -5,7 +5,7 @@
 // the bake's own arrays.
 #pragma once
 
-#include "formats/links.h"
+#include "relume/links.h"
 #include "runtime/shared/link_rows.h"
 
 #include <cstdint>

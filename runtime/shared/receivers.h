@@ -9,8 +9,8 @@
 //   gridded  the grid: its caches and their weights are looked up once.
 #pragma once
 
-#include "formats/bake_data.h"
 #include "formats/pack.h"
+#include "relume/bake_data.h"
 #include "runtime/shared/stencil.h"
 
 #include <glm/geometric.hpp>

@@ -12,7 +12,7 @@
 // whatever the lobe.
 #pragma once
 
-#include "formats/caches.h"
+#include "relume/caches.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

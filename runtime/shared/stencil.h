@@ -2,8 +2,8 @@
 // Which caches a receiver reads, and how much of each: around a point of the light map, or of the grid.
 #pragma once
 
-#include "formats/caches.h"
 #include "formats/grid_depth.h"
+#include "relume/caches.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

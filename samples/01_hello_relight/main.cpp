@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The runtime in one sitting: load a bake, relight it under a moving lamp and a sun, ask what light arrives at a point.
 //   hello_relight LEVEL.relume [X Y Z]        X Y Z: the point [m], by default the middle of the bake's surfels
-#include "formats/bake_file.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 
 #include <glm/geometric.hpp>
 

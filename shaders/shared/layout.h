@@ -77,7 +77,7 @@ using glm::vec4;
 
 const uint kRelumeNone = 0xFFFFFFFFu;  // no cache; a surfel that reads the grid
 
-// Grid: formats/caches.h and formats/grid_depth.h.
+// Grid: include/relume/caches.h and formats/grid_depth.h.
 const uint kRelumeBrickWords = 27u;
 const uint kRelumeHanging = 0xFFFFFFFEu;
 const int kRelumeDepthSide = 17;

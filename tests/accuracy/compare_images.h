@@ -3,7 +3,7 @@
 // of the script that made the reference images, to the last detail, so that figures can be compared.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "tools/images/image_io.h"
 
 #include <cstdint>

@@ -75,6 +75,8 @@ def check_file(root, path, rooms, packages, everything):
                 target = os.path.normpath(os.path.join('shaders', target))
             where = f'{path}:{number}: includes {quote}{target}{">" if quote == "<" else quote}'
             if quote == '"':
+                if 'include/' + target in everything:
+                    target = 'include/' + target
                 if target not in everything:
                     if '/' in target and not path.startswith('shaders/'):  # the runtime makes some shaders up
                         problems.append(f'{where}, which is not in the project')

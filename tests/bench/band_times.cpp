@@ -2,8 +2,8 @@
 // PIC Table 3: milliseconds of cache lighting and resolve for every pair of luma and chroma bands, least of some
 // frames, on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/BANDS.md.
 //   bench_band_times BAKE.relume [frames [receivers]]
-#include "formats/bake_file.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 #include "runtime/shared/bands.h"
 #include "tools/gl_scene/egl_context.h"
 

@@ -6,7 +6,7 @@
 #include "bake/base/parallel.h"
 #include "bake/links/directions.h"
 #include "bake/rays/bundle/ray_fan.h"
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 
 #include <glm/common.hpp>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Milliseconds of each runtime pass, named stage/scene/n_S/n_L/bands. Scenes: the synthetic room at PIC's high and
 // moderate settings, and the bake file named by RELUME_BENCH_BAKE when it is set.
-#include "formats/bake_file.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 #include "runtime/shared/bands.h"
 #include "tests/runtime/synthetic_bake.h"
 #include "tools/base/worker_threads.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Two bakes held against each other: what is said about scene, places and light of bakes whose difference is known.
-#include "formats/bake_file.h"
+#include "formats/chunks.h"
 #include "formats/compact_links.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 #include "tests/cli/check_schema.h"
 #include "tests/comma_locale.h"
 #include "tests/formats/small_bake.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bakes and side files made to break the commands that read them: each ends with a status of its own and a sentence.
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tests/cli/cli_fixture.h"
 #include "tests/formats/corrupt_file.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The same level and options give the same bytes: at any number of threads, in a fresh process, wherever the system
 // puts its memory, with whatever vectors the ray tracer uses.
-#include "formats/bake_file.h"
+#include "formats/chunks.h"
+#include "relume/bake_file.h"
 #include "tests/cli/cli_fixture.h"
 
 #include <sys/personality.h>

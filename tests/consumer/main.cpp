@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The game: relight a bake once, through the public headers alone.
-#include "formats/bake_file.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 
 #include <cstdio>
 

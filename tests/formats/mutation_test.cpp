@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Thousands of deterministic mutations of the small bake, checksums made to fit: each is refused with a message or is a
 // bake that can be validated and written again. The default suite's little sister of tests/fuzz.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "relume/bake_file.h"
 #include "tests/formats/corrupt_file.h"
 #include "tests/formats/small_bake.h"
 

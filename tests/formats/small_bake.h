@@ -9,10 +9,10 @@
 //   level 3   7..14: leaves of senders 0..7; 6 and 7 are sky patches
 #pragma once
 
-#include "formats/bake_data.h"
 #include "formats/compact_links.h"
 #include "formats/grid_depth.h"
 #include "formats/pack.h"
+#include "relume/bake_data.h"
 
 #include <array>
 #include <vector>

@@ -3,7 +3,7 @@
 // either is valid, which bake() sees to itself, or gives an error that blames the level.
 #include "bake/bake.h"
 #include "bake/import/check_mesh.h"
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/pipeline/tiny_bake.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a bake file. What parses must validate without a crash and be written again as the same
 // bytes.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "relume/bake_file.h"
 #include "tests/fuzz/mutate_bake.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a bake that a game loads, relights and reads, on the CPU. Nothing may crash, whatever the
 // bake; and where the validator finds no error, every number that comes out is finite and not negative.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 #include "tests/fuzz/mutate_bake.h"
 
 #include <algorithm>

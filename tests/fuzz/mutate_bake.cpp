@@ -2,8 +2,8 @@
 // See mutate_bake.h.
 #include "tests/fuzz/mutate_bake.h"
 
-#include "formats/bake_file.h"
 #include "formats/chunks.h"
+#include "relume/bake_file.h"
 #include "tests/formats/corrupt_file.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The fixtures of every format version ever written load, or are refused by name; the writer of the current version
 // still writes them byte for byte. Remade by tests/golden/remake.sh.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "relume/bake_file.h"
 #include "tests/formats/small_bake.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Writes the fixture of the current format version: the small bake of the tests. tests/golden/remake.sh runs it.
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tests/formats/small_bake.h"
 
 #include <cstdio>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/base/random.h"
-#include "formats/surfels.h"
+#include "relume/surfels.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -7,8 +7,8 @@
 #include "bake/links/gather.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
-#include "formats/caches.h"
 #include "formats/pack.h"
+#include "relume/caches.h"
 
 #include <gtest/gtest.h>
 

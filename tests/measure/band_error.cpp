@@ -7,9 +7,9 @@
 #include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
-#include "formats/bake_file.h"
 #include "formats/sh.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 
 #include <glm/geometric.hpp>
 

@@ -6,7 +6,7 @@
 #include "bake/bake.h"
 #include "bake/base/parallel.h"
 #include "formats/pack.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tests/measure/traced_light.h"
 
 #include <cstdio>

@@ -6,7 +6,7 @@
 #include "bake/base/parallel.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "runtime/shared/resolve.h"
 #include "tests/measure/traced_light.h"
 

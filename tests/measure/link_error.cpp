@@ -4,11 +4,11 @@
 //   bench_link_error SH.relume CONE.relume [repetitions]
 // Two bakes of one scene by the same options and seed but --link-kind sh (4 bands) and cone. The other kinds are packed
 // from these. Light: a sun, a point light and three bounces, then all else is still.
-#include "formats/bake_file.h"
 #include "formats/compact_links.h"
 #include "formats/sh.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 #include "runtime/cpu/light_caches.h"
-#include "runtime/relighter.h"
 #include "runtime/shared/pack_color.h"
 
 #include <glm/geometric.hpp>

@@ -5,7 +5,7 @@
 #include "bake/base/random.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <glm/geometric.hpp>
 

@@ -3,7 +3,7 @@
 // map, and receives what the grid has.
 #include "bake/bake.h"
 #include "formats/validate.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include "tests/surfels/make_level.h"
 

@@ -5,7 +5,7 @@
 #include "bake/provenance.h"
 #include "bake/bake.h"
 #include "bake/shape_sums.h"
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/long_tests.h"
 #include "tools/compare/staleness.h"

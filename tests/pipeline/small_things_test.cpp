@@ -5,7 +5,7 @@
 #include "bake/base/parallel.h"
 #include "bake/import/find_solids.h"
 #include "formats/pack.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/measure/traced_light.h"

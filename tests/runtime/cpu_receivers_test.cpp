@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What receivers read on the CPU: the resolve against the mathematics, surfels' bounces against the resolve.
+#include "relume/relighter.h"
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
-#include "runtime/relighter.h"
 #include "runtime/shared/resolve.h"
 #include "runtime/shared/stencil.h"
 

@@ -3,7 +3,7 @@
 // SH links by quadrature. All walls have albedo rho and emit Le, so that every point sees radiosity pi Le / (1 - rho).
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 namespace relume::test {
 

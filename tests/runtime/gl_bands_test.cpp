@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every pair of luma and chroma bands on both backends: coefficients, the layers they take, and the resolve with its
 // guessed third band and its window.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "runtime/shared/bands.h"
 
 #include "tests/long_tests.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The grid with bricks and with depths: the shader reads what the CPU reads.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/synthetic_bake.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The OpenGL backend against the CPU backend, pass by pass and over whole frames; its manners toward the host.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"

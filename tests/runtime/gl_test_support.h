@@ -3,7 +3,7 @@
 // floats; and how far two backends' results are apart.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "tools/gl_scene/egl_context.h"
 
 #include <epoxy/gl.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Hierarchies of random shape and weights, laid out as formats/hierarchy.h wants them.
+// Hierarchies of random shape and weights, laid out as include/relume/hierarchy.h wants them.
 #pragma once
 
-#include "formats/hierarchy.h"
+#include "relume/hierarchy.h"
 
 #include <algorithm>
 #include <random>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The runtime's public door on the CPU backend: analytic light, checks, sharing.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/synthetic_bake.h"

@@ -2,7 +2,7 @@
 // Lights for tests of both backends.
 #pragma once
 
-#include "runtime/lights.h"
+#include "relume/lights.h"
 
 #include <glm/geometric.hpp>
 

@@ -3,7 +3,7 @@
 // by a grid. Nothing is hidden in a box, so links come from geometry alone. For tests of the runtime and its speed.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <vector>
 

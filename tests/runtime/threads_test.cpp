@@ -2,9 +2,9 @@
 // Two threads share one bake: each relights by a Relighter of its own, with helpers from a pool of the host's; and both
 // read the same bytes of a file. Nothing here links Embree, oneTBB or OpenGL, which are not built for ThreadSanitizer:
 // the preset `tsan` runs this program.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
-#include "runtime/relighter.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
 
 #include "tests/formats/small_bake.h"
 #include "tests/runtime/synthetic_bake.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // In a host whose locale writes decimal commas, GLSL holds points and compiles: what hosts include (GlResolve::glsl(),
 // in the samples' level shader) and what the backend compiles itself, with the samples' shadow maps in the surfel pass.
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tools/gl_scene/egl_context.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"

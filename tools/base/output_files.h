@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/base/context.h"
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <filesystem>
 #include <string>

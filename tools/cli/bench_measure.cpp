@@ -3,7 +3,7 @@
 #include "tools/cli/bench_measure.h"
 
 #include "bake/bake.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tools/base/worker_threads.h"
 
 #include <malloc.h>

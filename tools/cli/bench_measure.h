@@ -5,8 +5,8 @@
 #include "bake/base/context.h"
 #include "bake/options.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 #include "runtime/shared/bands.h"
 
 #include <cstdint>

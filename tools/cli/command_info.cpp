@@ -3,7 +3,8 @@
 // mesh report).
 #include "bake/base/printed.h"
 #include "bake/import/load_scene.h"
-#include "formats/bake_file.h"
+#include "formats/chunks.h"
+#include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"

@@ -6,7 +6,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/scene.h"
 #include "bake/stage_memory.h"
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"

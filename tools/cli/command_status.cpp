@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume status SCENE BAKE: is the bake up to date, and what changed if not? Exit status 7 when something did.
 #include "bake/import/load_scene.h"
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // relume validate FILE [--json]: every numbered finding of formats/validation_messages.h. Exit status 3 when one of
 // them is an error.
-#include "formats/bake_file.h"
 #include "formats/validate.h"
+#include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
 

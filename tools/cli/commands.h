@@ -14,7 +14,7 @@
 // here, a call in main.cpp, a source file in CMakeLists.txt.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <functional>
 

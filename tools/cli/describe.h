@@ -4,8 +4,8 @@
 
 #include "bake/base/context.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
 #include "formats/chunks.h"
+#include "relume/bake_data.h"
 
 #include <nlohmann/json.hpp>
 

@@ -5,7 +5,7 @@
 #include "bake/base/context.h"
 #include "bake/options.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 namespace relume {
 

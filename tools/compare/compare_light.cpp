@@ -5,7 +5,7 @@
 #include "bake/base/parallel.h"
 #include "formats/color.h"
 #include "formats/sh.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
 #include "tools/compare/compare_lightings.h"
 
 #include <glm/common.hpp>

@@ -10,8 +10,8 @@
 #pragma once
 
 #include "bake/base/context.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 #include "tools/compare/compare_places.h"
 #include "tools/compare/compare_receivers.h"
 

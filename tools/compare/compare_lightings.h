@@ -2,8 +2,8 @@
 // The fixed set of lightings that two bakes are compared under.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "runtime/lights.h"
+#include "relume/bake_data.h"
+#include "relume/lights.h"
 
 #include <string>
 #include <vector>

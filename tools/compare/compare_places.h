@@ -3,7 +3,7 @@
 // light maps, grids or seeds still compare.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <cstdint>
 #include <span>

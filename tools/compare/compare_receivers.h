@@ -8,8 +8,8 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "runtime/relighter.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

@@ -3,8 +3,8 @@
 // JSON (docs/compare.schema.json) is the report; text and page are made of it.
 #pragma once
 
-#include "formats/bake_data.h"
 #include "formats/chunks.h"
+#include "relume/bake_data.h"
 #include "tools/compare/compare_light.h"
 
 #include <nlohmann/json.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What happened to the parts of a scene between two bakes, or between a bake and the scene of today: by name, from the
-// hashes that a bake keeps (formats/bake_data.h). For `relume compare` and `relume status`.
+// hashes that a bake keeps (include/relume/bake_data.h). For `relume compare` and `relume status`.
 #pragma once
 
-#include "formats/bake_data.h"
+#include "relume/bake_data.h"
 
 #include <cstddef>
 #include <string>

@@ -2,7 +2,7 @@
 // See fit_bake.h.
 #include "tools/compare/fit_bake.h"
 
-#include "formats/bake_file.h"
+#include "relume/bake_file.h"
 #include "tools/compare/staleness.h"
 
 #include <cstdint>

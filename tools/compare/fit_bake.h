@@ -4,8 +4,8 @@
 
 #include "bake/base/context.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 
 #include <string>
 

@@ -3,7 +3,7 @@
 // command line and headless samples; software rasterisers will do. Include before any other OpenGL header.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <memory>
 #include <string>

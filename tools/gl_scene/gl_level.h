@@ -6,8 +6,8 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/caches.h"
-#include "formats/result.h"
+#include "relume/caches.h"
+#include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
 
 #include <glm/mat4x4.hpp>

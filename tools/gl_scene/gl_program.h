@@ -2,7 +2,7 @@
 // A program of a vertex and a fragment shader, from GLSL text.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
 
 #include <string>

@@ -3,8 +3,8 @@
 // by the runtime's resolve, albedo, emission. What it writes is decided by the caller's main().
 #pragma once
 
-#include "formats/result.h"
-#include "runtime/relighter.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
 
 #include <glm/vec3.hpp>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Shadow maps of all punctual lights: the host's share of a frame (step 1 of runtime/relighter.h). Directional lights
-// and narrow spots have a layer of a depth array each, points and wide spots six layers of another, the sides of a
-// cube.
+// Shadow maps of all punctual lights: the host's share of a frame (step 1 of include/relume/relighter.h). Directional
+// lights and narrow spots have a layer of a depth array each, points and wide spots six layers of another, the sides of
+// a cube.
 //
 // glsl() defines float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) both for the surfel pass
 // (RelightOptions::visibilityGlsl) and for pixels, so that both see the same shadows.
 #pragma once
 
-#include "formats/result.h"
-#include "runtime/lights.h"
+#include "relume/lights.h"
+#include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
 #include "tools/gl_scene/gl_level.h"
 

@@ -3,7 +3,7 @@
 // against path-traced references with their masks and noise; this takes any two images.)
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <glm/vec3.hpp>
 

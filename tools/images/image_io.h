@@ -3,7 +3,7 @@
 // written as writeFileAtomically() does, so that a failure leaves no half file.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <glm/vec3.hpp>
 

@@ -2,7 +2,7 @@
 // Images as `relume diff` takes them: OpenEXR layers as they are, PNGs made linear.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "tools/images/image_diff.h"
 
 #include <string>

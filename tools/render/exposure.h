@@ -2,7 +2,7 @@
 // How bright a picture is shown: by a number of stops, or by one that is taken from the picture.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 
 #include <glm/vec3.hpp>
 

@@ -5,9 +5,9 @@
 
 #include "bake/base/context.h"
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
-#include "runtime/relighter.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
 #include "runtime/shared/bands.h"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Many small discs in the level: surfels and caches, in the colour of their light.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
 
 #include <glm/mat4x4.hpp>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 #include "tools/view/options.h"
 
 namespace relume {

@@ -2,7 +2,7 @@
 // The command line of relume-view.
 #pragma once
 
-#include "formats/result.h"
+#include "relume/result.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/scene_options.h"
 

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "bake/scene/scene.h"
-#include "formats/bake_data.h"
-#include "formats/result.h"
-#include "runtime/relighter.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
 #include "runtime/shared/bands.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/caches/caches.h"
-#include "formats/caches.h"
+#include "relume/caches.h"
 
 #include <vector>
 

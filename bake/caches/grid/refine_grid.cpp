@@ -3,8 +3,8 @@
 #include "bake/caches/grid/refine_grid.h"
 
 #include "bake/base/memory_budget.h"
-#include "formats/caches.h"
 #include "formats/grid_depth.h"
+#include "relume/caches.h"
 
 #include <glm/common.hpp>
 

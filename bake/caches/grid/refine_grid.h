@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lays the two levels of the grid (formats/caches.h): its lattice, and the cells that get bricks because surfaces that
-// are seen pass through them. Air then costs an eighth.
+// Lays the two levels of the grid (include/relume/caches.h): its lattice, and the cells that get bricks because
+// surfaces that are seen pass through them. Air then costs an eighth.
 #pragma once
 
 #include "bake/options.h"

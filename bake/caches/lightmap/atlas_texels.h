@@ -5,7 +5,7 @@
 
 #include "bake/caches/lightmap/pack_atlas.h"
 #include "bake/caches/lightmap/share_cells.h"
-#include "formats/caches.h"
+#include "relume/caches.h"
 
 #include <cstdint>
 #include <optional>

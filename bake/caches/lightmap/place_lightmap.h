@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bake/caches/lightmap/share_cells.h"
-#include "formats/caches.h"
-#include "formats/result.h"
+#include "relume/caches.h"
+#include "relume/result.h"
 
 #include <vector>
 

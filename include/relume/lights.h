@@ -32,11 +32,18 @@ struct Light {
 // shadows. Called from the threads of the host's own ParallelFor. Numbers outside [0..1] are clamped, NaN is 0.
 using Visibility = std::function<float(std::uint32_t light, const glm::vec3& positionWorld, const glm::vec3& normal)>;
 
+// The same for many points of one light at once, for hosts to whom a call is dear: shadow maps, ray tracing, other
+// languages. Write visible[i] for position[i] and normal[i]; at most 256 of them, all facing the light. Called from the
+// threads of the host's own ParallelFor. [Size position = normal = visible; visible is 0 at first]
+using VisibilityBatch = std::function<void(std::uint32_t light, std::span<const glm::vec3> positionWorld,
+                                           std::span<const glm::vec3> normal, std::span<float> visible)>;
+
 // One frame's light. Spans are read during relight() only.
 struct LightSetup {
   std::span<const Light> lights{};
   Visibility visibility{};  // CPU backend; empty = nothing is in shadow. The GL backend takes GLSL: RelightOptions
-  // The host's own direct light: irradiance [W/m²] at each surfel, in place of `lights` and `visibility`.
+  VisibilityBatch visibilityBatch{};  // CPU backend; in place of `visibility`
+  // The host's own direct light: irradiance [W/m²] at each surfel, in place of `lights` and their visibility.
   // [Size 0 or n_S]
   std::span<const glm::vec3> surfelIrradiance{};
   glm::vec3 emissionScale{1.0f};  // factor on the surfels' baked emission; 0 switches emitters off

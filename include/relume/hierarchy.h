@@ -13,7 +13,7 @@
 // that merely join groups lie above every cut.
 #pragma once
 
-#include "formats/array.h"
+#include "relume/array.h"
 
 #include <glm/vec3.hpp>
 

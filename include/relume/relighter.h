@@ -21,9 +21,9 @@
 // keep irradiance under 60000 of whatever unit the lights are given in.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/result.h"
-#include "runtime/lights.h"
+#include "relume/bake_data.h"
+#include "relume/lights.h"
+#include "relume/result.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -95,6 +95,13 @@ class GlResolve {
   virtual std::uint32_t surfelProgram() const = 0;
 };
 
+// Points of a volume: x fastest, point (x, y, z) at originWorld + (x, y, z) * spacing.
+struct AmbientVolume {
+  glm::vec3 originWorld{0.0f};  // [m]
+  glm::vec3 spacing{1.0f};      // [m]
+  glm::uvec3 resolution{0};     // [points along each axis]
+};
+
 class Relighter {
  public:
   // usage: bands out of range, a Simd the processor lacks; unsupported: no OpenGL 4.3, buffers larger than the driver
@@ -110,7 +117,7 @@ class Relighter {
   // frozen. Directions of lights may be off unit length by 1 % (kDirectionTolerance); they are normalised.
   [[nodiscard]] Status relight(const LightSetup& setup);
   // What relight() would refuse. usage: a span of the wrong size, a direction that is not of unit length, a number that
-  // is not finite, negative, or outside the range runtime/lights.h gives; the message names light and field.
+  // is not finite, negative, or outside the range include/relume/lights.h gives; the message names light and field.
   [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light.
   void reset();
@@ -124,6 +131,31 @@ class Relighter {
                                                const glm::vec3& geometricNormal) const;
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
   [[nodiscard]] glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+
+  // The same for many receivers at once, on the threads of RelightOptions::parallelFor. Spans of one length; else
+  // usage, and nothing is written.
+  [[nodiscard]] Status irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
+                                            std::span<const glm::vec3> geometricNormal,
+                                            std::span<glm::vec3> irradiance) const;
+  [[nodiscard]] Status irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                                        std::span<glm::vec3> irradiance) const;
+
+  // Plain results: the frame's light for shaders and engines that know nothing of caches. usage: a span of the wrong
+  // size. On the threads of RelightOptions::parallelFor; GL: reads back, and computes on the processor.
+  //
+  // [texel] of the light map; zero for a bake without one.
+  [[nodiscard]] glm::uvec2 lightmapSize() const;
+  // Irradiance [W/m²] for each texel's own normal: halves r, g, b, a, rows as the light map's; a is 1 where there is
+  // light and 0 where no receiver reads. Sampled bilinearly at Lightmap::cornerUv, it is irradianceOnLightmap() for
+  // receivers with their texels' normals. [Size 4 * width * height]
+  [[nodiscard]] Status irradianceMap(std::span<std::uint16_t> rgba16f) const;
+  // The same for normals that differ from the texel's (normal maps): four layers of such texels,
+  //   E(n) = max(layer_0 + n_x layer_1 + n_y layer_2 + n_z layer_3, 0)
+  // a fit over the normals within 60 degrees of the texel's, exact for the texel's own. [Size 16 * width * height]
+  [[nodiscard]] Status irradianceMapL1(std::span<std::uint16_t> rgba16f) const;
+  // Ambient cubes of a volume from the grid: irradiance [W/m²] for the normals +x, -x, +y, -y, +z, -z of each point.
+  // [Size 6 * points]
+  [[nodiscard]] Status ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
   // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/shared/bands.h), the rest

@@ -8,7 +8,7 @@
 // that have a head; docs/LINKS.md compares size, error and speed.
 #pragma once
 
-#include "formats/array.h"
+#include "relume/array.h"
 
 #include <cstdint>
 

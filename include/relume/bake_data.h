@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The whole bake: what the baker hands to the game. Plain data; see the headers of its parts for invariants, and
-// formats/bake_file.h for the file.
+// include/relume/bake_file.h for the file.
 #pragma once
 
-#include "formats/caches.h"
-#include "formats/hierarchy.h"
-#include "formats/links.h"
-#include "formats/surfels.h"
+#include "relume/caches.h"
+#include "relume/hierarchy.h"
+#include "relume/links.h"
+#include "relume/surfels.h"
 
 #include <array>
 #include <cstdint>

@@ -3,7 +3,7 @@
 // them; their radiosity enters the hierarchy at its leaves.
 #pragma once
 
-#include "formats/array.h"
+#include "relume/array.h"
 
 #include <glm/vec3.hpp>
 

@@ -3,7 +3,7 @@
 // triangle of the scene finds its light.
 #pragma once
 
-#include "formats/array.h"
+#include "relume/array.h"
 
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>

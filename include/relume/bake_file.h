@@ -8,9 +8,8 @@
 // small multiple of the file's size. Any thread.
 #pragma once
 
-#include "formats/bake_data.h"
-#include "formats/chunks.h"
-#include "formats/result.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -41,8 +40,5 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Ch
 // aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner,
                        Checksums checksums = Checksums::verify);
-
-// The table of chunks of a file, for `relume info`.
-Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path);
 
 }  // namespace relume

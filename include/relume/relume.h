@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Relume's runtime for C (C89 and later) and for languages that call C: load a bake, light it every frame, read the
+ * indirect light.
+ *
+ *   relume_context_desc describe = {sizeof describe, RELUME_API_VERSION};
+ *   relume_context* context;      relume_context_create(&describe, &context);
+ *   relume_bake* bake;            relume_bake_load(context, "level.relume", &bake);
+ *   relume_relighter* relighter;  relume_relighter_create(bake, NULL, &relighter);
+ *   each frame:                   relume_relight(relighter, &setup);
+ *                                 relume_irradiance_map(relighter, texels, size of texels);
+ *   relume_relighter_destroy(relighter); relume_bake_destroy(bake); relume_context_destroy(context);
+ *
+ * Structs. Those with a struct_size grow in later versions: fill them with zeros, set struct_size to sizeof, then the
+ * fields of interest. Fields that the caller's struct does not have take their defaults. Zeros are the defaults, but
+ * where a field says otherwise.
+ *
+ * Errors. Functions that can fail return a relume_status. A text that says where and what to do belongs to the handle
+ * that the function was called with (relume_..._error()); of functions that create a handle, to the handle they were
+ * given. Outputs are written only on success, but for handles, which are NULL after a failure. No exception crosses.
+ * A null handle or pointer that must not be null gives RELUME_ERROR_USAGE without a text.
+ *
+ * Threads. Handles are independent of each other; a bake may be used by several relighters at once, and the library
+ * has no global state. Of one relighter, relume_relight(), relume_reset() and relume_relighter_destroy() each need it
+ * alone; between them, all functions with a const relume_relighter* may run at the same time on any threads (with
+ * RELUME_BACKEND_GL: on the one whose OpenGL context was current at creation). The callbacks of a context may be called
+ * from any thread that calls the library, and from those of parallel_for.
+ *
+ * Lifetime. A bake keeps what it needs of its context, a relighter what it needs of its bake: handles may be destroyed
+ * in any order. Destroying NULL does nothing.
+ *
+ * Units. Radiometric and metric throughout; coordinates are right-handed with +Y up, as glTF has them. Vectors are
+ * three consecutive floats, colours are linear red, green, blue (Rec. 709 primaries).
+ */
+#ifndef RELUME_RELUME_H
+#define RELUME_RELUME_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(RELUME_SHARED) && defined(__GNUC__)
+#define RELUME_API __attribute__((visibility("default")))
+#else
+#define RELUME_API
+#endif
+
+/* Raised when a function or a field changes its meaning; additions leave it. */
+#define RELUME_API_VERSION 1
+
+typedef enum relume_status {
+  RELUME_OK = 0,
+  RELUME_ERROR_USAGE = 1,        /* an argument is out of its range */
+  RELUME_ERROR_IO = 2,           /* a file could not be read */
+  RELUME_ERROR_INVALID_FILE = 3, /* a file was read and is not what it claims to be */
+  RELUME_ERROR_FAILED = 4,       /* the work itself failed; a shader that did not compile */
+  RELUME_ERROR_UNSUPPORTED = 5,  /* valid, but nothing this build or machine can handle */
+  RELUME_ERROR_MEMORY = 6        /* memory ran out */
+} relume_status;
+
+typedef enum relume_severity { RELUME_INFO = 0, RELUME_WARNING = 1, RELUME_ERROR = 2 } relume_severity;
+typedef enum relume_backend { RELUME_BACKEND_CPU = 0, RELUME_BACKEND_GL = 1 } relume_backend;
+typedef enum relume_light_kind { RELUME_DIRECTIONAL = 0, RELUME_POINT = 1, RELUME_SPOT = 2 } relume_light_kind;
+
+typedef struct relume_context relume_context;
+typedef struct relume_bake relume_bake;
+typedef struct relume_relighter relume_relighter;
+
+/* Runs task(task_data, 0) .. task(task_data, tasks - 1), in any order and on any threads, and returns when all are
+ * done. */
+typedef void (*relume_task)(void* task_data, unsigned int index);
+typedef void (*relume_parallel_for)(void* user, unsigned int tasks, relume_task task, void* task_data);
+/* Every error's text, as it happens. `text` lives until the call returns. */
+typedef void (*relume_log)(void* user, relume_severity severity, const char* text);
+
+typedef struct relume_context_desc {
+  size_t struct_size;
+  unsigned int api_version;         /* RELUME_API_VERSION of the header the host was compiled with */
+  void* user;                       /* handed to the callbacks */
+  relume_log log;                   /* NULL = no log */
+  relume_parallel_for parallel_for; /* NULL = everything on the calling thread */
+} relume_context_desc;
+
+/* RELUME_ERROR_USAGE: another api_version than this library's, a struct_size that is too small. */
+RELUME_API relume_status relume_context_create(const relume_context_desc* desc, relume_context** context);
+RELUME_API void relume_context_destroy(relume_context* context);
+/* Text of the last failure on this handle; "" before there was one. Valid until the next failure on it. */
+RELUME_API const char* relume_context_error(const relume_context* context);
+
+/* RELUME_API_VERSION of the library, and its version as "major.minor.patch". */
+RELUME_API unsigned int relume_api_version(void);
+RELUME_API const char* relume_version(void);
+RELUME_API const char* relume_status_text(relume_status status);
+
+/* ---- Bakes ---- */
+
+/* Maps the file of `path` (UTF-8) and uses it in place; it must not be shortened meanwhile, and may be replaced by
+ * rename. Checksums and structure are verified. */
+RELUME_API relume_status relume_bake_load(relume_context* context, const char* path, relume_bake** bake);
+/* Uses `size` bytes in place. They must be aligned to 8 and stay as they are until release(release_user) is called,
+ * which happens once, when nothing uses them any more, or before a failing call returns; on any thread that destroys a
+ * handle. release may be NULL. */
+RELUME_API relume_status relume_bake_from_memory(relume_context* context, const void* bytes, size_t size,
+                                                 void (*release)(void* release_user), void* release_user,
+                                                 relume_bake** bake);
+RELUME_API void relume_bake_destroy(relume_bake* bake);
+RELUME_API const char* relume_bake_error(const relume_bake* bake);
+
+typedef struct relume_bake_info {
+  size_t struct_size; /* set by the caller */
+  unsigned int surfels, nodes, caches, sky_patches, instances;
+  unsigned int lightmap_width, lightmap_height; /* [texel] 0 without a light map */
+  unsigned int luma_bands, chroma_bands;        /* [1..8] what the bake recommends */
+  float grid_origin[3], grid_spacing[3];        /* [m] lattice of the grid */
+  unsigned int grid_resolution[3];              /* [points] 0 without a grid */
+  char scene_hash[17];                          /* hexadecimal: what the bake was made from */
+} relume_bake_info;
+RELUME_API relume_status relume_bake_get_info(const relume_bake* bake, relume_bake_info* info);
+
+/* The instance's place on the light map: light-map coordinates of its triangles' corners, in the order of the level's
+ * file (Lightmap::cornerUv), two floats in [0..1] per corner, -1 where a triangle is lit by the grid.
+ * [index < instances] corner_count [out]: 3 per triangle. coordinates: NULL to ask for the count alone, else room for
+ * 2 * *corner_count floats, *corner_count being what it is asked for. back_side: 1 = coordinates of back faces. */
+RELUME_API relume_status relume_bake_lightmap_coordinates(const relume_bake* bake, unsigned int instance, int back_side,
+                                                          float* coordinates, size_t* corner_count);
+/* Name of the instance's glTF node; "" for an index that is too large. Lives as long as the bake. */
+RELUME_API const char* relume_bake_instance_name(const relume_bake* bake, unsigned int instance);
+
+/* Surfels, for hosts that light them themselves: the world positions [m] and unit normals of surfels first ..
+ * first + count - 1, three floats each. Either output may be NULL. */
+RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t count, float* positions,
+                                             float* normals);
+
+/* ---- Relighters ---- */
+
+typedef struct relume_relighter_desc {
+  size_t struct_size;
+  relume_backend backend;
+  int luma_bands;   /* [0, 1..8] 0 = what the bake recommends */
+  int chroma_bands; /* [0, 1..luma_bands] 0 = what the bake recommends */
+  /* RELUME_BACKEND_GL: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)`.
+   * NULL or "" = nothing is in shadow. */
+  const char* visibility_glsl;
+} relume_relighter_desc;
+
+/* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call. */
+RELUME_API relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_desc* desc,
+                                                 relume_relighter** relighter);
+RELUME_API void relume_relighter_destroy(relume_relighter* relighter);
+RELUME_API const char* relume_relighter_error(const relume_relighter* relighter);
+
+/* A punctual light as KHR_lights_punctual defines it. No struct_size: an array of them is handed over. */
+typedef struct relume_light {
+  relume_light_kind kind;
+  float intensity[3];       /* [0..1e20] point, spot: [W/sr]; directional: [W/m^2] */
+  float position[3];        /* [m] world */
+  float direction[3];       /* the way the light travels, of length 1 (within 1 %); directional, spot */
+  float range;              /* [m] 0 = no limit */
+  float inner_cone_radians; /* [0..outer] spot */
+  float outer_cone_radians; /* [0..pi] spot */
+} relume_light;
+
+/* Shares [0..1] of a light that reach `count` points with unit normals: the host's shadows. Write all of visible; it is
+ * 0 at first. At most 256 points a call, all facing the light; positions and normals are three floats each. */
+typedef void (*relume_visibility)(void* user, unsigned int light, unsigned int count, const float* positions,
+                                  const float* normals, float* visible);
+
+typedef struct relume_light_setup {
+  size_t struct_size;
+  const relume_light* lights;
+  size_t light_count;
+  relume_visibility visibility; /* CPU backend; NULL = nothing is in shadow */
+  void* visibility_user;
+  /* The host's own direct light in place of the lights: irradiance [W/m^2] of each surfel, three floats each.
+   * NULL or [3 * surfels] */
+  const float* surfel_irradiance;
+  const float* surfel_emission; /* [W/m^2/sr] NULL or [3 * surfels] in place of the baked emission */
+  const float* sky_patches;     /* [W/m^2/sr] NULL or [3 * sky_patches] radiance of each, in place of the constant */
+  float sky_radiance[3];        /* [W/m^2/sr] a constant sky */
+  float emission_scale[3];      /* factor on the baked emission; relume_light_setup_default() sets 1 */
+  float bounce_scale;           /* [0..1] share of last frame's light; relume_light_setup_default() sets 1 */
+} relume_light_setup;
+
+/* Zeros but for struct_size, emission_scale and bounce_scale. Use it: zeros would switch emitters and bounces off. */
+RELUME_API void relume_light_setup_default(relume_light_setup* setup);
+
+/* One frame. A setup that is refused is not applied: last frame's light stays. */
+RELUME_API relume_status relume_relight(relume_relighter* relighter, const relume_light_setup* setup);
+/* Forget last frame's light. */
+RELUME_API relume_status relume_reset(relume_relighter* relighter);
+
+/* ---- Light ---- */
+
+/* Irradiance [W/m^2] at `count` receivers, three floats each. uvs: two floats each, from the light-map coordinates.
+ * geometric_normals: of the receivers' planes, where normals are interpolated or mapped; NULL = normals. */
+RELUME_API relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, size_t count,
+                                                       const float* uvs, const float* normals,
+                                                       const float* geometric_normals, float* irradiance);
+RELUME_API relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_t count,
+                                                   const float* positions, const float* normals, float* irradiance);
+
+/* Plain results: textures and volumes for shaders that know nothing of caches. `bytes` is the size of the output and
+ * must be exact.
+ *   relume_irradiance_map      RGBA16F, lightmap_width * lightmap_height texels of 8 bytes: irradiance for each texel's
+ *                              own normal; a = 1 where there is light
+ *   relume_irradiance_map_l1   four layers of those: E(n) = max(layer 0 + n.x layer 1 + n.y layer 2 + n.z layer 3, 0)
+ *   relume_ambient_volume      6 * 3 floats per point, x fastest: irradiance for +x, -x, +y, -y, +z, -z
+ *   relume_cache_coefficients  floats: coefficients_per_cache per cache; see relighter.h */
+RELUME_API relume_status relume_irradiance_map(const relume_relighter* relighter, void* rgba16f, size_t bytes);
+RELUME_API relume_status relume_irradiance_map_l1(const relume_relighter* relighter, void* rgba16f, size_t bytes);
+RELUME_API relume_status relume_ambient_volume(const relume_relighter* relighter, const float origin[3],
+                                               const float spacing[3], const unsigned int resolution[3], float* cubes,
+                                               size_t bytes);
+RELUME_API unsigned int relume_coefficients_per_cache(const relume_relighter* relighter);
+RELUME_API relume_status relume_cache_coefficients(const relume_relighter* relighter, float* coefficients,
+                                                   size_t bytes);
+
+/* ---- OpenGL: RELUME_BACKEND_GL only, else RELUME_ERROR_USAGE ---- */
+
+/* GLSL 4.30 for the host's shader, after #version (relighter.h, GlResolve). Lives as long as the relighter; NULL on the
+ * CPU. */
+RELUME_API const char* relume_gl_resolve_glsl(const relume_relighter* relighter);
+/* Bind all inputs of that GLSL. Leaves them bound. */
+RELUME_API relume_status relume_gl_bind_resolve(const relume_relighter* relighter);
+/* Name of the program that lights the surfels, for the shadow uniforms of visibility_glsl; 0 on the CPU. */
+RELUME_API unsigned int relume_gl_surfel_program(const relume_relighter* relighter);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
