@@ -354,7 +354,8 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order);
   for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
     std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), 0);
-    cpu::lightSurfels(*kernel, surfels, setup, nullptr, {}, nodes, onTwoThreads);
+    std::vector<cpu::PreparedLight> prepared;
+    cpu::lightSurfels(*kernel, surfels, setup, nullptr, {}, prepared, nodes, onTwoThreads);
     std::size_t lit = 0;
     glm::dvec3 energy(0.0), wanted(0.0);
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {

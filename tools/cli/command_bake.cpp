@@ -3,6 +3,7 @@
 // options (bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/bake.h"
 #include "bake/import/load_scene.h"
+#include "formats/file_io.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"

@@ -3,6 +3,7 @@
 #include "tools/cli/verify_bake.h"
 
 #include "bake/bake.h"
+#include "formats/chunks.h"
 #include "relume/bake_file.h"
 
 #include <string>

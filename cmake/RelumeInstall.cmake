@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+# cmake --install: what a game links (components runtime and dev, MIT) apart from the tools (component tools, GPL because
+# of CGAL); and the packages that CPack writes of them.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Of a version 0.y, each y may break what was linked with the one before.
+set(RELUME_SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+
+# librelume.so: the runtime in one library that shows nothing but include/relume/.
+if(RELUME_BUILD_SHARED)
+  set(map ${PROJECT_SOURCE_DIR}/runtime/relume.map)
+  add_library(relume_shared SHARED $<TARGET_OBJECTS:relume_runtime> $<TARGET_OBJECTS:relume_formats>)
+  add_library(relume::shared ALIAS relume_shared)
+  find_package(glm REQUIRED)
+  target_compile_features(relume_shared PUBLIC cxx_std_20)
+  target_include_directories(relume_shared PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
+  target_link_libraries(relume_shared PUBLIC glm::glm PRIVATE PkgConfig::XXHASH)
+  if(RELUME_BUILD_GL)
+    target_link_libraries(relume_shared PRIVATE PkgConfig::EPOXY)
+  endif()
+  target_link_options(relume_shared PRIVATE -Wl,--version-script=${map} -Wl,--no-undefined -Wl,--as-needed)
+  set_target_properties(relume_shared PROPERTIES EXPORT_NAME shared OUTPUT_NAME relume LINKER_LANGUAGE CXX
+    VERSION ${PROJECT_VERSION} SOVERSION ${RELUME_SOVERSION} LINK_DEPENDS ${map})
+endif()
+
+if(NOT RELUME_INSTALL)
+  return()
+endif()
+
+# ---- The runtime: libraries, headers, how CMake and pkg-config find them.
+set_target_properties(relume_formats PROPERTIES EXPORT_NAME formats)
+set_target_properties(relume_runtime PROPERTIES EXPORT_NAME runtime)
+install(TARGETS relume_formats relume_runtime EXPORT relumeTargets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+if(TARGET relume_shared)
+  install(TARGETS relume_shared EXPORT relumeTargets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev)
+endif()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/relume DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
+target_include_directories(relume_formats INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+if(TARGET relume_shared)
+  target_include_directories(relume_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+endif()
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/relume)
+install(EXPORT relumeTargets NAMESPACE relume:: DESTINATION ${package} COMPONENT dev)
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/relumeConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/relumeConfig.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/relumeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/relumeConfig.cmake ${PROJECT_BINARY_DIR}/relumeConfigVersion.cmake
+        DESTINATION ${package} COMPONENT dev)
+set(RELUME_PC_LIBS -lrelume)
+set(RELUME_PC_REQUIRES "")
+if(NOT TARGET relume_shared)
+  set(RELUME_PC_LIBS "-lrelume_runtime -lrelume_formats -lstdc++ -lm")
+  set(RELUME_PC_REQUIRES "libxxhash$<$<BOOL:${RELUME_BUILD_GL}>:, epoxy>")
+endif()
+configure_file(${PROJECT_SOURCE_DIR}/cmake/relume.pc.in ${PROJECT_BINARY_DIR}/relume.pc.generate @ONLY)
+file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/relume.pc INPUT ${PROJECT_BINARY_DIR}/relume.pc.generate)
+install(FILES ${PROJECT_BINARY_DIR}/relume.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
+
+# ---- The tools.
+if(TARGET relume)
+  install(TARGETS relume RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+endif()
+if(TARGET relume-view)
+  install(TARGETS relume-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+endif()
+
+# ---- Packages: cpack -G DEB in the build folder.
+set(CPACK_PACKAGE_NAME relume)
+set(CPACK_PACKAGE_VENDOR "The Relume authors")
+set(CPACK_PACKAGE_CONTACT "The Relume authors <relume@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Cached indirect light for games: baker and runtime")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_COMPONENTS_ALL runtime dev)
+if(TARGET relume)
+  list(APPEND CPACK_COMPONENTS_ALL tools)
+endif()
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS OFF)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME librelume${RELUME_SOVERSION})
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Relume's runtime, which lights levels with their bakes every frame.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME librelume-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+    "librelume${RELUME_SOVERSION} (= ${PROJECT_VERSION}), libglm-dev, libxxhash-dev, libepoxy-dev, pkg-config")
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and libraries to link Relume's runtime in C and C++.")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME relume-tools)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION graphics)
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "The command line that bakes, checks and compares, and the viewer. GPL-3.0-or-later.")
+include(CPack)

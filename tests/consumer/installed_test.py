@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Install the build, and its Debian packages, into empty folders; build games against each, in C, C++ and Python, and
+look whether all of them see the same light of the sample level.
+
+    installed_test.py --build BUILD --source ROOT --relume PROGRAM --work FOLDER [--launcher PROGRAM]
+"""
+import argparse
+import glob
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+parser = argparse.ArgumentParser()
+for name in ('build', 'source', 'relume', 'work'):
+    parser.add_argument('--' + name, required=True)
+parser.add_argument('--launcher', default='')
+options = parser.parse_args()
+source, work = os.path.abspath(options.source), os.path.abspath(options.work)
+samples = os.path.join(source, 'samples')
+
+
+def run(*command, **more):
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **more)
+    if done.returncode:
+        sys.exit(f'{" ".join(command)}: exit status {done.returncode}\n{done.stdout}{done.stderr}')
+    return done.stdout
+
+
+def check(condition, text):
+    if not condition:
+        sys.exit(text)
+
+
+def light(text):
+    """Irradiance of the 16 frames."""
+    frames = [tuple(float(x) for x in m) for m in
+              re.findall(r'^frame +\d+: irradiance at .* facing up: (\S+) (\S+) (\S+) W/m2', text, re.M)]
+    check(len(frames) == 16, f'expected 16 frames of light:\n{text}')
+    check(all(x > 0 for x in frames[-1]), f'no light in the last frame:\n{text}')
+    return frames
+
+
+def check_same(name, found, expected):
+    for frame, (a, b) in enumerate(zip(found, expected)):
+        for x, y in zip(a, b):
+            check(abs(x - y) <= 2e-4 + 1e-3 * abs(y), f'{name}: frame {frame}: {a}, expected {b}')
+
+
+def check_headers(include):
+    """Nothing private is installed, and nothing that is needs what is not."""
+    installed = {os.path.relpath(f, include) for f in glob.glob(include + '/**/*', recursive=True) if os.path.isfile(f)}
+    check('relume/relume.h' in installed and 'relume/relighter.h' in installed, f'headers are missing: {installed}')
+    for header in sorted(installed):
+        check(header.startswith('relume/'), f'{header} is private')
+        with open(os.path.join(include, header), encoding='utf8') as file:
+            for target in re.findall(r'^\s*#\s*include\s*"([^"]+)"', file.read(), re.M):
+                check(target in installed, f'{header} includes "{target}", which is not installed')
+
+
+def check_games(prefix, bake, expected, root=''):
+    """Games of all kinds against what is installed at `prefix`, below `root`."""
+    where = root + prefix
+    library = next(iter(glob.glob(where + '/lib*/**/librelume.so', recursive=True)), None)
+    check(library is not None, f'no librelume.so below {where}')
+    check_headers(where + '/include')
+    environment = {**os.environ, 'LD_LIBRARY_PATH': os.path.dirname(library)}
+    games = os.path.join(work, 'games')
+    shutil.rmtree(games, ignore_errors=True)
+    launcher = [f'-DCMAKE_{l}_COMPILER_LAUNCHER={options.launcher}' for l in ('C', 'CXX')] if options.launcher else []
+    run('cmake', '-G', 'Ninja', '-S', os.path.join(source, 'tests/consumer/installed'), '-B', games,
+        '-DCMAKE_PREFIX_PATH=' + where, '-DSAMPLES=' + samples, *launcher)
+    run('cmake', '--build', games)
+    for game in ('cpp_static', 'cpp_shared', 'c_shared'):
+        check_same(game, light(run(os.path.join(games, game), bake, env=environment)), expected)
+
+    # C89 by pkg-config, as a makefile would.
+    pc = glob.glob(where + '/lib*/**/relume.pc', recursive=True)
+    flags = run('pkg-config', '--cflags', '--libs', 'relume',
+                env={**environment, 'PKG_CONFIG_PATH': os.path.dirname(pc[0]), 'PKG_CONFIG_SYSROOT_DIR': root}).split()
+    program = os.path.join(work, 'c89')
+    run('cc', '-std=c89', '-pedantic', '-Wall', '-Werror', os.path.join(samples, '02_hello_c/hello_relight.c'), '-o',
+        program, *flags, '-lm')
+    check_same('C89', light(run(program, bake, env=environment)), expected)
+    python = os.path.join(samples, '03_hello_python/hello_relight.py')
+    check_same('Python', light(run(sys.executable, '-B', python, bake,
+                                   env={**environment, 'RELUME_LIBRARY': library})), expected)
+    missing = subprocess.run([program, '/no/such.relume'], env=environment, capture_output=True, text=True, check=False)
+    check(missing.returncode == 2 and '/no/such.relume' in missing.stderr, f'a missing bake: {missing}')
+
+    # What the library shows: relume_* and names of relume's C++ API.
+    symbols = run('nm', '-D', '--defined-only', library).split('\n')
+    names = [line.split()[-1] for line in symbols if line]
+    strange = [n for n in names if not re.match(r'(relume_|_ZN?K?\d*6relume|_ZNK?6relume|_ZT[ISV]N6relume|_ZTIN)', n)]
+    check(names and not strange, f'librelume.so shows {strange[:10]}')
+
+
+shutil.rmtree(work, ignore_errors=True)
+os.makedirs(work)
+bake = os.path.join(work, 'level.relume')
+run(options.relume, 'bake', os.path.join(samples, 'level/two_rooms.glb'), '-o', bake, '--preset', 'draft', '--surfels',
+    '512', '--lightmap-caches', '200', '--links', '64', '--rays', '64', '--walks', '5000', '--progress', 'none')
+hello = glob.glob(os.path.join(options.build, 'samples/01_hello_relight/hello_relight'))
+check(hello, 'the sample is not built')
+expected = light(run(hello[0], bake))
+
+prefix = os.path.join(work, 'prefix')
+for component in ('runtime', 'dev'):
+    run('cmake', '--install', options.build, '--prefix', prefix, '--component', component)
+check_games(prefix, bake, expected)
+
+# The packages, unpacked where a package manager would put them.
+if shutil.which('dpkg-deb') and shutil.which('cpack'):
+    debs = os.path.join(work, 'debs')
+    run('cpack', '-G', 'DEB', '-B', debs, '--config', os.path.join(options.build, 'CPackConfig.cmake'))
+    packages = {run('dpkg-deb', '-f', f, 'Package').strip(): f for f in glob.glob(debs + '/*.deb')}
+    names = sorted(packages)
+    check(len(names) == 3 and names[0] == 'librelume-dev' and names[2] == 'relume-tools', f'packages: {names}')
+    check('libstdc++6' in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the library depends on nothing')
+    check('libembree' in run('dpkg-deb', '-f', packages['relume-tools'], 'Depends'), 'the tools depend on no Embree')
+    check('libembree' not in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the runtime depends on the baker')
+    root = os.path.join(work, 'root')
+    for package in packages.values():
+        run('dpkg-deb', '-x', package, root)
+    check_games('/usr', bake, expected, root)
+    tool = os.path.join(root, 'usr/bin/relume')
+    check('relume' in run(tool, '--version'), 'the packaged tool does not say its version')
+    status = run(tool, 'validate', bake)
+    print(f'packages: {", ".join(names)}')
+else:
+    print('dpkg-deb or cpack is missing: packages are not tested')

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: MIT
+// relume.h says and does what relighter.h does, refuses what it should with a text, and allocates nothing in a frame.
+#include "relume/relume.h"
+
+#include "formats/pack.h"
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
+#include "tests/runtime/allocations.h"
+#include "tests/runtime/some_lights.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace relume {
+namespace {
+
+struct Handles {
+  relume_context* context = nullptr;
+  relume_bake* bake = nullptr;
+  relume_relighter* relighter = nullptr;
+  ~Handles() {
+    relume_context_destroy(context);
+    relume_bake_destroy(bake);
+    relume_relighter_destroy(relighter);
+  }
+};
+
+// A room of a synthetic bake, as a host has it: bytes in memory, a context, a relighter.
+class CApi : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    bake_ = test::makeSyntheticBake({.surfels = 700, .lightmapCaches = 24, .linksPerCache = 32});
+    bake_.instances.resize(1);
+    bake_.instances[0].node = "room";
+    bake_.caches.lightmap.cornerUv =
+        std::vector<std::uint32_t>{packUnorm16x2({0.25f, 0.5f}), kGridLit, kGridLit, packUnorm16x2({1, 0}), 7, 70000};
+    bake_.caches.lightmap.parts = std::vector<LightmapPart>{{.triangleCount = 2, .firstCorner = 0}};
+    const Result<std::vector<std::byte>> bytes = serializeBake(bake_);
+    ASSERT_TRUE(bytes) << bytes.error().message;
+    bytes_ = *bytes;
+    lights_ = test::someLights();
+    for (const Light& light : lights_) {
+      relume_light c{};
+      c.kind = static_cast<relume_light_kind>(light.kind);
+      for (int k = 0; k < 3; ++k) {
+        c.intensity[k] = light.intensity[k];
+        c.position[k] = light.positionWorld[k];
+        c.direction[k] = light.direction[k];
+      }
+      c.range = light.range;
+      c.inner_cone_radians = light.innerConeRad;
+      c.outer_cone_radians = light.outerConeRad;
+      cLights_.push_back(c);
+    }
+    relume_light_setup_default(&setup_);
+    setup_.lights = cLights_.data();
+    setup_.light_count = cLights_.size();
+  }
+
+  void open(Handles& h, relume_parallel_for parallelFor = nullptr) {
+    relume_context_desc desc{};
+    desc.struct_size = sizeof desc;
+    desc.api_version = RELUME_API_VERSION;
+    desc.parallel_for = parallelFor;
+    ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
+    ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), nullptr, nullptr, &h.bake), RELUME_OK)
+        << relume_context_error(h.context);
+    ASSERT_EQ(relume_relighter_create(h.bake, nullptr, &h.relighter), RELUME_OK) << relume_bake_error(h.bake);
+  }
+
+  Relighter cpp() {
+    Result<Relighter> relighter = Relighter::create(bake_, {});
+    EXPECT_TRUE(relighter);
+    return std::move(*relighter);
+  }
+
+  Bake bake_;
+  std::vector<std::byte> bytes_;
+  std::vector<Light> lights_;
+  std::vector<relume_light> cLights_;
+  relume_light_setup setup_;
+};
+
+TEST_F(CApi, lightIsTheCppApis) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  Relighter same = cpp();
+  LightSetup setup;
+  setup.lights = lights_;
+  for (int frame = 0; frame < 3; ++frame) {
+    ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK) << relume_relighter_error(h.relighter);
+    ASSERT_TRUE(same.relight(setup));
+  }
+  const std::vector<float> expected = same.cacheCoefficients();
+  std::vector<float> found(expected.size());
+  EXPECT_EQ(relume_coefficients_per_cache(h.relighter) * bake_.caches.count(), found.size());
+  ASSERT_EQ(relume_cache_coefficients(h.relighter, found.data(), found.size() * sizeof(float)), RELUME_OK);
+  EXPECT_EQ(found, expected);
+
+  const std::vector<float> uvs = {0.1f, 0.2f, 0.7f, 0.4f}, normals = {0, 1, 0, 1, 0, 0}, positions = {1, 1, 1, 2, 1, 3};
+  std::vector<float> onMap(6), inGrid(6);
+  ASSERT_EQ(relume_irradiance_on_lightmap(h.relighter, 2, uvs.data(), normals.data(), nullptr, onMap.data()),
+            RELUME_OK);
+  ASSERT_EQ(relume_irradiance_in_grid(h.relighter, 2, positions.data(), normals.data(), inGrid.data()), RELUME_OK);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const glm::vec3 n(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
+    const glm::vec3 map = same.irradianceOnLightmap({uvs[2 * i], uvs[2 * i + 1]}, n);
+    const glm::vec3 grid = same.irradianceInGrid({positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]}, n);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(onMap[3 * i + static_cast<std::size_t>(k)], map[k]);
+      EXPECT_EQ(inGrid[3 * i + static_cast<std::size_t>(k)], grid[k]);
+    }
+  }
+}
+
+TEST_F(CApi, visibilityInBatchesIsVisibilityOneByOne) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  setup_.visibility = [](void* calls, unsigned int light, unsigned int count, const float* positions,
+                         const float* normals, float* visible) {
+    ++*static_cast<int*>(calls);
+    EXPECT_GT(count, 0u);
+    EXPECT_LE(count, 256u);
+    for (unsigned int i = 0; i < count; ++i) {
+      EXPECT_EQ(visible[i], 0.0f);
+      EXPECT_NEAR(normals[3 * i] * normals[3 * i] + normals[3 * i + 1] * normals[3 * i + 1] +
+                      normals[3 * i + 2] * normals[3 * i + 2],
+                  1.0f, 1e-3f);
+      visible[i] = light == 1 ? 0.0f : (positions[3 * i] < 1.5f ? 1.0f : 0.25f);
+    }
+  };
+  int calls = 0;
+  setup_.visibility_user = &calls;
+  Relighter same = cpp();
+  LightSetup setup;
+  setup.lights = lights_;
+  setup.visibility = [](std::uint32_t light, const glm::vec3& position, const glm::vec3&) {
+    return light == 1 ? 0.0f : (position.x < 1.5f ? 1.0f : 0.25f);
+  };
+  for (int frame = 0; frame < 2; ++frame) {
+    ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+    ASSERT_TRUE(same.relight(setup));
+  }
+  EXPECT_GT(calls, 0);
+  const std::vector<float> expected = same.cacheCoefficients();
+  std::vector<float> found(expected.size());
+  ASSERT_EQ(relume_cache_coefficients(h.relighter, found.data(), found.size() * sizeof(float)), RELUME_OK);
+  EXPECT_EQ(found, expected);
+}
+
+TEST_F(CApi, hostsThreadsGiveTheSameLight) {
+  Handles one, several;
+  ASSERT_NO_FATAL_FAILURE(open(one));
+  ASSERT_NO_FATAL_FAILURE(open(several, [](void*, unsigned int tasks, relume_task task, void* data) {
+    std::atomic<unsigned int> next{0};
+    const auto work = [&] {
+      for (unsigned int i = next++; i < tasks; i = next++) task(data, i);
+    };
+    std::thread helper(work);
+    work();
+    helper.join();
+  }));
+  std::vector<std::vector<std::uint16_t>> maps;
+  for (Handles* h : {&one, &several}) {
+    ASSERT_EQ(relume_relight(h->relighter, &setup_), RELUME_OK);
+    relume_bake_info info{};
+    info.struct_size = sizeof info;
+    ASSERT_EQ(relume_bake_get_info(h->bake, &info), RELUME_OK);
+    std::vector<std::uint16_t> map(4 * info.lightmap_width * info.lightmap_height);
+    ASSERT_EQ(relume_irradiance_map(h->relighter, map.data(), map.size() * 2), RELUME_OK);
+    maps.push_back(map);
+  }
+  EXPECT_EQ(maps[0], maps[1]);
+}
+
+TEST_F(CApi, plainMapsAreWhatReceiversRead) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+  Relighter same = cpp();
+  LightSetup setup;
+  setup.lights = lights_;
+  ASSERT_TRUE(same.relight(setup));
+  const Lightmap& lightmap = bake_.caches.lightmap;
+  const std::size_t texels = lightmap.cache.size();
+  std::vector<std::uint16_t> map(4 * texels), l1(16 * texels);
+  ASSERT_EQ(relume_irradiance_map(h.relighter, map.data(), 8 * texels), RELUME_OK);
+  ASSERT_EQ(relume_irradiance_map_l1(h.relighter, l1.data(), 32 * texels), RELUME_OK);
+  int held = 0;
+  for (std::size_t t = 0; t < texels; ++t) {
+    const std::uint32_t cache = lightmap.cache[t];
+    EXPECT_EQ(unpackHalf(map[4 * t + 3]), cache == kNoCache ? 0.0f : 1.0f);
+    if (cache == kNoCache) continue;
+    ++held;
+    const glm::vec3 n = bake_.caches.normal[cache];
+    const glm::vec2 uv((static_cast<float>(t % lightmap.width) + 0.5f) / static_cast<float>(lightmap.width),
+                       (static_cast<float>(t / lightmap.width) + 0.5f) / static_cast<float>(lightmap.height));
+    const glm::vec3 expected = same.irradianceOnLightmap(uv, n);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float e = expected[static_cast<int>(k)];
+      EXPECT_NEAR(unpackHalf(map[4 * t + k]), e, 1e-3f * e + 1e-6f);
+      float fitted = 0.0f;
+      for (std::size_t layer = 0; layer < 4; ++layer) {
+        const float c = unpackHalf(l1[4 * (layer * texels + t) + k]);
+        fitted += layer == 0 ? c : c * n[static_cast<int>(layer) - 1];
+      }
+      EXPECT_NEAR(fitted, e, 4e-3f * e + 1e-5f) << "texel " << t;
+    }
+  }
+  EXPECT_GT(held, 10);
+}
+
+TEST_F(CApi, ambientVolumesAreWhatTheGridGives) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+  const float origin[3] = {0.5f, 0.5f, 0.5f}, spacing[3] = {1.0f, 0.5f, 2.0f};
+  const unsigned int resolution[3] = {3, 4, 2};
+  std::vector<float> cubes(18 * 24);
+  ASSERT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), cubes.size() * sizeof(float)),
+            RELUME_OK)
+      << relume_relighter_error(h.relighter);
+  // Point (2, 1, 1), normal -y.
+  const float position[3] = {2.5f, 1.0f, 2.5f}, normal[3] = {0, -1, 0};
+  float expected[3];
+  ASSERT_EQ(relume_irradiance_in_grid(h.relighter, 1, position, normal, expected), RELUME_OK);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(cubes[18 * (2 + 3 * (1 + 4 * 1)) + 3 * 3 + k], expected[k]);
+  const unsigned int huge[3] = {65536, 65536, 65536};
+  EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, huge, cubes.data(), cubes.size() * sizeof(float)),
+            RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), 4), RELUME_ERROR_USAGE);
+}
+
+TEST_F(CApi, lightMapCoordinatesOfInstances) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  relume_bake_info info{};
+  info.struct_size = sizeof info;
+  ASSERT_EQ(relume_bake_get_info(h.bake, &info), RELUME_OK);
+  EXPECT_EQ(info.surfels, bake_.surfels.count());
+  EXPECT_EQ(info.caches, bake_.caches.count());
+  EXPECT_EQ(std::string(info.scene_hash).size(), 16u);
+  std::size_t all = 0;
+  for (unsigned int i = 0; i < info.instances; ++i) {
+    std::size_t corners = 0;
+    ASSERT_EQ(relume_bake_lightmap_coordinates(h.bake, i, 0, nullptr, &corners), RELUME_OK);
+    std::vector<float> uv(2 * corners + 1);
+    ASSERT_EQ(relume_bake_lightmap_coordinates(h.bake, i, 0, uv.data(), &corners), RELUME_OK);
+    for (std::size_t k = 0; k < corners; ++k) {
+      const std::uint32_t packed = bake_.caches.lightmap.cornerUv[bake_.caches.lightmap.parts[i].firstCorner + k];
+      EXPECT_EQ(uv[2 * k], packed == kGridLit ? -1.0f : unpackUnorm16x2(packed).x);
+    }
+    all += corners;
+    EXPECT_EQ(relume_bake_instance_name(h.bake, i), bake_.instances[i].node);
+  }
+  EXPECT_EQ(all, bake_.caches.lightmap.cornerUv.size());
+  std::size_t corners = 1u << 30;
+  EXPECT_EQ(relume_bake_lightmap_coordinates(h.bake, info.instances, 0, nullptr, &corners), RELUME_ERROR_USAGE);
+}
+
+// Older hosts know fewer fields: what they do not have keeps its default.
+TEST_F(CApi, smallerStructsKeepDefaults) {
+  Handles h, whole;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  ASSERT_NO_FATAL_FAILURE(open(whole));
+  relume_light_setup small = setup_;
+  small.struct_size = offsetof(relume_light_setup, visibility);
+  small.bounce_scale = -7.0f;  // unseen
+  std::vector<std::vector<float>> light;
+  for (const auto& [handles, setup] : {std::pair{&h, &small}, {&whole, &setup_}}) {
+    ASSERT_EQ(relume_relight(handles->relighter, setup), RELUME_OK) << relume_relighter_error(handles->relighter);
+    light.emplace_back(relume_coefficients_per_cache(handles->relighter) * bake_.caches.count());
+    ASSERT_EQ(relume_cache_coefficients(handles->relighter, light.back().data(), light.back().size() * sizeof(float)),
+              RELUME_OK);
+  }
+  EXPECT_EQ(light[0], light[1]);
+}
+
+TEST_F(CApi, refusesAndSaysWhy) {
+  std::string log;
+  relume_context_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.api_version = RELUME_API_VERSION + 1;
+  desc.user = &log;
+  desc.log = [](void* user, relume_severity severity, const char* text) {
+    EXPECT_EQ(severity, RELUME_ERROR);
+    *static_cast<std::string*>(user) = text;
+  };
+  Handles h;
+  EXPECT_EQ(relume_context_create(&desc, &h.context), RELUME_ERROR_USAGE);
+  EXPECT_EQ(h.context, nullptr);
+  EXPECT_NE(log, "");
+  desc.api_version = RELUME_API_VERSION;
+  ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
+  EXPECT_STREQ(relume_context_error(h.context), "");
+
+  EXPECT_EQ(relume_bake_load(h.context, "/nowhere/at/all.relume", &h.bake), RELUME_ERROR_IO);
+  EXPECT_NE(std::string(relume_context_error(h.context)).find("/nowhere/at/all.relume"), std::string::npos);
+  EXPECT_EQ(log, relume_context_error(h.context));
+  EXPECT_EQ(relume_bake_load(h.context, nullptr, &h.bake), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_bake_load(nullptr, "x", &h.bake), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_bake_from_memory(h.context, "no bake", 8, nullptr, nullptr, nullptr), RELUME_ERROR_USAGE);
+
+  int released = 0;
+  const auto release = [](void* count) { ++*static_cast<int*>(count); };
+  std::vector<std::byte> broken = bytes_;
+  broken[broken.size() / 2] ^= std::byte{1};
+  EXPECT_EQ(relume_bake_from_memory(h.context, broken.data(), broken.size(), release, &released, &h.bake),
+            RELUME_ERROR_INVALID_FILE);
+  EXPECT_EQ(released, 1);
+  EXPECT_EQ(relume_bake_from_memory(nullptr, broken.data(), broken.size(), release, &released, &h.bake),
+            RELUME_ERROR_USAGE);
+  EXPECT_EQ(released, 2);
+  ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), release, &released, &h.bake), RELUME_OK);
+
+  relume_relighter_desc options{};
+  options.struct_size = sizeof options;
+  options.luma_bands = 9;
+  EXPECT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_bake_error(h.bake)).find("lumaBands is 9"), std::string::npos);
+  options.luma_bands = 0;
+  ASSERT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_OK);
+
+  // The relighter lives on without its bake and context; the bytes are released with the last of them.
+  relume_context_destroy(std::exchange(h.context, nullptr));
+  relume_bake_destroy(std::exchange(h.bake, nullptr));
+  EXPECT_EQ(released, 2);
+  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+  cLights_[0].intensity[1] = -1.0f;
+  EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("lights[0].intensity"), std::string::npos);
+  cLights_[0].kind = static_cast<relume_light_kind>(3);
+  EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
+  float out[3];
+  EXPECT_EQ(relume_irradiance_map(h.relighter, out, sizeof out), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_irradiance_in_grid(h.relighter, 1, nullptr, out, out), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_gl_bind_resolve(h.relighter), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_gl_resolve_glsl(h.relighter), nullptr);
+  relume_relighter_destroy(std::exchange(h.relighter, nullptr));
+  EXPECT_EQ(released, 3);
+}
+
+TEST_F(CApi, aFrameAllocatesNothing) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h, [](void*, unsigned int tasks, relume_task task, void* data) {
+    for (unsigned int i = 0; i < tasks; ++i) task(data, i);
+  }));
+  setup_.visibility = [](void*, unsigned int, unsigned int count, const float*, const float*, float* visible) {
+    for (unsigned int i = 0; i < count; ++i) visible[i] = 0.5f;
+  };
+  std::vector<float> sky(3 * bake_.hierarchy.skyDirection.size(), 0.2f), uv = {0.3f, 0.3f}, n = {0, 1, 0}, e(3);
+  setup_.sky_patches = sky.empty() ? nullptr : sky.data();
+  std::vector<std::uint16_t> map(4 * bake_.caches.lightmap.cache.size());
+  const auto frame = [&] {
+    EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+    EXPECT_EQ(relume_irradiance_on_lightmap(h.relighter, 1, uv.data(), n.data(), nullptr, e.data()), RELUME_OK);
+    EXPECT_EQ(relume_irradiance_in_grid(h.relighter, 1, n.data(), n.data(), e.data()), RELUME_OK);
+    EXPECT_EQ(relume_irradiance_map(h.relighter, map.data(), 2 * map.size()), RELUME_OK);
+  };
+  frame();  // scratch memory grows to the number of lights once
+  const std::size_t before = test::allocations();
+  for (int i = 0; i < 5; ++i) frame();
+  EXPECT_EQ(test::allocations(), before);
+}
+
+}  // namespace
+}  // namespace relume
