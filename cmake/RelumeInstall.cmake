@@ -50,6 +50,8 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/relumeConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/relumeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/relumeConfig.cmake ${PROJECT_BINARY_DIR}/relumeConfigVersion.cmake
         DESTINATION ${package} COMPONENT dev)
+# Found from where the file itself lies, so that an installation can be moved.
+file(RELATIVE_PATH RELUME_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(RELUME_PC_LIBS -lrelume)
 set(RELUME_PC_REQUIRES "")
 if(NOT TARGET relume_shared)

@@ -79,7 +79,7 @@ def check_games(prefix, bake, expected, root=''):
     # C89 by pkg-config, as a makefile would.
     pc = glob.glob(where + '/lib*/**/relume.pc', recursive=True)
     flags = run('pkg-config', '--cflags', '--libs', 'relume',
-                env={**environment, 'PKG_CONFIG_PATH': os.path.dirname(pc[0]), 'PKG_CONFIG_SYSROOT_DIR': root}).split()
+                env={**environment, 'PKG_CONFIG_PATH': os.path.dirname(pc[0])}).split()
     program = os.path.join(work, 'c89')
     run('cc', '-std=c89', '-pedantic', '-Wall', '-Werror', os.path.join(samples, '02_hello_c/hello_relight.c'), '-o',
         program, *flags, '-lm')

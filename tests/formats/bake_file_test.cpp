@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The file: round trips, in-place use, and a named error for every field of header and table damaged alone.
-#include "formats/chunks.h"
 #include "relume/bake_file.h"
+#include "formats/chunks.h"
 
 #include "tests/formats/corrupt_file.h"
 #include "tests/formats/small_bake.h"
