@@ -13,6 +13,7 @@
 #include "formats/result.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -41,6 +42,10 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Ch
 // aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner,
                        Checksums checksums = Checksums::verify);
+
+// What tells one bake file from another: the XXH3-64 of header and table in its header (formats/README.md), which
+// covers the sums of all chunks. Same bytes, same number.
+Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path);
 
 // The table of chunks of a file, for `relume info`.
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path);
