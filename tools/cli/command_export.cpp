@@ -44,6 +44,13 @@ void printReport(const ExportedLevel& level, const ExportArguments& arguments) {
               static_cast<unsigned long long>(level.vertices), static_cast<unsigned long long>(level.verticesAdded));
 }
 
+// A bake of another state is of no use here, whatever `relume render` could make of it.
+Error withoutAllowStale(Error error) {
+  const std::string offer = ", or give --allow-stale";
+  if (const std::size_t at = error.message.rfind(offer); at != std::string::npos) error.message.erase(at, offer.size());
+  return error;
+}
+
 int runExport(const ExportArguments& arguments) {
   if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   Terminal terminal(arguments.terminal);
@@ -58,7 +65,7 @@ int runExport(const ExportArguments& arguments) {
   const auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return terminal.finish(), fail(scene.error());
   const auto bake = readBakeOf(*scene, arguments.bake, arguments.scene, /*allowStale=*/false, context);
-  if (!bake) return terminal.finish(), fail(bake.error());
+  if (!bake) return terminal.finish(), fail(withoutAllowStale(bake.error()));
   const auto hash = identifyBakeFile(arguments.bake);
   if (!hash) return terminal.finish(), fail(hash.error());
   const auto level = exportLevel(arguments.scene, *scene, *bake, *hash, context);
