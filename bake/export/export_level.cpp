@@ -108,4 +108,16 @@ Result<ExportedLevel> exportLevel(const std::filesystem::path& path, const Scene
   }
 }
 
+Status checkExportable(const std::filesystem::path& path) {
+  try {
+    Context silent;
+    const Result<LevelDocument> document = LevelDocument::read(path, silent);
+    return document ? checkAsset(*document) : document.error();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, path.filename().string() + ": out of memory"};
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, path.filename().string() + ": " + e.what()};
+  }
+}
+
 }  // namespace relume

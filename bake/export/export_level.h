@@ -37,4 +37,7 @@ struct ExportedLevel {
 Result<ExportedLevel> exportLevel(const std::filesystem::path& level, const Scene& scene, const Bake& bake,
                                   std::uint64_t bakeFileHash, Context& context);
 
+// What exportLevel() would refuse of the file alone, for commands that bake first.
+Status checkExportable(const std::filesystem::path& level);
+
 }  // namespace relume

@@ -175,8 +175,8 @@ class Placer {
     if (!document_.root.contains("animations")) return;
     for (json& animation : document_.root["animations"]) {
       json channels = json::array();
-      for (const json& channel : animation["channels"]) {
-        const json& target = channel["target"];
+      for (const json& channel : animation.at("channels")) {
+        const json& target = channel.at("target");
         const bool weights =
             target.value("path", "") == "weights" && target.value("node", -1) == static_cast<int>(node);
         if (!weights) channels.push_back(channel);

@@ -69,6 +69,15 @@ TEST_F(ExportCommand, nothingElseIsWrittenOver) {
   EXPECT_EQ(run(exported(notes, {"--force"})).status, 0);
 }
 
+TEST_F(ExportCommand, exportedLevelsAreRefusedBeforeTheBake) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const ProgramResult again = run(bakeArguments(at("a.glb"), at("b.relume"), {"--export-glb", at("b.glb")}));
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("already"), std::string::npos) << again.err;
+  EXPECT_EQ(again.err.find("surfels"), std::string::npos) << again.err;
+  EXPECT_FALSE(std::filesystem::exists(at("b.relume")));
+}
+
 TEST_F(ExportCommand, bakesOfAnotherStateAreRefusedAsRenderDoes) {
   GltfParts parts;
   parts.room = makeBoxRoom(5.0f);

@@ -189,6 +189,9 @@ int runBake(const BakeArguments& arguments) {
   if (!scene) return terminal.finish(), fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return terminal.finish(), fail(status.error());
+  if (!arguments.exportedLevel.empty()) {
+    if (const Status status = checkExportable(arguments.scene); !status) return terminal.finish(), fail(status.error());
+  }
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
     const Status exported = writeLevel(arguments, *scene, *existing, context);
