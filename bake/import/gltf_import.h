@@ -30,6 +30,10 @@ struct DracoPrimitive {
 Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                    const std::string& where);
 
+// Vertex indices of triangles from those of a primitive of `mode`, TRIANGLES, TRIANGLE_STRIP or TRIANGLE_FAN: glTF 2.0,
+// section 3.7.2.1.
+std::vector<std::uint32_t> unrollTriangles(std::vector<std::uint32_t> indices, int mode);
+
 // Turns glTF meshes into Scene meshes, each once, when first asked for.
 class MeshImporter {
  public:

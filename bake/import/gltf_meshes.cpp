@@ -20,23 +20,6 @@ constexpr float kMostTexcoord = 1e7f;
 
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// Vertex indices of triangles from those of a primitive: glTF 2.0, section 3.7.2.1.
-std::vector<std::uint32_t> unroll(std::vector<std::uint32_t> indices, int mode) {
-  if (mode == TINYGLTF_MODE_TRIANGLES) return indices;
-  std::vector<std::uint32_t> out;
-  if (indices.size() < 3) return out;
-  out.reserve(3 * (indices.size() - 2));
-  for (std::size_t i = 0; i + 2 < indices.size(); ++i) {
-    const bool odd = i % 2 == 1;
-    if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
-      out.insert(out.end(), {indices[i], indices[i + (odd ? 2 : 1)], indices[i + (odd ? 1 : 2)]});
-    } else {
-      out.insert(out.end(), {indices[i + 1], indices[i + 2], indices[0]});
-    }
-  }
-  return out;
-}
-
 glm::vec3 vec3At(const AccessorValues& values, std::uint32_t i) {
   const float* v = &values.values[static_cast<std::size_t>(i) * static_cast<std::size_t>(values.components)];
   return {v[0], v[1], v[2]};
@@ -68,6 +51,22 @@ std::size_t repairNormals(Mesh& mesh) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> unrollTriangles(std::vector<std::uint32_t> indices, int mode) {
+  if (mode == TINYGLTF_MODE_TRIANGLES) return indices;
+  std::vector<std::uint32_t> out;
+  if (indices.size() < 3) return out;
+  out.reserve(3 * (indices.size() - 2));
+  for (std::size_t i = 0; i + 2 < indices.size(); ++i) {
+    const bool odd = i % 2 == 1;
+    if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
+      out.insert(out.end(), {indices[i], indices[i + (odd ? 2 : 1)], indices[i + (odd ? 1 : 2)]});
+    } else {
+      out.insert(out.end(), {indices[i + 1], indices[i + 2], indices[0]});
+    }
+  }
+  return out;
+}
 
 // Attributes of the vertices in `used`, in that order.
 Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
@@ -181,7 +180,7 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   if (!compressed && primitive.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
     return document_.invalid(
         where, std::to_string(indices.size()) + " vertices are not whole triangles; expected a multiple of 3");
-  indices = unroll(std::move(indices), compressed ? TINYGLTF_MODE_TRIANGLES : primitive.mode);
+  indices = unrollTriangles(std::move(indices), compressed ? TINYGLTF_MODE_TRIANGLES : primitive.mode);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] >= vertexCount)
       return document_.invalid(where, "triangle " + std::to_string(i / 3) + " uses vertex " +

@@ -12,6 +12,7 @@
 #include "relume/result.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -40,5 +41,9 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Ch
 // aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner,
                        Checksums checksums = Checksums::verify);
+
+// What tells one bake file from another: the XXH3-64 of header and table in its header (formats/README.md), which
+// covers the sums of all chunks. Same bytes, same number.
+Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path);
 
 }  // namespace relume

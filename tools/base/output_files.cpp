@@ -66,6 +66,8 @@ bool isKind(std::string_view text, FileKind kind) {
       return text.starts_with("<!doctype html>") && text.find("<title>relume compare") != std::string_view::npos;
     case FileKind::benchPage:
       return text.starts_with("# Performance\n\nWritten by `relume bench`");
+    case FileKind::exportedLevel:
+      return text.starts_with("glTF") && text.find("\"relume\":{\"lightmap\":{") != std::string_view::npos;
     case FileKind::depfile:
       return text.substr(0, text.find('\n')).ends_with(": \\");
   }
@@ -86,6 +88,8 @@ const char* nameOf(FileKind kind) {
       return "a page of relume compare";
     case FileKind::benchPage:
       return "a page of relume bench";
+    case FileKind::exportedLevel:
+      return "a level of relume export";
     case FileKind::depfile:
       return "a depfile";
   }

@@ -14,13 +14,14 @@ namespace relume {
 
 // What a file is, by its first bytes.
 enum class FileKind {
-  bake,         // the header's magic
-  exr,          // the magic
-  png,          // the magic
-  bakeReport,   // JSON of `relume bake --report`: its key "peakMemoryMiB"
-  comparePage,  // HTML of `relume compare --html`: its title
-  benchPage,    // Markdown of `relume bench --markdown`: its heading
-  depfile,      // a rule of Make as makeDepfile() begins it: "target: \"
+  bake,           // the header's magic
+  exr,            // the magic
+  png,            // the magic
+  bakeReport,     // JSON of `relume bake --report`: its key "peakMemoryMiB"
+  comparePage,    // HTML of `relume compare --html`: its title
+  benchPage,      // Markdown of `relume bench --markdown`: its heading
+  exportedLevel,  // a .glb that names the bake it belongs to (bake/export/export_level.h)
+  depfile,        // a rule of Make as makeDepfile() begins it: "target: \"
 };
 
 struct OutputFile {

@@ -2,6 +2,7 @@
 // relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
 // options (bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/bake.h"
+#include "bake/export/export_level.h"
 #include "bake/import/load_scene.h"
 #include "formats/file_io.h"
 #include "relume/bake_file.h"
@@ -32,7 +33,7 @@ namespace relume {
 namespace {
 
 struct BakeArguments {
-  std::string scene, output, optionsFile, reportFile, depfile;
+  std::string scene, output, optionsFile, reportFile, depfile, exportedLevel;
   Preset preset = Preset::high;
   bool printOptions = false, force = false, verify = false;
   BakeFlags flags;
@@ -137,7 +138,16 @@ std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& sc
   return *bake;
 }
 
-// Report and depfile, which are written whether or not there was something to bake.
+// The level with the bake's light-map coordinates.
+Status writeLevel(const BakeArguments& arguments, const Scene& scene, const Bake& bake, Context& context) {
+  if (arguments.exportedLevel.empty()) return done();
+  const Result<std::uint64_t> hash = identifyBakeFile(arguments.output);
+  if (!hash) return hash.error();
+  const Result<ExportedLevel> level = exportLevel(arguments.scene, scene, bake, *hash, context);
+  return level ? level->document.write(arguments.exportedLevel) : level.error();
+}
+
+// Level, report and depfile, which are written whether or not there was something to bake.
 Status writeSideFiles(const BakeArguments& arguments, const Scene& scene, const std::string& report) {
   if (!arguments.reportFile.empty()) {
     if (const Status status = writeText(arguments.reportFile, report); !status) return status;
@@ -154,6 +164,7 @@ CommandFiles filesOf(const BakeArguments& arguments) {
   files.read("the file of --options", arguments.optionsFile);
   files.write("-o", arguments.output, FileKind::bake);
   files.write("--report", arguments.reportFile, FileKind::bakeReport);
+  files.write("--export-glb", arguments.exportedLevel, FileKind::exportedLevel);
   files.write("--depfile", arguments.depfile, FileKind::depfile);
   files.force = arguments.force;
   return files;
@@ -179,9 +190,14 @@ int runBake(const BakeArguments& arguments) {
   if (!scene) return terminal.finish(), fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return terminal.finish(), fail(status.error());
+  if (!arguments.exportedLevel.empty()) {
+    if (const Status status = checkExportable(arguments.scene); !status) return terminal.finish(), fail(status.error());
+  }
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
+    const Status exported = writeLevel(arguments, *scene, *existing, context);
     terminal.finish();
+    if (!exported) return fail(exported.error());
     // Younger than its inputs, so that a build system that goes by time does not ask again.
     std::error_code ignored;
     std::filesystem::last_write_time(arguments.output, std::filesystem::file_time_type::clock::now(), ignored);
@@ -202,7 +218,9 @@ int runBake(const BakeArguments& arguments) {
     if (const Status status = writeBake(*baked, arguments.output); !status)
       return terminal.finish(), fail(status.error());
   }
+  const Status exported = writeLevel(arguments, *scene, *baked, context);
   terminal.finish();
+  if (!exported) return fail(exported.error());
 
   const std::string report = describeRun(context, *options, *baked, seconds(), false);
   if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
@@ -245,6 +263,10 @@ void addBakeCommand(CLI::App& app, Action& action) {
       "Bake even if the output is up to date with scene and options, and write over files that are something else");
   command->add_flag("--verify", arguments->verify,
                     "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");
+  command
+      ->add_option("--export-glb", arguments->exportedLevel,
+                   "Write the level with its light-map coordinates for the game, as relume export does (.glb)")
+      ->option_text("FILE");
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
       ->option_text("FILE");
   addSceneOptions(*command, arguments->sceneOptions);

@@ -36,6 +36,7 @@ void addInfoCommand(CLI::App& app, Action& action);
 void addValidateCommand(CLI::App& app, Action& action);
 void addCompareCommand(CLI::App& app, Action& action);
 void addStatusCommand(CLI::App& app, Action& action);
+void addExportCommand(CLI::App& app, Action& action);
 void addRenderCommand(CLI::App& app, Action& action);
 void addReferenceCommand(CLI::App& app, Action& action);
 void addDiffCommand(CLI::App& app, Action& action);

@@ -87,6 +87,7 @@ int run(int argc, char** argv) {
   addValidateCommand(app, action);
   addCompareCommand(app, action);
   addStatusCommand(app, action);
+  addExportCommand(app, action);
   addRenderCommand(app, action);
   addReferenceCommand(app, action);
   addDiffCommand(app, action);

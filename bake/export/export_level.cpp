@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// See export_level.h.
+#include "bake/export/export_level.h"
+
+#include "bake/base/printed.h"
+#include "bake/export/lightmap_primitives.h"
+#include "bake/export/place_meshes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cinttypes>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+namespace relume {
+namespace {
+
+using nlohmann::json;
+
+std::string hex(std::uint64_t value) { return printed("%016" PRIx64, value); }
+
+const json::json_pointer kIdentity("/extras/relume/lightmap");
+
+// Room for what is said of the bake; an author's extras stay.
+Status checkAsset(const LevelDocument& document) {
+  const json& asset = document.root.at("asset");
+  const GltfDocument& source = document.source();
+  if (asset.contains(kIdentity))
+    return Error{ErrorCode::usage, source.at("has light-map coordinates of relume export already; export the level "
+                                             "that it was made from")};
+  for (const char* path : {"/extras", "/extras/relume"}) {
+    const json::json_pointer pointer(path);
+    if (asset.contains(pointer) && !asset[pointer].is_object())
+      return Error{ErrorCode::unsupported, source.at(std::string("asset") + path +
+                                                     " is no object, so that the bake cannot be named in it; make it "
+                                                     "one")};
+  }
+  return done();
+}
+
+void writeIdentity(json& asset, const Bake& bake, std::uint64_t bakeFileHash, const ExportedLevel& level) {
+  json lightmap = {{"bake", hex(bakeFileHash)},
+                   {"sceneHash", hex(bake.provenance.sceneHash)},
+                   {"width", bake.caches.lightmap.width},
+                   {"height", bake.caches.lightmap.height},
+                   {"texcoord", level.texcoord}};
+  if (level.backTexcoord >= 0) lightmap["backTexcoord"] = level.backTexcoord;
+  asset["extras"]["relume"]["lightmap"] = std::move(lightmap);
+}
+
+// The lists of extensions without Draco's, once nothing is compressed by it.
+void forgetDraco(json& root) {
+  const std::string name = "KHR_draco_mesh_compression";
+  for (const json& mesh : root.value("meshes", json::array())) {
+    for (const json& primitive : mesh["primitives"]) {
+      if (primitive.contains("extensions") && primitive["extensions"].contains(name)) return;
+    }
+  }
+  forgetExtension(root, name);
+}
+
+Result<ExportedLevel> makeLevel(const std::filesystem::path& path, const Scene& scene, const Bake& bake,
+                                std::uint64_t bakeFileHash, Context& context) {
+  // 1. The document
+  Result<LevelDocument> document = LevelDocument::read(path, context);
+  if (!document) return document.error();
+  ExportedLevel out;
+  out.document = std::move(*document);
+  json& root = out.document.root;
+  if (const Status status = checkAsset(out.document); !status) return status.error();
+  // 2. Primitives
+  const TexcoordSets sets = chooseSets(root);
+  const Result<LightmapPrimitives> primitives =
+      makeLightmapPrimitives(out.document, scene, bake.caches.lightmap, sets, context);
+  if (!primitives) return primitives.error();
+  if (primitives->ofInstance.empty())
+    context.message(Severity::warning, out.document.source().at("nothing of it is on the bake's light map, so that it "
+                                                                "gets no coordinates; all of it reads the grid"));
+  // 3. Meshes and nodes
+  const Result<PlacedMeshes> placed = placeMeshes(out.document, scene, *primitives, sets, context);
+  if (!placed) return placed.error();
+  forgetDraco(root);
+  // 4. Identity
+  out.texcoord = sets.front;
+  if (primitives->backs) out.backTexcoord = sets.back();
+  out.vertices = primitives->vertices;
+  out.verticesAdded = primitives->added;
+  out.instances = static_cast<std::uint32_t>(primitives->ofInstance.size());
+  out.meshesAdded = placed->meshesAdded;
+  out.nodesAdded = placed->nodesAdded;
+  writeIdentity(root["asset"], bake, bakeFileHash, out);
+  return out;
+}
+
+}  // namespace
+
+Result<ExportedLevel> exportLevel(const std::filesystem::path& path, const Scene& scene, const Bake& bake,
+                                  std::uint64_t bakeFileHash, Context& context) {
+  const Context::Stage stage(context, "export");
+  try {
+    return makeLevel(path, scene, bake, bakeFileHash, context);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, path.filename().string() + ": out of memory"};
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, path.filename().string() + ": " + e.what()};
+  }
+}
+
+Status checkExportable(const std::filesystem::path& path) {
+  try {
+    Context silent;
+    const Result<LevelDocument> document = LevelDocument::read(path, silent);
+    return document ? checkAsset(*document) : document.error();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, path.filename().string() + ": out of memory"};
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::invalidFile, path.filename().string() + ": " + e.what()};
+  }
+}
+
+}  // namespace relume

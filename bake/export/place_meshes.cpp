@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+// See place_meshes.h.
+#include "bake/export/place_meshes.h"
+
+#include "bake/import/gltf_accessors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+
+// What one node draws: for each GPU instance that is on the light map, its instances of the scene, one a primitive.
+using NodeParts = std::map<std::uint32_t, std::vector<std::uint32_t>>;
+
+bool isInstanced(const json& node) { return node.contains("extensions") && node["extensions"].contains(kInstancing); }
+
+class Placer {
+ public:
+  Placer(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives, TexcoordSets sets,
+         Context& context)
+      : document_(document),
+        scene_(scene),
+        primitives_(primitives),
+        sets_(sets),
+        context_(context),
+        reader_(document.source()),
+        meshes_(document.root.value("meshes", json::array())) {}
+
+  Result<PlacedMeshes> run() {
+    std::map<std::uint32_t, NodeParts> nodes;
+    for (const auto& [i, primitive] : primitives_.ofInstance) {
+      const Instance& instance = scene_.instances[i];
+      nodes[instance.nodeIndex][instance.gpuInstance].push_back(i);
+    }
+    // Meshes that are still drawn as they were.
+    json& root = document_.root;
+    for (std::uint32_t n = 0; root.contains("nodes") && n < root["nodes"].size(); ++n) {
+      if (!nodes.contains(n) && root["nodes"][n].contains("mesh")) taken_.insert(root["nodes"][n]["mesh"].get<int>());
+    }
+    for (const auto& [n, parts] : nodes) {
+      if (isInstanced(root["nodes"][n])) {
+        const Result<std::size_t> copies = countCopies(n);
+        if (!copies) return copies.error();
+        if (parts.size() < *copies) taken_.insert(root["nodes"][n]["mesh"].get<int>());
+      }
+    }
+    for (const auto& [n, parts] : nodes) {
+      json& node = root["nodes"][n];
+      if (isInstanced(node)) {
+        if (const Status status = unfoldInstances(n, parts); !status) return status.error();
+      } else {
+        node["mesh"] = makeMesh(node["mesh"].get<int>(), parts.begin()->second);
+      }
+    }
+    const json& all = root.contains("nodes") ? root["nodes"] : none_;
+    if (std::none_of(all.begin(), all.end(), isInstanced)) forgetExtension(root, kInstancing);
+    warnOfPointers();
+    return placed_;
+  }
+
+ private:
+  // The mesh with the primitives of these instances; returns its index.
+  int makeMesh(int source, const std::vector<std::uint32_t>& instances) {
+    json mesh = meshes_[static_cast<std::size_t>(source)];
+    bool back = false;
+    for (const std::uint32_t i : instances) {
+      const json& primitive = primitives_.ofInstance.at(i);
+      back |= primitive["attributes"].contains("TEXCOORD_" + std::to_string(sets_.back()));
+      mesh["primitives"][scene_.instances[i].primitive] = primitive;
+    }
+    json& extras = mesh["extras"];
+    if (extras.is_null()) extras = json::object();
+    if (extras.is_object() && (!extras.contains("relume") || extras["relume"].is_object())) {
+      extras["relume"]["lightmapTexcoord"] = sets_.front;
+      if (back) extras["relume"]["backLightmapTexcoord"] = sets_.back();
+    }
+    json& all = document_.root["meshes"];
+    if (taken_.insert(source).second) {
+      all[static_cast<std::size_t>(source)] = std::move(mesh);
+      return source;
+    }
+    copied_.insert(source);
+    ++placed_.meshesAdded;
+    all.push_back(std::move(mesh));
+    return static_cast<int>(all.size()) - 1;
+  }
+
+  Result<const AccessorValues*> instanceValues(std::uint32_t node, const std::string& name, const json& accessor) {
+    const std::string where = jsonPath("nodes", static_cast<int>(node)) + ".extensions." + kInstancing + "." + name;
+    return reader_.floats(accessor.get<int>(), 1, 4, where);
+  }
+
+  Result<std::size_t> countCopies(std::uint32_t node) {
+    std::size_t count = 0;
+    for (const auto& [name, accessor] :
+         document_.root["nodes"][node]["extensions"][kInstancing]["attributes"].items()) {
+      const auto values = instanceValues(node, name, accessor);
+      if (!values) return values.error();
+      count = std::max(count, (*values)->count);
+    }
+    return count;
+  }
+
+  // A node for each GPU instance, in place of the extension.
+  Status unfoldInstances(std::uint32_t n, const NodeParts& parts) {
+    json& root = document_.root;
+    const json node = root["nodes"][n];
+    const int source = node["mesh"].get<int>();
+    const Result<std::size_t> count = countCopies(n);
+    if (!count) return count.error();
+    std::vector<json> copies(*count, json::object());
+    for (const auto& [name, accessor] : node["extensions"][kInstancing]["attributes"].items()) {
+      const auto values = instanceValues(n, name, accessor);
+      if (!values) return values.error();
+      const auto components = static_cast<std::size_t>((*values)->components);
+      for (std::size_t i = 0; i < (*values)->count; ++i)
+        setAttribute(name, std::span(&(*values)->values[i * components], components), copies[i]);
+    }
+    json children = json::array();
+    for (std::size_t i = 0; i < copies.size(); ++i) {
+      const auto part = parts.find(static_cast<std::uint32_t>(i));
+      if (node.contains("name")) copies[i]["name"] = node["name"].get<std::string>() + "#" + std::to_string(i);
+      if (node.contains("weights")) copies[i]["weights"] = node["weights"];
+      copies[i]["mesh"] = part == parts.end() ? source : makeMesh(source, part->second);
+      children.push_back(root["nodes"].size());
+      root["nodes"].push_back(std::move(copies[i]));
+      ++placed_.nodesAdded;
+    }
+    animateWeights(n, children);
+    json& parent = root["nodes"][n];
+    for (const json& child : parent.value("children", json::array())) children.push_back(child);
+    parent["children"] = std::move(children);
+    parent.erase("mesh");
+    parent.erase("weights");
+    parent["extensions"].erase(kInstancing);
+    if (parent["extensions"].empty()) parent.erase("extensions");
+    return done();
+  }
+
+  // An attribute of a GPU instance as a property of its node; what is not its place goes to the extras.
+  static void setAttribute(const std::string& name, std::span<const float> values, json& node) {
+    std::vector<double> numbers(values.begin(), values.end());
+    if (name == "ROTATION" && numbers.size() == 4) {
+      double squared = 0.0;
+      for (const double v : numbers) squared += v * v;
+      const double length = std::sqrt(squared);
+      if (length > 0.0 && std::isfinite(length)) {
+        for (double& v : numbers) v /= length;
+      } else {
+        numbers = {0.0, 0.0, 0.0, 1.0};
+      }
+      node["rotation"] = numbers;
+    } else if (name == "TRANSLATION") {
+      node["translation"] = numbers;
+    } else if (name == "SCALE") {
+      node["scale"] = numbers;
+    } else {
+      node["extras"]["relume"]["gpuInstance"][name] = numbers.size() == 1 ? json(numbers.front()) : json(numbers);
+    }
+  }
+
+  // Morph weights that move on the node move on each of its instances.
+  void animateWeights(std::uint32_t node, const json& children) {
+    if (!document_.root.contains("animations")) return;
+    for (json& animation : document_.root["animations"]) {
+      json channels = json::array();
+      for (const json& channel : animation.at("channels")) {
+        const json& target = channel.at("target");
+        const bool weights =
+            target.value("path", "") == "weights" && target.value("node", -1) == static_cast<int>(node);
+        if (!weights) channels.push_back(channel);
+        for (std::size_t i = 0; weights && i < children.size(); ++i) {
+          channels.push_back(channel);
+          channels.back()["target"]["node"] = children[i];
+        }
+      }
+      animation["channels"] = std::move(channels);
+    }
+  }
+
+  // KHR_animation_pointer names meshes and nodes in text; the copies are not moved by it.
+  void warnOfPointers() {
+    std::set<std::string> told;
+    for (const json& animation : document_.root.value("animations", json::array())) {
+      for (const json& channel : animation.value("channels", json::array())) {
+        const json::json_pointer path("/target/extensions/KHR_animation_pointer/pointer");
+        if (!channel.contains(path) || !channel[path].is_string()) continue;
+        const std::string pointer = channel[path].get<std::string>();
+        for (const int mesh : copied_) {
+          if (pointer.starts_with("/meshes/" + std::to_string(mesh) + "/") && told.insert(pointer).second)
+            context_.message(Severity::warning, document_.source().at("an animation moves \"" + pointer +
+                                                                      "\", of which there are several now; it moves "
+                                                                      "the first alone"));
+        }
+      }
+    }
+  }
+
+  LevelDocument& document_;
+  const Scene& scene_;
+  const LightmapPrimitives& primitives_;
+  TexcoordSets sets_;
+  Context& context_;
+  AccessorReader reader_;
+  const json meshes_;    // as they were
+  std::set<int> taken_;  // meshes whose place is not free
+  std::set<int> copied_;
+  const json none_ = json::array();
+  PlacedMeshes placed_;
+};
+
+}  // namespace
+
+void forgetExtension(json& root, const std::string& name) {
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    if (!root.contains(list)) continue;
+    json kept = json::array();
+    for (const json& used : root[list]) {
+      if (used != name) kept.push_back(used);
+    }
+    if (kept.empty())
+      root.erase(list);
+    else
+      root[list] = std::move(kept);
+  }
+}
+
+Result<PlacedMeshes> placeMeshes(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives,
+                                 TexcoordSets sets, Context& context) {
+  return Placer(document, scene, primitives, sets, context).run();
+}
+
+}  // namespace relume

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// `relume export` and `relume bake --export-glb` as a user runs them.
+#include "tests/cli/cli_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+namespace relume {
+namespace {
+
+class ExportCommand : public CliFixture {
+ protected:
+  std::vector<std::string> exported(const std::string& output, std::vector<std::string> more = {}) const {
+    std::vector<std::string> list = {"export", room_, out_, "-o", output, "--progress", "none"};
+    list.insert(list.end(), more.begin(), more.end());
+    return list;
+  }
+  void expectRefused(const std::vector<std::string>& arguments, int status, const std::string& message) {
+    const std::string scene = readAll(room_), baked = readAll(out_);
+    const ProgramResult result = run(arguments);
+    EXPECT_EQ(result.status, status) << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
+    EXPECT_EQ(readAll(room_), scene);
+    EXPECT_EQ(readAll(out_), baked);
+  }
+};
+
+TEST_F(ExportCommand, bakeAndExportWriteTheSameLevel) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const ProgramResult made = run(exported(at("b.glb")));
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.out.find("TEXCOORD_1"), std::string::npos) << made.out;
+  const std::string a = readAll(at("a.glb"));
+  EXPECT_EQ(a.substr(0, 4), "glTF");
+  EXPECT_EQ(a, readAll(at("b.glb")));
+  // It names the bake's file by what stands at byte 32 of it.
+  const std::string file = readAll(out_);
+  std::string hex;
+  for (std::size_t i = 40; i-- > 32;) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    hex += kDigits[static_cast<unsigned char>(file[i]) >> 4];
+    hex += kDigits[static_cast<unsigned char>(file[i]) & 15];
+  }
+  EXPECT_NE(a.find("\"bake\":\"" + hex + "\""), std::string::npos);
+  // A bake that is up to date writes the level all the same, and over its own.
+  std::filesystem::remove(at("a.glb"));
+  for (int i = 0; i < 2; ++i) {
+    bake(room_, out_, {"--export-glb", at("a.glb")});
+    EXPECT_EQ(readAll(at("a.glb")), a);
+    EXPECT_EQ(run(exported(at("b.glb"))).status, 0);
+  }
+  const ProgramResult told = run(exported(at("b.glb"), {"--json"}));
+  EXPECT_EQ(nlohmann::json::parse(told.out)["texcoord"], 1);
+}
+
+TEST_F(ExportCommand, nothingElseIsWrittenOver) {
+  bake(room_, out_);
+  const std::string notes = put("notes.txt", "years of work");
+  const std::string level = put("other.glb", readAll(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"));
+  for (const std::string& other : {notes, level}) {
+    const std::string before = readAll(other);
+    expectRefused(exported(other), 1, "exists and is not a level of relume export");
+    expectRefused(bakeArguments(room_, out_, {"--export-glb", other}), 1, "is not a level of relume export");
+    EXPECT_EQ(readAll(other), before);
+  }
+  expectRefused(exported(room_, {"--force"}), 1, "is the scene and would be written over");
+  expectRefused(exported(out_, {"--force"}), 1, "is the bake and would be written over");
+  expectRefused(bakeArguments(room_, out_, {"--export-glb", out_}), 1, "is what -o writes");
+  expectRefused(exported(""), 1, "-o");
+  EXPECT_EQ(run(exported(notes, {"--force"})).status, 0);
+}
+
+TEST_F(ExportCommand, exportedLevelsAreRefusedBeforeTheBake) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const ProgramResult again = run(bakeArguments(at("a.glb"), at("b.relume"), {"--export-glb", at("b.glb")}));
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("already"), std::string::npos) << again.err;
+  EXPECT_EQ(again.err.find("surfels"), std::string::npos) << again.err;
+  EXPECT_FALSE(std::filesystem::exists(at("b.relume")));
+}
+
+TEST_F(ExportCommand, bakesOfAnotherStateAreRefusedAsRenderDoes) {
+  GltfParts parts;
+  parts.room = makeBoxRoom(5.0f);
+  const std::string other = put("other.gltf", makeGltf(parts));
+  bake(room_, out_);
+  const ProgramResult drawn = run({"render", other, "--bake", out_, "-o", at("p.png"), "--size", "8x8"});
+  const ProgramResult made = run({"export", other, out_, "-o", at("a.glb"), "--progress", "none"});
+  EXPECT_EQ(made.status, 3);
+  EXPECT_EQ(made.status, drawn.status);
+  EXPECT_NE(made.err.find("was not baked from"), std::string::npos) << made.err;
+  EXPECT_EQ(made.err.substr(0, made.err.find(';')), drawn.err.substr(0, drawn.err.find(';')));
+  EXPECT_FALSE(std::filesystem::exists(at("a.glb")));
+  expectRefused({"export", room_, room_, "-o", at("a.glb")}, 3, "room.gltf");
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: MIT
+// What a game reads from an exported level: coordinates, light, and everything else as it was.
+#include "tests/export/exported.h"
+#include "tests/pipeline/tiny_bake.h"
+#include "tools/render/render_cpu.h"
+
+#include <fstream>
+#include <set>
+
+namespace relume {
+namespace {
+
+using nlohmann::json;
+using test::Exported;
+using testing::GltfBuilder;
+
+const std::filesystem::path kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+
+BakeOptions someOptions() {
+  BakeOptions options = test::tinyBakeOptions();
+  options.caches.lightmapCaches = 400;
+  return options;
+}
+
+const Exported& twoRooms() {
+  static const Exported made = [] {
+    BakeOptions options = presetOptions(Preset::draft);
+    options.surfels.count = 2000;
+    return test::exportOf(kLevel, options);
+  }();
+  return made;
+}
+
+// JSON without what an export may change.
+json unchanging(json root) {
+  for (const char* name : {"meshes", "accessors", "bufferViews", "buffers"}) root.erase(name);
+  for (json& node : root["nodes"]) node.erase("mesh");
+  root["asset"].erase("extras");
+  return root;
+}
+
+TEST(ExportLevel, everyCornerOfTheSampleLevelHasTheBakesCoordinate) {
+  expectCoordinates(twoRooms());
+  test::expectSameSurfaces(twoRooms().scene, twoRooms().again);
+}
+
+TEST(ExportLevel, nothingElseOfTheSampleLevelChanges) {
+  const Exported& e = twoRooms();
+  EXPECT_EQ(unchanging(e.before), unchanging(e.after));
+  // What was there stays where it was; what is new follows it.
+  for (const char* name : {"accessors", "bufferViews", "meshes"}) {
+    ASSERT_GE(e.after[name].size(), e.before[name].size());
+    if (std::string(name) == "meshes") continue;
+    for (std::size_t i = 0; i < e.before[name].size(); ++i) EXPECT_EQ(e.after[name][i], e.before[name][i]) << name;
+  }
+  EXPECT_EQ(e.level.verticesAdded > 0, true);
+  EXPECT_LT(e.level.verticesAdded, e.level.vertices);
+}
+
+TEST(ExportLevel, theBakeIsNamed) {
+  const Exported& e = twoRooms();
+  const json& named = e.after["asset"]["extras"]["relume"]["lightmap"];
+  EXPECT_EQ(named["bake"], "0123456789abcdef");
+  EXPECT_EQ(std::stoull(named["sceneHash"].get<std::string>(), nullptr, 16), e.bake.provenance.sceneHash);
+  EXPECT_EQ(named["texcoord"], 1);
+  EXPECT_EQ(named["width"], e.bake.caches.lightmap.width);
+  for (const json& mesh : e.after["meshes"]) {
+    bool has = false;
+    for (const json& p : mesh["primitives"]) has |= p["attributes"].contains("TEXCOORD_1");
+    EXPECT_EQ(has, mesh.contains("extras") && mesh["extras"]["relume"].value("lightmapTexcoord", 0) == 1);
+  }
+}
+
+// Vertices are as many as there are pairs of a vertex and what its corners have on the map, and those nobody uses.
+TEST(ExportLevel, verticesAreSplitWhereChartsNeedItAlone) {
+  const Exported& e = twoRooms();
+  Context context;
+  const auto document = loadGltfDocument(e.path, context), source = loadGltfDocument(kLevel, context);
+  ASSERT_TRUE(document && source);
+  const Lightmap& map = e.bake.caches.lightmap;
+  for (std::uint32_t i = 0; i < e.scene.instances.size(); ++i) {
+    const auto primitiveOf = [](const GltfDocument& d, const Instance& instance) -> const tinygltf::Primitive& {
+      return d.model.meshes[static_cast<std::size_t>(d.model.nodes[instance.nodeIndex].mesh)]
+          .primitives[instance.primitive];
+    };
+    const auto countOf = [](const GltfDocument& d, const tinygltf::Primitive& p) {
+      return d.model.accessors[static_cast<std::size_t>(p.attributes.at("POSITION"))].count;
+    };
+    const tinygltf::Primitive &before = primitiveOf(*source, e.scene.instances[i]),
+                              &after = primitiveOf(*document, e.again.instances[i]);
+    AccessorReader reader(*source);
+    const auto corner = unrollTriangles(*reader.indices(before.indices, "test"), before.mode);
+    std::set<std::array<std::uint32_t, 3>> different;
+    std::set<std::uint32_t> used;
+    for (std::size_t c = 0; c < corner.size(); ++c) {
+      const std::uint64_t at = map.parts[i].firstCorner + c;
+      used.insert(corner[c]);
+      different.insert({corner[c], map.cornerUv[at], map.backCornerUv.empty() ? kGridLit : map.backCornerUv[at]});
+    }
+    const bool charted = after.attributes.contains("TEXCOORD_1");
+    EXPECT_EQ(countOf(*document, after), countOf(*source, before) + (charted ? different.size() - used.size() : 0));
+  }
+}
+
+// The coordinate a game reads at a pixel gives what `relume render` draws there.
+TEST(ExportLevel, aPixelLooksUpWhatIsRendered) {
+  const Exported& e = twoRooms();
+  Context context;
+  RenderRequest request;
+  request.bake = &e.bake;
+  request.camera = e.scene.cameras.front();
+  request.lights = e.scene.lights;
+  request.emissive = true;
+  request.width = 64;
+  request.height = 36;
+  request.samples = 1;
+  request.bounces = 3;
+  const auto tracer = RayTracer::create(e.scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
+  ASSERT_TRUE(tracer) << tracer.error().message;
+  const auto frame = renderCpu(*tracer, request, context);
+  ASSERT_TRUE(frame) << frame.error().message;
+  const std::vector<glm::vec3> drawn = composeAov(*frame, Aov::indirect);
+
+  // The game's side: its own rays at the exported level, its own coordinates.
+  RelightOptions options;
+  const auto visible = [&](std::uint32_t l, const glm::vec3& position, const glm::vec3& normal) {
+    const SceneLight& light = request.lights[l];
+    Ray ray;
+    ray.origin = position + normal * tracer->epsilonAt(position);
+    ray.direction = -light.direction;
+    if (light.type != LightType::directional) {
+      ray.tMax = glm::length(light.positionWorld - ray.origin);
+      if (!(ray.tMax > 0.0f)) return 1.0f;
+      ray.direction = (light.positionWorld - ray.origin) / ray.tMax;
+    }
+    return tracer->occluded(ray) ? 0.0f : 1.0f;
+  };
+  const auto relit = relightRequest(request, options, visible, {});
+  ASSERT_TRUE(relit) << relit.error().message;
+  const auto game = RayTracer::create(e.again, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
+  ASSERT_TRUE(game) << game.error().message;
+  const auto document = loadGltfDocument(e.path, context);
+  ASSERT_TRUE(document) << document.error().message;
+  const CameraRays rays(request.camera, request.width, request.height);
+  std::size_t compared = 0;
+  for (std::uint32_t y = 0; y < request.height; ++y) {
+    for (std::uint32_t x = 0; x < request.width; ++x) {
+      Ray ray;
+      rays.at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, ray.origin, ray.direction);
+      const Hit hit = game->trace(ray);
+      if (!hit) continue;
+      const Instance& instance = e.again.instances[hit.instance];
+      const int set = hit.back ? e.level.backTexcoord : e.level.texcoord;
+      const auto uv = set < 0 ? std::nullopt : test::cornerSet(*document, instance, set);
+      if (!uv || uv->at(3 * hit.triangle) == glm::vec2(1.0f)) continue;  // reads the grid
+      const glm::vec2 a = (*uv)[3 * hit.triangle], b = (*uv)[3 * hit.triangle + (instance.flipped ? 2 : 1)],
+                      c = (*uv)[3 * hit.triangle + (instance.flipped ? 1 : 2)];
+      const float side = hit.back ? -1.0f : 1.0f;
+      const glm::vec3 irradiance = relit->all->irradianceOnLightmap(
+          a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y, side * shadingNormal(e.again, hit.point()),
+          side * geometricNormal(e.again, hit.point()));
+      const glm::vec3 albedo = albedoAt(e.again, hit.point());
+      const glm::vec3 expected = drawn[y * request.width + x];
+      for (int k = 0; k < 3; ++k) {
+        if (albedo[k] <= 0.0f) continue;
+        EXPECT_NEAR(irradiance[k] / 3.14159265f, expected[k], 1e-4f * (1.0f + expected[k])) << x << ", " << y;
+      }
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, request.width * request.height / 3);
+}
+
+// A closed box of eight welded vertices, from within or from outside.
+struct Box {
+  std::vector<float> position;
+  std::vector<std::uint16_t> index;
+};
+Box weldedBox(float size, bool inward) {
+  Box box;
+  for (int v = 0; v < 8; ++v) {
+    for (int axis = 0; axis < 3; ++axis) box.position.push_back((v >> axis & 1) ? size : 0.0f);
+  }
+  const std::uint16_t quads[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                     {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  for (const auto& q : quads) {
+    const std::uint16_t a = q[0], b = inward ? q[3] : q[1], c = q[2], d = inward ? q[1] : q[3];
+    box.index.insert(box.index.end(), {a, b, c, a, c, d});
+  }
+  return box;
+}
+
+// A room with one of everything that an export has to carry.
+GltfBuilder madeLevel() {
+  GltfBuilder b;
+  b.root["extensionsUsed"] = {"EXT_mesh_gpu_instancing", "VENDOR_weather", "KHR_lights_punctual"};
+  b.root["extensions"]["VENDOR_weather"] = {{"rain", 0.1}, {"accessor", 0}};
+  b.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 3.25}}};
+  b.root["asset"]["extras"] = {{"author", "someone"}, {"relume", {{"lightUnit", "radiometric"}}}};
+  b.root["extras"] = {1, "two", nullptr};
+  b.material({{"name", "plaster"}, {"doubleSided", true}, {"extras", {{"wet", 0.30000000000000004}}}});
+
+  const Box room = weldedBox(4.0f, true), crate = weldedBox(0.5f, false);
+  b.root["meshes"].push_back(
+      {{"name", "room"},
+       {"primitives",
+        {{{"attributes", {{"POSITION", b.floats(room.position, "VEC3")}}}, {"indices", b.indices(room.index)}}}}});
+  // A crate with 8-bit colours, joints, an attribute of its own, sparse, and a sparse morph target.
+  std::vector<std::uint8_t> colors, joints(32, 0);
+  std::vector<float> weights, foo(8, 0.5f), normals;
+  for (std::uint8_t v = 0; v < 8; ++v) {
+    colors.insert(colors.end(), {static_cast<std::uint8_t>(10 * v), 200, 30, 0});  // three of four bytes are read
+    weights.insert(weights.end(), {1, 0, 0, 0});
+    for (int axis = 0; axis < 3; ++axis) normals.push_back((v >> axis & 1) ? 0.57735026f : -0.57735026f);
+  }
+  const int fooAccessor = b.floats(foo, "SCALAR");
+  b.root["accessors"][static_cast<std::size_t>(fooAccessor)]["sparse"] = {
+      {"count", 2},
+      {"indices", {{"bufferView", b.view(std::vector<std::uint8_t>{1, 6})}, {"componentType", 5121}}},
+      {"values", {{"bufferView", b.view(std::vector<float>{7.0f, 8.0f})}}}};
+  b.root["accessors"].push_back(
+      {{"componentType", 5126},
+       {"count", 8},
+       {"type", "VEC3"},
+       {"sparse",
+        {{"count", 1},
+         {"indices", {{"bufferView", b.view(std::vector<std::uint16_t>{7})}, {"componentType", 5123}}},
+         {"values", {{"bufferView", b.view(std::vector<float>{0.1f, 0.2f, 0.3f})}}}}}});
+  const int target = static_cast<int>(b.root["accessors"].size()) - 1;
+  b.root["meshes"].push_back({{"name", "crate"},
+                              {"weights", {0.0}},
+                              {"extras", {{"breakable", true}}},
+                              {"primitives",
+                               {{{"attributes",
+                                  {{"POSITION", b.floats(crate.position, "VEC3")},
+                                   {"NORMAL", b.floats(normals, "VEC3")},
+                                   {"COLOR_0", b.accessor(b.view(colors, 4), 5121, 8, "VEC3", true)},
+                                   {"JOINTS_0", b.accessor(b.view(joints), 5121, 8, "VEC4")},
+                                   {"WEIGHTS_0", b.floats(weights, "VEC4")},
+                                   {"_FOO", fooAccessor}}},
+                                 {"targets", {{{"POSITION", target}}}},
+                                 {"material", 0},
+                                 {"indices", b.indices(crate.index)},
+                                 {"extensions", {{"VENDOR_paint", {{"layers", 3}}}}}}}}});
+  // A step as a strip, welded over its edge, one of its triangles without area.
+  b.root["meshes"].push_back(
+      {{"name", "step"},
+       {"primitives",
+        {{{"mode", 5},
+          {"attributes", {{"POSITION", b.floats({1, 0, 0, 2, 0, 0, 1, 1, 0, 2, 1, 0, 1, 1, -1, 2, 1, -1}, "VEC3")}}},
+          {"indices", b.indices({0, 1, 2, 3, 3, 4, 5})}}}}});
+  const auto node = [&](const char* name, int mesh, json translation) {
+    return b.node({{"name", name}, {"mesh", mesh}, {"translation", std::move(translation)}});
+  };
+  node("room", 0, {0, 0, 0});
+  node("crate_a", 1, {0.5, 0.0, 0.5});
+  const int mirrored = node("crate_b", 1, {3.0, 0.0, 0.5});
+  b.root["nodes"][static_cast<std::size_t>(mirrored)]["scale"] = {-1, 1, 1};
+  node("step", 2, {0, 0, 2});
+  const int rows = node("rows", 1, {0.25, 0, 2.5});
+  json& instanced = b.root["nodes"][static_cast<std::size_t>(rows)];
+  instanced["weights"] = {0.25};
+  instanced["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", b.floats({0, 0, 0, 1, 0.1f, 0, 2.3f, 0, 0}, "VEC3")},
+      {"ROTATION",
+       b.accessor(b.view(std::vector<std::int8_t>{0, 0, 0, 127, 0, 90, 0, 90, 0, 0, 0, 127}), 5120, 3, "VEC4", true)},
+      {"_ID", b.floats({10, 11, 12}, "SCALAR")}};
+  const int lamp =
+      b.node({{"name", "lamp"}, {"translation", {2, 3, 2}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  b.root["nodes"].push_back({{"name", "rows_child"}, {"translation", {0, 1, 0}}});
+  instanced["children"] = {lamp + 1};
+  b.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}}};
+  b.node({{"name", "eye"}, {"camera", 0}, {"translation", {2, 2, 3.5}}});
+  // What moves: the crate with a skin, and the weights of the rows.
+  const int joint = b.node({{"name", "joint"}});
+  b.root["skins"] = {{{"joints", {joint}}}};
+  const int walker = b.node({{"name", "walker"}, {"mesh", 1}, {"skin", 0}});
+  const int times = b.floats({0, 1}, "SCALAR"), places = b.floats({0, 0, 0, 1, 0, 0}, "VEC3"),
+            morph = b.floats({0, 1}, "SCALAR");
+  b.root["animations"] = {
+      {{"samplers", {{{"input", times}, {"output", places}}, {{"input", times}, {"output", morph}}}},
+       {"channels",
+        {{{"sampler", 0}, {"target", {{"node", walker}, {"path", "translation"}}}},
+         {{"sampler", 1}, {"target", {{"node", rows}, {"path", "weights"}}}}}}}};
+  return b;
+}
+
+const json& nodeNamed(const json& root, const std::string& name) {
+  for (const json& node : root["nodes"]) {
+    if (node.value("name", "") == name) return node;
+  }
+  ADD_FAILURE() << "no node " << name;
+  return root["nodes"][0];
+}
+
+TEST(ExportLevel, everythingOfAMadeLevelIsCarried) {
+  for (const char* name : {"level.glb", "level.gltf"}) {
+    const Exported e = test::exportOf(madeLevel().write(name), someOptions());
+    expectCoordinates(e);
+    test::expectSameSurfaces(e.scene, e.again);
+
+    // Outside of meshes, their data and the rows of crates nothing changes.
+    json before = unchanging(e.before), after = unchanging(e.after);
+    for (json* root : {&before, &after}) {
+      root->erase("animations");
+      root->erase("extensionsUsed");
+      json& nodes = (*root)["nodes"];
+      while (nodes.size() > e.before["nodes"].size()) nodes.erase(nodes.size() - 1);
+      for (json& node : nodes) {
+        if (node.value("name", "") == "rows") node = nullptr;
+      }
+    }
+    EXPECT_EQ(before, after);
+    EXPECT_EQ(e.after["extensionsUsed"], json({"VENDOR_weather", "KHR_lights_punctual"}));
+    EXPECT_EQ(e.after["asset"]["extras"]["author"], "someone");
+    EXPECT_EQ(e.after["asset"]["extras"]["relume"]["lightUnit"], "radiometric");
+    EXPECT_EQ(e.after["buffers"].size(), 1u);
+    EXPECT_FALSE(e.after["buffers"][0].contains("uri"));
+  }
+}
+
+TEST(ExportLevel, meshesOfSeveralNodesBecomeOneEach) {
+  const Exported e = test::exportOf(madeLevel().write(), someOptions());
+  const int a = nodeNamed(e.after, "crate_a")["mesh"], b = nodeNamed(e.after, "crate_b")["mesh"];
+  // The skinned node draws the mesh as it was.
+  EXPECT_EQ(nodeNamed(e.after, "walker")["mesh"], 1);
+  EXPECT_EQ(e.after["meshes"][1], e.before["meshes"][1]);
+  EXPECT_NE(a, 1);
+  EXPECT_NE(b, 1);
+  EXPECT_NE(a, b);
+  EXPECT_EQ(nodeNamed(e.after, "room")["mesh"], 0);
+  for (const int mesh : {a, b}) {
+    const json& made = e.after["meshes"][static_cast<std::size_t>(mesh)];
+    EXPECT_EQ(made["name"], "crate");
+    EXPECT_EQ(made["weights"], json({0.0}));
+    EXPECT_EQ(made["extras"]["breakable"], true);
+    const json& primitive = made["primitives"][0];
+    EXPECT_EQ(primitive["extensions"], e.before["meshes"][1]["primitives"][0]["extensions"]);
+    EXPECT_EQ(primitive["material"], 0);
+  }
+}
+
+// Bytes of the vertices of a split primitive, attribute by attribute.
+TEST(ExportLevel, splitVerticesKeepAllTheirAttributes) {
+  const Exported e = test::exportOf(madeLevel().write(), someOptions());
+  Context context;
+  auto before = LevelDocument::read(testing::testFolder() / "test.glb", context);
+  auto after = LevelDocument::read(e.path, context);
+  ASSERT_TRUE(before && after);
+  const json& source = before->root["meshes"][1]["primitives"][0];
+  const json& made =
+      after->root["meshes"][nodeNamed(after->root, "crate_a")["mesh"].get<std::size_t>()]["primitives"][0];
+  const auto count = [&](const json& accessor) {
+    return after->root["accessors"][accessor.get<std::size_t>()]["count"].get<std::size_t>();
+  };
+  const std::size_t vertices = count(made["attributes"]["POSITION"]);
+  EXPECT_GT(vertices, 8u);   // welded over edges where charts end
+  EXPECT_LE(vertices, 24u);  // four a side at most
+  const auto check = [&](const json& from, const json& to, const std::string& name) {
+    AccessorReader readerOf(before->source()), readerTo(after->source());
+    const auto a = readerOf.floats(from.get<int>(), 1, 4, name), b = readerTo.floats(to.get<int>(), 1, 4, name);
+    ASSERT_TRUE(a && b) << name;
+    ASSERT_EQ((*b)->count, vertices) << name;
+    const json &p = before->root["accessors"][from.get<std::size_t>()],
+               &q = after->root["accessors"][to.get<std::size_t>()];
+    for (const char* same : {"componentType", "type", "normalized"})
+      EXPECT_EQ(p.value(same, json()), q.value(same, json()));
+    const auto n = static_cast<std::size_t>((*a)->components);
+    // The first eight are the old ones; each further is one of them.
+    EXPECT_TRUE(std::equal((*a)->values.begin(), (*a)->values.end(), (*b)->values.begin())) << name;
+    const auto positionOf = [](AccessorReader& reader, const json& primitive) {
+      return *reader.floats(primitive["attributes"]["POSITION"].get<int>(), 3, 3, "test");
+    };
+    const AccessorValues &pa = *positionOf(readerOf, source), &pb = *positionOf(readerTo, made);
+    for (std::size_t v = 8; v < vertices; ++v) {
+      std::size_t original = 8;
+      for (std::size_t o = 0; o < 8; ++o) {
+        if (std::equal(&pa.values[3 * o], &pa.values[3 * o] + 3, &pb.values[3 * v])) original = o;
+      }
+      ASSERT_LT(original, 8u);
+      EXPECT_TRUE(std::equal(&(*a)->values[n * original], &(*a)->values[n * original] + n, &(*b)->values[n * v]))
+          << name;
+    }
+  };
+  for (const auto& [name, accessor] : source["attributes"].items()) check(accessor, made["attributes"][name], name);
+  check(source["targets"][0]["POSITION"], made["targets"][0]["POSITION"], "target");
+}
+
+TEST(ExportLevel, gpuInstancesBecomeNodes) {
+  const Exported e = test::exportOf(madeLevel().write(), someOptions());
+  EXPECT_EQ(e.level.nodesAdded, 3u);
+  const json& rows = nodeNamed(e.after, "rows");
+  EXPECT_FALSE(rows.contains("mesh"));
+  EXPECT_FALSE(rows.contains("extensions"));
+  EXPECT_FALSE(rows.contains("weights"));
+  ASSERT_EQ(rows["children"].size(), 4u);
+  EXPECT_EQ(e.after["nodes"][rows["children"][3].get<std::size_t>()]["name"], "rows_child");
+  std::set<int> meshes;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const json& node = e.after["nodes"][rows["children"][i].get<std::size_t>()];
+    EXPECT_EQ(node["name"], "rows#" + std::to_string(i));
+    EXPECT_EQ(node["weights"], json({0.25}));
+    EXPECT_EQ(node["extras"]["relume"]["gpuInstance"]["_ID"], 10.0 + static_cast<double>(i));
+    meshes.insert(node["mesh"].get<int>());
+  }
+  EXPECT_EQ(meshes.size(), 3u);
+  // The weights' animation moves each of them.
+  const json& channels = e.after["animations"][0]["channels"];
+  ASSERT_EQ(channels.size(), 4u);
+  EXPECT_EQ(channels[0], e.before["animations"][0]["channels"][0]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(channels[1 + i]["target"]["node"], rows["children"][i]);
+    EXPECT_EQ(channels[1 + i]["sampler"], 1);
+  }
+}
+
+TEST(ExportLevel, primitivesWithoutTextureCoordinatesGetZerosBelowTheMaps) {
+  GltfBuilder b = madeLevel();
+  b.quad({{"attributes", {{"TEXCOORD_1", b.floats({0, 0, 1, 0, 1, 1, 0, 1}, "VEC2")}}}});
+  const Exported e = test::exportOf(b.write(), someOptions());
+  EXPECT_EQ(e.level.texcoord, 2);
+  expectCoordinates(e);
+  for (const json& mesh : e.after["meshes"]) {
+    for (const json& primitive : mesh["primitives"]) {
+      const json& attributes = primitive["attributes"];
+      if (!attributes.contains("TEXCOORD_2")) continue;
+      EXPECT_TRUE(attributes.contains("TEXCOORD_0") && attributes.contains("TEXCOORD_1"));
+    }
+  }
+}
+
+TEST(ExportLevel, whatTheRepairTakesOutIsLitAsWhatItLiesOn) {
+  GltfBuilder b = madeLevel();
+  // A square whose first triangle is there twice, with vertices of its own and turned.
+  b.node({{"mesh",
+           b.mesh({{"attributes",
+                    {{"POSITION", b.floats({1, 1, 1, 2, 1, 1, 2, 2, 1, 1, 2, 1, 2, 1, 1, 2, 2, 1, 1, 1, 1}, "VEC3")}}},
+                   {"indices", b.indices({0, 1, 2, 0, 2, 3, 4, 5, 6})}})}});
+  const Exported e = test::exportOf(b.write(), someOptions());
+  expectCoordinates(e);
+  Context context;
+  const auto document = loadGltfDocument(e.path, context);
+  ASSERT_TRUE(document);
+  const auto uv = test::cornerSet(*document, e.again.instances.back(), e.level.texcoord);
+  ASSERT_TRUE(uv);
+  EXPECT_EQ((*uv)[6], (*uv)[1]);
+  EXPECT_EQ((*uv)[7], (*uv)[2]);
+  EXPECT_EQ((*uv)[8], (*uv)[0]);
+  EXPECT_NE((*uv)[6], glm::vec2(1.0f));
+}
+
+TEST(ExportLevel, imagesBesideTheLevelAreEmbedded) {
+  GltfBuilder b = madeLevel();
+  const auto png = testing::png(2, 1, {1, 2, 3, 255, 4, 5, 6, 255});
+  testing::writeFile("paint.png", png);
+  b.root["images"] = {{{"uri", "paint.png"}, {"name", "paint"}}, {{"uri", "lost.png"}}};
+  b.root["textures"] = {{{"source", 0}}};
+  const Exported e = test::exportOf(b.write("level.gltf"), someOptions());
+  const json& image = e.after["images"][0];
+  EXPECT_EQ(image["mimeType"], "image/png");
+  EXPECT_EQ(image["name"], "paint");
+  Context context;
+  const auto document = loadGltfDocument(e.path, context);
+  const auto bytes = document->viewBytes(image["bufferView"].get<int>(), "test");
+  ASSERT_TRUE(bytes);
+  EXPECT_EQ(std::vector<std::uint8_t>(bytes->begin(), bytes->end()), png);
+  // What is not there keeps its name, with a word.
+  EXPECT_EQ(e.after["images"][1], json({{"uri", "lost.png"}}));
+  const auto told = [](const std::string& m) { return m.find("lost.png") != std::string::npos; };
+  EXPECT_TRUE(std::any_of(e.messages.begin(), e.messages.end(), told));
+}
+
+TEST(ExportLevel, whatCannotBeExportedIsRefused) {
+  Context context;
+  const Exported e = test::exportOf(madeLevel().write(), someOptions());
+  const auto refusal = [&](const std::filesystem::path& path, const Scene& scene) {
+    const auto made = exportLevel(path, scene, e.bake, 1, context);
+    return made ? Error{} : made.error();
+  };
+  // Twice.
+  const Error twice = refusal(e.path, e.again);
+  EXPECT_EQ(twice.code, ErrorCode::usage);
+  EXPECT_NE(twice.message.find("already"), std::string::npos) << twice.message;
+  // Another file than the scene's.
+  GltfBuilder other = madeLevel();
+  other.root["meshes"][0]["primitives"][0]["indices"] = other.indices({0, 1, 2});
+  const Error changed = refusal(other.write("other.glb"), e.scene);
+  EXPECT_EQ(changed.code, ErrorCode::failed);
+  EXPECT_NE(changed.message.find("changed"), std::string::npos) << changed.message;
+  // No room for the bake's name.
+  GltfBuilder taken = madeLevel();
+  taken.root["asset"]["extras"] = "mine";
+  EXPECT_EQ(refusal(taken.write("taken.glb"), e.scene).code, ErrorCode::unsupported);
+}
+
+}  // namespace
+}  // namespace relume
