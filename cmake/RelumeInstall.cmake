@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# cmake --install: what a game links (components runtime and dev, MIT) apart from the tools (component tools, GPL because
+# cmake --install: what a game links (components runtime and dev, MIT) apart from the tools (component bake, GPL because
 # of CGAL); and the packages that CPack writes of them.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -65,10 +65,10 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} 
 
 # ---- The tools.
 if(TARGET relume)
-  install(TARGETS relume RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+  install(TARGETS relume RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT bake)
 endif()
 if(TARGET relume-view)
-  install(TARGETS relume-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+  install(TARGETS relume-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT bake)
 endif()
 
 # ---- Packages: cpack -G DEB in the build folder.
@@ -79,7 +79,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Cached indirect light for games: baker an
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_COMPONENTS_ALL runtime dev)
 if(TARGET relume)
-  list(APPEND CPACK_COMPONENTS_ALL tools)
+  list(APPEND CPACK_COMPONENTS_ALL bake)
 endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
@@ -95,7 +95,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
     "librelume${RELUME_SOVERSION} (= ${PROJECT_VERSION}), libglm-dev, libxxhash-dev, libepoxy-dev, pkg-config")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and libraries to link Relume's runtime in C and C++.")
-set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME relume-tools)
-set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION graphics)
-set(CPACK_COMPONENT_TOOLS_DESCRIPTION "The command line that bakes, checks and compares, and the viewer. GPL-3.0-or-later.")
+set(CPACK_DEBIAN_BAKE_PACKAGE_NAME relume-tools)
+set(CPACK_DEBIAN_BAKE_PACKAGE_SECTION graphics)
+set(CPACK_COMPONENT_BAKE_DESCRIPTION "The command line that bakes, checks and compares, and the viewer. GPL-3.0-or-later.")
 include(CPack)

@@ -168,7 +168,6 @@ const char* toString(ElementType type) {
 std::size_t elementBytes(ElementType type) {
   switch (type) {
     case ElementType::u32:
-      return 4;
     case ElementType::f32:
       return 4;
     case ElementType::f16:

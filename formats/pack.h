@@ -12,7 +12,7 @@ namespace relume {
 
 // IEEE 754 binary16, round to nearest even; overflow gives infinity, denormals are kept.
 std::uint16_t packHalf(float value);
-float unpackHalf(std::uint16_t bits);
+float unpackHalf(std::uint16_t half);
 
 // Unit direction on the octahedron, two 16-bit signed normalised integers (x in the low half). The zero vector is
 // stored as kNoDirection and comes back as zero. Error below 0.0002 rad.

@@ -30,6 +30,10 @@ cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUM
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
 ctest --preset release --parallel "$(nproc)" --no-tests=error
+if [ "$long" -eq 1 ]; then
+  step "clang-tidy"
+  tests/tidy.sh || [ $? -eq 77 ]
+fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
 # The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that

@@ -39,7 +39,7 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Ch
 
 // From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied. usage: the bytes are not
 // aligned to 8.
-Result<Bake> parseBake(std::span<const std::byte> bytes, std::shared_ptr<const void> owner,
+Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
                        Checksums checksums = Checksums::verify);
 
 // What tells one bake file from another: the XXH3-64 of header and table in its header (formats/README.md), which

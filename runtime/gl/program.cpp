@@ -68,7 +68,8 @@ std::string logOf(GLuint name, void (*getLog)(GLuint, GLsizei, GLsizei*, GLchar*
 Result<std::string> expandShader(std::string_view path, Defines defines, std::string_view visibilityGlsl) {
   Expansion expansion;
   expansion.visibilityGlsl = visibilityGlsl;
-  for (const auto& [name, value] : defines) expansion.text += "#define " + name + " " + value + "\n";
+  for (const auto& [name, value] : defines)
+    expansion.text.append("#define ").append(name).append(" ").append(value).append("\n");
   if (Status ok = expandFile(expansion, path, path); !ok) return ok.error();
   return std::move(expansion.text);
 }

@@ -157,8 +157,8 @@ void addCompareCommand(CLI::App& app, Action& action) {
       "compare",
       "Say what differs between two bakes and what it means for light; exit status 7 when a bound is exceeded");
   auto arguments = std::make_shared<CompareArguments>();
-  command->add_option("A", arguments->a, "Bake to compare with (.relume)")->required();
-  command->add_option("B", arguments->b, "Bake to judge (.relume)")->required();
+  command->add_option("A", arguments->a, "Bake to compare with (.relume)")->type_name("FILE")->required();
+  command->add_option("B", arguments->b, "Bake to judge (.relume)")->type_name("FILE")->required();
   const auto bound = [&](const char* flag, double& value, const char* help) {
     command->add_option(flag, value, help)->option_text("X [none]")->check(numberFrom(0.0));
   };

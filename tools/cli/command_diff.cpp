@@ -162,10 +162,14 @@ int runDiff(const DiffArguments& a) {
 void addDiffCommand(CLI::App& app, Action& action) {
   auto a = std::make_shared<DiffArguments>();
   CLI::App* command = app.add_subcommand("diff", "How far an image is from a reference: figures and a picture");
-  command->add_option("IMAGE", a->image, "image, OpenEXR or PNG")->required();
-  command->add_option("REFERENCE", a->reference, "image of the same size and kind to compare with")->required();
-  command->add_option("-o,--output", a->output,
-                      "picture of the error: .png (red is too bright, blue too dark) or .exr (IMAGE - REFERENCE)");
+  command->add_option("IMAGE", a->image, "image, OpenEXR (.exr) or PNG (.png)")->type_name("FILE")->required();
+  command->add_option("REFERENCE", a->reference, "image of the same size and kind to compare with: .exr or .png")
+      ->type_name("FILE")
+      ->required();
+  command
+      ->add_option("-o,--output", a->output,
+                   "picture of the error: .png (red is too bright, blue too dark) or .exr (IMAGE - REFERENCE)")
+      ->type_name("FILE");
   command->add_option("--layer", a->layer,
                       "layer of OpenEXR files to compare, or a sum, as DiffDir+DiffInd; a file that has none of them "
                       "gives R, G, B; default: R, G, B");

@@ -124,7 +124,9 @@ int runInfo(const InfoArguments& arguments) {
 void addInfoCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("info", "Say what is in a bake (.relume) or a scene (.glb, .gltf)");
   auto arguments = std::make_shared<InfoArguments>();
-  command->add_option("FILE", arguments->file, "Bake or scene")->required();
+  command->add_option("FILE", arguments->file, "Bake (.relume) or scene (.glb, .gltf)")
+      ->option_text("FILE REQUIRED")
+      ->required();
   command->add_flag("--json", arguments->json, "Print JSON");
   addSceneOptions(*command, arguments->sceneOptions);
   addMemoryOption(*command, arguments->maxMemory);

@@ -152,7 +152,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   auto a = std::make_shared<ReferenceArguments>();
   CLI::App* command =
       app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
-  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->required();
+  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->type_name("FILE")->required();
   addViewOptions(*command, a->view);
   addSceneOptions(*command, a->sceneOptions);
   static const std::map<std::string, DynamicParts> kDynamic = {
@@ -161,7 +161,8 @@ void addReferenceCommand(CLI::App& app, Action& action) {
       ->add_option("--dynamic", a->dynamic,
                    "dynamic instances: solid (they block and reflect light like all else), receivers (they are lit and "
                    "cast the punctual lights' shadows, and no other light knows of them: what render draws) or hidden "
-                   "[solid]")
+                   "[solid|receivers|hidden]")
+      ->option_text("PARTS [solid]")
       ->transform(CLI::CheckedTransformer(kDynamic).description(""));
   command->add_option("--spp", a->options.samplesPerPixel, "paths a pixel")
       ->check(CLI::Range(1, 1000000))
@@ -175,6 +176,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
                    "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
                    ".png: the radiance")
+      ->type_name("FILE")
       ->required();
   command
       ->add_option("--exposure", a->exposure,

@@ -301,8 +301,11 @@ int runRender(const RenderArguments& arguments) {
 void addRenderCommand(CLI::App& app, Action& action) {
   auto a = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "Relight a camera's view with a bake, without a window");
-  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
-  command->add_option("--bake", a->bake, "bake of that scene (.relume); without one, only direct light is known");
+  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf) the bake was made from")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--bake", a->bake, "bake of that scene (.relume); without one, only direct light is known")
+      ->type_name("FILE");
   command->add_flag("--allow-stale", a->allowStale,
                     "render with a bake of another state of the scene: parts are found by name, the others read the "
                     "grid; a warning says so");
@@ -340,7 +343,9 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
       ->capture_default_str();
   command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
-  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")->required();
+  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
+      ->type_name("FILE")
+      ->required();
   command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);

@@ -65,8 +65,8 @@ void addStatusCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "status", "Say whether a bake is up to date with its scene, or what changed; exit status 7 then");
   auto arguments = std::make_shared<StatusArguments>();
-  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->required();
-  command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->required();
+  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->type_name("FILE")->required();
+  command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->type_name("FILE")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
   addSceneOptions(*command, arguments->sceneOptions);
   addMemoryOption(*command, arguments->maxMemory);

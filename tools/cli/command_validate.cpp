@@ -60,7 +60,7 @@ void addValidateCommand(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("validate", "Check every invariant of a bake; exit status 3 when one is broken");
   auto arguments = std::make_shared<ValidateArguments>();
-  command->add_option("FILE", arguments->file, "Bake (.relume)")->required();
+  command->add_option("FILE", arguments->file, "Bake (.relume)")->type_name("FILE")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
   command->callback([arguments, &action] { action = [arguments] { return runValidate(*arguments); }; });
 }

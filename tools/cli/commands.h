@@ -40,6 +40,8 @@ void addExportCommand(CLI::App& app, Action& action);
 void addRenderCommand(CLI::App& app, Action& action);
 void addReferenceCommand(CLI::App& app, Action& action);
 void addDiffCommand(CLI::App& app, Action& action);
+void addCompletionCommand(CLI::App& app, Action& action);
+void addPagesCommand(CLI::App& app, Action& action);
 
 // Prints "relume: error: <message>" to stderr; returns the exit status that belongs to the error.
 int fail(const Error& error);

@@ -91,6 +91,8 @@ int run(int argc, char** argv) {
   addRenderCommand(app, action);
   addReferenceCommand(app, action);
   addDiffCommand(app, action);
+  addCompletionCommand(app, action);
+  addPagesCommand(app, action);
 
   try {
     app.parse(argc, argv);
@@ -101,7 +103,10 @@ int run(int argc, char** argv) {
 
   if (!action) {
     std::string names;
-    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    for (const CLI::App* command : app.get_subcommands({})) {
+      const bool hidden = command->get_group().empty();
+      if (!hidden) names += (names.empty() ? "" : ", ") + command->get_name();
+    }
     return fail({ErrorCode::usage, "a command is required: " + names + " (see relume --help)"});
   }
 

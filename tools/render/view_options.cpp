@@ -148,10 +148,12 @@ void addViewOptions(CLI::App& command, ViewOptions& options) {
           "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
       ->delimiter(',')
       ->capture_default_str();
-  command.add_option("--lights-file", options.lightsFile,
-                     "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
-                     "innerConeAngle, outerConeAngle}, as KHR_lights_punctual, but in W/sr and W/m^2 whatever "
-                     "--light-unit says");
+  command
+      .add_option("--lights-file", options.lightsFile,
+                  "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
+                  "innerConeAngle, outerConeAngle}, as KHR_lights_punctual, but in W/sr and W/m^2 whatever "
+                  "--light-unit says")
+      ->type_name("FILE");
   command.add_option("--sky", options.sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")->capture_default_str();
   command.add_option("--size", options.size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
 }
