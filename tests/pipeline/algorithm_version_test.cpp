@@ -5,6 +5,7 @@
 // RELUME_STORE_ALGORITHM=1 in the environment writes that file anew; it refuses to give new sums to an old version.
 #include "bake/bake.h"
 #include "bake/provenance.h"
+#include "formats/chunks.h"
 #include "relume/bake_file.h"
 #include "tests/pipeline/tiny_bake.h"
 
