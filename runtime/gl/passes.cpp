@@ -21,8 +21,8 @@ void bindStorage(GLuint slot, const Buffer& buffer) { glBindBufferBase(GL_SHADER
 
 GLuint groupsFor(std::size_t threads, std::size_t group) { return static_cast<GLuint>((threads + group - 1) / group); }
 
-std::vector<RelumeLight> packLights(std::span<const Light> lights) {
-  std::vector<RelumeLight> packed(lights.size());
+void packLights(std::span<const Light> lights, std::vector<RelumeLight>& packed) {
+  packed.resize(lights.size());
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& from = lights[i];
     RelumeLight& to = packed[i];
@@ -34,7 +34,6 @@ std::vector<RelumeLight> packLights(std::span<const Light> lights) {
     to.direction = directional || spot ? glm::vec4(from.direction, coneScale) : glm::vec4(0.0f);
     to.intensity = glm::vec4(from.intensity, spot ? -cosOuter * coneScale : 1.0f);
   }
-  return packed;
 }
 
 // Give a buffer new contents, growing it when needed.
@@ -153,11 +152,12 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
 }
 
 void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
-  const std::vector<RelumeLight> lights = packLights(setup.lights);
-  refill(lights_, lights.data(), lights.size() * sizeof(RelumeLight));
+  packLights(setup.lights, packed_);
+  refill(lights_, packed_.data(), packed_.size() * sizeof(RelumeLight));
   if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(bake, gpu);
   // What the host hands over, one after the other: a colour a surfel and a colour a patch, in their order here.
-  std::vector<glm::vec4> host;
+  std::vector<glm::vec4>& host = hostColors_;
+  host.clear();
   const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {
     if (colors.empty()) return GLuint{kRelumeNone};
     const auto offset = static_cast<GLuint>(host.size());
@@ -177,7 +177,7 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   glProgramUniform2ui(program, mapSize_, std::max(gpu.mapWidth, 1u), std::max(gpu.mapHeight, 1u));
   glProgramUniform1ui(program, surfelEnd_, gpu.surfelEnd);
   glProgramUniform1ui(program, senderEnd_, gpu.senderEnd);
-  glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(lights.size()));
+  glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(packed_.size()));
   glProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
   glProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
   glProgramUniform3f(program, skyRadiance_, setup.skyRadiance.x, setup.skyRadiance.y, setup.skyRadiance.z);

@@ -6,6 +6,9 @@
 #include "relume/lights.h"
 #include "runtime/gl/program.h"
 #include "runtime/gl/upload.h"
+#include "shaders/shared/layout.h"
+
+#include <glm/vec4.hpp>
 
 namespace relume::gl {
 
@@ -57,6 +60,8 @@ class SurfelPass {
  private:
   Program program_;
   Buffer lights_, host_;
+  std::vector<RelumeLight> packed_;  // of the frame; these keep their memory
+  std::vector<glm::vec4> hostColors_;
   GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatEnd_ = -1, surfelEnd_ = -1, senderEnd_ = -1, lightCount_ = -1,
         mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
