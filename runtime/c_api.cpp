@@ -423,6 +423,14 @@ relume_status relume_reset(relume_relighter* relighter) {
   });
 }
 
+relume_status relume_inherit(relume_relighter* relighter, const relume_bake* bake, const relume_relighter* previous) {
+  return run(relighter, [&]() -> Status {
+    if (bake == nullptr) return nullPointer("bake");
+    if (previous == nullptr) return nullPointer("previous");
+    return relighter->relighter->inherit(*previous->relighter, bake->bake);
+  });
+}
+
 // ---- Light
 
 relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, size_t count, const float* uvs,

@@ -12,7 +12,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <numbers>
 #include <string>
+#include <utility>
 
 namespace relume {
 
@@ -28,6 +30,11 @@ struct Relighter::State {
   ParallelFor parallelFor;
   std::unique_ptr<Backend> backend;
   std::vector<Light> lights;  // this frame's, with directions of length 1
+  // After inherit(), until the next frame; else empty.
+  struct Inherited {
+    std::vector<glm::vec3> radiance;  // [W/m²/sr] [Size n_S] that surfels reflect of the light that is handed over
+    Array<glm::vec3> emission;        // [W/m²/sr] [Size n_S] the bake's
+  } inherited;
 
   CacheLight cacheLight() const {
     CacheLight light{lumaBands, chromaBands, backend->coefficients()};
@@ -102,51 +109,6 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   return Relighter(std::move(state));
 }
 
-Relighter::Relighter(std::unique_ptr<State> state) : state_(std::move(state)) {}
-Relighter::Relighter(Relighter&&) noexcept = default;
-Relighter& Relighter::operator=(Relighter&&) noexcept = default;
-Relighter::~Relighter() = default;
-
-Status Relighter::relight(const LightSetup& setup) {
-  if (Status ok = check(setup); !ok) return ok;
-  normaliseLights(setup.lights, state_->lights);
-  // The host's functions by reference: copies of them would allocate in every frame.
-  LightSetup applied;
-  applied.lights = state_->lights;
-  if (setup.visibility) applied.visibility = std::cref(setup.visibility);
-  if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
-  applied.surfelIrradiance = setup.surfelIrradiance;
-  applied.emissionScale = setup.emissionScale;
-  applied.surfelEmission = setup.surfelEmission;
-  applied.skyRadiance = setup.skyRadiance;
-  applied.skyPatches = setup.skyPatches;
-  applied.bounceScale = setup.bounceScale;
-  state_->backend->relight(applied);
-  return done();
-}
-
-Status Relighter::check(const LightSetup& setup) const {
-  if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
-    return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
-  }
-  return checkSetup(setup, state_->surfelCount, state_->skyPatchCount);
-}
-
-void Relighter::reset() { state_->backend->reset(); }
-
-glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
-                                          const glm::vec3& geometricNormal) const {
-  return relume::irradianceOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
-}
-
-glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
-  return irradianceOnLightmap(lightmapUv, normal, normal);
-}
-
-glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  return relume::irradianceInGrid(state_->caches, state_->cacheLight(), positionWorld, normal);
-}
-
 namespace {
 
 // Receivers of a task.
@@ -171,6 +133,82 @@ void forReceivers(const ParallelFor& parallelFor, std::size_t count, const Body&
 }
 
 }  // namespace
+
+Relighter::Relighter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Relighter::Relighter(Relighter&&) noexcept = default;
+Relighter& Relighter::operator=(Relighter&&) noexcept = default;
+Relighter::~Relighter() = default;
+
+Status Relighter::relight(const LightSetup& setup) {
+  if (Status ok = check(setup); !ok) return ok;
+  normaliseLights(setup.lights, state_->lights);
+  // The host's functions by reference: copies of them would allocate in every frame.
+  LightSetup applied;
+  applied.lights = state_->lights;
+  if (setup.visibility) applied.visibility = std::cref(setup.visibility);
+  if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
+  applied.surfelIrradiance = setup.surfelIrradiance;
+  applied.emissionScale = setup.emissionScale;
+  applied.surfelEmission = setup.surfelEmission;
+  applied.skyRadiance = setup.skyRadiance;
+  applied.skyPatches = setup.skyPatches;
+  applied.bounceScale = setup.bounceScale;
+  // Light that is handed over leaves the surfels with their emission, once.
+  State::Inherited inherited = std::exchange(state_->inherited, {});
+  if (setup.bounceScale > 0.0f && !inherited.radiance.empty()) {
+    for (std::size_t s = 0; s < state_->surfelCount; ++s) {
+      const glm::vec3 own =
+          setup.surfelEmission.empty() ? setup.emissionScale * inherited.emission[s] : setup.surfelEmission[s];
+      inherited.radiance[s] = own + setup.bounceScale * inherited.radiance[s];
+    }
+    applied.surfelEmission = inherited.radiance;
+  }
+  state_->backend->relight(applied);
+  return done();
+}
+
+Status Relighter::check(const LightSetup& setup) const {
+  if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
+    return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
+  }
+  return checkSetup(setup, state_->surfelCount, state_->skyPatchCount);
+}
+
+void Relighter::reset() {
+  state_->inherited = {};
+  state_->backend->reset();
+}
+
+Status Relighter::inherit(const Relighter& previous, const Bake& bake) {
+  if (bake.surfels.count() != state_->surfelCount || bake.provenance.sceneHash != state_->sceneHash)
+    return usage("inherit: the bake is not the one that this relighter was made from");
+  if (!state_->surfelArrays) return usage("inherit: needs RelightOptions::surfelArrays");
+  if (previous.state_->caches.grid.cache.empty())
+    return Error{ErrorCode::unsupported, "inherit: the previous bake has no grid to read light from"};
+  const CacheLight light = previous.state_->cacheLight();
+  const Surfels& surfels = bake.surfels;
+  std::vector<glm::vec3> radiance(state_->surfelCount);
+  forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t s) {
+    const glm::vec3 e =
+        relume::irradianceInGrid(previous.state_->caches, light, surfels.positionWorld[s], surfels.normal[s]);
+    radiance[s] = surfels.albedo[s] * e / std::numbers::pi_v<float>;
+  });
+  state_->inherited = {std::move(radiance), surfels.emission};
+  return done();
+}
+
+glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
+                                          const glm::vec3& geometricNormal) const {
+  return relume::irradianceOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
+}
+
+glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
+  return irradianceOnLightmap(lightmapUv, normal, normal);
+}
+
+glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  return relume::irradianceInGrid(state_->caches, state_->cacheLight(), positionWorld, normal);
+}
 
 Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
                                        std::span<const glm::vec3> geometricNormal,

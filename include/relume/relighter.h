@@ -121,6 +121,12 @@ class Relighter {
   [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light.
   void reset();
+  // Hot reload: begin with the light that `previous`, a relighter of an older bake of the level, has in its grid, so
+  // that the first frame is not without its bounces. `bake` is the one that this relighter was made from. Takes effect
+  // in the next relight(), and holds 12 bytes per surfel until then. Irradiance at each surfel is read from the grid of
+  // `previous`, so that light of the first frame is as coarse as that; what follows converges as ever.
+  // usage: another bake, or no RelightOptions::surfelArrays; unsupported: `previous` has no grid.
+  [[nodiscard]] Status inherit(const Relighter& previous, const Bake& bake);
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
   // each relight(). lightmapUv [0..1]² from Lightmap::cornerUv (front or back set). Finite and

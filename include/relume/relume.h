@@ -21,10 +21,10 @@
  * A null handle or pointer that must not be null gives RELUME_ERROR_USAGE without a text.
  *
  * Threads. Handles are independent of each other; a bake may be used by several relighters at once, and the library
- * has no global state. Of one relighter, relume_relight(), relume_reset() and relume_relighter_destroy() each need it
- * alone; between them, all functions with a const relume_relighter* may run at the same time on any threads (with
- * RELUME_BACKEND_GL: on the one whose OpenGL context was current at creation). The callbacks of a context may be called
- * from any thread that calls the library, and from those of parallel_for.
+ * has no global state. Of one relighter, relume_relight(), relume_reset(), relume_inherit() and
+ * relume_relighter_destroy() each need it alone; between them, all functions with a const relume_relighter* may run at
+ * the same time on any threads (with RELUME_BACKEND_GL: on the one whose OpenGL context was current at creation). The
+ * callbacks of a context may be called from any thread that calls the library, and from those of parallel_for.
  *
  * Lifetime. A bake keeps what it needs of its context, a relighter what it needs of its bake: handles may be destroyed
  * in any order. Destroying NULL does nothing.
@@ -190,6 +190,12 @@ RELUME_API void relume_light_setup_default(relume_light_setup* setup);
 RELUME_API relume_status relume_relight(relume_relighter* relighter, const relume_light_setup* setup);
 /* Forget last frame's light. */
 RELUME_API relume_status relume_reset(relume_relighter* relighter);
+
+/* Hot reload: begin with the light of `previous`, a relighter of an older bake of the level, so that the first frame is
+ * not without its bounces. `bake` is the one that `relighter` was made from. Takes effect in the next relume_relight().
+ */
+RELUME_API relume_status relume_inherit(relume_relighter* relighter, const relume_bake* bake,
+                                        const relume_relighter* previous);
 
 /* ---- Light ---- */
 

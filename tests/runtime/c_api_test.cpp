@@ -6,6 +6,7 @@
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
+#include "tests/runtime/hot_reload.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
@@ -368,6 +369,26 @@ TEST_F(CApi, aFrameAllocatesNothing) {
   const std::size_t before = test::allocations();
   for (int i = 0; i < 5; ++i) frame();
   EXPECT_EQ(test::allocations(), before);
+}
+
+TEST(HotReload, handsTheLightOver) { test::expectLightIsHandedOver(BackendKind::cpu); }
+
+TEST_F(CApi, hotReloadHandsTheLightOver) {
+  Handles old, fresh, heir;
+  for (Handles* h : {&old, &fresh, &heir}) ASSERT_NO_FATAL_FAILURE(open(*h));
+  for (int frame = 0; frame < 16; ++frame) ASSERT_EQ(relume_relight(old.relighter, &setup_), RELUME_OK);
+  ASSERT_EQ(relume_inherit(heir.relighter, heir.bake, old.relighter), RELUME_OK);
+  std::vector<double> totals;
+  for (Handles* h : {&old, &fresh, &heir}) {
+    ASSERT_EQ(relume_relight(h->relighter, &setup_), RELUME_OK);
+    std::vector<float> all(relume_coefficients_per_cache(h->relighter) * bake_.caches.count());
+    ASSERT_EQ(relume_cache_coefficients(h->relighter, all.data(), all.size() * sizeof(float)), RELUME_OK);
+    double total = 0.0;
+    for (std::size_t i = 0; i < all.size(); i += relume_coefficients_per_cache(h->relighter)) total += all[i];
+    totals.push_back(total);
+  }
+  EXPECT_LT(std::abs(totals[2] - totals[0]), 0.35 * std::abs(totals[1] - totals[0]));
+  EXPECT_EQ(relume_inherit(heir.relighter, nullptr, old.relighter), RELUME_ERROR_USAGE);
 }
 
 }  // namespace

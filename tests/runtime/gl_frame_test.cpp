@@ -3,6 +3,7 @@
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/hot_reload.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
@@ -91,6 +92,8 @@ TEST_F(GlFrame, createsNoObjectAndAllocatesNothing) {
   EXPECT_EQ(created, 0);
   EXPECT_EQ(test::allocations(), before);
 }
+
+TEST_F(GlFrame, hotReloadHandsTheLightOver) { test::expectLightIsHandedOver(BackendKind::gl); }
 
 }  // namespace
 }  // namespace relume
