@@ -8,7 +8,7 @@ include(CMakePackageConfigHelpers)
 set(RELUME_SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 
 # librelume.so: the runtime in one library that shows nothing but include/relume/.
-if(RELUME_BUILD_SHARED)
+if(RELUME_BUILD_SHARED AND NOT RELUME_SANITIZE)
   set(map ${PROJECT_SOURCE_DIR}/runtime/relume.map)
   add_library(relume_shared SHARED $<TARGET_OBJECTS:relume_runtime> $<TARGET_OBJECTS:relume_formats>)
   add_library(relume::shared ALIAS relume_shared)

@@ -148,6 +148,7 @@ Status Relighter::relight(const LightSetup& setup) {
   if (setup.visibility) applied.visibility = std::cref(setup.visibility);
   if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
   applied.surfelIrradiance = setup.surfelIrradiance;
+  applied.surfelIrradianceOnGpu = setup.surfelIrradianceOnGpu;
   applied.emissionScale = setup.emissionScale;
   applied.surfelEmission = setup.surfelEmission;
   applied.skyRadiance = setup.skyRadiance;
@@ -168,6 +169,8 @@ Status Relighter::relight(const LightSetup& setup) {
 }
 
 Status Relighter::check(const LightSetup& setup) const {
+  if (setup.surfelIrradianceOnGpu && state_->kind != BackendKind::gl)
+    return usage("light setup: surfelIrradianceOnGpu needs the OpenGL backend");
   if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
     return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
   }

@@ -18,8 +18,10 @@ layout(std430, binding = RELUME_SLOT_HOST) readonly buffer Host { vec4 host[]; }
 layout(std430, binding = RELUME_SLOT_NODES) buffer Nodes { uint node[]; };
 layout(std430, binding = RELUME_SLOT_TEXELS) readonly buffer Texels { uint texelColor[]; };
 layout(std430, binding = RELUME_SLOT_EMISSION) readonly buffer Emission { uint emissionColor[]; };
+layout(std430, binding = RELUME_SLOT_SURFEL_LIGHT) readonly buffer SurfelLight { vec4 surfelLight[]; };
 
 uniform bool relumeEmits;
+uniform bool relumeLitOnGpu;  // by the host's shader: surfelLight
 uniform vec3 relumeBoxOrigin;  // [m] of positions
 uniform vec3 relumeBoxStep;
 uniform uint relumeFlatEnd;    // up to here, surfels read texelColor
@@ -46,6 +48,11 @@ vec3 directIrradiance(RelumeLight l, vec3 position, vec3 normal) {
 }
 
 vec3 direct(uint s, vec3 position, vec3 normal) {
+  if (relumeLitOnGpu) {
+    // A number that is not finite would never leave the bounces.
+    vec3 e = surfelLight[s].rgb;
+    return any(isnan(e)) || any(isinf(e)) ? vec3(0.0) : clamp(e, 0.0, 1e20);
+  }
   if (relumeHostOffset.x != kRelumeNone) return host[relumeHostOffset.x + s].rgb;
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {

@@ -46,6 +46,9 @@ struct LightSetup {
   // The host's own direct light: irradiance [W/m²] at each surfel, in place of `lights` and their visibility.
   // [Size 0 or n_S]
   std::span<const glm::vec3> surfelIrradiance{};
+  // GL backend: direct light is what the host's shader has written by GlResolve::surfelGlsl(), in place of all of the
+  // above. What it does not write anew stays as it was in the frame before.
+  bool surfelIrradianceOnGpu = false;
   glm::vec3 emissionScale{1.0f};  // factor on the surfels' baked emission; 0 switches emitters off
   std::span<const glm::vec3>
       surfelEmission{};                     // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)

@@ -93,6 +93,19 @@ class GlResolve {
   virtual void bind() const = 0;
   // GL program of step 2, for the host's shadow uniforms.
   virtual std::uint32_t surfelProgram() const = 0;
+
+  // Direct light by a compute shader of the host's own (ray traced, of area lights, of a texture), for frames with
+  // LightSetup::surfelIrradianceOnGpu. GLSL 4.30 to put into that shader after #version: defines relumeSurfelSlots,
+  // vec3 relumeSurfelPosition(uint i), vec3 relumeSurfelNormal(uint i), float relumeSurfelRadius(uint i) and
+  // void relumeSetSurfelIrradiance(uint i, vec3 irradiance), for each i < relumeSurfelSlots. Slots are those of
+  // shaders/shared/layout.h (RELUME_SURFELS_SLOT_...) unless the host defines them before it. No barrier is needed
+  // between its dispatch and relight().
+  virtual const std::string& surfelGlsl() const = 0;
+  // Invocations to dispatch, at least.
+  virtual std::uint32_t surfelSlots() const = 0;
+  // Bind the surfels and the buffer for their irradiance to the default slots. Leaves them bound. The first call makes
+  // that buffer, which holds zeros.
+  virtual void bindSurfels() const = 0;
 };
 
 // Points of a volume: x fastest, point (x, y, z) at originWorld + (x, y, z) * spacing.

@@ -2,12 +2,15 @@
 // See gl_backend.h.
 #include "runtime/gl/gl_backend.h"
 
+#include "formats/decimal.h"
 #include "formats/pack.h"
 #include "runtime/gl/saved_state.h"
 #include "runtime/shared/pack_color.h"
 #include "shaders/shared/layout.h"
 
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace relume::gl {
@@ -72,12 +75,29 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
       expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
+  const auto text = [](const glm::vec3& v) {
+    return "vec3(" + decimalGlsl(v.x) + ", " + decimalGlsl(v.y) + ", " + decimalGlsl(v.z) + ")";
+  };
+  const std::array<std::pair<std::string, std::string>, 4> defines{
+      {{"RELUME_SURFEL_SLOTS", std::to_string(backend->gpu_.surfelEnd) + "u"},
+       {"RELUME_SURFEL_ORIGIN", text(backend->gpu_.box.origin)},
+       {"RELUME_SURFEL_STEP", text(backend->gpu_.box.step)},
+       {"RELUME_SURFEL_RADIUS", decimalGlsl(std::sqrt(bake.surfels.areaEach / std::numbers::pi_v<float>))}}};
+  Result<std::string> surfelGlsl = expandShader("surfels.glsl", defines);
+  if (!surfelGlsl) return surfelGlsl.error();
+  backend->surfelGlsl_ = std::move(*surfelGlsl);
   return backend;
+}
+
+void GlBackend::bindSurfels() const {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_WORDS, gpu_.surfels.get());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gpu_));
 }
 
 void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved;
   timer_.mark(0);
+  if (setup.surfelIrradianceOnGpu) storageBarrier();  // what the host's shader has written
   const bool bounces = lit_ && setup.bounceScale > 0.0f;
   if (bounces && bounce_.run(gpu_)) storageBarrier();
   surfels_.run(gpu_, bake_, setup, bounces);

@@ -32,6 +32,9 @@ class GlBackend final : public Backend, public GlResolve {
   const std::string& glsl() const override { return resolveGlsl_; }
   void bind() const override { bindResolve(gpu_); }
   std::uint32_t surfelProgram() const override { return surfels_.program(); }
+  const std::string& surfelGlsl() const override { return surfelGlsl_; }
+  std::uint32_t surfelSlots() const override { return gpu_.surfelEnd; }
+  void bindSurfels() const override;
 
  private:
   GlBackend(const Bake& bake, int lumaBands, int chromaBands) : bake_(bake), luma_(lumaBands), chroma_(chromaBands) {}
@@ -40,10 +43,10 @@ class GlBackend final : public Backend, public GlResolve {
   int luma_, chroma_;
   GpuBake gpu_;
   BouncePass bounce_;
-  SurfelPass surfels_;
+  mutable SurfelPass surfels_;  // makes the buffer for the host's light when it is first bound
   PullPass pull_;
   CachePass caches_;
-  std::string resolveGlsl_;
+  std::string resolveGlsl_, surfelGlsl_;
   bool lit_ = false;  // whether the caches hold a frame
   mutable FrameTimer<3> timer_;
   mutable std::vector<float> coefficients_;  // read back

@@ -136,6 +136,7 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
   pass.lights_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
   pass.host_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
   const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
+  pass.litOnGpu_ = location("relumeLitOnGpu");
   pass.emits_ = location("relumeEmits");
   pass.boxOrigin_ = location("relumeBoxOrigin");
   pass.boxStep_ = location("relumeBoxStep");
@@ -149,6 +150,14 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
   pass.skyRadiance_ = location("relumeSkyRadiance");
   pass.bounceScale_ = location("relumeBounceScale");
   return pass;
+}
+
+GLuint SurfelPass::lightBuffer(const GpuBake& gpu) {
+  if (surfelLight_.get() == 0) {
+    const std::vector<glm::vec4> dark(std::max<std::size_t>(gpu.surfelEnd, 1), glm::vec4(0.0f));
+    surfelLight_ = makeBuffer(dark.data(), dark.size() * sizeof(glm::vec4), GL_DYNAMIC_COPY);
+  }
+  return surfelLight_.get();
 }
 
 void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
@@ -170,6 +179,7 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
 
   const GLuint program = program_.get();
   glUseProgram(program);
+  glProgramUniform1i(program, litOnGpu_, setup.surfelIrradianceOnGpu ? 1 : 0);
   glProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
   glProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
   glProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
@@ -186,6 +196,10 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
   bindStorage(RELUME_SLOT_LIGHTS, lights_);
   bindStorage(RELUME_SLOT_HOST, host_);
+  if (setup.surfelIrradianceOnGpu) {
+    lightBuffer(gpu);
+    bindStorage(RELUME_SLOT_SURFEL_LIGHT, surfelLight_);
+  }
   bindStorage(RELUME_SLOT_NODES, gpu.nodes);
   bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
   bindStorage(RELUME_SLOT_EMISSION, gpu.emission);

@@ -56,14 +56,16 @@ class SurfelPass {
   // (2), second half. bounce: whether last frame's light may be read.
   void run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
+  // [vec4 each] irradiance of the surfels for the host's shader to write; made, all zero, when it is first asked for.
+  GLuint lightBuffer(const GpuBake& gpu);
 
  private:
   Program program_;
-  Buffer lights_, host_;
+  Buffer lights_, host_, surfelLight_;
   std::vector<RelumeLight> packed_;  // of the frame; these keep their memory
   std::vector<glm::vec4> hostColors_;
-  GLint emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatEnd_ = -1, surfelEnd_ = -1, senderEnd_ = -1, lightCount_ = -1,
-        mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
+  GLint litOnGpu_ = -1, emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatEnd_ = -1, surfelEnd_ = -1, senderEnd_ = -1,
+        lightCount_ = -1, mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };
 
 class PullPass {

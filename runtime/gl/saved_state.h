@@ -30,7 +30,7 @@ class SavedState {
   struct Image {
     GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;
   };
-  static constexpr GLuint kStorageSlots = 7;
+  static constexpr GLuint kStorageSlots = 8;
   static Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot);
   static void restoreRange(GLenum target, GLuint slot, const Range& range);
 

@@ -16,12 +16,13 @@
 #define RELUME_SLOT_TEXELS \
   5  // surfels, caches of the light map (out): packed irradiance of each texel's cache for its
      // own normal
-#define RELUME_SLOT_EMISSION 6  // surfels: packed emission of each, if any emits
-#define RELUME_SLOT_PULL 0      // pull: a word an inner node (runtime/gl/pull_schedule.h)
-#define RELUME_SLOT_RUNS 1      // pull: runs of them, two words each
-#define RELUME_SLOT_ROUNDS 2    // pull: first run of each work group, then of each round of the top
-#define RELUME_SLOT_ROWS 0      // caches: first link of each cache; repacked links: and where its nodes step
-#define RELUME_SLOT_LINKS 1     // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
+#define RELUME_SLOT_EMISSION 6      // surfels: packed emission of each, if any emits
+#define RELUME_SLOT_SURFEL_LIGHT 7  // surfels: irradiance of each by the host's own shader
+#define RELUME_SLOT_PULL 0          // pull: a word an inner node (runtime/gl/pull_schedule.h)
+#define RELUME_SLOT_RUNS 1          // pull: runs of them, two words each
+#define RELUME_SLOT_ROUNDS 2        // pull: first run of each work group, then of each round of the top
+#define RELUME_SLOT_ROWS 0          // caches: first link of each cache; repacked links: and where its nodes step
+#define RELUME_SLOT_LINKS 1         // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
 #define RELUME_SLOT_LINK_SHAPE \
   2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
 #define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
@@ -52,6 +53,14 @@
 #endif
 #ifndef RELUME_RESOLVE_SLOT_UNIFORMS
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve
+#endif
+
+// Surfels: in the host's shader that lights them. A host may define these before GlResolve::surfelGlsl().
+#ifndef RELUME_SURFELS_SLOT_WORDS
+#define RELUME_SURFELS_SLOT_WORDS 0  // storage buffer: packed surfels
+#endif
+#ifndef RELUME_SURFELS_SLOT_LIGHT
+#define RELUME_SURFELS_SLOT_LIGHT 1  // storage buffer, written: irradiance of each
 #endif
 
 // What receivers may have: formats/limits.h, runtime/shared/resolve.h.

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Surfels for a compute shader of the host's that lights them itself (GlResolve::surfelGlsl()): one invocation per slot
+// i < relumeSurfelSlots, which writes what arrives at it. Some slots are padding: what is written there is not read.
+#include "shared/layout.h"
+#include "lib/pack.glsl"
+
+layout(std430, binding = RELUME_SURFELS_SLOT_WORDS) readonly buffer RelumeSurfelWords { uvec4 relumeSurfelWord[]; };
+layout(std430, binding = RELUME_SURFELS_SLOT_LIGHT) writeonly buffer RelumeSurfelLight { vec4 relumeSurfelLight[]; };
+
+const uint relumeSurfelSlots = RELUME_SURFEL_SLOTS;
+
+// [m] world
+vec3 relumeSurfelPosition(uint i) {
+  uvec4 word = relumeSurfelWord[i];
+  return RELUME_SURFEL_ORIGIN + RELUME_SURFEL_STEP * vec3(word.x & 0xFFFFu, word.x >> 16, word.y & 0xFFFFu);
+}
+
+// unit
+vec3 relumeSurfelNormal(uint i) { return relumeUnpackDirection(relumeSurfelWord[i].z, 12); }
+
+// [m] of a disc of the surfel's area; the same for all
+float relumeSurfelRadius(uint i) { return RELUME_SURFEL_RADIUS; }
+
+// Direct irradiance [W/m²], shadows included. Negative numbers and those that are not finite count as 0.
+void relumeSetSurfelIrradiance(uint i, vec3 irradiance) { relumeSurfelLight[i] = vec4(irradiance, 0.0); }
