@@ -15,6 +15,7 @@
 #include <atomic>
 #include <cstring>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -346,6 +347,24 @@ TEST_F(CApi, refusesAndSaysWhy) {
   EXPECT_EQ(relume_gl_resolve_glsl(h.relighter), nullptr);
   relume_relighter_destroy(std::exchange(h.relighter, nullptr));
   EXPECT_EQ(released, 3);
+}
+
+// A host in C++ may throw in its callbacks: a status comes of it.
+TEST_F(CApi, noExceptionCrosses) {
+  relume_context_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.api_version = RELUME_API_VERSION;
+  desc.log = [](void*, relume_severity, const char*) { throw 1; };
+  Handles h;
+  ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
+  EXPECT_EQ(relume_bake_load(h.context, "/nowhere.relume", &h.bake), RELUME_ERROR_IO);
+  ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), nullptr, nullptr, &h.bake), RELUME_OK);
+  ASSERT_EQ(relume_relighter_create(h.bake, nullptr, &h.relighter), RELUME_OK);
+  setup_.visibility = [](void*, unsigned int, unsigned int, const float*, const float*, float*) {
+    throw std::runtime_error("no shadows today");
+  };
+  EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_FAILED);
+  EXPECT_STREQ(relume_relighter_error(h.relighter), "no shadows today");
 }
 
 TEST_F(CApi, aFrameAllocatesNothing) {

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+// relume.h over the C++ API: relighters and their light.
+#include "runtime/c_handles.h"
+
+#include <functional>
+#include <span>
+
+namespace {
+
+using relume::Result;
+using relume::Status;
+using namespace relume::c;
+
+static_assert(sizeof(glm::vec2) == 2 * sizeof(float) && sizeof(glm::vec3) == 3 * sizeof(float));
+
+glm::vec3 vec3(const float* v) { return {v[0], v[1], v[2]}; }
+std::span<const glm::vec3> vectors(const float* v, std::size_t count) {
+  return {reinterpret_cast<const glm::vec3*>(v), v == nullptr ? 0 : count};
+}
+std::span<glm::vec3> vectors(float* v, std::size_t count) { return {reinterpret_cast<glm::vec3*>(v), count}; }
+std::span<const glm::vec2> points(const float* v, std::size_t count) {
+  return {reinterpret_cast<const glm::vec2*>(v), count};
+}
+
+relume::ParallelFor parallelForOf(const std::shared_ptr<const Host>& host) {
+  if (host->parallelFor == nullptr) return {};
+  return [host](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+    const relume_task task = [](void* data, unsigned int index) {
+      (*static_cast<const std::function<void(std::uint32_t)>*>(data))(index);
+    };
+    host->parallelFor(host->user, tasks, task, const_cast<std::function<void(std::uint32_t)>*>(&body));
+  };
+}
+
+}  // namespace
+
+// ---- Relighters
+
+relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_desc* desc,
+                                      relume_relighter** relighter) {
+  return run(bake, [&]() -> Status {
+    if (relighter == nullptr) return nullPointer("relighter");
+    *relighter = nullptr;
+    relume_relighter_desc read{};
+    if (desc != nullptr) {
+      if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
+    }
+    if (read.backend != RELUME_BACKEND_CPU && read.backend != RELUME_BACKEND_GL)
+      return usage("desc.backend is " + std::to_string(static_cast<int>(read.backend)) + ", expected CPU 0 or GL 1");
+    relume::RelightOptions options;
+    options.backend = read.backend == RELUME_BACKEND_GL ? relume::BackendKind::gl : relume::BackendKind::cpu;
+    options.lumaBands = read.luma_bands;
+    options.chromaBands = read.chroma_bands;
+    options.parallelFor = parallelForOf(bake->host);
+    if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
+    auto made = std::make_unique<relume_relighter>();
+    Result<relume::Relighter> created = relume::Relighter::create(bake->bake, options);
+    if (!created) return created.error();
+    made->host = bake->host;
+    made->relighter.emplace(std::move(*created));
+    made->surfels = bake->bake.surfels.count();
+    made->skyPatches = bake->bake.hierarchy.skyDirection.size();
+    *relighter = made.release();
+    return relume::done();
+  });
+}
+void relume_relighter_destroy(relume_relighter* relighter) { delete relighter; }
+const char* relume_relighter_error(const relume_relighter* relighter) {
+  return relighter == nullptr ? "" : relighter->error.text();
+}
+
+void relume_light_setup_default(relume_light_setup* setup) {
+  if (setup == nullptr) return;
+  *setup = {};
+  setup->struct_size = sizeof *setup;
+  for (float& channel : setup->emission_scale) channel = 1.0f;
+  setup->bounce_scale = 1.0f;
+}
+
+relume_status relume_relight(relume_relighter* relighter, const relume_light_setup* setup) {
+  return run(relighter, [&]() -> Status {
+    relume_light_setup read;
+    relume_light_setup_default(&read);
+    if (Status ok = readStruct(setup, sizeof read.struct_size + 1, "setup", read); !ok) return ok;
+    if (read.lights == nullptr && read.light_count > 0) return nullPointer("setup.lights");
+    relighter->lights.clear();
+    for (std::size_t i = 0; i < read.light_count; ++i) {
+      const relume_light& from = read.lights[i];
+      if (from.kind < RELUME_DIRECTIONAL || from.kind > RELUME_SPOT) {
+        return usage("light setup: lights[" + std::to_string(i) + "].kind is " +
+                     std::to_string(static_cast<int>(from.kind)) + ", expected directional 0, point 1 or spot 2");
+      }
+      relume::Light light;
+      light.kind = static_cast<relume::LightKind>(from.kind);
+      light.intensity = vec3(from.intensity);
+      light.positionWorld = vec3(from.position);
+      light.direction = vec3(from.direction);
+      light.range = from.range;
+      light.innerConeRad = from.inner_cone_radians;
+      light.outerConeRad = from.outer_cone_radians;
+      relighter->lights.push_back(light);
+    }
+    relume::LightSetup frame;
+    frame.lights = relighter->lights;
+    if (read.visibility != nullptr) {
+      // One pointer: std::function allocates nothing for it.
+      frame.visibilityBatch = [host = &read](std::uint32_t light, std::span<const glm::vec3> position,
+                                             std::span<const glm::vec3> normal, std::span<float> visible) {
+        host->visibility(host->visibility_user, light, static_cast<unsigned int>(position.size()), &position[0].x,
+                         &normal[0].x, visible.data());
+      };
+    }
+    frame.surfelIrradiance = vectors(read.surfel_irradiance, relighter->surfels);
+    frame.surfelEmission = vectors(read.surfel_emission, relighter->surfels);
+    frame.skyPatches = vectors(read.sky_patches, relighter->skyPatches);
+    frame.skyRadiance = vec3(read.sky_radiance);
+    frame.emissionScale = vec3(read.emission_scale);
+    frame.bounceScale = read.bounce_scale;
+    return relighter->relighter->relight(frame);
+  });
+}
+
+relume_status relume_reset(relume_relighter* relighter) {
+  return run(relighter, [&]() -> Status {
+    relighter->relighter->reset();
+    return relume::done();
+  });
+}
+
+relume_status relume_inherit(relume_relighter* relighter, const relume_bake* bake, const relume_relighter* previous) {
+  return run(relighter, [&]() -> Status {
+    if (bake == nullptr) return nullPointer("bake");
+    if (previous == nullptr) return nullPointer("previous");
+    return relighter->relighter->inherit(*previous->relighter, bake->bake);
+  });
+}
+
+// ---- Light
+
+relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, size_t count, const float* uvs,
+                                            const float* normals, const float* geometric_normals, float* irradiance) {
+  return run(relighter, [&]() -> Status {
+    if (count == 0) return relume::done();
+    if (uvs == nullptr) return nullPointer("uvs");
+    if (normals == nullptr) return nullPointer("normals");
+    if (irradiance == nullptr) return nullPointer("irradiance");
+    const float* planes = geometric_normals != nullptr ? geometric_normals : normals;
+    return relighter->relighter->irradianceOnLightmap(points(uvs, count), vectors(normals, count),
+                                                      vectors(planes, count), vectors(irradiance, count));
+  });
+}
+
+relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_t count, const float* positions,
+                                        const float* normals, float* irradiance) {
+  return run(relighter, [&]() -> Status {
+    if (count == 0) return relume::done();
+    if (positions == nullptr) return nullPointer("positions");
+    if (normals == nullptr) return nullPointer("normals");
+    if (irradiance == nullptr) return nullPointer("irradiance");
+    return relighter->relighter->irradianceInGrid(vectors(positions, count), vectors(normals, count),
+                                                  vectors(irradiance, count));
+  });
+}
+
+namespace {
+
+// An output of `bytes` as elements of T; a part of one counts as one too many, which no size that is expected has.
+template <class T>
+std::span<T> elements(void* output, std::size_t bytes) {
+  return {static_cast<T*>(output), bytes % sizeof(T) == 0 ? bytes / sizeof(T) : bytes / sizeof(T) + 1};
+}
+
+Status checkBytes(const void* output, std::size_t bytes, std::size_t expected) {
+  if (bytes != expected) return usage("bytes is " + std::to_string(bytes) + ", expected " + std::to_string(expected));
+  if (output == nullptr && bytes > 0) return nullPointer("the output");
+  return relume::done();
+}
+
+}  // namespace
+
+relume_status relume_irradiance_map(const relume_relighter* relighter, void* rgba16f, size_t bytes) {
+  return run(relighter, [&]() -> Status {
+    const glm::uvec2 size = relighter->relighter->lightmapSize();
+    if (Status ok = checkBytes(rgba16f, bytes, std::size_t{8} * size.x * size.y); !ok) return ok;
+    return relighter->relighter->irradianceMap(elements<std::uint16_t>(rgba16f, bytes));
+  });
+}
+
+relume_status relume_irradiance_map_l1(const relume_relighter* relighter, void* rgba16f, size_t bytes) {
+  return run(relighter, [&]() -> Status {
+    const glm::uvec2 size = relighter->relighter->lightmapSize();
+    if (Status ok = checkBytes(rgba16f, bytes, std::size_t{32} * size.x * size.y); !ok) return ok;
+    return relighter->relighter->irradianceMapL1(elements<std::uint16_t>(rgba16f, bytes));
+  });
+}
+
+relume_status relume_ambient_volume(const relume_relighter* relighter, const float origin[3], const float spacing[3],
+                                    const unsigned int resolution[3], float* cubes, size_t bytes) {
+  return run(relighter, [&]() -> Status {
+    if (origin == nullptr) return nullPointer("origin");
+    if (spacing == nullptr) return nullPointer("spacing");
+    if (resolution == nullptr) return nullPointer("resolution");
+    if (cubes == nullptr && bytes > 0) return nullPointer("cubes");
+    const relume::AmbientVolume volume{vec3(origin), vec3(spacing), {resolution[0], resolution[1], resolution[2]}};
+    return relighter->relighter->ambientVolume(volume, elements<glm::vec3>(cubes, bytes));
+  });
+}
+
+unsigned int relume_coefficients_per_cache(const relume_relighter* relighter) {
+  return relighter == nullptr ? 0 : static_cast<unsigned int>(relighter->relighter->coefficientsPerCache());
+}
+
+relume_status relume_cache_coefficients(const relume_relighter* relighter, float* coefficients, size_t bytes) {
+  return run(relighter, [&]() -> Status {
+    const std::vector<float> all = relighter->relighter->cacheCoefficients();
+    if (Status ok = checkBytes(coefficients, bytes, all.size() * sizeof(float)); !ok) return ok;
+    std::copy(all.begin(), all.end(), coefficients);
+    return relume::done();
+  });
+}
+
+// ---- OpenGL
+
+const char* relume_gl_resolve_glsl(const relume_relighter* relighter) {
+  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter->gl();
+  return gl == nullptr ? nullptr : gl->glsl().c_str();
+}
+
+relume_status relume_gl_bind_resolve(const relume_relighter* relighter) {
+  return run(relighter, [&]() -> Status {
+    const relume::GlResolve* gl = relighter->relighter->gl();
+    if (gl == nullptr) return usage("this relighter has no OpenGL: RELUME_BACKEND_GL was not asked for");
+    gl->bind();
+    return relume::done();
+  });
+}
+
+unsigned int relume_gl_surfel_program(const relume_relighter* relighter) {
+  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter->gl();
+  return gl == nullptr ? 0 : gl->surfelProgram();
+}
