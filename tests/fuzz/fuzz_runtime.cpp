@@ -42,7 +42,7 @@ bool relightTwice(Relighter& relighter, const Bake& bake) {
   setup.skyRadiance = {0.5f, 0.6f, 0.7f};
   if (!relighter.relight(setup)) return false;
 
-  const std::vector<glm::vec3> emission(bake.surfels.count(), glm::vec3(0, 1e30f, 3));
+  const std::vector<glm::vec3> emission(bake.surfels.count(), glm::vec3(0, 1e20f, 3));
   const std::vector<glm::vec3> sky(bake.hierarchy.skyDirection.size(), glm::vec3(2, 1, 1e20f));
   setup.lights = {};
   setup.surfelEmission = emission;
