@@ -7,6 +7,7 @@
 #include "runtime/backend.h"
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
+#include "runtime/shared/chunks.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
 
@@ -112,24 +113,21 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
 namespace {
 
 // Receivers of a task.
-constexpr std::size_t kReceiverGrain = 256;
+constexpr std::uint32_t kReceiverGrain = 256;
+// Receivers of a call, at most: chunks of them are numbered in 32 bits.
+constexpr std::size_t kMostReceivers = std::size_t{1} << 31;
 
 Status wrongSize(const char* what, std::size_t size, std::size_t expected) {
   return usage(std::string(what) + " has " + std::to_string(size) + " elements, expected " + std::to_string(expected));
 }
 
+// body(i) for each of `count` receivers.
 template <class Body>
 void forReceivers(const ParallelFor& parallelFor, std::size_t count, const Body& body) {
-  const std::size_t tasks = (count + kReceiverGrain - 1) / kReceiverGrain;
-  const auto task = [&](std::uint32_t t) {
-    const std::size_t end = std::min(count, (t + std::size_t{1}) * kReceiverGrain);
-    for (std::size_t i = t * kReceiverGrain; i < end; ++i) body(i);
-  };
-  if (parallelFor && tasks > 1) {
-    parallelFor(static_cast<std::uint32_t>(tasks), std::cref(task));
-  } else {
-    for (std::size_t t = 0; t < tasks; ++t) task(static_cast<std::uint32_t>(t));
-  }
+  forChunks(parallelFor, static_cast<std::uint32_t>(count), kReceiverGrain,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t i = begin; i < end; ++i) body(i);
+            });
 }
 
 }  // namespace
@@ -220,6 +218,8 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
   if (geometricNormal.size() != irradiance.size())
     return wrongSize("geometricNormal", geometricNormal.size(), irradiance.size());
+  if (irradiance.size() > kMostReceivers)
+    return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
     irradiance[i] = relume::irradianceOnLightmap(state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
@@ -232,6 +232,8 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
   if (positionWorld.size() != irradiance.size())
     return wrongSize("positionWorld", positionWorld.size(), irradiance.size());
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
+  if (irradiance.size() > kMostReceivers)
+    return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
     irradiance[i] = relume::irradianceInGrid(state_->caches, light, positionWorld[i], normal[i]);

@@ -41,9 +41,8 @@
 extern "C" {
 #endif
 
-#if defined(RELUME_SHARED) && defined(__GNUC__)
-#define RELUME_API __attribute__((visibility("default")))
-#else
+/* For hosts whose compiler wants a word at each function; the library itself is told by a list of symbols. */
+#ifndef RELUME_API
 #define RELUME_API
 #endif
 

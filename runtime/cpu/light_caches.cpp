@@ -3,9 +3,9 @@
 #include "runtime/cpu/light_caches.h"
 
 #include "formats/sh.h"
-#include "runtime/cpu/chunks.h"
 #include "runtime/cpu/simd.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/chunks.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 // See light_surfels.h. Lights are punctual as KHR_lights_punctual defines them, read in radiometric units.
 #include "runtime/cpu/light_surfels.h"
 
-#include "runtime/cpu/chunks.h"
 #include "runtime/cpu/simd.h"
 #include "runtime/light_window.h"
+#include "runtime/shared/chunks.h"
 #include "runtime/shared/pack_color.h"
 
 #include <glm/common.hpp>

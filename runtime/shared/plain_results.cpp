@@ -3,28 +3,18 @@
 #include "runtime/shared/plain_results.h"
 
 #include "formats/pack.h"
+#include "runtime/shared/chunks.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <array>
 #include <cmath>
-#include <functional>
 
 namespace relume {
 namespace {
 
 constexpr float kMostHalf = 65504.0f;
-
-// body(i) for i in [0, count), a row or a slice at a time.
-template <class Body>
-void forRows(const ParallelFor& parallelFor, std::uint32_t count, const Body& body) {
-  if (parallelFor && count > 1) {
-    parallelFor(count, std::cref(body));
-  } else {
-    for (std::uint32_t i = 0; i < count; ++i) body(i);
-  }
-}
 
 void putHalves(std::span<std::uint16_t> to, const glm::vec3& color, float alpha) {
   for (int k = 0; k < 3; ++k) to[static_cast<std::size_t>(k)] = packHalf(glm::clamp(color[k], -kMostHalf, kMostHalf));
@@ -35,7 +25,7 @@ void putHalves(std::span<std::uint16_t> to, const glm::vec3& color, float alpha)
 template <class Visit, class Empty>
 void forTexels(const Caches& caches, const ParallelFor& parallelFor, const Visit& visit, const Empty& empty) {
   const Lightmap& map = caches.lightmap;
-  const auto row = [&](std::uint32_t y) {
+  const auto row = [&](std::uint32_t y, std::uint32_t) {
     for (std::uint32_t x = 0; x < map.width; ++x) {
       const std::size_t texel = std::size_t{y} * map.width + x;
       const std::uint32_t cache = map.cache[texel];
@@ -48,7 +38,7 @@ void forTexels(const Caches& caches, const ParallelFor& parallelFor, const Visit
       visit(texel, uv, caches.normal[cache]);
     }
   };
-  forRows(parallelFor, map.height, row);
+  forChunks(parallelFor, map.height, 1, row);
 }
 
 }  // namespace
@@ -106,7 +96,7 @@ void ambientVolume(const Caches& caches, const CacheLight& light, const AmbientV
   const std::array<glm::vec3, 6> normals = {glm::vec3{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                             glm::vec3{0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
   const glm::uvec3 n = volume.resolution;
-  const auto slice = [&](std::uint32_t z) {
+  const auto slice = [&](std::uint32_t z, std::uint32_t) {
     std::size_t at = std::size_t{6} * n.x * n.y * z;
     for (std::uint32_t y = 0; y < n.y; ++y) {
       for (std::uint32_t x = 0; x < n.x; ++x) {
@@ -115,7 +105,7 @@ void ambientVolume(const Caches& caches, const CacheLight& light, const AmbientV
       }
     }
   };
-  forRows(parallelFor, n.z, slice);
+  forChunks(parallelFor, n.z, 1, slice);
 }
 
 }  // namespace relume

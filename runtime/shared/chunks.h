@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <functional>
 
-namespace relume::cpu {
+namespace relume {
 
 // Run body(begin, end) over [0, count) in chunks of `grain`; on the calling thread when there is one chunk or no
 // ParallelFor.
@@ -22,4 +22,4 @@ void forChunks(const ParallelFor& parallelFor, std::uint32_t count, std::uint32_
   }
 }
 
-}  // namespace relume::cpu
+}  // namespace relume
