@@ -2,6 +2,8 @@
 // See option_table.h.
 #include "bake/option_table.h"
 
+#include <algorithm>
+
 namespace relume {
 namespace {
 
@@ -9,6 +11,20 @@ template <class Enum>
 Choice choice(Enum& value) {
   return {&value, [](const void* p) { return static_cast<int>(*static_cast<const Enum*>(p)); },
           [](void* p, int v) { *static_cast<Enum*>(p) = static_cast<Enum>(v); }};
+}
+
+// Kinds of links have numbers of their own, those of the file.
+Choice choice(LinkKind& value) {
+  return {&value,
+          [](const void* p) {
+            return static_cast<int>(std::ranges::find(kLinkKinds, *static_cast<const LinkKind*>(p)) - kLinkKinds);
+          },
+          [](void* p, int v) { *static_cast<LinkKind*>(p) = kLinkKinds[v]; }};
+}
+std::vector<const char*> linkKindNames() {
+  std::vector<const char*> names;
+  for (const LinkKind kind : kLinkKinds) names.push_back(linkKindName(kind).data());
+  return names;
 }
 
 }  // namespace
@@ -130,15 +146,10 @@ std::vector<Field> fields(BakeOptions& o) {
        "a cache whose rays hit more back faces is moved or dropped"},
       {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "between charts, for wider filters"},
 
-      {"links.kind",
-       "--link-kind",
-       choice(o.links.kind),
-       0,
-       0,
-       {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"},
-       "",
-       "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12, 8 or 6 bytes, SH in bytes, or "
-       "irradiance alone on the light map"},
+      {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, linkKindNames(), "",
+       "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12 or 6 bytes, or irradiance alone "
+       "on "
+       "the light map"},
       {"links.linksPerCache", "--links", &o.links.linksPerCache, 1, 65535, {}, "", "n_L, links of a cache"},
       {"links.linksTotal",
        "--links-total",
@@ -171,7 +182,7 @@ std::vector<Field> fields(BakeOptions& o) {
        choice(o.links.key),
        0,
        0,
-       {"transfer", "transferRadius", "readError"},
+       {"transfer", "readError"},
        "",
        "what a cut refines: the largest transfer (the paper), transfer x cosine x radius, or the error of reading an "
        "average"},
@@ -180,10 +191,9 @@ std::vector<Field> fields(BakeOptions& o) {
        choice(o.links.pull),
        0,
        0,
-       {"area", "openness", "importance"},
+       {"area", "importance"},
        "",
-       "weights of a node's children: equal areas (the paper), openness, or importance for the caches"},
-      {"links.opennessRadius", "", &o.links.opennessRadius, 1e-6, kFloatMax, {}, "m", "R of openness d²/(d²+R²)"},
+       "weights of a node's children: equal areas (the paper), or importance for the caches"},
       {"links.skyPatches",
        "--sky-patches",
        &o.links.skyPatches,

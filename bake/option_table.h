@@ -14,7 +14,7 @@
 
 namespace relume {
 
-// An enumeration, by the names of its values in order.
+// An enumeration, by the place of its value among Field::names.
 struct Choice {
   void* place;
   int (*get)(const void*);

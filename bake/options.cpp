@@ -194,7 +194,7 @@ Status checkTogether(const BakeOptions& o) {
   if (o.chromaBands > o.lumaBands)
     return usage("option chromaBands (--chroma-bands) is " + std::to_string(o.chromaBands) +
                  ", expected at most lumaBands (--luma-bands), " + std::to_string(o.lumaBands));
-  if (linkHasBands(o.links.kind) && o.lumaBands > o.links.bands)
+  if (o.links.kind == LinkKind::sh && o.lumaBands > o.links.bands)
     return usage("option lumaBands (--luma-bands) is " + std::to_string(o.lumaBands) +
                  ", expected at most links.bands (--link-bands) of SH links, " + std::to_string(o.links.bands));
   if (const std::uint64_t senders = std::uint64_t{o.surfels.count} + o.links.skyPatches;

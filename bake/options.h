@@ -51,8 +51,8 @@ struct CacheOptions {
 };
 
 struct LinkOptions {
-  enum class CutKey { transfer, transferRadius, readError };
-  enum class PullWeight { area, openness, importance };
+  enum class CutKey { transfer, readError };
+  enum class PullWeight { area, importance };
   LinkKind kind = LinkKind::oct6;     // how a link stores its transfer; docs/LINKS.md compares
   std::uint32_t linksPerCache = 254;  // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
   std::uint32_t linksTotal = 0;  // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
@@ -62,10 +62,9 @@ struct LinkOptions {
   std::uint32_t raysPerCache = 4096;  // [16..1048576] K
   float emitterRays = 0.125f;         // [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
   std::uint32_t bands = 4;            // [1..8] of SH links
-  CutKey key = CutKey::readError;     // transfer: the paper's f; transferRadius: f * receiver's cosine * node radius;
-                                      // readError: how far a node's average is from what the cache sees of it
+  CutKey key = CutKey::readError;     // transfer: the paper's f; readError: how far a node's average is from what the
+                                      // cache sees of it
   PullWeight pull = PullWeight::importance;  // weights of a node's children in its radiosity; area: the paper's
-  float opennessRadius = 3.0f;               // [m] [> 0] R of openness d²/(d²+R²)
   std::uint32_t skyPatches = 64;             // [0..4096] sky senders; 0 = the sky gives no light
 };
 

@@ -41,8 +41,6 @@ double linkBytes(const LinkOptions& options) {
   switch (options.kind) {
     case LinkKind::sh:
       return 4.0 + 2.0 * options.bands * options.bands;
-    case LinkKind::sh8:
-      return 4.0 + 1.0 * options.bands * options.bands;
     case LinkKind::cone:
       return 12.0;
     default:

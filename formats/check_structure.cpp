@@ -247,14 +247,13 @@ void checkGridFirst(const Bake& bake, Findings& findings) {
 // Sizes of rows and of the arrays of one kind of links; false when links cannot be walked.
 bool checkLinkArrays(const Bake& bake, Findings& findings) {
   const Links& l = bake.links;
-  const auto kind = static_cast<std::uint32_t>(l.kind);
-  if (kind >= kLinkKindCount) {
-    findings.add(Check::linkKind, "scalars, link kind", range(0, kLinkKindCount - 1), kind);
+  if (linkKindName(l.kind).empty()) {
+    findings.add(Check::linkKind, "scalars, link kind", "0, 1, 3 or 5", static_cast<std::uint32_t>(l.kind));
     return false;
   }
   const bool sh = l.kind == LinkKind::sh, head = linkHasHead(l.kind), cone = l.kind == LinkKind::cone;
-  if (linkHasBands(l.kind) ? (l.bands < 1 || l.bands > 8) : l.bands != 0) {
-    findings.add(Check::linkBands, "scalars, link bands", linkHasBands(l.kind) ? "1..8" : "0", l.bands);
+  if (sh ? (l.bands < 1 || l.bands > 8) : l.bands != 0) {
+    findings.add(Check::linkBands, "scalars, link bands", sh ? "1..8" : "0", l.bands);
     return false;
   }
   const std::size_t count = head ? l.head.size() : (sh ? l.shNode.size() : l.cone.size());
@@ -278,7 +277,7 @@ bool checkLinkArrays(const Bake& bake, Findings& findings) {
   if (l.rowBegin.back() != count)
     findings.add(Check::linkRows, At{"link.row", l.rowBegin.size() - 1}, count, l.rowBegin.back());
   if (findings.list().size() != before) return false;
-  sized("link.shape", shapeWords(l.kind, l.bands, count, countGridLinks(bake.caches, l)), l.shape.size());
+  sized("link.shape", shapeWords(l.kind, count, countGridLinks(bake.caches, l)), l.shape.size());
   if (l.kind == LinkKind::irradiance) checkGridFirst(bake, findings);
   return findings.list().size() == before;
 }
@@ -300,7 +299,7 @@ void checkLinkNodes(const Bake& bake, Findings& findings) {
 
 void checkBands(const Bake& bake, Findings& findings) {
   const std::uint32_t luma = bake.provenance.lumaBands, chroma = bake.provenance.chromaBands;
-  const std::uint32_t most = linkHasBands(bake.links.kind) ? bake.links.bands : 8;
+  const std::uint32_t most = bake.links.kind == LinkKind::sh ? bake.links.bands : 8;
   if (luma < 1 || luma > most) findings.add(Check::recommendedBands, "provenance, luma bands", range(1, most), luma);
   if (chroma < 1 || chroma > luma)
     findings.add(Check::recommendedBands, "provenance, chroma bands", range(1, luma), chroma);

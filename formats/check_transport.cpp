@@ -137,18 +137,6 @@ float checkSh(const Links& l, std::uint64_t index, Findings& findings) {
   return transfer;
 }
 
-// Bytes of an sh8 link: 127 first, none -128, zero beyond the bands.
-void checkSh8(const Links& l, std::uint64_t index, Findings& findings) {
-  const std::uint64_t words = sh8Words(l.bands), size = std::uint64_t{l.bands} * l.bands;
-  for (std::uint64_t k = 0; k < 4 * words; ++k) {
-    const int byte = static_cast<std::int8_t>(l.shape[index * words + k / 4] >> (8 * (k % 4)));
-    const bool good = k == 0 ? byte == 127 : (k < size ? byte != -128 : byte == 0);
-    if (!good)
-      findings.add(Check::linkCoefficient, At{"link.shape", index * words + k / 4},
-                   k == 0 ? "127 in the first byte" : (k < size ? "-127..127" : "0 beyond the bands"), byte);
-  }
-}
-
 // f = y_0 * solid angle / pi (include/relume/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Solid
 // angles estimated by few rays, and halves, stay within 5 %.
 void checkEnergy(const Caches& caches, std::uint32_t cache, double transfer, Findings& findings) {
@@ -188,7 +176,6 @@ void checkLinks(const Bake& bake, Findings& findings) {
       if (linkHasHead(l.kind)) {
         // All codes of heads and of octahedral shapes are good.
         transfer += unpackTransfer(l.head[i] >> 20);
-        if (l.kind == LinkKind::sh8) checkSh8(l, i, findings);
       } else {
         transfer += l.kind == LinkKind::sh ? checkSh(l, i, findings) : checkCone(l.cone[i], i, findings);
       }

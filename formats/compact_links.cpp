@@ -71,11 +71,6 @@ void coneCoefficients(float f, const LinkDirection& d, int bands, std::span<floa
   }
 }
 
-float largestRatio(std::size_t i) {
-  const auto l = static_cast<int>(std::sqrt(static_cast<float>(i) + 0.5f));
-  return std::sqrt(static_cast<float>(2 * l + 1));
-}
-
 }  // namespace
 
 std::uint32_t packTransfer(float f) {
@@ -94,14 +89,10 @@ std::uint32_t packShape6(const LinkDirection& d) { return Shape6::pack(d); }
 LinkDirection unpackShape8(std::uint32_t bits) { return Shape8::unpack(bits); }
 LinkDirection unpackShape6(std::uint32_t bits) { return Shape6::unpack(bits); }
 
-std::uint64_t shapeWords(LinkKind kind, std::uint32_t bands, std::uint64_t links, std::uint64_t gridLinks) {
+std::uint64_t shapeWords(LinkKind kind, std::uint64_t links, std::uint64_t gridLinks) {
   switch (kind) {
-    case LinkKind::oct8:
-      return links;
     case LinkKind::oct6:
       return (links + 1) / 2;
-    case LinkKind::sh8:
-      return links * sh8Words(bands);
     case LinkKind::irradiance:
       return gridLinks;
     default:
@@ -137,20 +128,7 @@ void CompactLinkWriter::add(std::uint32_t node, float f, const LinkDirection& di
 void CompactLinkWriter::add(std::uint32_t node, float f) { addHead(node, f); }
 
 void CompactLinkWriter::add(std::uint32_t node, std::span<const float> c) {
-  const float f = addHead(node, c[0]);
-  if (kind_ == LinkKind::oct6) {
-    shape6.push_back(static_cast<std::uint16_t>(shaper_.choose(c, f)));
-    return;
-  }
-  const std::size_t count = std::size_t{bands_} * bands_;
-  std::array<std::uint32_t, kMaxCoefficients / 4> words{};
-  for (std::size_t i = 0; i < count; ++i) {
-    // Relative to f as it will be read.
-    const float q = f > 0.0f ? c[i] / (f * largestRatio(i)) : 0.0f;
-    const auto byte = static_cast<std::int8_t>(i == 0 ? 127 : std::lrint(std::clamp(q, -1.0f, 1.0f) * 127.0f));
-    words[i / 4] |= std::uint32_t{static_cast<std::uint8_t>(byte)} << (8 * (i % 4));
-  }
-  shape8.insert(shape8.end(), words.begin(), words.begin() + sh8Words(bands_));
+  shape6.push_back(static_cast<std::uint16_t>(shaper_.choose(c, addHead(node, c[0]))));
 }
 
 std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves) {
@@ -174,13 +152,7 @@ void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int ban
                             bands, c);
   }
   const float f = unpackTransfer(links.head[i] >> 20);
-  if (links.kind == LinkKind::sh8) {
-    const std::uint32_t* words = links.shape.data() + std::size_t{i} * sh8Words(links.bands);
-    for (std::size_t k = 0; k < stored; ++k) {
-      const auto byte = static_cast<std::int8_t>(words[k / 4] >> (8 * (k % 4)));
-      c[k] = f * largestRatio(k) * static_cast<float>(byte) / 127.0f;
-    }
-  } else if (links.kind == LinkKind::irradiance && surface) {
+  if (links.kind == LinkKind::irradiance && surface) {
     c[0] = f;
   } else if (links.kind == LinkKind::oct6) {
     coneCoefficients(f, unpackShape6(links.shape[i / 2] >> (16 * (i % 2))), bands, c);
@@ -196,7 +168,7 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
                  "irradiance links need the same links as SH of two bands or more and as cones"};
   }
   constexpr float kTwoPiY0 = 1.7724538509055159f;  // sqrt(pi)
-  CompactLinkWriter writer(LinkKind::irradiance, 0);
+  CompactLinkWriter writer(LinkKind::irradiance);
   std::array<float, kMaxCoefficients> c;
   for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
     writer.beginRow();
@@ -225,16 +197,14 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
   return packed;
 }
 
-Result<Links> compactLinks(const Links& links, LinkKind kind) {
-  const bool fromCone = links.kind == LinkKind::cone && (kind == LinkKind::oct8 || kind == LinkKind::oct6);
-  const bool fromSh =
-      links.kind == LinkKind::sh && (kind == LinkKind::sh8 || (kind == LinkKind::oct6 && links.bands >= 4));
-  if (!fromCone && !fromSh) {
-    return Error{ErrorCode::unsupported, "links of kind " + std::to_string(static_cast<std::uint32_t>(links.kind)) +
-                                             " cannot be packed as kind " +
-                                             std::to_string(static_cast<std::uint32_t>(kind))};
+Result<Links> compactLinks(const Links& links) {
+  const bool fromSh = links.kind == LinkKind::sh && links.bands >= LinkShaper::kBands;
+  if (links.kind != LinkKind::cone && !fromSh) {
+    return Error{ErrorCode::unsupported,
+                 "links of kind " + std::string(linkKindName(links.kind)) + " and " + std::to_string(links.bands) +
+                     " bands cannot be packed as oct6, expected cone, or sh of 4 bands or more"};
   }
-  CompactLinkWriter writer(kind, links.bands);
+  CompactLinkWriter writer(LinkKind::oct6);
   std::array<float, kMaxCoefficients> c;
   for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
     writer.beginRow();
@@ -255,11 +225,10 @@ Result<Links> compactLinks(const Links& links, LinkKind kind) {
     }
   }
   Links packed;
-  packed.kind = kind;
-  packed.bands = kind == LinkKind::sh8 ? links.bands : 0;
+  packed.kind = LinkKind::oct6;
   packed.rowBegin = links.rowBegin;
   packed.head = std::move(writer.head);
-  packed.shape = kind == LinkKind::oct6 ? joinHalves(writer.shape6) : std::move(writer.shape8);
+  packed.shape = joinHalves(writer.shape6);
   return packed;
 }
 

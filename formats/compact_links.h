@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Links with a head of four bytes (LinkKind oct8, oct6, sh8, irradiance): how they are packed and what they mean.
+// Links with a head of four bytes (LinkKind oct6, irradiance): how they are packed and what they mean.
 //
 //   head   bits  0..19  node
 //          bits 20..31  f: the twelve bits of a half below the sign and the highest bit of the exponent, without the
-//          two
-//                       last of the mantissa; [0..2), steps of 1/256 of the power of two, down to 2^-22
-//   oct8   bits  0..11 and 12..23  octahedral direction, signed normalised; 24..31 cone q
-//   oct6   bits  0..5  and  6..11  octahedral direction;                    12..15 cone q
+//                       two last of the mantissa; [0..2), steps of 1/256 of the power of two, down to 2^-22
+//   shape, oct6: bits 0..5 and 6..11 octahedral direction, signed normalised; 12..15 cone q
+//          irradiance, grid: 0..11 and 12..23; 24..31
 //          cos alpha = 1 - 2 (q / largest q)²: fine where cones are narrow
-//   sh8    byte i: c_i = f sqrt(2 l + 1) q_i / 127, the largest that |c_i / c_0| can be; q_0 = 127; unused bytes zero
-//   irradiance: f = 2 y_0 * (share of the light that a white furnace would send), so that the cache's coefficient 0 is
+//   irradiance, map: f = 2 y_0 * (share of the light that a white furnace would send), so that the cache's coefficient
+//   0 is
 //          E / (2 pi y_0): what one band of a surface cache means anyway (formats/sh.h, irradianceAtSurface())
 //
 // f is rounded so that a row's sum is kept: what one link loses the next gains.
@@ -45,36 +44,33 @@ std::uint32_t packShape6(const LinkDirection& d);
 LinkDirection unpackShape8(std::uint32_t bits);
 LinkDirection unpackShape6(std::uint32_t bits);
 
-// Words of a link of kind sh8 beside its head.
-constexpr std::uint32_t sh8Words(std::uint32_t bands) { return (bands * bands + 3) / 4; }
 // Size of Links::shape; `gridLinks` counts only for kind irradiance.
-std::uint64_t shapeWords(LinkKind kind, std::uint32_t bands, std::uint64_t links, std::uint64_t gridLinks);
+std::uint64_t shapeWords(LinkKind kind, std::uint64_t links, std::uint64_t gridLinks);
 // Links of the caches before the first that lies on a surface. [Size rowBegin = caches + 1]
 std::uint64_t countGridLinks(const Caches& caches, const Links& links);
 
 // Writes rows of one kind, a link at a time.
 class CompactLinkWriter {
  public:
-  CompactLinkWriter(LinkKind kind, std::uint32_t bands) : kind_(kind), bands_(bands) {}
+  explicit CompactLinkWriter(LinkKind kind) : kind_(kind) {}
   void beginRow() {
     owed_ = 0.0f;
     shaper_.beginRow();
   }
-  // oct8, oct6; irradiance: grid caches.
+  // oct6; irradiance: grid caches.
   void add(std::uint32_t node, float f, const LinkDirection& direction);
   // irradiance: caches on a surface.
   void add(std::uint32_t node, float f);
-  // sh8 [Size c >= bands²]; oct6, in whose rows errors cancel (shape_links.h) [Size c >= 16].
+  // oct6, in whose rows errors cancel (shape_links.h). [Size c >= 16]
   void add(std::uint32_t node, std::span<const float> c);
 
   std::vector<std::uint32_t> head;
-  std::vector<std::uint32_t> shape8;  // words of oct8, sh8, irradiance
-  std::vector<std::uint16_t> shape6;  // of oct6
+  std::vector<std::uint32_t> shape8;  // irradiance: of the grid's links
+  std::vector<std::uint16_t> shape6;  // oct6
 
  private:
   float addHead(std::uint32_t node, float f);
   LinkKind kind_;
-  std::uint32_t bands_;
   float owed_ = 0.0f;  // of f, by the links before
   LinkShaper shaper_;
 };
@@ -87,10 +83,9 @@ std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves);
 // [bands 1..8]
 void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int bands, std::span<float> c);
 
-// The same links in another kind: cone links as oct8 or oct6, SH links as sh8 or, of four bands and more, as oct6 whose
-// rows' errors cancel (shape_links.h), as the baker makes them. unsupported: another pair, or nodes past
-// kMostCompactNodes.
-Result<Links> compactLinks(const Links& links, LinkKind kind);
+// The same links as oct6: cone links one by one, SH links of four bands and more so that a row's errors cancel
+// (shape_links.h), as the baker makes them. unsupported: other links, or nodes past kMostCompactNodes.
+Result<Links> compactLinks(const Links& links);
 
 // SH links of two bands or more as irradiance links: those of caches on a surface by irradianceLinear(), exact because
 // all their light comes from above; those of the grid, which come first, from `cone`, the same links as cones.

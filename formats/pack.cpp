@@ -64,43 +64,10 @@ glm::vec3 unpackOctahedral(std::uint32_t bits) {
   return fromOctahedron(glm::vec2(fromSnorm16(bits), fromSnorm16(bits >> 16)));
 }
 
-std::uint32_t packRgb9e5(const glm::vec3& color) {
-  // EXT_texture_shared_exponent: 9 mantissa bits, exponent bias 15.
-  const float kLargest = 65408.0f;
-  const auto clampChannel = [kLargest](float v) { return v > 0.0f ? std::min(v, kLargest) : 0.0f; };
-  const float r = clampChannel(color.r), g = clampChannel(color.g), b = clampChannel(color.b);
-  const float largest = std::max(r, std::max(g, b));
-  int exponent = std::max(-16, largest > 0.0f ? std::ilogb(largest) : -16) + 16;
-  float scale = std::ldexp(1.0f, 24 - exponent);
-  if (std::lrint(largest * scale) == 512) {
-    ++exponent;
-    scale *= 0.5f;
-  }
-  const auto mantissa = [scale](float v) { return static_cast<std::uint32_t>(std::lrint(v * scale)); };
-  return mantissa(r) | (mantissa(g) << 9) | (mantissa(b) << 18) | (static_cast<std::uint32_t>(exponent) << 27);
-}
-
-glm::vec3 unpackRgb9e5(std::uint32_t bits) {
-  const float scale = std::ldexp(1.0f, static_cast<int>(bits >> 27) - 24);
-  return glm::vec3(static_cast<float>(bits & 511u), static_cast<float>((bits >> 9) & 511u),
-                   static_cast<float>((bits >> 18) & 511u)) *
-         scale;
-}
-
 std::uint32_t packUnorm16x2(const glm::vec2& v) { return unorm(v.x, 65535.0f) | (unorm(v.y, 65535.0f) << 16); }
 
 glm::vec2 unpackUnorm16x2(std::uint32_t bits) {
   return {static_cast<float>(bits & 0xFFFFu) / 65535.0f, static_cast<float>(bits >> 16) / 65535.0f};
-}
-
-std::uint32_t packUnorm8x3(const glm::vec3& v) {
-  return unorm(v.r, 255.0f) | (unorm(v.g, 255.0f) << 8) | (unorm(v.b, 255.0f) << 16) | 0xFF000000u;
-}
-
-glm::vec3 unpackUnorm8x3(std::uint32_t bits) {
-  return glm::vec3(static_cast<float>(bits & 255u), static_cast<float>((bits >> 8) & 255u),
-                   static_cast<float>((bits >> 16) & 255u)) /
-         255.0f;
 }
 
 }  // namespace relume

@@ -20,17 +20,8 @@ inline constexpr std::uint32_t kNoDirection = 0x80008000u;
 std::uint32_t packOctahedral(const glm::vec3& direction);
 glm::vec3 unpackOctahedral(std::uint32_t bits);
 
-// Shared-exponent colour of 9, 9, 9 and 5 bits (EXT_texture_shared_exponent): non-negative, up to 65408; rounds to
-// nearest. Negative and NaN become 0.
-std::uint32_t packRgb9e5(const glm::vec3& color);
-glm::vec3 unpackRgb9e5(std::uint32_t bits);
-
 // Point of [0,1]² as two 16-bit unsigned normalised integers (x in the low half).
 std::uint32_t packUnorm16x2(const glm::vec2& value);
 glm::vec2 unpackUnorm16x2(std::uint32_t bits);
-
-// Colour of [0,1]³ as three 8-bit unsigned normalised integers (red in the low byte), top byte 255.
-std::uint32_t packUnorm8x3(const glm::vec3& value);
-glm::vec3 unpackUnorm8x3(std::uint32_t bits);
 
 }  // namespace relume

@@ -102,8 +102,6 @@ void coneBandRatios(int bands, float cosAlpha, std::span<float> ratio) {
   std::copy_n(all.begin(), bands, ratio.begin());
 }
 
-float coneSolidAngle(float cosAlpha) { return static_cast<float>(2.0 * kPi) * (1.0f - cosAlpha); }
-
 std::span<const float> clampedCosineFactors() { return kCosine; }
 
 void cosineLobeFactors(int bands, float n, std::span<float> s) {

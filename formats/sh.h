@@ -16,8 +16,6 @@ namespace relume {
 inline constexpr int kMaxBands = 8;
 inline constexpr int kMaxCoefficients = kMaxBands * kMaxBands;
 
-constexpr int shCoefficientCount(int bands) { return bands * bands; }
-
 // Values of the first bands*bands basis functions in unit direction d. [bands 1..8] [Size y >= bands²]
 void evaluateSh(int bands, const glm::vec3& d, std::span<float> y);
 
@@ -26,9 +24,6 @@ void evaluateSh(int bands, const glm::vec3& d, std::span<float> y);
 // half opening angle alpha: ratio[l] = Z_l / Z_0, Z_l = 2 pi Int P_l (PIC Eq. (6), App. C; Erratum: signs, scale).
 // [cosAlpha -1..1] [Size ratio >= bands]
 void coneBandRatios(int bands, float cosAlpha, std::span<float> ratio);
-
-// Solid angle of that cone, 2 pi (1 - cosAlpha) [sr].
-float coneSolidAngle(float cosAlpha);
 
 // Band factors A_l of the clamped cosine: E(n) = sum_l A_l sum_m c_l^m y_l^m(n) for radiance coefficients c.
 // A = pi, 2pi/3, pi/4, 0, -pi/24, 0, pi/64, 0. (PIC App. B with n = 1, times pi)
@@ -51,12 +46,6 @@ float irradianceLinear(std::span<const float> c, const glm::vec3& n);
 // light from one direction and for uniform light; docs/BANDS.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a vector
 // along the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
 float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n);
-
-// Factor on band l of a lobe that rings less: 1 / (1 + lambda l² (l+1)²), from a penalty lambda on the square of the
-// Laplacian. [lambda >= 0] 0 = 1 for all bands
-inline float deringingFactor(int l, float lambda) {
-  return 1.0f / (1.0f + lambda * static_cast<float>(l * l * (l + 1) * (l + 1)));
-}
 
 // Irradiance at a surface cache with unit normal cacheNormal for a shading normal n: irradianceLinear() and
 // irradianceClamped() by the factors of surfaceLobe(). A zero cacheNormal (grid cache) gives the clamped lobe. One band

@@ -217,17 +217,16 @@ Status checkLinks(const Links& l, const Caches& all, std::size_t nodes) {
   }
   const std::size_t count = l.count();
   const bool sh = l.kind == LinkKind::sh, head = linkHasHead(l.kind);
-  if (static_cast<std::uint32_t>(l.kind) >= kLinkKindCount) {
-    return wrongElement("links.kind", 0, "below " + std::to_string(kLinkKindCount), static_cast<std::uint32_t>(l.kind));
+  if (linkKindName(l.kind).empty()) {
+    return wrongElement("links.kind", 0, "0, 1, 3 or 5", static_cast<std::uint32_t>(l.kind));
   }
-  if (linkHasBands(l.kind) && (l.bands < 1 || l.bands > kMaxBands))
-    return wrongElement("links.bands", 0, "1 to 8", l.bands);
+  if (sh && (l.bands < 1 || l.bands > kMaxBands)) return wrongElement("links.bands", 0, "1 to 8", l.bands);
   if (sh && l.shNode.size() != count) return wrongSize("links.shNode", count, l.shNode.size());
   const std::size_t halves = count * l.bands * l.bands;
   if (sh && l.shCoefficients.size() != halves)
     return wrongSize("links.shCoefficients", halves, l.shCoefficients.size());
   if (head && l.head.size() != count) return wrongSize("links.head", count, l.head.size());
-  const std::uint64_t shape = shapeWords(l.kind, l.bands, count, countGridLinks(all, l));
+  const std::uint64_t shape = shapeWords(l.kind, count, countGridLinks(all, l));
   if (head && l.shape.size() != shape) return wrongSize("links.shape", static_cast<std::size_t>(shape), l.shape.size());
   if (l.kind == LinkKind::cone && l.cone.size() != count) return wrongSize("links.cone", count, l.cone.size());
   for (std::size_t i = 0; i < count; ++i) {

@@ -26,7 +26,6 @@ struct Relighter::State {
   std::size_t surfelCount = 0, skyPatchCount = 0;
   bool surfelArrays = true;
   int lumaBands = 1, chromaBands = 1;
-  float deringing = 0.0f;
   BackendKind kind = BackendKind::cpu;
   ParallelFor parallelFor;
   std::unique_ptr<Backend> backend;
@@ -41,7 +40,6 @@ struct Relighter::State {
     CacheLight light{lumaBands, chromaBands, backend->coefficients()};
     light.irradianceOnMap = linkKind == LinkKind::irradiance;
     light.guessBands = true;
-    light.deringing = deringing;
     return light;
   }
 };
@@ -65,7 +63,7 @@ Error usage(const std::string& message) { return Error{ErrorCode::usage, message
 
 // Bands to light with: what was asked for, or what the bake recommends, held against each other and the links.
 Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, int& chroma) {
-  const bool sh = linkHasBands(bake.links.kind);
+  const bool sh = bake.links.kind == LinkKind::sh;
   const int most = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
   if (options.lumaBands < 0 || options.lumaBands > most) {
     return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(most) +
@@ -89,10 +87,6 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   if (Status ok = checkBake(bake); !ok) return ok.error();
   auto state = std::make_unique<State>();
   if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
-  if (!(options.deringing >= 0.0f && options.deringing <= 1.0f)) {
-    return usage("deringing is " + decimal(options.deringing) + ", expected 0 to 1");
-  }
-  state->deringing = options.deringing;
   const Bake shared = shareArrays(bake);
   state->caches = shared.caches;
   state->linkKind = bake.links.kind;

@@ -13,9 +13,7 @@
 
 #define RELUME_LINKS_SH 0
 #define RELUME_LINKS_CONE 1
-#define RELUME_LINKS_OCT8 2
 #define RELUME_LINKS_OCT6 3
-#define RELUME_LINKS_SH8 4
 #define RELUME_LINKS_IRRADIANCE 5
 #define RELUME_LINKS_REPACKED 6
 
@@ -51,7 +49,7 @@ uniform uint relumeEndCache;
 uniform uint relumeFirstLink;   // link at the start of the batch
 uniform uint relumeWordOffset;  // its first word in `linkWord`
 uniform uint relumeHalfOffset;  // its first half in `shapeWord`
-uniform uint relumeShapeStride; // SH links: coefficients of a link; sh8: words of a link
+uniform uint relumeShapeStride; // SH links: coefficients of a link
 uniform uint relumeGridLinks;   // irradiance links: how many have a shape, counted from the bake's first
 
 // Coefficients past the bands of chroma are not stored.
@@ -75,7 +73,7 @@ void add(uint sender, inout vec4 c[RELUME_LUMA_WORDS]) {
 
 // Cones of up to four bands sum monic polynomials; what they lack of y_l^m and of the ratio of their band, the same for all links,
 // is multiplied at the end (runtime/cpu/summed_rows.h).
-#define RELUME_MONIC (RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LINK_KIND != RELUME_LINKS_SH8 && RELUME_LUMA_BANDS <= 4)
+#define RELUME_MONIC (RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LUMA_BANDS <= 4)
 #if RELUME_MONIC
 const vec4 kMonicScale[4] = vec4[4](vec4(1.0, vec3(0.866025404)), vec4(0.968245837, 1.93649167, 1.67705098, 1.93649167),
                                     vec4(0.968245837, 0.261456256, 0.640434422, 1.01261573),
@@ -115,7 +113,7 @@ void addCone(uint sender, float f, float cosAlpha, vec3 d) {
 #endif
 }
 
-#elif RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LINK_KIND != RELUME_LINKS_SH8
+#elif RELUME_LINK_KIND != RELUME_LINKS_SH
 // f / y_0^0 scales band 0 to f.
 void addCone(uint sender, float f, float cosAlpha, vec3 d) {
   float scale[RELUME_LUMA_BANDS];
@@ -152,27 +150,6 @@ void addLink(uint link) {
   uint at = relumeWordOffset + 3u * link;
   vec2 transfer = unpackHalf2x16(linkWord[at + 1u]);
   addCone(linkWord[at], transfer.x, transfer.y, relumeUnpackOctahedral(linkWord[at + 2u]));
-}
-
-#elif RELUME_LINK_KIND == RELUME_LINKS_SH8
-// sqrt(2l+1), the largest ratio of a coefficient to the first, of four coefficients a vector.
-const vec4 kLargestRatio[16] = vec4[16](
-    vec4(1.0, vec3(1.73205081)), vec4(2.23606798), vec4(2.23606798, vec3(2.64575131)), vec4(2.64575131),
-    vec4(3.0), vec4(3.0), vec4(3.0, vec3(3.31662479)), vec4(3.31662479), vec4(3.31662479),
-    vec4(3.60555128), vec4(3.60555128), vec4(3.60555128), vec4(3.60555128, vec3(3.87298335)), vec4(3.87298335),
-    vec4(3.87298335), vec4(3.87298335));
-
-void addLink(uint link) {
-  uint head = linkWord[relumeWordOffset + link];
-  float f = relumeUnpackTransfer(head);
-  vec4 c[RELUME_LUMA_WORDS];
-  uint at = (relumeHalfOffset >> 1) + link * relumeShapeStride;
-  for (uint w = 0u; w < uint(RELUME_LUMA_WORDS); ++w) c[w] = f * kLargestRatio[w] * unpackSnorm4x8(shapeWord[at + w]);
-  // More bands may be stored than are wanted.
-#if RELUME_LUMA_BANDS % 2 == 1
-  c[RELUME_LUMA_WORDS - 1].yzw = vec3(0.0);
-#endif
-  add(head & 0xFFFFFu, c);
 }
 
 #elif RELUME_LINK_KIND == RELUME_LINKS_REPACKED

@@ -18,13 +18,9 @@
 #define RELUME_LAYER_USED(layer) ((layer) != 3 && (layer) != 7 && (layer) != 8 && (layer) < 13)
 // One chroma band beside more luma bands: chroma follows luma's lobe.
 #define RELUME_CHROMA_FOLLOWS (RELUME_CHROMA_BANDS == 1 && RELUME_LUMA_BANDS > 1)
-// RELUME_GUESS_BANDS: guess what two bands lack (runtime/shared/resolve.h); RELUME_DERINGING: lambda (formats/sh.h). Bounces do
-// without either.
+// RELUME_GUESS_BANDS: guess what two bands lack (runtime/shared/resolve.h). Bounces do without.
 #ifndef RELUME_GUESS_BANDS
 #define RELUME_GUESS_BANDS 0
-#endif
-#ifndef RELUME_DERINGING
-#define RELUME_DERINGING 0.0
 #endif
 
 layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
@@ -49,9 +45,7 @@ vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
 // The receiver's lobe, four coefficients a vector; share: relumeSurfaceLobe().
 void relumeMakeLobe(vec3 n, vec2 share, float single, out vec4 lobe[RELUME_LUMA_LAYERS]) {
   float scale[RELUME_LUMA_BANDS];
-  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) {
-    scale[l] = share.y * kRelumeCosine[l] / (1.0 + float(RELUME_DERINGING) * float(l * l * (l + 1) * (l + 1)));
-  }
+  for (int l = 0; l < RELUME_LUMA_BANDS; ++l) scale[l] = share.y * kRelumeCosine[l];
   relumeEvaluateSh(n, scale, lobe);
 #if RELUME_LUMA_BANDS == 1
   lobe[0].x *= single;

@@ -119,7 +119,7 @@ void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t>
 
 void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
                bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
-  if (linkHasBands(kind)) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
+  if (kind == LinkKind::sh) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
   if (kind == LinkKind::oct6) return appendShRow(tree, cut, arrivals, kind, LinkShaper::kBands, scratch, rows);
   if (kind == LinkKind::irradiance && onSurface) return appendIrradianceRow(tree, cut, rows);
   appendConeRow(tree, cut, kind, rows);

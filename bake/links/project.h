@@ -15,7 +15,7 @@ namespace relume {
 
 // Links of consecutive caches, before all rows are joined.
 struct LinkRows {
-  LinkRows(LinkKind kind, std::uint32_t bands) : compact(kind, bands) {}
+  explicit LinkRows(LinkKind kind) : compact(kind) {}
   std::vector<std::uint32_t> length;  // [Size caches] links of a cache
   std::vector<std::uint32_t> shNode;  // as in Links
   std::vector<std::uint16_t> shCoefficients;
@@ -36,11 +36,11 @@ struct ProjectScratch {
   std::vector<float> coefficients;    // [Size links * bands²]
 };
 
-// Append a row of links with a cone (cone, oct8, irradiance in the grid): f, the mean direction of the rays, and the
+// Append a row of links with a cone (cone, irradiance in the grid): f, the mean direction of the rays, and the
 // cone whose band 1 is theirs.
 void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows);
 
-// Append a row of links with coefficients (sh, sh8), or whose shapes are chosen by them (oct6): every ray's basis
+// Append a row of links with coefficients (sh), or whose shapes are chosen by them (oct6): every ray's basis
 // functions summed into the link its leaf lies under. [bands 1..8]
 void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);

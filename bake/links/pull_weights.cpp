@@ -3,7 +3,6 @@
 #include "bake/links/pull_weights.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace relume {
@@ -26,25 +25,14 @@ void sumUp(const Hierarchy& hierarchy, std::vector<T>& value) {
 
 }  // namespace
 
-PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind, float opennessRadius)
-    : kind_(kind), opennessRadius_(opennessRadius) {
-  if (kind_ == LinkOptions::PullWeight::area) return;
+PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind) {
+  if (kind == LinkOptions::PullWeight::area) return;
   all_.resize(hierarchy.nodeCount());
-  if (kind_ == LinkOptions::PullWeight::importance) cut_.resize(hierarchy.nodeCount());
-  if (kind_ == LinkOptions::PullWeight::openness) rays_.resize(hierarchy.nodeCount());
+  cut_.resize(hierarchy.nodeCount());
 }
 
-void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals) {
-  if (kind_ == LinkOptions::PullWeight::openness) {
-    const float r2 = opennessRadius_ * opennessRadius_;
-    for (const Arrival& arrival : arrivals) {
-      const float d2 = arrival.distance * arrival.distance;
-      all_[arrival.leaf] += toFixed(std::isfinite(d2) ? d2 / (d2 + r2) : 1.0f);
-      rays_[arrival.leaf] += 1;
-    }
-    return;
-  }
-  if (kind_ != LinkOptions::PullWeight::importance) return;
+void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut) {
+  if (all_.empty()) return;
   fixed_.clear();
   for (const TouchedNode& leaf : tree.leaves()) {
     fixed_.push_back(toFixed(leaf.received));
@@ -60,40 +48,10 @@ void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut, 
 void PullSums::merge(const PullSums& other) {
   for (std::size_t i = 0; i < cut_.size(); ++i) cut_[i] += other.cut_[i];
   for (std::size_t i = 0; i < all_.size(); ++i) all_[i] += other.all_[i];
-  for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += other.rays_[i];
 }
 
 std::vector<float> PullSums::weights(const Hierarchy& hierarchy) const {
-  switch (kind_) {
-    case LinkOptions::PullWeight::openness:
-      return byOpenness(hierarchy);
-    case LinkOptions::PullWeight::importance:
-      return byImportance(hierarchy);
-    case LinkOptions::PullWeight::area:
-      break;
-  }
-  return hierarchy.firstWeight.toVector();
-}
-
-std::vector<float> PullSums::byOpenness(const Hierarchy& hierarchy) const {
-  // A leaf weighs its mean of d² / (d² + R²); what no ray ever hit is very likely a crevice.
-  constexpr double kUnseen = 1e-3;
-  std::vector<double> value(hierarchy.nodeCount(), 0.0);
-  for (const std::uint32_t leaf : hierarchy.leafNode) {
-    value[leaf] = std::max(
-        kUnseen, rays_[leaf] > 0 ? static_cast<double>(all_[leaf]) * 0x1p-40 / static_cast<double>(rays_[leaf]) : 0.0);
-  }
-  sumUp(hierarchy, value);
-  std::vector<float> weight(hierarchy.nodeCount(), 0.0f);
-  for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
-    if (hierarchy.isLeaf(node)) continue;
-    const std::uint32_t first = hierarchy.child[node];
-    weight[node] = share(value[first], value[first + 1], hierarchy.firstWeight[node]);
-  }
-  return weight;
-}
-
-std::vector<float> PullSums::byImportance(const Hierarchy& hierarchy) const {
+  if (all_.empty()) return hierarchy.firstWeight.toVector();
   std::vector<std::uint64_t> all = all_, cut = cut_;
   sumUp(hierarchy, all);
   // Links at or below a node: inner nodes have their own beside their children's.

@@ -29,24 +29,19 @@ namespace relume {
 // Sums over caches, in fixed point: whole numbers add up to the same in any order. One a thread, merged at the end.
 class PullSums {
  public:
-  PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind, float opennessRadius);
+  PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind);
 
   // Add what one cache sees and how its cut reads it.
-  void add(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals);
+  void add(const TouchedTree& tree, std::span<const std::uint32_t> cut);
   void merge(const PullSums& other);
 
   // firstWeight of every node. Nodes no cut averages fall back on what all caches receive, then on equal areas.
   std::vector<float> weights(const Hierarchy& hierarchy) const;
 
  private:
-  std::vector<float> byOpenness(const Hierarchy& hierarchy) const;
-  std::vector<float> byImportance(const Hierarchy& hierarchy) const;
-
-  LinkOptions::PullWeight kind_;
-  float opennessRadius_;
-  std::vector<std::uint64_t> all_;   // [Size nodes] importance: received by all caches; openness: sum over rays; leaves
-  std::vector<std::uint64_t> cut_;   // [Size nodes] importance: received through links to a node
-  std::vector<std::uint64_t> rays_;  // [Size nodes] openness: rays that hit; leaves only
+  // Both [Size nodes] for importance, empty for equal areas.
+  std::vector<std::uint64_t> all_;    // received by all caches; leaves only
+  std::vector<std::uint64_t> cut_;    // received through links to a node
   std::vector<std::uint64_t> fixed_;  // scratch: received by the leaves of one cache
 };
 

@@ -110,12 +110,11 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
   for (std::uint32_t node = 0; node < nodes.size(); ++node) {
     nodes[node].firstWeight = hierarchy.firstWeight[node];
     nodes[node].extent = shape.radius[node];
-    if (key == CutKey::readError && !hierarchy.isLeaf(node)) {
+    if (!hierarchy.isLeaf(node)) {
       const std::uint32_t a = hierarchy.child[node], b = a + 1;
       nodes[node].extent = glm::length(shape.center[a] - shape.center[b]) + surfelWidth;
     }
-    // transferRadius is linear in light, readError quadratic.
-    if (emits[node]) nodes[node].extent *= key == CutKey::readError ? kEmitterWeight * kEmitterWeight : kEmitterWeight;
+    if (emits[node]) nodes[node].extent *= kEmitterWeight * kEmitterWeight;  // the key is quadratic in light
   }
   sumHidden(hierarchy, nodes);
   return nodes;
@@ -138,9 +137,6 @@ void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey k
     switch (key) {
       case CutKey::transfer:
         keys[slot] = s.weight;
-        break;
-      case CutKey::transferRadius:
-        keys[slot] = s.received * cutNode[s.node].extent;
         break;
       case CutKey::readError:
         keys[slot] = readError(tree, s, cutNode, keys);

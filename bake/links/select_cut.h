@@ -16,8 +16,7 @@ namespace relume {
 // What the keys need to know of a node. [Size nodes]
 struct CutNode {
   float firstWeight = 0.0f;  // share of the first child in the average a link reads, equal areas
-  float extent = 0.0f;       // transferRadius: RMS radius [m]; readError: distance of the children's centres
-                             // and a surfel's width [m]
+  float extent = 0.0f;       // readError: distance of the children's centres and a surfel's width [m]
   double hidden = 0.0;       // readError: sum over the ancestors of extent * (share of the child that is not on the
                              // way to this node)²: what seeing only this node of them costs
 };
@@ -45,7 +44,6 @@ inline float keySumOf(float relativeError, float levelRadius) {  // [0..1], [m]
 
 // Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.
 //   transfer        f, the paper's.
-//   transferRadius  f * receiver's cosine * extent: light differs the more across a node the wider it is.
 //   readError       the expected square of the error made by reading the node's average in place of its visible
 //                   leaves. A link of coefficients C_s reads children a and b with C_s w and C_s (1-w); exact would be
 //                   C_a and C_b with C_a + C_b = C_s. So the error is (C_s w - C_a)(B_a - B_b), plus what reading a

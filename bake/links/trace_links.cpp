@@ -27,7 +27,7 @@ constexpr std::size_t kAskedCaches = 1024;  // that share out linksTotal: at lea
 // What one thread needs for one cache, and its share of the sums.
 struct Worker {
   Worker(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
-      : tree(order), sums(hierarchy, options.pull, options.opennessRadius) {}
+      : tree(order), sums(hierarchy, options.pull) {}
 
   Gatherer::Scratch gather;
   std::vector<Arrival> arrivals;
@@ -119,7 +119,6 @@ Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options
     cone.reserve(total);
   } else {
     head.reserve(total);
-    shape8.reserve(options.kind == LinkKind::oct6 ? 0 : shapeWords(options.kind, options.bands, total, 0));
     shape6.reserve(options.kind == LinkKind::oct6 ? total : 0);
   }
   const auto append = [](auto& all, const auto& part) { all.insert(all.end(), part.begin(), part.end()); };
@@ -131,11 +130,11 @@ Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options
     append(head, rows.compact.head);
     append(shape8, rows.compact.shape8);
     append(shape6, rows.compact.shape6);
-    rows = LinkRows(options.kind, options.bands);
+    rows = LinkRows(options.kind);
   }
   Links links;
   links.kind = options.kind;
-  links.bands = linkHasBands(options.kind) ? options.bands : 0;
+  links.bands = options.kind == LinkKind::sh ? options.bands : 0;
   links.rowBegin = std::move(rowBegin);
   links.shNode = std::move(shNode);
   links.shCoefficients = std::move(shCoefficients);
@@ -188,7 +187,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   }
 
   // 3. Link the caches
-  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind, options.bands));
+  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind));
   parallelChunks(context, "links", caches.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Worker> worker = pool.take();
     Worker& w = *worker;
@@ -197,7 +196,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
       look(c, w);
       selectCut(w.tree, w.keys, limit, w.queue, w.cut);
       appendRow(w.tree, w.cut, w.arrivals, onSurface(caches, c), options.kind, options.bands, w.project, rows);
-      w.sums.add(w.tree, w.cut, w.arrivals);
+      w.sums.add(w.tree, w.cut);
       w.visibleLeaves += w.tree.leaves().size();
     }
     pool.giveBack(std::move(worker));
@@ -216,7 +215,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
                         " were asked for in all: every cache needs one for each of the reflecting "
                         "surfaces, emitters and sky that it sees; ask for more links, or for fewer caches");
   }
-  PullSums sums(hierarchy, options.pull, options.opennessRadius);
+  PullSums sums(hierarchy, options.pull);
   RayCount count;
   std::uint64_t visibleLeaves = 0;
   for (const auto& worker : pool.all()) {

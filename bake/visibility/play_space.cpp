@@ -35,6 +35,7 @@ constexpr std::size_t kReceivers = 1u << 14;  // points handed over
 constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
 constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
+constexpr float kMinCellShare = 4e-6f;        // of the largest coordinate: floats tell no finer cells apart
 constexpr float kFarLooks = 64.0f;            // times that distance is far: nobody goes there
 constexpr double kOutermostHits = 0.01;       // left out of the box around what is looked at, at each end
 constexpr double kMinFarShare = 1e-4;         // of all hits, that make a far side matter
@@ -338,6 +339,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   CellGrid grid;
   grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
                        kMaxCellShare * look.distance);
+  const glm::vec3 farthest = glm::max(glm::abs(tracer.boundsMin()), glm::abs(tracer.boundsMax()));
+  grid.size = std::max(grid.size, kMinCellShare * std::max({farthest.x, farthest.y, farthest.z}));
   grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
   Counts counts(grid, kFarLooks * look.distance, sides);
   std::vector<glm::vec3> pool;

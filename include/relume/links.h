@@ -11,23 +11,34 @@
 #include "relume/array.h"
 
 #include <cstdint>
+#include <string_view>
 
 namespace relume {
 
 enum class LinkKind : std::uint32_t {
   sh = 0,    // node + bands² halves: the coefficients c_{s,i} of PIC Eq. (2)
   cone = 1,  // 12 bytes: node, f, cos alpha, direction (PIC 4.6); bands are made at run time
-  oct8 = 2,  // 8 bytes: head, direction of 24 bits, cone of 8
   oct6 = 3,  // 6 bytes: head, direction of 12 bits, cone of 4
-  sh8 = 4,   // head + bands² signed bytes relative to f (20 bytes for 4 bands)
-  irradiance =
-      5,  // 4 bytes for caches on a surface, head alone: their irradiance and nothing else; oct8 for the grid's
+  // 4 bytes for caches on a surface, head alone: their irradiance and nothing else. 8 for the grid's: head, direction
+  // of 24 bits, cone of 8.
+  irradiance = 5,
 };
-inline constexpr std::uint32_t kLinkKindCount = 6;
-inline constexpr LinkKind kLinkKinds[kLinkKindCount] = {LinkKind::sh,   LinkKind::cone, LinkKind::oct8,
-                                                        LinkKind::oct6, LinkKind::sh8,  LinkKind::irradiance};
+inline constexpr LinkKind kLinkKinds[] = {LinkKind::sh, LinkKind::cone, LinkKind::oct6, LinkKind::irradiance};
 
-constexpr bool linkHasBands(LinkKind kind) { return kind == LinkKind::sh || kind == LinkKind::sh8; }
+// As options, reports and file names have it; "" for a number that is no kind.
+constexpr std::string_view linkKindName(LinkKind kind) {
+  switch (kind) {
+    case LinkKind::sh:
+      return "sh";
+    case LinkKind::cone:
+      return "cone";
+    case LinkKind::oct6:
+      return "oct6";
+    case LinkKind::irradiance:
+      return "irradiance";
+  }
+  return "";
+}
 constexpr bool linkHasHead(LinkKind kind) { return kind != LinkKind::sh && kind != LinkKind::cone; }
 
 // The paper's link for run-time projection (PIC Fig. 5, buffer 5.1).
@@ -52,8 +63,8 @@ struct Links {
   Array<ConeLink> cone;                 // kind cone: [Size links]
   Array<std::uint32_t> head;            // kinds with a head: [Size links] node in the low 20 bits, f in the high 12
   Array<std::uint32_t> shape;           // kinds with a head: [Size shapeWords()] what a link has beside its head:
-                                        // oct8 a word, oct6 half a word (even links in the low half), sh8
-  // ceil(bands² / 4) words, irradiance a word for the grid's links, which come first
+                                        // oct6 half a word (even links in the low half); irradiance a word for the
+                                        // grid's links, which come first
 
   std::uint32_t cacheCount() const { return rowBegin.empty() ? 0u : static_cast<std::uint32_t>(rowBegin.size() - 1); }
   std::uint32_t count() const { return rowBegin.empty() ? 0u : rowBegin.back(); }

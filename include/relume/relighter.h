@@ -49,11 +49,8 @@ enum class Simd { best, baseline, avx2, avx512 };
 
 struct RelightOptions {
   BackendKind backend = BackendKind::cpu;
-  int lumaBands = 0;    // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
-  int chromaBands = 0;  // [0, 1..lumaBands] 0 = what the bake recommends
-  float deringing =
-      0.0f;  // [0..1] strength of a window over the bands that the host's receivers read off the light-map's
-             // own normals and in the grid (formats/sh.h, deringingFactor()); docs/BANDS.md: seldom worth it
+  int lumaBands = 0;          // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
+  int chromaBands = 0;        // [0, 1..lumaBands] 0 = what the bake recommends
   ParallelFor parallelFor{};  // CPU backend; empty = one thread
   Simd simd = Simd::best;     // CPU backend; one that the processor lacks is refused
   // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.

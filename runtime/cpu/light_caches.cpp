@@ -48,17 +48,6 @@ std::array<float, 3 * kMaxCoefficients> makeConeScale(int lumaBands, int chromaB
   return scale;
 }
 
-// Steps of sh8 links' bytes: sqrt(2l+1) / 127 (formats/compact_links.h).
-std::array<float, kMaxCoefficients> makeSh8Scale() {
-  std::array<float, kMaxCoefficients> scale{};
-  for (int l = 0; l < kMaxBands; ++l) {
-    for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-      scale[static_cast<std::size_t>(i)] = std::sqrt(static_cast<float>(2 * l + 1)) / 127.0f;
-    }
-  }
-  return scale;
-}
-
 }  // namespace
 
 LightCachesKernel lightCachesKernel(Simd simd) {
@@ -80,12 +69,10 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
                  int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards,
                  std::uint32_t firstMapCache) {
-  static const std::array<float, kMaxCoefficients> kSh8Scale = makeSh8Scale();
   LightCachesJob grid{links.rows()};
   grid.node = node.data();
   grid.lumaStride = lumaBands * lumaBands;
   grid.chromaStride = chromaBands * chromaBands;
-  grid.sh8Scale = kSh8Scale.data();
   grid.coefficients = coefficients.data();
   LightCachesJob map = grid;
   grid.lumaBands = lumaBands;

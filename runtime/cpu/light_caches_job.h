@@ -15,7 +15,6 @@ struct LightCachesJob : LinkRows {
   int lumaBands = 1, chromaBands = 1;    // that are lit
   int lumaStride = 1, chromaStride = 1;  // coefficients of a channel in memory, at least those of its bands
   const float* coneScale = nullptr;      // factor on each sum over cones, in the order of the coefficients that are lit
-  const float* sh8Scale = nullptr;       // [Size 64] what a step of a coefficient's byte is worth
   float* coefficients = nullptr;         // out, a cache at a time
 };
 

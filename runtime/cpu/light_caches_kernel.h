@@ -9,7 +9,7 @@ namespace relume::cpu {
 namespace {
 
 // LinkKind's numbers, without its header.
-constexpr std::uint32_t kSh = 0, kCone = 1, kOct6 = 3, kSh8 = 4, kIrradiance = 5;
+constexpr std::uint32_t kSh = 0, kCone = 1, kOct6 = 3, kIrradiance = 5;
 
 template <class Links>
 ConeRow coneRow(int luma, int chroma) {
@@ -21,7 +21,7 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
   const auto pick = job.kind == kCone            ? coneRow<PlainLinks>
                     : job.kind == kOct6          ? coneRow<Oct6Links>
                     : job.kind == kRepackedLinks ? coneRow<RepackedLinks>
-                                                 : coneRow<Oct8Links>;
+                                                 : coneRow<GridIrradianceLinks>;
   const ConeRow row = pick(job.lumaBands, job.chromaBands);
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
   const std::size_t stride = static_cast<std::size_t>(job.lumaStride + 2 * job.chromaStride);
@@ -32,10 +32,6 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
     const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
     if (job.kind == kSh) {
       lightShRow(job, linksBegin, linksEnd, out);
-      continue;
-    }
-    if (job.kind == kSh8) {
-      lightSh8Row(job, linksBegin, linksEnd, out);
       continue;
     }
     if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {

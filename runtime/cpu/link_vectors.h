@@ -148,7 +148,7 @@ struct CompactLinks : Heads {
     unpackDirections<kUvBits>(shape, x, y, z);
   }
 };
-using Oct8Links = CompactLinks<std::uint32_t, 12, 8>;
+using GridIrradianceLinks = CompactLinks<std::uint32_t, 12, 8>;
 using Oct6Links = CompactLinks<std::uint16_t, 6, 4>;
 
 #if RELUME_LANES == 16

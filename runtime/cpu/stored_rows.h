@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Rows of links that need no projection: irradiance links, lanes are links; and links with stored coefficients, sh and
-// sh8, a link at a time, lanes are coefficients.
+// Rows of links that need no projection: irradiance links, lanes are links; and SH links with stored coefficients, a
+// link at a time, lanes are coefficients.
 #pragma once
 
 #include "runtime/cpu/link_vectors.h"
@@ -17,15 +17,6 @@ inline void scaledColors(const LightCachesJob& job, const Heads& links, Floats& 
   cg *= f;
 }
 
-// The same into memory, whence sums read it spread over a vector: kLanes each of Y, Co, Cg.
-inline void storeColors(const LightCachesJob& job, const Heads& links, float* color) {
-  Floats y, co, cg;
-  scaledColors(job, links, y, co, cg);
-  store(color, y);
-  store(color + kLanes, co);
-  store(color + 2 * kLanes, cg);
-}
-
 // One row of irradiance links: coefficient 0 alone.
 inline void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
   Floats sum[3] = {};
@@ -39,49 +30,6 @@ inline void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, s
   for (int c = 0; c < 3; ++c) out[c][0] = sumLanes(sum[c]);
 }
 
-// The signed bytes of a link of kind sh8 from `at` on, widened; reads none at or beyond `end`.
-inline Floats loadBytes(const std::int8_t* at, const std::int8_t* end) {
-  typedef std::int8_t SignedBytes __attribute__((vector_size(RELUME_LANES)));
-  SignedBytes bytes{};
-  if (end - at >= kLanes) {
-    bytes = load<SignedBytes>(at);
-  } else {
-    __builtin_memcpy(&bytes, at, static_cast<std::size_t>(end - at));
-  }
-  return toFloats(__builtin_convertvector(bytes, Ints));
-}
-
-// One row of sh8 links, a link at a time: lanes are coefficients.
-inline void lightSh8Row(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end, float* const* out) {
-  const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
-  const auto* bytes = reinterpret_cast<const std::int8_t*>(job.shape);
-  const std::int8_t* bytesEnd = bytes + job.shapeBytes;
-  const std::size_t stride = (std::size_t{job.shStride} + 3) / 4 * 4;
-  for (int first = 0; first < luma; first += kLanes) {
-    Floats sum[3] = {};
-    for (std::uint32_t at = begin; at < end; at += kLanes) {
-      const int count = end - at < kLanes ? static_cast<int>(end - at) : kLanes;
-      const Heads links(job, at, count);
-      float color[3 * kLanes];
-      storeColors(job, links, color);
-      for (int k = 0; k < count; ++k) {
-        const std::size_t link = std::size_t{at} + static_cast<std::size_t>(k);
-        const Floats c = loadBytes(bytes + link * stride + first, bytesEnd);
-        sum[0] += color[k] * c;
-        sum[1] += color[kLanes + k] * c;
-        sum[2] += color[2 * kLanes + k] * c;
-      }
-    }
-    for (int lane = 0; lane < kLanes && first + lane < luma; ++lane) {
-      const int i = first + lane;
-      out[0][i] = sum[0][lane] * job.sh8Scale[i];
-      if (i >= chroma) continue;
-      out[1][i] = sum[1][lane] * job.sh8Scale[i];
-      out[2][i] = sum[2][lane] * job.sh8Scale[i];
-    }
-  }
-}
-
 // kLanes halves from `at` on, widened; reads no half at or beyond `end`.
 inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
   Halves halves{};
@@ -93,7 +41,8 @@ inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
   return halvesToFloats(halves);
 }
 
-// Radiosity of the nodes of the links from `at` on into memory, as above.
+// Radiosity of the nodes of the links from `at` on into memory, whence sums read it spread over a vector: kLanes each
+// of Y, Co, Cg.
 inline void storeColors(const LightCachesJob& job, std::size_t at, int count, float* color) {
   Ints nodes{};
   __builtin_memcpy(&nodes, job.shNode + at, sizeof(std::uint32_t) * static_cast<std::size_t>(count));

@@ -42,8 +42,8 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 }  // namespace
 
 Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaBands, int chromaBands,
-                                                     std::string_view visibilityGlsl, float deringing,
-                                                     const char* renderer) {
+                                                     std::string_view visibilityGlsl,
+                                                     std::optional<GroupThreads> wanted) {
   const int version = contextVersion();
   if (version < 43 || !epoxy_is_desktop_gl()) {
     return Error{
@@ -51,11 +51,12 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
         "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
             (version == 0 ? std::string("none") : std::to_string(version / 10) + "." + std::to_string(version % 10))};
   }
-  if (renderer == nullptr) renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const GroupThreads threads =
+      wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved;
   std::unique_ptr<GlBackend> backend(new GlBackend(bake, lumaBands, chromaBands));
-  Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands, renderer);
+  Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands, threads);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
   Result<BouncePass> bounce = BouncePass::create(lumaBands, chromaBands, irradianceOnMap);
@@ -68,11 +69,10 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
   Result<CachePass> caches =
-      CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, renderer);
+      CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, threads);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
-  Result<std::string> resolve =
-      expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap, deringing));
+  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   const auto text = [](const glm::vec3& v) {
@@ -185,8 +185,8 @@ GlResolveInputs GlBackend::inputs() const {
 namespace relume {
 
 Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
-  Result<std::unique_ptr<gl::GlBackend>> made = gl::GlBackend::create(
-      bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl, request.options.deringing);
+  Result<std::unique_ptr<gl::GlBackend>> made =
+      gl::GlBackend::create(bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl);
   if (!made) return made.error();
   return std::unique_ptr<Backend>(std::move(*made));
 }

@@ -7,6 +7,7 @@
 #include "runtime/gl/timer.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace relume::gl {
@@ -14,11 +15,11 @@ namespace relume::gl {
 class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. A context must be current, here and in every other call.
-  // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log. renderer: the name of the driver that
-  // work groups are to suit; null = the one that runs here.
+  // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log. threads: what
+  // work groups are to suit; nothing = the driver that runs here.
   static Result<std::unique_ptr<GlBackend>> create(const Bake& bake, int lumaBands, int chromaBands,
-                                                   std::string_view visibilityGlsl, float deringing = 0.0f,
-                                                   const char* renderer = nullptr);
+                                                   std::string_view visibilityGlsl,
+                                                   std::optional<GroupThreads> threads = {});
 
   void relight(const LightSetup& setup) override;
   void reset() override;

@@ -50,8 +50,8 @@ void refill(Buffer& buffer, const void* data, std::size_t bytes) {
 
 }  // namespace
 
-CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands) {
-  if (isSoftware(renderer)) return {1, 64};
+CacheGroup chooseCacheGroup(GroupThreads threads, int lumaBands, int chromaBands) {
+  if (threads == GroupThreads::serial) return {1, 64};
   // Shared memory holds all sums of a group: 32 KiB is what every OpenGL has.
   const int bytesPerCache = 32 * static_cast<int>(2 * cacheBytes(lumaBands, chromaBands));
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
@@ -63,11 +63,9 @@ std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int 
           {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
 }
 
-std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
-                                                                float deringing) {
+std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap) {
   auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
   defines.emplace_back("RELUME_GUESS_BANDS", "1");
-  defines.emplace_back("RELUME_DERINGING", decimalGlsl(deringing));
   return defines;
 }
 
@@ -243,13 +241,13 @@ void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
 }
 
 Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
-                                                const char* renderer, bool map) {
+                                                GroupThreads threads, bool map) {
   Kernel kernel;
   if (map) {
     lumaBands = mapBands(lumaBands, kind == LinkKind::irradiance);
     chromaBands = mapBands(chromaBands, kind == LinkKind::irradiance);
   }
-  kernel.group = chooseCacheGroup(renderer, lumaBands, chromaBands);
+  kernel.group = chooseCacheGroup(threads, lumaBands, chromaBands);
   Result<Program> program =
       makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
   if (!program) return program.error();
@@ -268,9 +266,9 @@ Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, 
 }
 
 Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
-                                    const char* renderer) {
-  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, renderer, false),
-                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, renderer, true);
+                                    GroupThreads threads) {
+  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, threads, false),
+                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, threads, true);
   if (!grid) return grid.error();
   if (!map) return map.error();
   CachePass pass;
@@ -309,8 +307,7 @@ void CachePass::runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& 
   glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
   glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
                     batch.shapeBytes);
-  glProgramUniform1ui(program, kernel.shapeStride,
-                      links.kind == LinkKind::sh8 ? sh8Words(links.bands) : links.bands * links.bands);
+  glProgramUniform1ui(program, kernel.shapeStride, links.bands * links.bands);
   glProgramUniform1ui(program, kernel.gridLinks, static_cast<GLuint>(links.shape.size()));
   glProgramUniform1ui(program, kernel.firstLink, batch.firstLink);
   glProgramUniform1ui(program, kernel.wordOffset, batch.wordOffset);

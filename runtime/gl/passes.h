@@ -17,17 +17,15 @@ struct CacheGroup {
   int lanes = 32, caches = 2;
 };
 
-// What suits this driver: software rasterisers run a thread after the other and pay dearly for barriers.
-CacheGroup chooseCacheGroup(const char* renderer, int lumaBands, int chromaBands);
+CacheGroup chooseCacheGroup(GroupThreads threads, int lumaBands, int chromaBands);
 
 // Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
 // are the light map's, whose bands are those of mapBands()) when a shader is compiled. irradianceOnMap: see
 // CacheLight.
 std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands,
                                                              bool irradianceOnMap = false);
-// The same for the host's receivers: with what two bands lack guessed, and de-ringing.
-std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap,
-                                                                float deringing = 0.0f);
+// The same for the host's receivers: with what two bands lack guessed.
+std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap);
 std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps = -1,
                                                               bool map = false);
@@ -81,7 +79,7 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, const char* renderer);
+  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, GroupThreads threads);
   // (4) and (5)
   void run(const GpuBake& gpu, const Links& links) const;
 
@@ -93,7 +91,7 @@ class CachePass {
     GLint firstCache = -1, endCache = -1, wordOffset = -1, halfOffset = -1, firstLink = -1, shapeStride = -1,
           gridLinks = -1, firstMapCache = -1, mapWidth = -1;
   };
-  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, const char* renderer,
+  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, GroupThreads threads,
                                    bool map);
   void runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const;
 

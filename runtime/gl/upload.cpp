@@ -95,8 +95,6 @@ std::size_t shapeBytes(const Links& links) {
       return 0;
     case LinkKind::oct6:
       return 2;
-    case LinkKind::sh8:
-      return 4 * std::size_t{sh8Words(links.bands)};
     default:
       return 4;
   }
@@ -284,12 +282,14 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
 
 }  // namespace
 
-bool isSoftware(const char* renderer) {
-  return renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
+GroupThreads groupThreadsOf(const char* renderer) {
+  const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe") ||
+                                     std::strstr(renderer, "SwiftShader"));
+  return software ? GroupThreads::serial : GroupThreads::parallel;
 }
 
-PullGroup choosePullGroup(const char* renderer) {
-  return isSoftware(renderer) ? PullGroup{8, 4096} : PullGroup{128, 1024};
+PullGroup choosePullGroup(GroupThreads threads) {
+  return threads == GroupThreads::serial ? PullGroup{8, 4096} : PullGroup{128, 1024};
 }
 
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
@@ -343,7 +343,7 @@ void orderSurfels(const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, const char* renderer) {
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads) {
   GLint64 limit = 0;
   GLint alignment = 1;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
@@ -374,7 +374,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, con
   }
 
   makeSurfels(bake, lumaBands, gpu);
-  gpu.pullGroup = choosePullGroup(renderer);
+  gpu.pullGroup = choosePullGroup(threads);
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
   gpu.pullRoundCount = schedule.roundCount();

@@ -70,10 +70,15 @@ inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
   return 8 * static_cast<std::size_t>(wordsOf(lumaBands) + 2 * wordsOf(chromaBands));
 }
 
-// What suits this driver: software rasterisers run a thread after the other, pay dearly for barriers, and have few
-// cores.
-PullGroup choosePullGroup(const char* renderer);
-bool isSoftware(const char* renderer);
+// How the driver runs the threads of a work group. OpenGL has no limit that tells the two apart, and a measurement when
+// the backend is made would cost every load and cut the work differently from run to run, so the driver's name decides.
+// It decides time alone: tests hold both cuts against each other.
+enum class GroupThreads {
+  serial,    // one after the other, barriers are dear, few groups run at once: software rasterisers
+  parallel,  // side by side: hardware
+};
+GroupThreads groupThreadsOf(const char* renderer);
+PullGroup choosePullGroup(GroupThreads threads);
 
 // A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
 Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage);
@@ -97,6 +102,6 @@ void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
 void orderSurfels(const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, const char* renderer);
+Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads);
 
 }  // namespace relume::gl

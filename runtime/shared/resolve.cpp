@@ -37,8 +37,7 @@ Lobe makeLobe(const CacheLight& light, const glm::vec3& n, SurfaceLobe share, fl
     const int used = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
     evaluateSh(used, n, lobe.g);
     for (int l = 0; l < used; ++l) {
-      const float factor =
-          share.clamped * deringingFactor(l, light.deringing) * clampedCosineFactors()[static_cast<std::size_t>(l)];
+      const float factor = share.clamped * clampedCosineFactors()[static_cast<std::size_t>(l)];
       for (int i = l * l; i < (l + 1) * (l + 1); ++i) lobe.g[static_cast<std::size_t>(i)] *= factor;
     }
     lobe.last = static_cast<std::size_t>(used * used);

@@ -28,7 +28,6 @@ struct CacheLight {
   bool irradianceOnMap =
       false;                // caches on a surface hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance)
   bool guessBands = false;  // guess what two bands of luma or chroma lack of the clamped lobe
-  float deringing = 0.0f;   // lambda of deringingFactor() on the clamped lobe
 
   std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
   std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }

@@ -141,11 +141,11 @@ TEST(CompareLight, cachesMatchByPlaceNotByNumber) {
 
 TEST(CompareLight, otherKindsOfLinksCompare) {
   Bake b = makeSmallBake();
-  const Result<Links> packed = compactLinks(b.links, LinkKind::oct8);
+  const Result<Links> packed = compactLinks(b.links);
   ASSERT_TRUE(packed) << packed.error().message;
   b.links = *packed;
   const LightDifference light = difference(makeSmallBake(), b);
-  EXPECT_LT(light.maxRmse, 0.01) << "eight bytes in place of twelve";
+  EXPECT_LT(light.maxRmse, 0.2) << "six bytes in place of twelve";
   EXPECT_GT(light.maxRmse, 0.0);
 }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace relume {
@@ -24,10 +25,7 @@ std::string printfOf(const char* pattern, int digits, double value) {
 
 TEST(Decimal, isWhatPrintfWritesInTheCLocale) {
   for (const double v : kNumbers) {
-    for (const int digits : {0, 1, 6, 17}) {
-      EXPECT_EQ(decimalFixed(v, digits), printfOf("%.*f", digits, v));
-      EXPECT_EQ(decimalGeneral(v, std::max(digits, 1)), printfOf("%.*g", std::max(digits, 1), v));
-    }
+    for (const int digits : {1, 6, 17}) EXPECT_EQ(decimalGeneral(v, digits), printfOf("%.*g", digits, v));
   }
   EXPECT_EQ(decimal(0.1), "0.1");
   EXPECT_EQ(decimal(0.1f), "0.1");
@@ -36,9 +34,7 @@ TEST(Decimal, isWhatPrintfWritesInTheCLocale) {
 }
 
 TEST(Decimal, readsBackWhatItWrites) {
-  for (const double v : kNumbers) EXPECT_EQ(parseDecimal(decimal(v)), v);
-  for (const char* text : {"", "1,5", "1 ", " 1", "+1", "1x", "0x10", "1e999", "."})
-    EXPECT_EQ(parseDecimal(text), std::nullopt) << text;
+  for (const double v : kNumbers) EXPECT_EQ(std::strtod(decimal(v).c_str(), nullptr), v);
 }
 
 TEST(Decimal, literalsOfGlslAreFloats) {
@@ -57,16 +53,14 @@ TEST(Decimal, aHostsCommasChangeNothing) {
   broken.surfels.normal = std::move(normal);
   broken.surfels.albedo = std::move(albedo);
   const auto texts = [&] {
-    std::vector<std::string> all = {decimal(1234.5), decimal(0.5f), decimalFixed(1234.5, 2), decimalGeneral(1234.5, 6),
-                                    decimalGlsl(0.5f)};
+    std::vector<std::string> all = {decimal(1234.5), decimal(0.5f), decimalGeneral(1234.5, 6), decimalGlsl(0.5f)};
     for (const Finding& finding : validateBake(broken)) all.push_back(toString(finding));
     return all;
   };
   const std::vector<std::string> before = texts();
-  ASSERT_GT(before.size(), 6u) << "the broken bake must have findings with numbers";
+  ASSERT_GE(before.size(), 6u) << "the broken bake must have findings with numbers";
   const test::CommaLocale commas;
   EXPECT_EQ(texts(), before);
-  EXPECT_EQ(parseDecimal("1234.5"), 1234.5);
   if (!commas.ofC()) GTEST_SKIP() << test::kNoCommaLocale;
 }
 

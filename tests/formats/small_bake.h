@@ -105,7 +105,7 @@ inline Links makeSmallLinks(LinkKind kind) {
   l.rowBegin = row;
   if (kind == LinkKind::irradiance) {
     // Caches 0 and 1 are the grid's: their links come first and have shapes.
-    CompactLinkWriter writer(kind, 0);
+    CompactLinkWriter writer(kind);
     for (std::size_t i = 0; i < node.size(); ++i) {
       if (i < row[2]) {
         writer.add(node[i], 0.1f, {{0, 1, 0}, 0.5f});
@@ -117,10 +117,10 @@ inline Links makeSmallLinks(LinkKind kind) {
     l.shape = writer.shape8;
     return l;
   }
-  if (kind == LinkKind::oct8 || kind == LinkKind::oct6) {
+  if (kind == LinkKind::oct6) {
     l.kind = LinkKind::cone;
     l.cone = cone;
-    return *compactLinks(l, kind);
+    return *compactLinks(l);
   }
   if (kind == LinkKind::cone) {
     l.cone = cone;
@@ -129,9 +129,7 @@ inline Links makeSmallLinks(LinkKind kind) {
   l.bands = 2;
   l.shNode = node;
   l.shCoefficients = coefficients;
-  if (kind == LinkKind::sh) return l;
-  l.kind = LinkKind::sh;
-  return *compactLinks(l, LinkKind::sh8);
+  return l;
 }
 
 inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {

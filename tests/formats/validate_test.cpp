@@ -44,8 +44,7 @@ void editCone(Bake& b, std::size_t i, const std::function<void(ConeLink&)>& chan
 
 const std::vector<Corruption>& corruptions() {
   using V = glm::vec3;
-  constexpr LinkKind cone = LinkKind::cone, sh = LinkKind::sh, oct8 = LinkKind::oct8, oct6 = LinkKind::oct6,
-                     sh8 = LinkKind::sh8, irradiance = LinkKind::irradiance;
+  constexpr LinkKind cone = LinkKind::cone, sh = LinkKind::sh, oct6 = LinkKind::oct6, irradiance = LinkKind::irradiance;
   static const std::vector<Corruption> list = {
       {Check::surfelArraySize, "normals", cone, [](Bake& b) { shorten(b.surfels.normal); }},
       {Check::surfelArraySize, "receivers", cone, [](Bake& b) { shorten(b.surfels.receiver); }},
@@ -108,14 +107,13 @@ const std::vector<Corruption>& corruptions() {
       {Check::linkArraySize, "coefficients", sh, [](Bake& b) { shorten(b.links.shCoefficients); }},
       {Check::linkArraySize, "both kinds", cone, [](Bake& b) { b.links.shNode = std::vector<std::uint32_t>{1}; }},
       {Check::linkArraySize, "shapes", oct6, [](Bake& b) { shorten(b.links.shape); }},
-      {Check::linkArraySize, "shapes", oct8, [](Bake& b) { shorten(b.links.shape); }},
-      {Check::linkArraySize, "bytes", sh8, [](Bake& b) { shorten(b.links.shape); }},
+      {Check::linkArraySize, "shapes", oct6, [](Bake& b) { shorten(b.links.shape); }},
       {Check::linkArraySize, "grid", irradiance, [](Bake& b) { shorten(b.links.shape); }},
-      {Check::linkBands, "oct8", oct8, [](Bake& b) { b.links.bands = 4; }},
-      {Check::linkBands, "sh8", sh8, [](Bake& b) { b.links.bands = 0; }},
+      {Check::linkBands, "oct6", oct6, [](Bake& b) { b.links.bands = 4; }},
+      {Check::linkBands, "sh", sh, [](Bake& b) { b.links.bands = 0; }},
       {Check::linkGridFirst, "late", irradiance, [](Bake& b) { set(b.caches.normal, 4, V(0, 0, 0)); }},
-      {Check::linkNode, "head", oct8, [](Bake& b) { set(b.links.head, 3, b.links.head[3] | 15u); }},
-      {Check::linkOrder, "head", oct8, [](Bake& b) { set(b.links.head, 1, b.links.head[0]); }},
+      {Check::linkNode, "head", oct6, [](Bake& b) { set(b.links.head, 3, b.links.head[3] | 15u); }},
+      {Check::linkOrder, "head", oct6, [](Bake& b) { set(b.links.head, 1, b.links.head[0]); }},
       {Check::linkRows, "first", cone, [](Bake& b) { set(b.links.rowBegin, 0, 1u); }},
       {Check::linkRows, "descending", cone, [](Bake& b) { set(b.links.rowBegin, 2, 3u); }},
       {Check::linkRows, "last", cone, [](Bake& b) { set(b.links.rowBegin, 6, 26u); }},
@@ -186,8 +184,6 @@ const std::vector<Corruption>& corruptions() {
       {Check::linkDirection, "none", cone,
        [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.direction = kNoDirection; }); }},
       {Check::linkCoefficient, "infinite", sh, [](Bake& b) { set(b.links.shCoefficients, 5, packHalf(kInfinity)); }},
-      {Check::linkCoefficient, "first byte", sh8, [](Bake& b) { set(b.links.shape, 3, b.links.shape[3] & ~1u); }},
-      {Check::linkCoefficient, "byte", sh8, [](Bake& b) { set(b.links.shape, 3, 0x8000007Fu); }},
       {Check::linkAncestor, "leaf", cone, [](Bake& b) { editCone(b, 3, [](ConeLink& l) { l.node = 7; }); }},
       {Check::linkAboveGroups, "join", cone, [](Bake& b) { editCone(b, 0, [](ConeLink& l) { l.node = 2; }); }},
       {Check::linkEnergySphere, "much", cone,

@@ -96,7 +96,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   // The bake's own bands, and others; each set of kernels that this processor has.
   const std::array<RelightOptions, 3> choices = {
       RelightOptions{}, RelightOptions{.lumaBands = 1, .chromaBands = 1, .simd = Simd::baseline},
-      RelightOptions{.lumaBands = 2, .chromaBands = 2, .deringing = 1.0f, .simd = Simd::avx2}};
+      RelightOptions{.lumaBands = 2, .chromaBands = 2, .simd = Simd::avx2}};
   for (const RelightOptions& options : choices) {
     Result<Relighter> relighter = Relighter::create(*bake, options);
     if (!relighter) {

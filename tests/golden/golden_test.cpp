@@ -53,23 +53,18 @@ TEST_P(Golden, writerStillWritesTheSameBytes) {
 }
 
 TEST(GoldenOld, earlierVersionsAreRefusedByName) {
-  for (const std::string version : {"1", "2"}) {
-    for (const char* kind : {"cone", "sh", "oct8", "oct6", "sh8", "irradiance"}) {
-      const Result<Bake> bake = mapBake(kFolder + "v" + version + "_" + kind + ".relume");
-      ASSERT_FALSE(bake);
-      EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-      EXPECT_NE(bake.error().message.find("format version " + version + ", this program reads version 3"),
-                std::string::npos)
-          << bake.error().message;
-    }
-  }
+  const Result<Bake> bake = mapBake(kFolder + "v1_oct6.relume");
+  ASSERT_FALSE(bake);
+  EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
+  EXPECT_NE(bake.error().message.find("format version 1, this program reads version 3"), std::string::npos)
+      << bake.error().message;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    , Golden,
-    testing::Values(Fixture{"v3_cone.relume", LinkKind::cone}, Fixture{"v3_sh.relume", LinkKind::sh},
-                    Fixture{"v3_oct8.relume", LinkKind::oct8}, Fixture{"v3_oct6.relume", LinkKind::oct6},
-                    Fixture{"v3_sh8.relume", LinkKind::sh8}, Fixture{"v3_irradiance.relume", LinkKind::irradiance}));
+INSTANTIATE_TEST_SUITE_P(, Golden,
+                         testing::Values(Fixture{"v3_cone.relume", LinkKind::cone},
+                                         Fixture{"v3_sh.relume", LinkKind::sh},
+                                         Fixture{"v3_oct6.relume", LinkKind::oct6},
+                                         Fixture{"v3_irradiance.relume", LinkKind::irradiance}));
 
 }  // namespace
 }  // namespace relume

@@ -11,9 +11,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: make_fixture FOLDER\n");
     return 1;
   }
-  const char* names[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
   for (const relume::LinkKind kind : relume::kLinkKinds) {
-    const std::string path = std::string(argv[1]) + "/v3_" + names[static_cast<int>(kind)] + ".relume";
+    const std::string path = std::string(argv[1]) + "/v3_" + std::string(relume::linkKindName(kind)) + ".relume";
     const relume::Status status = relume::writeBake(relume::makeSmallBake(kind), path);
     if (!status) {
       std::fprintf(stderr, "%s\n", status.error().message.c_str());

@@ -182,7 +182,7 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
   const LeafOrder order(h);
   const NodeGeometry geometry = nodeGeometry(h, level.placed.surfels);
   const std::vector<CutNode> cutNode = cutNodes(h, geometry, choice.key, level.placed.surfels.emission);
-  PullSums sums(h, choice.pull, LinkOptions{}.opennessRadius);
+  PullSums sums(h, choice.pull);
   TouchedTree tree(order);
   std::vector<float> keys;
   std::vector<CutCandidate> queue;
@@ -194,7 +194,7 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
     tree.build(level.arrivals[c], level.receivedScale(c));
     cutKeys(tree, cutNode, choice.key, keys);
     selectCut(tree, keys, choice.limit, queue, cut);
-    sums.add(tree, cut, level.arrivals[c]);
+    sums.add(tree, cut);
     for (const std::uint32_t slot : cut) result.reads[c].push_back({tree[slot].node, tree[slot].received});
     result.links += cut.size();
     result.fewest = std::min(result.fewest, cut.size());

@@ -168,7 +168,7 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
   for (const std::uint32_t rays : {1u, 5u, 300u, 20000u}) {
     tree.build(randomArrivals(h, rays, rays), 1.0f);
     for (const std::uint32_t maxNodes : {1u, 2u, 17u, 254u, 1999u, 65535u}) {
-      for (const auto key : {kTransfer, LinkOptions::CutKey::transferRadius, LinkOptions::CutKey::readError}) {
+      for (const auto key : {kTransfer, LinkOptions::CutKey::readError}) {
         const auto cut = cutOf(tree, h, maxNodes, key);
         EXPECT_LE(cut.size(), maxNodes);
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
@@ -266,7 +266,7 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
   const auto cut = cutOf(tree, h, 40);
   for (const std::uint32_t bands : {1u, 2u, 4u, 8u}) {
     const std::uint32_t size = bands * bands;
-    LinkRows rows(LinkKind::sh, bands);
+    LinkRows rows(LinkKind::sh);
     ProjectScratch scratch;
     appendShRow(tree, cut, arrivals, LinkKind::sh, bands, scratch, rows);
     ASSERT_EQ(rows.shNode.size(), cut.size());
@@ -294,7 +294,7 @@ TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
   const auto arrivals = randomArrivals(h, 900, 6);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
-  LinkRows sh(LinkKind::sh, 2), cone(LinkKind::cone, 0);
+  LinkRows sh(LinkKind::sh), cone(LinkKind::cone);
   ProjectScratch scratch;
   appendShRow(tree, cut, arrivals, LinkKind::sh, 2, scratch, sh);
   appendConeRow(tree, cut, LinkKind::cone, cone);
@@ -320,14 +320,14 @@ TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
   const LeafOrder order(h);
   TouchedTree tree(order);
   for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
-    PullSums sums(h, LinkOptions::PullWeight::importance, 3.0f);
+    PullSums sums(h, LinkOptions::PullWeight::importance);
     std::vector<std::vector<std::pair<std::uint32_t, double>>> rows;
     std::vector<std::pair<std::uint32_t, double>> leaves;
     for (std::uint64_t cache = 0; cache < 40; ++cache) {
       const auto arrivals = randomArrivals(h, 300, 100 + cache);
       tree.build(arrivals, 1.0f);
       const auto cut = cutOf(tree, h, maxNodes);
-      sums.add(tree, cut, arrivals);
+      sums.add(tree, cut);
       for (const std::uint32_t slot : cut) rows.emplace_back().push_back({tree[slot].node, tree[slot].received});
       for (const TouchedNode& leaf : tree.leaves()) leaves.push_back({leaf.node, leaf.received});
     }
@@ -354,49 +354,27 @@ TEST(PullWeights, areIndependentOfHowCachesAreSharedOut) {
   const Hierarchy h = randomHierarchy(300, 8);
   const LeafOrder order(h);
   TouchedTree tree(order);
-  for (const auto kind : {LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
-    PullSums one(h, kind, 3.0f), even(h, kind, 3.0f), odd(h, kind, 3.0f);
-    for (std::uint64_t cache = 0; cache < 20; ++cache) {
-      const auto arrivals = randomArrivals(h, 100, cache);
-      tree.build(arrivals, 1.0f);
-      const auto cut = cutOf(tree, h, 20);
-      one.add(tree, cut, arrivals);
-      (cache % 2 ? odd : even).add(tree, cut, arrivals);
-    }
-    odd.merge(even);
-    EXPECT_EQ(one.weights(h), odd.weights(h));
+  constexpr auto kImportance = LinkOptions::PullWeight::importance;
+  PullSums one(h, kImportance), even(h, kImportance), odd(h, kImportance);
+  for (std::uint64_t cache = 0; cache < 20; ++cache) {
+    const auto arrivals = randomArrivals(h, 100, cache);
+    tree.build(arrivals, 1.0f);
+    const auto cut = cutOf(tree, h, 20);
+    one.add(tree, cut);
+    (cache % 2 ? odd : even).add(tree, cut);
   }
+  odd.merge(even);
+  EXPECT_EQ(one.weights(h), odd.weights(h));
 }
 
 TEST(PullWeights, areaIsThePapersEqualAreas) {
   const Hierarchy h = randomHierarchy(300, 9);
-  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::area, 3.0f).weights(h), h.firstWeight.toVector());
+  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::area).weights(h), h.firstWeight.toVector());
 }
 
 TEST(PullWeights, unseenNodesFallBackOnEqualAreas) {
   const Hierarchy h = randomHierarchy(300, 10);
-  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::importance, 3.0f).weights(h), h.firstWeight.toVector());
-  // Openness knows nothing either: all leaves weigh the same, as surfels of equal area do.
-  const auto weights = PullSums(h, LinkOptions::PullWeight::openness, 3.0f).weights(h);
-  EXPECT_NEAR(weights[0], leavesUnder(h, 1) / 300.0, 1e-5);
-}
-
-TEST(PullWeights, opennessPrefersLeavesSeenFromAfar) {
-  Hierarchy h;
-  h.child = std::vector<std::uint32_t>{1, kLeafBit, kLeafBit | 1};
-  h.firstWeight = std::vector<float>{0.5f, 0, 0};
-  h.leafNode = std::vector<std::uint32_t>{1, 2};
-  h.groupRoot = std::vector<std::uint32_t>{0};
-  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3};
-  const LeafOrder order(h);
-  TouchedTree tree(order);
-  const glm::vec3 z(0, 0, 1);
-  const std::vector<Arrival> arrivals{{1, 1, 1, 3.0f, z}, {2, 1, 1, 1.0f, z}};
-  tree.build(arrivals, 1.0f);
-  PullSums sums(h, LinkOptions::PullWeight::openness, 3.0f);
-  sums.add(tree, cutOf(tree, h, 1), arrivals);
-  // Openness 9/18 and 1/10.
-  EXPECT_NEAR(sums.weights(h)[0], 0.5 / 0.6, 1e-6);
+  EXPECT_EQ(PullSums(h, LinkOptions::PullWeight::importance).weights(h), h.firstWeight.toVector());
 }
 
 }  // namespace

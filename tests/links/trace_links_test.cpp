@@ -249,15 +249,15 @@ TEST(TraceLinks, compactKindsStandForTheSameLinks) {
     options.bands = 3;
     return trace(cells, options);
   };
-  const auto cone = traceKind(LinkKind::cone), sh = traceKind(LinkKind::sh);
-  ASSERT_TRUE(cone && sh);
-  for (const LinkKind kind : {LinkKind::oct8, LinkKind::oct6, LinkKind::sh8, LinkKind::irradiance}) {
+  const auto cone = traceKind(LinkKind::cone);
+  ASSERT_TRUE(cone);
+  for (const LinkKind kind : {LinkKind::oct6, LinkKind::irradiance}) {
     const auto compact = traceKind(kind);
     ASSERT_TRUE(compact);
-    const Links& want = kind == LinkKind::sh8 ? sh->traced.links : cone->traced.links;
+    const Links& want = cone->traced.links;
     const Links& found = compact->traced.links;
     ASSERT_EQ(found.count(), want.count());
-    EXPECT_EQ(found.shape.size(), shapeWords(kind, 3, found.count(), countGridLinks(caches, found)));
+    EXPECT_EQ(found.shape.size(), shapeWords(kind, found.count(), countGridLinks(caches, found)));
     for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
       const bool surface = cache >= 4;
       std::array<float, 9> a, b;
@@ -301,9 +301,8 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
     cells.addCache({random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f},
                    i % 2 ? glm::vec3(0, 1, 0) : glm::vec3(0.0f));
   }
-  for (const auto kind : {LinkKind::cone, LinkKind::sh, LinkKind::oct6, LinkKind::sh8}) {
-    for (const auto pull :
-         {LinkOptions::PullWeight::area, LinkOptions::PullWeight::openness, LinkOptions::PullWeight::importance}) {
+  for (const auto kind : {LinkKind::cone, LinkKind::sh, LinkKind::oct6}) {
+    for (const auto pull : {LinkOptions::PullWeight::area, LinkOptions::PullWeight::importance}) {
       LinkOptions options = coneOptions(1024, 50);
       options.kind = kind;
       options.pull = pull;

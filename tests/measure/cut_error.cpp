@@ -34,12 +34,9 @@ void cutTable(const CutLevel& level, Context& context) {
   std::printf("\n|---|---|---|");
   for (std::size_t l = 0; l < lit.count(); ++l) std::printf("---|---|");
   for (const std::uint32_t maxNodes : {64u, 128u, 254u, 512u}) {
-    for (const auto& [key, keyName] : {std::pair{CutKey::transfer, "transfer"},
-                                       {CutKey::transferRadius, "transferRadius"},
-                                       {CutKey::readError, "readError"}}) {
-      for (const auto& [pull, pullName] : {std::pair{PullWeight::area, "area"},
-                                           {PullWeight::openness, "openness"},
-                                           {PullWeight::importance, "importance"}}) {
+    for (const auto& [key, keyName] : {std::pair{CutKey::transfer, "transfer"}, {CutKey::readError, "readError"}}) {
+      for (const auto& [pull, pullName] :
+           {std::pair{PullWeight::area, "area"}, {PullWeight::importance, "importance"}}) {
         const CutReads cut = cutCaches(level, {key, pull, CutLimit{maxNodes}});
         std::printf("\n| %u | %s | %s |", maxNodes, keyName, pullName);
         for (const CutError& e :

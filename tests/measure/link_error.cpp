@@ -137,9 +137,7 @@ int run(int argc, char** argv) {
   const std::pair<const char*, Links> kinds[] = {
       {"sh", sh.links},
       {"cone", cone.links},
-      {"oct8", orExit(compactLinks(cone.links, LinkKind::oct8))},
-      {"oct6", orExit(compactLinks(sh.links, LinkKind::oct6))},
-      {"sh8", orExit(compactLinks(sh.links, LinkKind::sh8))},
+      {"oct6", orExit(compactLinks(sh.links))},
       {"irradiance", orExit(irradianceLinks(sh.caches, sh.links, cone.links))}};
   const std::vector<std::uint32_t> nodes = lightNodes(sh);
   const Measured exact = measure(sh.links, nodes, 1);

@@ -110,7 +110,6 @@ TEST(Options, rangesAreEnforcedAtBothEnds) {
       {"links.linksPerCache", "65535", "65536"},
       {"links.raysPerCache", "16", "15"},
       {"links.bands", "8", "9"},
-      {"links.opennessRadius", "0.001", "0"},
       {"links.skyPatches", "4096", "4097"},
       {"lumaBands", "8", "9"},
       {"links.maxError", "1", "1.5"},
@@ -154,9 +153,6 @@ TEST(Options, bothEndsOfARangeAreInIt) {
     }
   }
   EXPECT_GT(ranges, 30);
-  BakeOptions options;
-  ASSERT_TRUE(setOption(options, "links.opennessRadius", "1e-6"));
-  EXPECT_TRUE(checkOptions(options));
 }
 
 TEST(Options, numbersThatAreNotFiniteAreRefused) {

@@ -104,7 +104,6 @@ TEST_F(RenderCommand, refusesOptionsOutOfRange) {
     expectRefused(render({"--bake", bake_, "--fov", fov}), 1, {"--fov", "1..170"});
   for (const char* bands : {"Y3Co5Cg5", "Y9Co1Cg1", "Y3Co1Cg2", "Y0Co0Cg0", "3", "y3co1cg1", "Y3Co1Cg1 "})
     expectRefused(render({"--bake", bake_, "--bands", bands}), 1, {"--bands", "Y3Co1Cg1"});
-  expectRefused(render({"--bake", bake_, "--deringing", "2"}), 1, {"--deringing"});
 }
 
 TEST_F(RenderCommand, looksFromWhereItIsTold) {

@@ -13,15 +13,16 @@ namespace {
 
 class GlGroups : public test::GlTest {};
 
-std::unique_ptr<gl::GlBackend> make(const Bake& bake, int luma, int chroma, const char* renderer) {
-  auto made = gl::GlBackend::create(bake, luma, chroma, {}, 0.0f, renderer);
+std::unique_ptr<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThreads threads) {
+  auto made = gl::GlBackend::create(bake, luma, chroma, {}, threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }
 
 // Two frames on both, so that bounces read what the first has written.
 void expectSame(const Bake& bake, int luma, int chroma) {
-  const auto software = make(bake, luma, chroma, "llvmpipe"), hardware = make(bake, luma, chroma, "hardware");
+  const auto software = make(bake, luma, chroma, gl::GroupThreads::serial),
+             hardware = make(bake, luma, chroma, gl::GroupThreads::parallel);
   ASSERT_TRUE(software && hardware);
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;

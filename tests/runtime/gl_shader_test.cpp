@@ -199,13 +199,13 @@ TEST(Shaders, passTheReferenceCompiler) {
         bounce.emplace_back("RELUME_BOUNCE_GRID", grid);
         add("bounce_surfels.comp", "comp", bounce);
       }
-      add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap, 0.02f),
+      add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap),
           "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); "
           "}\n");
     }
     for (const LinkKind kind : kLinkKinds) {
-      for (const char* renderer : {"llvmpipe", "hardware"}) {
-        const gl::CacheGroup group = gl::chooseCacheGroup(renderer, luma, chroma);
+      for (const auto threads : {gl::GroupThreads::serial, gl::GroupThreads::parallel}) {
+        const gl::CacheGroup group = gl::chooseCacheGroup(threads, luma, chroma);
         for (const bool map : {false, true}) {
           add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, -1, map));
           if (kind != LinkKind::oct6) continue;

@@ -265,7 +265,7 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
   std::vector<std::uint16_t> sh;
   std::vector<ConeLink> cone;
   std::vector<float> irradiance;
-  CompactLinkWriter writer(options.kind, options.bands);
+  CompactLinkWriter writer(options.kind);
   const float y0 = 0.5f / std::sqrt(kPi);
   for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
     const glm::vec3 position = caches.positionWorld[cache], normal = caches.normal[cache];
@@ -302,7 +302,7 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
         irradiance.push_back(omega * std::max(glm::dot(direction, normal), 0.01f));
         continue;
       }
-      if (!linkHasBands(options.kind)) {
+      if (options.kind != LinkKind::sh) {
         cone.push_back({node, packHalf(f), packHalf(cosAlpha), packOctahedral(direction)});
         continue;
       }
@@ -330,7 +330,7 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
     irradiance.clear();
     cone.clear();
   }
-  const bool sized = linkHasBands(options.kind);
+  const bool sized = options.kind == LinkKind::sh;
   links.kind = sized ? LinkKind::sh : LinkKind::cone;
   links.bands = sized ? options.bands : 0;
   links.rowBegin = std::move(rowBegin);
@@ -342,7 +342,7 @@ void makeLinks(const SyntheticOptions& options, const std::vector<Cluster>& clus
     links.head = std::move(writer.head);
     links.shape = std::move(writer.shape8);
   } else if (options.kind != links.kind) {
-    links = *compactLinks(links, options.kind);
+    links = *compactLinks(links);
   }
 }
 

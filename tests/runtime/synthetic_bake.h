@@ -22,8 +22,8 @@ struct SyntheticOptions {
 };
 
 // PIC's high setting: n_S 131072, n_C 10585, n_L 254; and its moderate one: n_S 32768, n_L 128.
-inline SyntheticOptions highSetting() { return {131072, 0, {24, 8, 12}, 98, 8281, 254, LinkKind::oct8, 4, 1}; }
-inline SyntheticOptions moderateSetting() { return {32768, 0, {24, 8, 12}, 98, 8281, 128, LinkKind::oct8, 3, 1}; }
+inline SyntheticOptions highSetting() { return {131072, 0, {24, 8, 12}, 98, 8281, 254, LinkKind::oct6, 4, 1}; }
+inline SyntheticOptions moderateSetting() { return {32768, 0, {24, 8, 12}, 98, 8281, 128, LinkKind::oct6, 3, 1}; }
 
 // Each row's transfers are scaled to cover the hemisphere (surface caches) or sphere (grid caches) exactly.
 Bake makeSyntheticBake(const SyntheticOptions& options);

@@ -84,9 +84,7 @@ TEST(TwoThreads, relightOneBakeAsIfEachWereAlone) {
 TEST(ManyThreads, lookUpInOneRelighterAsOneWould) {
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = test::makeSyntheticBake({.surfels = 2000, .skyPatches = 16, .linksPerCache = 32, .kind = kind});
-    RelightOptions options;
-    options.deringing = 0.5f;
-    Result<Relighter> made = Relighter::create(bake, options);
+    Result<Relighter> made = Relighter::create(bake, {});
     ASSERT_TRUE(made) << made.error().message;
     const Relighter& relighter = *made;
     const Light light{.intensity = glm::vec3(20.0f, 15.0f, 10.0f), .positionWorld = {1, 2, 1}};

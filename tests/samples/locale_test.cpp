@@ -29,7 +29,6 @@ TEST(CommaLocale, shadersCompileAndAreTheSame) {
   const Bake bake = test::makeSyntheticBake({.surfels = 300});
   RelightOptions options;
   options.backend = BackendKind::gl;
-  options.deringing = 0.5f;
   const auto resolve = [&] {
     options.visibilityGlsl = ShadowMaps::glsl();
     const Result<Relighter> relighter = Relighter::create(bake, options);
@@ -37,10 +36,10 @@ TEST(CommaLocale, shadersCompileAndAreTheSame) {
     if (!relighter) return std::string();
     const Result<GlProgram> program = makeLevelProgram(&*relighter, kMain);
     EXPECT_TRUE(program) << (program ? "" : program.error().message);
-    return relighter->gl()->glsl();
+    return relighter->gl()->glsl() + relighter->gl()->surfelGlsl();
   };
   const std::string before = resolve();
-  EXPECT_NE(before.find("#define RELUME_DERINGING 0.5\n"), std::string::npos);
+  EXPECT_NE(before.find("#define RELUME_SURFEL_RADIUS 0."), std::string::npos);
   const test::CommaLocale commas;
   EXPECT_EQ(resolve(), before);
   if (!commas.ofC()) GTEST_SKIP() << test::kNoCommaLocale;

@@ -43,7 +43,6 @@ struct RenderArguments {
   ViewOptions view;
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
-  float deringing = 0.0f;
   bool sideBySide = false, allowStale = false, json = false, force = false;
   TerminalOptions terminal;
 };
@@ -86,7 +85,6 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
                    arguments.bands + "\" found");
     request.bands = *bands;
   }
-  request.deringing = arguments.deringing;
   const std::string extension = std::filesystem::path(arguments.output).extension().string();
   if (extension != ".exr" && extension != ".png")
     return usage("-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found");
@@ -333,11 +331,6 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--bands", a->bands,
                       "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
                       "recommends");
-  command
-      ->add_option("--deringing", a->deringing,
-                   "strength of a window over the bands that receivers off the light map's own normals read")
-      ->check(numberFrom(0.0, 1.0))
-      ->capture_default_str();
   command
       ->add_option("--exposure", a->exposure,
                    "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")

@@ -162,10 +162,9 @@ Json describeLinks(const Links& l) {
     most = std::max(most, row);
     empty += row == 0;
   }
-  static constexpr const char* kKinds[] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
   const std::size_t bytes = 4 * (l.shNode.size() + l.head.size() + l.shape.size()) + 2 * l.shCoefficients.size() +
                             sizeof(ConeLink) * l.cone.size();
-  return {{"kind", kKinds[static_cast<std::uint32_t>(l.kind)]},
+  return {{"kind", linkKindName(l.kind)},
           {"bands", l.bands},
           {"count", l.count()},
           {"bytesEach", l.count() > 0 ? static_cast<double>(bytes) / l.count() : 0.0},

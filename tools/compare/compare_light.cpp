@@ -33,7 +33,7 @@ ParallelFor parallelFor(Context& context) {
 }
 
 int bandsOf(const Bake& bake) {
-  return linkHasBands(bake.links.kind) ? std::min<int>(kBands, static_cast<int>(bake.links.bands)) : kBands;
+  return bake.links.kind == LinkKind::sh ? std::min<int>(kBands, static_cast<int>(bake.links.bands)) : kBands;
 }
 
 // Irradiance of every cache of a relit bake, one probe for surface caches and six for grid caches.

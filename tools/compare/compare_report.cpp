@@ -210,11 +210,7 @@ Json compareLinks(const Bake& a, const Bake& b, const CacheMatch& match) {
     largest = std::max(largest, std::abs(difference));
   }
   const double pairs = static_cast<double>(std::max<std::size_t>(match.pairs.size(), 1));
-  const auto kind = [](const Links& l) {
-    constexpr const char* kNames[kLinkKindCount] = {"sh", "cone", "oct8", "oct6", "sh8", "irradiance"};
-    return kNames[static_cast<std::size_t>(l.kind)];
-  };
-  return {{"kind", pairOf(kind(a.links), kind(b.links))},
+  return {{"kind", pairOf(linkKindName(a.links.kind), linkKindName(b.links.kind))},
           {"count", pairOf(a.links.count(), b.links.count())},
           {"transferPerCache", pairOf(statistics(ta), statistics(tb))},
           {"transferRmsDifference", std::sqrt(squares / pairs)},

@@ -163,7 +163,6 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   RelightOptions options;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
-  options.deringing = request.deringing;
   options.parallelFor = parallelFor(context);
   context.progress("relight", 0.0);
   auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights), {});

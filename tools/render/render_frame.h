@@ -48,7 +48,6 @@ struct RenderRequest {
   std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
   std::uint32_t shadowSize = 2048;          // [64..8192] texels a side of a shadow map (GL)
   Bands bands;                              // as RelightOptions
-  float deringing = 0.0f;                   // as RelightOptions
   bool straight = false;                    // bounced or unbounced is wanted
   bool centres = false;                     // normal, position or depth is wanted
 };

@@ -251,7 +251,6 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.backend = BackendKind::gl;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
-  options.deringing = request.deringing;
   options.visibilityGlsl = ShadowMaps::glsl();
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
     shadows->setUniforms(relighter.gl()->surfelProgram());
