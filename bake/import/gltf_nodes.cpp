@@ -206,8 +206,11 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
     at.texelDensity = static_cast<float>(density);
   }
   if (relume.Has("playSpace")) {
-    if (!relume.Get("playSpace").IsBool()) return document_.invalid(path + ".playSpace", "expected true or false");
-    at.playSpace = relume.Get("playSpace").Get<bool>();
+    const tinygltf::Value& playSpace = relume.Get("playSpace");
+    const double number = numberOr(relume, "playSpace", -1.0);  // Blender 3.4 writes false and true as 0 and 1
+    if (!playSpace.IsBool() && number != 0.0 && number != 1.0)
+      return document_.invalid(path + ".playSpace", "expected true or false");
+    at.playSpace = playSpace.IsBool() ? playSpace.Get<bool>() : number == 1.0;
   }
   if (relume.Has("volume")) {
     const tinygltf::Value& volume = relume.Get("volume");

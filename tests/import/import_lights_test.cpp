@@ -135,8 +135,22 @@ TEST(PlaySpaceCameras, areThoseThatDoNotOptOutAndNoneBesideVolumes) {
   EXPECT_EQ(scene->cameras.size(), 3u);
   EXPECT_TRUE(scene->playSpaceCameras().empty());
 
-  b.root["nodes"][1]["extras"]["relume"]["playSpace"] = "no";
-  EXPECT_FALSE(b.import());
+  json& extras = b.root["nodes"][1]["extras"];
+  for (const json& wrong : {json("no"), json(2), json(0.5)}) {
+    extras = {{"relume", {{"playSpace", wrong}}}};
+    EXPECT_FALSE(b.import()) << wrong;
+  }
+}
+
+// Blender 3.4 has no booleans in custom properties: it writes 0 and 1.
+TEST(PlaySpaceCameras, optOutByZeroAsBlenderWritesIt) {
+  GltfBuilder b;
+  b.quad();
+  b.root["cameras"] = json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.05}}}}});
+  for (const int value : {0, 1}) b.node({{"camera", 0}, {"extras", {{"relume", {{"playSpace", value}}}}}});
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->playSpaceCameras(), std::vector<std::uint32_t>{1});
 }
 
 }  // namespace
