@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Remake all pictures of README.md and docs/guide, from the levels in samples/ and with the programs in build/release.
+#   docs/guide/pictures/make.sh [NAME...]      some of them; all without a name
+set -euo pipefail
+cd "$(dirname "$0")/../../.."
+tools=$PWD/build/release/tools
+relume=$tools/cli/relume
+here=docs/guide/pictures
+rooms=samples/level/two_rooms.glb cabin=samples/blender/cabin.glb thin=samples/blender/cabin_thin.glb
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+wanted=("$@")
+
+# bake NAME LEVEL [OPTIONS]: once, when a picture asks for it. picture NAME BAKE LEVEL [OPTIONS] of relume render.
+declare -A options=(
+  [rooms]="$rooms --preset high" [rooms_draft]="$rooms --preset draft"
+  [cabin]="$cabin --preset medium" [cabin_draft]="$cabin --preset draft"
+  [thin_draft]="$thin --preset draft" [few]="$cabin --preset draft --surfels 1000 --lightmap-caches 8000"
+)
+bake() {
+  # shellcheck disable=SC2086
+  [ -f "$scratch/$1.relume" ] || "$relume" bake ${options[$1]} -o "$scratch/$1.relume" --progress none
+}
+is_wanted() { [ ${#wanted[@]} -eq 0 ] || [[ " ${wanted[*]} " == *" $1 "* ]]; }
+picture() {
+  local name=$1 from=$2
+  shift 2
+  is_wanted "$name" || return 0
+  bake "$from"
+  "$relume" render "${options[$from]%% *}" --bake "$scratch/$from.relume" --size 384x216 --samples 3 --progress none "$@" -o "$here/$name.png"
+  [ "$(stat -c %s "$here/$name.png")" -le 153600 ] || { echo "$name.png: more than 150 KiB" >&2; exit 1; }
+}
+day=(--lights sun --sky 1,1.3,2)
+
+# README, getting started: direct light only | with indirect light
+picture day rooms --camera cam_living "${day[@]}" --exposure 0.2 --aov unbounced,full --side-by-side
+picture evening rooms --camera cam_living --lights lamp --exposure 0 --aov unbounced,full --side-by-side
+if is_wanted caches; then
+  bake rooms_draft
+  "$tools/view/relume-view" "$rooms" --bake "$scratch/rooms_draft.relume" --camera cam_hall --lights spot,emissive --size 384x216 \
+    --overlay caches --headless 1 -o "$scratch/frames"
+  cp "$scratch/frames/frame_0000.png" "$here/caches.png"
+fi
+# A level from Blender
+picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
+picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
+# Troubleshooting: what one sees, and the same place mended
+picture leak thin_draft --camera cam_west "${day[@]}" --exposure 0.3
+picture leak_mended cabin_draft --camera cam_west "${day[@]}" --exposure 0.3
+globe=(--eye 6.6,1.5,2.6 --target 7,0.9,0.75 --fov 40 --lights emissive,spot --aov indirect --exposure -0.5)
+picture seam rooms_draft "${globe[@]}"
+picture seam_mended rooms "${globe[@]}"
+picture blotches few --camera cam_west "${day[@]}" --exposure 1.2 --aov indirect
+picture blotches_mended cabin --camera cam_west "${day[@]}" --exposure 1.2 --aov indirect
+picture outside cabin_draft --eye 1,1.8,5 --target 3.4,1.2,0 --fov 60 --lights lamp --exposure 1
+picture too_bright cabin_draft --camera cam_east --lights spot,emissive --light-unit radiometric --exposure 0
