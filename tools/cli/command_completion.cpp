@@ -3,8 +3,8 @@
 // scripts, the manual pages and docs/reference/*.md as they are installed and committed.
 #include "formats/file_io.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/completion.h"
-#include "tools/cli/manual.h"
+#include "tools/pages/completion.h"
+#include "tools/pages/manual.h"
 
 #include <CLI/CLI.hpp>
 

@@ -2,7 +2,7 @@
 // Manual pages (roff) and docs/reference (Markdown), written from the command line and the bake's table of options.
 #pragma once
 
-#include "tools/cli/command_line.h"
+#include "tools/pages/command_line.h"
 
 #include <string>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See manual.h.
-#include "tools/cli/manual.h"
+#include "tools/pages/manual.h"
 
 #include "bake/options.h"
 

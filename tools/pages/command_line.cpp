@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See command_line.h.
-#include "tools/cli/command_line.h"
+#include "tools/pages/command_line.h"
 
 #include <CLI/CLI.hpp>
 

@@ -2,7 +2,7 @@
 // Completion of the command line for shells, as text of a script.
 #pragma once
 
-#include "tools/cli/command_line.h"
+#include "tools/pages/command_line.h"
 
 #include <string>
 

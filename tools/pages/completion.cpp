@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See completion.h. Each script is a table of the commands with a few lines of the shell's own around it.
-#include "tools/cli/completion.h"
+#include "tools/pages/completion.h"
 
 namespace relume {
 namespace {
