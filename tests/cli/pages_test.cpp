@@ -16,7 +16,13 @@ class Pages : public CliFixture {
     CliFixture::SetUp();
     const ProgramResult result = run({"pages", at("pages")});
     ASSERT_EQ(result.status, 0) << result.err;
+    std::string out;
+    if (hasViewer()) {
+      ASSERT_EQ(shell(std::string("'") + RELUME_VIEW + "' --pages pages", out), 0) << out;
+    }
   }
+
+  static bool hasViewer() { return RELUME_VIEW[0] != '\0'; }
 
   std::string page(const std::string& name) const { return readAll(folder_ / "pages" / name); }
 
@@ -35,9 +41,11 @@ class Pages : public CliFixture {
 
   // What bash offers for these words, the last of which is being written; sorted.
   std::vector<std::string> complete(const std::vector<std::string>& words) {
-    std::string script = "source pages/completion/bash/relume\nCOMP_WORDS=(";
+    std::string function = "_" + words[0], script = "source pages/completion/bash/" + words[0] + "\nCOMP_WORDS=(";
+    std::replace(function.begin(), function.end(), '-', '_');
     for (const std::string& word : words) script += "'" + word + "' ";
-    script += ")\nCOMP_CWORD=" + std::to_string(words.size() - 1) + "\n_relume\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n";
+    script += ")\nCOMP_CWORD=" + std::to_string(words.size() - 1) + "\n" + function +
+              "\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n";
     put("complete.sh", script);
     std::string out;
     EXPECT_EQ(shell("bash complete.sh", out), 0) << out;
@@ -95,6 +103,7 @@ TEST_F(Pages, bashCompletesCommandsFlagsAndValues) {
   EXPECT_EQ(complete({"relume", "render", "--light-unit", "p"}), (Words{"photometric"}));
   EXPECT_EQ(complete({"relume", "bench", "--preset", "draft,b"}), (Words{"draft,best"}));
   EXPECT_EQ(complete({"relume", "completion", "z"}), (Words{"zsh"}));
+  EXPECT_EQ(complete({"relume", "render", "--aov", "full,b"}), (Words{"full,bounced"}));
 }
 
 TEST_F(Pages, bashCompletesFilesByWhatIsRead) {
@@ -108,6 +117,43 @@ TEST_F(Pages, bashCompletesFilesByWhatIsRead) {
   EXPECT_EQ(complete({"relume", "bake", "--options", "room.t"}), (Words{"room.txt"}));
 }
 
+// Every value that completion offers for --aov is one that render takes.
+TEST_F(Pages, completionOfAovOffersWhatRenderDraws) {
+  if (!has("bash")) GTEST_SKIP() << "no bash";
+  const Words offers = complete({"relume", "render", "--aov", ""});
+  EXPECT_EQ(offers.size(), 9u);
+  std::string all;
+  for (const std::string& offer : offers) all += (all.empty() ? "" : ",") + offer;
+  bake(room_, out_);
+  const ProgramResult result =
+      run({"render", room_, "--bake", out_, "--aov", all, "--size", "16x16", "--samples", "1", "-o", at("aov.exr")});
+  EXPECT_EQ(result.status, 0) << result.err;
+  for (const std::string& offer : offers) EXPECT_TRUE(fs::exists(at("aov." + offer + ".exr"))) << offer;
+}
+
+TEST_F(Pages, viewerHasCompletionAndAManualPage) {
+  if (!hasViewer()) GTEST_SKIP() << "relume-view is not built";
+  std::string help;
+  ASSERT_EQ(shell(std::string("'") + RELUME_VIEW + "' --help", help), 0) << help;
+  EXPECT_EQ(help.find("--pages"), std::string::npos) << "hidden";
+  std::string manual = page("man/man1/relume-view.1");
+  std::erase(manual, '\\');
+  const Words flags = flagsOf(help);
+  EXPECT_GE(flags.size(), 15u) << help;
+  for (const std::string& flag : flags) {
+    for (const std::string& text : {manual, page("reference/relume-view.md"), page("completion/bash/relume-view"),
+                                    page("completion/zsh/_relume-view")})
+      EXPECT_NE(text.find(flag), std::string::npos) << flag;
+  }
+  if (!has("bash")) GTEST_SKIP() << "no bash";
+  for (const char* name : {"my level.glb", "room.relume", "room.txt"}) put(name, "");
+  EXPECT_EQ(complete({"relume-view", "my"}), (Words{"my level.glb"}));
+  EXPECT_EQ(complete({"relume-view", "room.gltf", "--bake", "room"}), (Words{"room.relume"}));
+  EXPECT_EQ(complete({"relume-view", "room.gltf", "--view", "l"}), (Words{"links"}));
+  EXPECT_EQ(complete({"relume-view", "room.gltf", "--overlay", "caches,s"}), (Words{"caches,surfels"}));
+  EXPECT_EQ(complete({"relume-view", "room.gltf", "--head"}), (Words{"--headless"}));
+}
+
 TEST_F(Pages, completionPrintsWhatIsInstalled) {
   EXPECT_EQ(run({"completion", "bash"}).out, page("completion/bash/relume"));
   EXPECT_EQ(run({"completion", "zsh"}).out, page("completion/zsh/_relume"));
@@ -117,9 +163,11 @@ TEST_F(Pages, completionPrintsWhatIsInstalled) {
 
 TEST_F(Pages, zshReadsItsScript) {
   if (!has("zsh")) GTEST_SKIP() << "no zsh";
-  std::string out;
-  EXPECT_EQ(shell("zsh -n pages/completion/zsh/_relume", out), 0) << out;
-  EXPECT_EQ(out, "");
+  for (const auto& entry : fs::directory_iterator(folder_ / "pages/completion/zsh")) {
+    std::string out;
+    EXPECT_EQ(shell("zsh -n '" + entry.path().string() + "'", out), 0) << out;
+    EXPECT_EQ(out, "");
+  }
 }
 
 TEST_F(Pages, fishCompletes) {
@@ -178,7 +226,8 @@ TEST_F(Pages, everyOptionOfHelpIsOnEveryPage) {
 }
 
 TEST_F(Pages, referenceIsCurrent) {
-  for (const char* name : {"commands.md", "options.md"}) {
+  for (const char* name : {"commands.md", "options.md", "relume-view.md"}) {
+    if (!fs::exists(folder_ / "pages/reference" / name)) continue;  // relume-view is not built
     EXPECT_TRUE(page(std::string("reference/") + name) ==
                 readAll(fs::path(RELUME_SOURCE_DIR) / "docs/reference" / name))
         << "docs/reference/" << name << " is not what the program says of itself now. To write it: cmake --build "

@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: MIT
 // relume completion SHELL prints a script for the shell; relume pages FOLDER (hidden: the build calls it) writes the
 // scripts, the manual pages and docs/reference/*.md as they are installed and committed.
-#include "formats/file_io.h"
 #include "tools/cli/commands.h"
 #include "tools/pages/completion.h"
-#include "tools/pages/manual.h"
+#include "tools/pages/write_pages.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace relume {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct CompletionArguments {
   std::string shell;
@@ -36,28 +31,9 @@ int runCompletion(const CLI::App& app, const CompletionArguments& arguments) {
   return 0;
 }
 
-Status writePage(const fs::path& path, const std::string& text) {
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) return Error{ErrorCode::io, path.parent_path().string() + ": " + error.message()};
-  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
-}
-
 int runPages(const CLI::App& app, const PagesArguments& arguments) {
-  const CommandLine line = describeCommandLine(app);
-  const fs::path folder = arguments.folder, manuals = folder / "man/man1";
-  std::vector<std::pair<fs::path, std::string>> pages = {{folder / "completion/bash/relume", bashCompletion(line)},
-                                                         {folder / "completion/zsh/_relume", zshCompletion(line)},
-                                                         {folder / "completion/fish/relume.fish", fishCompletion(line)},
-                                                         {folder / "reference/commands.md", commandsMarkdown(line)},
-                                                         {folder / "reference/options.md", optionsMarkdown()},
-                                                         {manuals / "relume.1", programManual(line)}};
-  for (const CommandText& command : line.commands)
-    pages.emplace_back(manuals / ("relume-" + command.name + ".1"), commandManual(line, command));
-  for (const auto& [path, text] : pages) {
-    if (const Status status = writePage(path, text); !status) return fail(status.error());
-  }
-  return 0;
+  const Status status = writePages(describeCommandLine(app), arguments.folder);
+  return status ? 0 : fail(status.error());
 }
 
 }  // namespace

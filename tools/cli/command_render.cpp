@@ -313,10 +313,11 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->capture_default_str();
   command
       ->add_option("--aov", a->aovs,
-                   "what to draw, separated by commas: indirect, bounced, direct (irradiance / pi without albedo), "
-                   "full, unbounced (radiance), albedo, normal, position, depth. Several go to several files: "
+                   "what to draw, separated by commas; indirect, bounced and direct are irradiance / pi without "
+                   "albedo, full and unbounced radiance. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
-                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest)")
+                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest) "
+                   "[indirect|bounced|direct|full|unbounced|albedo|normal|position|depth]")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")

@@ -72,13 +72,15 @@ OptionText describe(const CLI::Option& option) {
   if (!text.takesValue) return text;
   text.value = valueOf(option);
   text.choices = choicesOf(option);
-  text.takesFile = text.positional || text.value.starts_with("FILE");
+  text.takesFile = text.positional || text.value.starts_with("FILE") || text.value.starts_with("FOLDER");
   if (text.takesFile) text.extensions = extensionsOf(text.help);
   return text;
 }
 
 CommandText describe(const CLI::App& app) {
-  CommandText text{app.get_name(), app.get_description(), {}};
+  CommandText text;
+  text.name = text.called = app.get_name();
+  text.help = app.get_description();
   for (const CLI::Option* option : app.get_options()) {
     if (!option->get_group().empty()) text.options.push_back(describe(*option));
   }
@@ -88,7 +90,7 @@ CommandText describe(const CLI::App& app) {
 }  // namespace
 
 std::string CommandText::synopsis() const {
-  std::string text = name == "relume" ? "relume [OPTIONS] COMMAND" : "relume " + name + " [OPTIONS]";
+  std::string text = called + " [OPTIONS]" + (commands ? " COMMAND" : "");
   for (const OptionText& option : options) {
     if (option.positional) text += " " + (option.required ? option.names[0] : "[" + option.names[0] + "]");
   }
@@ -101,8 +103,11 @@ std::string CommandText::synopsis() const {
 CommandLine describeCommandLine(const CLI::App& app) {
   CommandLine line{describe(app), {}, app.get_footer()};
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (!command->get_group().empty()) line.commands.push_back(describe(*command));
+    if (command->get_group().empty()) continue;
+    line.commands.push_back(describe(*command));
+    line.commands.back().called = line.program.name + " " + command->get_name();
   }
+  line.program.commands = !line.commands.empty();
   return line;
 }
 

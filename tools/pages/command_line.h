@@ -4,7 +4,7 @@
 //
 // Two habits of help texts are read as well: `[draft|medium|high]` lists the values of an option, and `(.glb, .gltf)`,
 // or any other mention of an extension, says what files of an option or argument end in. A value is a file where its
-// type is called FILE; every positional argument is one.
+// type is called FILE or FOLDER; every positional argument is one.
 #pragma once
 
 #include <string>
@@ -30,8 +30,10 @@ struct OptionText {
 };
 
 struct CommandText {
-  std::string name;  // "bake"; of the program itself "relume"
+  std::string name;    // "bake"; of the program itself "relume", "relume-view"
+  std::string called;  // as it is typed: "relume bake"
   std::string help;
+  bool commands = false;            // it is the program, and a command follows
   std::vector<OptionText> options;  // in the order of --help
 
   // "relume bake [OPTIONS] SCENE -o FILE"

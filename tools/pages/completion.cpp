@@ -2,6 +2,8 @@
 // See completion.h. Each script is a table of the commands with a few lines of the shell's own around it.
 #include "tools/pages/completion.h"
 
+#include <algorithm>
+
 namespace relume {
 namespace {
 
@@ -38,6 +40,18 @@ std::vector<std::string> namesOf(const std::vector<CommandText>& commands) {
   return names;
 }
 
+// "relume_view": the program as a part of a shell function's name.
+std::string functionOf(const CommandLine& line) {
+  std::string name = line.program.name;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+// "# Completion of relume for bash. Written by the program itself."
+std::string headOf(const CommandLine& line, const std::string& shell) {
+  return "# Completion of " + line.program.name + " for " + shell + ". Written by the program itself.\n";
+}
+
 // ---- bash
 
 // What completes the value of an option: a call of one of the functions below, or nothing to say.
@@ -67,8 +81,7 @@ std::string bashCases(const CommandText& command, const std::string& name, const
          "; else " + (files.empty() ? ":" : files) + "; fi ;;\n";
 }
 
-constexpr const char* kBashHead = R"(# Completion of relume for bash. Written by `relume completion bash`.
-
+constexpr const char* kBashHelpers = R"(
 _relume_words() {
   local word
   while IFS= read -r word; do COMPREPLY+=("$word"); done < <(compgen -W "$1" -- "$cur")
@@ -93,21 +106,18 @@ _relume_files() {
   done < <(compgen -f -- "$cur")
 }
 
-_relume() {
+)";
+
+constexpr const char* kBashWords = R"(() {
   local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} command= i
   COMPREPLY=()
   # Bash splits --flag=value into three words.
   if [[ $cur == "=" ]]; then cur=; elif [[ $prev == "=" ]]; then prev=${COMP_WORDS[COMP_CWORD-2]}; fi
-  for ((i = 1; i < COMP_CWORD; ++i)); do
-    if [[ ${COMP_WORDS[i]} != -* ]]; then command=${COMP_WORDS[i]}; break; fi
-  done
-  case "$command $prev" in
 )";
 
-constexpr const char* kBashTail = R"(  esac
-}
-
-complete -F _relume relume
+constexpr const char* kBashCommand = R"(  for ((i = 1; i < COMP_CWORD; ++i)); do
+    if [[ ${COMP_WORDS[i]} != -* ]]; then command=${COMP_WORDS[i]}; break; fi
+  done
 )";
 
 // ---- zsh
@@ -156,10 +166,10 @@ std::string fishOption(const OptionText& option) {
   return text + " -r" + (suffixes.empty() ? " -F" : " -k -a " + quoted("(" + suffixes + ")"));
 }
 
-std::string fishCommand(const CommandText& command, const std::string& condition) {
+std::string fishCommand(const std::string& program, const CommandText& command, const std::string& condition) {
   std::string text;
   for (const OptionText& option : command.options) {
-    text += "complete -c relume -n " + quoted(condition);
+    text += "complete -c " + program + (condition.empty() ? "" : " -n " + quoted(condition));
     if (option.positional) {
       OptionText unnamed = option;
       unnamed.names.clear();
@@ -174,39 +184,51 @@ std::string fishCommand(const CommandText& command, const std::string& condition
 }  // namespace
 
 std::string bashCompletion(const CommandLine& line) {
+  const std::string function = "_" + functionOf(line);
   std::string cases;
   for (const CommandText& command : line.commands) cases += bashCases(command, command.name, "");
-  cases += bashCases(line.program, "", "_relume_words " + quoted(join(namesOf(line.commands), " ")));
-  return kBashHead + cases + kBashTail;
+  cases += bashCases(line.program, "",
+                     line.commands.empty() ? "" : "_relume_words " + quoted(join(namesOf(line.commands), " ")));
+  return headOf(line, "bash") + kBashHelpers + function + kBashWords + (line.commands.empty() ? "" : kBashCommand) +
+         "  case \"$command $prev\" in\n" + cases + "  esac\n}\n\ncomplete -F " + function + " " + line.program.name +
+         "\n";
 }
 
 std::string zshCompletion(const CommandLine& line) {
+  const std::string program = line.program.name, function = "_" + program;
+  const std::string begin = "#compdef " + program + "\n" + headOf(line, "zsh") + "\n" + function + "() {\n";
+  const std::string end =
+      "}\n\n# Loaded by compinit the file is the function's body; sourced, it registers itself.\n"
+      "if [[ $funcstack[1] == " +
+      function + " ]]; then " + function + " \"$@\"; else compdef " + function + " " + program + "; fi\n";
+  if (line.commands.empty()) return begin + "  _arguments" + zshSpecs(line.program) + "\n" + end;
   std::string commands, cases;
   for (const CommandText& command : line.commands) {
     commands += "        " + quoted(command.name + ":" + escaped(firstClause(command.help), ":\\")) + "\n";
     cases += "      (" + command.name + ") _arguments" + zshSpecs(command) + " ;;\n";
   }
-  return "#compdef relume\n# Completion of relume for zsh. Written by `relume completion zsh`.\n\n_relume() {\n"
+  return begin +
          "  local curcontext=\"$curcontext\" state line\n  local -a commands\n"
          "  _arguments -C" +
          zshSpecs(line.program) +
          " \\\n        '1:command:->command' '*::argument:->argument'\n"
          "  case $state in\n    (command)\n      commands=(\n" +
          commands + "      )\n      _describe command commands ;;\n    (argument)\n      case $words[1] in\n" + cases +
-         "      esac ;;\n  esac\n}\n\n"
-         "# Loaded by compinit the file is the function's body; sourced, it registers itself.\n"
-         "if [[ $funcstack[1] == _relume ]]; then _relume \"$@\"; else compdef _relume relume; fi\n";
+         "      esac ;;\n  esac\n" + end;
 }
 
 std::string fishCompletion(const CommandLine& line) {
-  std::string text = "# Completion of relume for fish. Written by `relume completion fish`.\n";
-  text += "complete -c relume -n __fish_use_subcommand -f\n" + fishCommand(line.program, "__fish_use_subcommand");
+  const std::string& program = line.program.name;
+  if (line.commands.empty()) return headOf(line, "fish") + fishCommand(program, line.program, "");
+  const std::string first = "__fish_use_subcommand";
+  std::string text = headOf(line, "fish") + "complete -c " + program + " -n " + first + " -f\n" +
+                     fishCommand(program, line.program, first);
   for (const CommandText& command : line.commands) {
-    text += "complete -c relume -n __fish_use_subcommand -a " + command.name + " -d " +
+    text += "complete -c " + program + " -n " + first + " -a " + command.name + " -d " +
             quoted(firstClause(command.help)) + "\n";
   }
   for (const CommandText& command : line.commands)
-    text += fishCommand(command, "__fish_seen_subcommand_from " + command.name);
+    text += fishCommand(program, command, "__fish_seen_subcommand_from " + command.name);
   return text;
 }
 

@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-constexpr const char* kGenerated = "Written by `relume pages` from the command line itself; do not edit.";
+constexpr const char* kGenerated = "Written by the program from its own command line; do not edit.";
 
 std::string namesOf(const OptionText& option) {
   std::string text;
@@ -168,6 +168,9 @@ std::string commandMarkdown(const CommandText& command, const std::string& title
 }  // namespace
 
 std::string programManual(const CommandLine& line) {
+  if (line.commands.empty())
+    return manualHead(line.program.name, line.program.help, line.program.synopsis()) + optionSections(line.program) +
+           exitSection(line) + ".SH SEE ALSO\n.BR relume (1)\n";
   std::string text = manualHead("relume", "light-transport baker", line.program.synopsis());
   text += ".SH DESCRIPTION\n" + roff(line.program.help) + "\n.SH COMMANDS\n";
   for (const CommandText& command : line.commands)
@@ -193,6 +196,11 @@ std::string commandsMarkdown(const CommandLine& line) {
     text += "| [" + code(command.name) + "](#relume-" + command.name + ") | " + cell(command.help) + " |\n";
   for (const CommandText& command : line.commands) text += commandMarkdown(command, "relume " + command.name);
   return text;
+}
+
+std::string programMarkdown(const CommandLine& line) {
+  return std::string("<!-- ") + kGenerated + " -->\n" + commandMarkdown(line.program, line.program.name).substr(2) +
+         "\n" + line.footer + "\n";
 }
 
 std::string optionsMarkdown() {

@@ -8,7 +8,7 @@
 
 namespace relume {
 
-// relume(1).
+// relume(1), or the page of a program without commands.
 std::string programManual(const CommandLine& line);
 
 // relume-NAME(1) of one command.
@@ -16,6 +16,9 @@ std::string commandManual(const CommandLine& line, const CommandText& command);
 
 // docs/reference/commands.md: every command with its options.
 std::string commandsMarkdown(const CommandLine& line);
+
+// docs/reference/relume-view.md: a program without commands.
+std::string programMarkdown(const CommandLine& line);
 
 // docs/reference/options.md: every option of a bake, with what each preset has.
 std::string optionsMarkdown();

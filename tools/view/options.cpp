@@ -4,11 +4,13 @@
 
 #include "tools/base/number_check.h"
 #include "tools/base/usage_message.h"
+#include "tools/pages/write_pages.h"
 
 #include <CLI/CLI.hpp>
 
 #include <charconv>
 #include <iostream>
+#include <string_view>
 
 namespace relume {
 namespace {
@@ -26,11 +28,11 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
   std::string size = "1280x720", bands;
-  CLI::App app{"Relume's viewer: fly through a level, move its lights, look at what the relighter does.",
-               "relume-view"};
+  CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
-  app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->required();
-  app.add_option("--bake", o.bake, "bake of that scene (.relume)")->required();
+  app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported.");
+  app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->type_name("FILE")->required();
+  app.add_option("--bake", o.bake, "bake of that scene (.relume)")->type_name("FILE")->required();
   app.add_option("--camera", o.camera, "camera to start from; default: the scene's first");
   app.add_option("--lights", o.lights,
                  "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
@@ -38,7 +40,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--lights-file", o.lightsFile,
                  "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
-                 "innerConeAngle, outerConeAngle}, as KHR_lights_punctual; as `relume render` reads it");
+                 "innerConeAngle, outerConeAngle}, as KHR_lights_punctual; as `relume render` reads it")
+      ->type_name("FILE");
   app.add_flag("--allow-stale", o.allowStale,
                "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
                "warning says so");
@@ -61,9 +64,15 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")
       ->needs(headless);
   CLI::Option* output =
-      app.add_option("-o,--output", o.output, "folder of the headless frames (frame_0000.png, ...)")->needs(headless);
+      app.add_option("-o,--output", o.output, "folder of the headless frames")->type_name("FOLDER")->needs(headless);
   app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
   headless->needs(output);
+  // The build calls this for what is installed; --help does not list it.
+  if (argc == 3 && std::string_view(argv[1]) == "--pages") {
+    if (const Status written = writePages(describeCommandLine(app), argv[2]); !written) return written.error();
+    o.exitNow = true;
+    return o;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
