@@ -7,10 +7,12 @@
 #include "bake/scene/scene.h"
 
 #include <array>
+#include <charconv>
 #include <cstring>
 #include <exception>
 #include <map>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,6 +42,20 @@ void setAsidePiles(Scene& scene, Context& context) {
   }
 }
 
+// What relume export wrote about the bake (export_level.h); a level of somebody else's has none, or something else.
+std::optional<std::uint64_t> exportedWith(const GltfDocument& document) {
+  const tinygltf::Value* value = &document.model.asset.extras;
+  for (const char* name : {"relume", "lightmap", "bake"}) {
+    if (!value->IsObject() || !value->Has(name)) return std::nullopt;
+    value = &value->Get(name);
+  }
+  const std::string hex = value->IsString() ? value->Get<std::string>() : "";
+  std::uint64_t number = 0;
+  const auto read = std::from_chars(hex.data(), hex.data() + hex.size(), number, 16);
+  const bool whole = hex.size() == 16 && read.ec == std::errc() && read.ptr == hex.data() + hex.size();
+  return whole ? std::optional(number) : std::nullopt;
+}
+
 Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
   // 1. The document: container, JSON, buffers, compressed views
   Result<GltfDocument> document = loadGltfDocument(path, context);
@@ -47,6 +63,7 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = checkRanges(*document); !status) return status.error();
   Scene scene;
   scene.name = document->file;
+  scene.exportedWith = exportedWith(*document);
   // 2. Materials and the images they use
   Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
   if (!uvSets) return uvSets.error();

@@ -141,7 +141,8 @@ struct Scene {
   std::vector<std::uint8_t> solid;  // [Size triangleCount(), or empty = none] 1 = two-sided, but encloses matter
                                     // (find_solids.h)
   LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric
-  std::vector<std::filesystem::path> files;      // every file that was read, the scene's first (for dependency files)
+  std::optional<std::uint64_t> exportedWith;  // level of relume export: identifyBakeFile() of the bake it was made with
+  std::vector<std::filesystem::path> files;   // every file that was read, the scene's first (for dependency files)
 
   std::uint32_t triangleCount() const;  // over all instances
   // World-space corners of triangle t of an instance, wound so that the front is counter-clockwise.

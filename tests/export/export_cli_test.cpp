@@ -78,6 +78,59 @@ TEST_F(ExportCommand, exportedLevelsAreRefusedBeforeTheBake) {
   EXPECT_FALSE(std::filesystem::exists(at("b.relume")));
 }
 
+// "hash" of a bake's info, "exportedWith" of its level's, and both in text.
+TEST_F(ExportCommand, infoNamesTheBakeAsTheLevelDoes) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const std::string hash = nlohmann::json::parse(run({"info", out_, "--json"}).out)["hash"];
+  EXPECT_EQ(hash.size(), 16u);
+  EXPECT_NE(readAll(at("a.glb")).find("\"bake\":\"" + hash + "\""), std::string::npos) << hash;
+  EXPECT_EQ(nlohmann::json::parse(run({"info", at("a.glb"), "--json"}).out)["exportedWith"], hash);
+  EXPECT_TRUE(nlohmann::json::parse(run({"info", room_, "--json"}).out)["exportedWith"].is_null());
+  EXPECT_NE(run({"info", out_}).out.find("hash                     " + hash), std::string::npos);
+}
+
+TEST_F(ExportCommand, statusKnowsTheExportedLevel) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const ProgramResult same = run({"status", at("a.glb"), out_});
+  EXPECT_EQ(same.status, 0) << same.out;
+  EXPECT_NE(same.out.find("relume export made this level with this bake"), std::string::npos) << same.out;
+  const auto told = nlohmann::json::parse(run({"status", at("a.glb"), out_, "--json"}).out);
+  EXPECT_TRUE(told["exportedLevel"] && told["upToDate"]);
+  EXPECT_FALSE(nlohmann::json::parse(run({"status", room_, out_, "--json"}).out)["exportedLevel"]);
+
+  // Commands that need the baked vertices say which level to give.
+  const ProgramResult drawn = run({"render", at("a.glb"), "--bake", out_, "-o", at("p.png"), "--size", "8x8"});
+  EXPECT_EQ(drawn.status, 3);
+  EXPECT_NE(drawn.err.find("give the level that it was exported from"), std::string::npos) << drawn.err;
+
+  // Another bake of the same level has other coordinates.
+  bake(room_, at("other.relume"), {"--seed", "7"});
+  const ProgramResult other = run({"status", at("a.glb"), at("other.relume")});
+  EXPECT_EQ(other.status, 7);
+  EXPECT_NE(other.out.find("with another bake"), std::string::npos) << other.out;
+}
+
+TEST_F(ExportCommand, statusNoticesAChangedExportedLevel) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const std::string level = readAll(at("a.glb"));
+  const auto replaced = [&](const std::string& what, const std::string& by) {
+    std::string changed = level;
+    const std::size_t found = changed.find(what);
+    EXPECT_NE(found, std::string::npos) << what;
+    EXPECT_EQ(what.size(), by.size());
+    changed.replace(found, what.size(), by);
+    return put("changed.glb", changed);
+  };
+  const std::string material = level.substr(level.find("\"baseColorFactor\":["), 24);
+  std::string darker = material;
+  darker[darker.find("0.") + 2] = darker[darker.find("0.") + 2] == '1' ? '2' : '1';
+  const ProgramResult painted = run({"status", replaced(material, darker), out_});
+  EXPECT_EQ(painted.status, 7);
+  EXPECT_NE(painted.out.find("material"), std::string::npos) << painted.out;
+  EXPECT_NE(painted.out.find("change its source"), std::string::npos) << painted.out;
+  EXPECT_EQ(painted.out.find("geometry"), std::string::npos) << painted.out;
+}
+
 TEST_F(ExportCommand, bakesOfAnotherStateAreRefusedAsRenderDoes) {
   GltfParts parts;
   parts.room = makeBoxRoom(5.0f);

@@ -98,7 +98,9 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options, 
   if (!bake) return bake.error();
   const Result<std::vector<ChunkInfo>> chunks = listChunks(file);
   if (!chunks) return chunks.error();
-  return describeBake(*bake, *chunks);
+  const Result<std::uint64_t> hash = identifyBakeFile(file);
+  if (!hash) return hash.error();
+  return describeBake(*bake, *chunks, *hash);
 }
 
 int runInfo(const InfoArguments& arguments) {

@@ -35,7 +35,12 @@ int runStatus(const StatusArguments& arguments) {
   };
   const Result<Scene> scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return fail(scene.error());
-  const Staleness stale = findStaleness(*scene, nullptr, *bake);
+  Staleness stale = findStaleness(*scene, nullptr, *bake);
+  if (!stale.upToDate() && scene->exportedWith) {
+    const Result<std::uint64_t> hash = identifyBakeFile(arguments.bake);
+    if (!hash) return fail(hash.error());
+    stale = findExportStaleness(*scene, *bake, *hash);
+  }
 
   if (arguments.json) {
     using Json = nlohmann::json;
@@ -43,11 +48,9 @@ int runStatus(const StatusArguments& arguments) {
     for (const PartChange& c : stale.parts)
       changes.push_back({{"node", c.node}, {"mesh", c.mesh}, {"change", toString(c.kind)}, {"text", toString(c)}});
     for (const std::string& text : stale.others) changes.push_back({{"text", text}});
-    const Json report = {{"scene", arguments.scene},
-                         {"bake", arguments.bake},
-                         {"upToDate", stale.upToDate()},
-                         {"changes", changes},
-                         {"notes", stale.notes}};
+    const Json report = {
+        {"scene", arguments.scene},     {"bake", arguments.bake}, {"exportedLevel", scene->exportedWith.has_value()},
+        {"upToDate", stale.upToDate()}, {"changes", changes},     {"notes", stale.notes}};
     std::printf("%s\n", jsonText(report).c_str());
   } else if (stale.upToDate()) {
     std::printf("%s: up to date\n", printable(arguments.bake).c_str());

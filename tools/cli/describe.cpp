@@ -213,7 +213,7 @@ SpacingStatistics surfelSpacing(const Surfels& surfels) {
   return s;
 }
 
-Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
+Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash) {
   const Provenance& p = bake.provenance;
   const Result<Json> options = readJson(p.optionsJson);
   std::uint64_t bytes = 0;
@@ -224,6 +224,7 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks) {
   return {{"kind", "bake"},
           {"formatVersion", kBakeFormatVersion},
           {"bytes", bytes},
+          {"hash", hex(fileHash)},
           {"provenance",
            {{"toolVersion", p.toolVersion},
             {"algorithmVersion", p.algorithmVersion},
@@ -281,6 +282,7 @@ Json describeScene(const Scene& scene, Context& context) {
           {"lightUnit", scene.lightUnit == LightUnit::photometric ? "photometric" : "radiometric"},
           {"lights", lights},
           {"volumes", volumes},
+          {"exportedWith", scene.exportedWith ? Json(hex(*scene.exportedWith)) : Json()},
           {"meshReport", findings}};
 }
 

@@ -21,8 +21,9 @@ struct SpacingStatistics {
 };
 SpacingStatistics surfelSpacing(const Surfels& surfels);
 
-// Sizes, chunk table, options, statistics of surfels, hierarchy, caches and links.
-nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks);
+// What exported levels call the bake (identifyBakeFile()), sizes, chunk table, options, statistics of surfels,
+// hierarchy, caches and links.
+nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash);
 
 // Meshes, instances, materials, cameras, lights, volumes, bounds, and the mesh report (check_mesh.h).
 nlohmann::json describeScene(const Scene& scene, Context& context);

@@ -111,12 +111,48 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
   return stale;
 }
 
+Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash) {
+  Staleness stale;
+  if (scene.exportedWith != bakeFileHash) {
+    stale.others.push_back("relume export made this level with another bake; export it again from its source");
+    return stale;
+  }
+  // Export keeps the order of the parts, and the order and number of their triangles.
+  const std::vector<BakedInstance> now = describeInstances(scene);
+  const Array<LightmapPart>& placed = bake.caches.lightmap.parts;
+  if (now.size() != bake.instances.size()) {
+    stale.others.push_back("the exported level had " + std::to_string(bake.instances.size()) + " parts, has " +
+                           std::to_string(now.size()));
+  }
+  for (std::size_t i = 0; i < now.size() && stale.others.empty(); ++i) {
+    const BakedInstance& then = bake.instances[i];
+    const auto changed = [&](PartChange::Kind kind) {
+      stale.parts.push_back({kind, now[i].node, now[i].mesh, then.material, now[i].material});
+    };
+    // What was a GPU instance is a node of another name, whose transform went through rotation and scale.
+    if (then.node == now[i].node && then.transformHash != now[i].transformHash) changed(PartChange::Kind::moved);
+    if (then.materialHash != now[i].materialHash) changed(PartChange::Kind::rematerialled);
+    const std::size_t triangles = scene.meshes[scene.instances[i].mesh].triangle.size();
+    if (i < placed.size() && placed[i].triangleCount > 0 && placed[i].triangleCount != triangles)
+      changed(PartChange::Kind::reshaped);
+  }
+  if (!stale.upToDate()) stale.others.push_back("an exported level was changed; change its source, bake and export it");
+  stale.notes.push_back("relume export made this level with this bake; only its source tells whether a rebake is due");
+  return stale;
+}
+
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile) {
   const std::vector<BakedInstance> now = describeAsBaked(scene, bake);
   const auto same = [](const BakedInstance& x, const BakedInstance& y) {
     return x.node == y.node && x.mesh == y.mesh && x.contentHash == y.contentHash;
   };
   if (std::equal(now.begin(), now.end(), bake.instances.begin(), bake.instances.end(), same)) return done();
+  if (scene.exportedWith) {
+    return Error{ErrorCode::invalidFile,
+                 "\"" + sceneFile + "\" is a level of relume export, whose vertices are others than those that \"" +
+                     bakeFile + "\" was baked from; give the level that it was exported from" +
+                     ", or give --allow-stale"};
+  }
   return Error{ErrorCode::invalidFile, "\"" + bakeFile + "\" was not baked from \"" + sceneFile +
                                            "\": " + summary(compareParts(bake.instances, now), bake, now) +
                                            "; bake again, or give --allow-stale"};

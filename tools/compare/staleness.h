@@ -26,6 +26,11 @@ struct Staleness {
 // number of the tool do not count: neither changes light's transport (kAlgorithmVersion does).
 Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Bake& bake);
 
+// The same of a level that relume export made (Scene::exportedWith), of which vertices were split and meshes copied: it
+// is up to date with the bake it was exported with, while its parts stand where they stood with the materials they had.
+// `bakeFileHash` is identifyBakeFile()'s.
+Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash);
+
 // For commands that draw or compare a bake over its scene, which must come from loadScene(). Done when the parts are
 // those that were baked, in their order; else invalidFile: names both files, what changed, and --allow-stale.
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile);
