@@ -5,6 +5,7 @@
 #include "bake/base/printed.h"
 #include "bake/export/lightmap_primitives.h"
 #include "bake/export/place_meshes.h"
+#include "bake/export/prune.h"
 
 #include <nlohmann/json.hpp>
 
@@ -79,10 +80,12 @@ Result<ExportedLevel> makeLevel(const std::filesystem::path& path, const Scene& 
     context.message(Severity::warning, out.document.source().at("nothing of it is on the bake's light map, so that it "
                                                                 "gets no coordinates; all of it reads the grid"));
   // 3. Meshes and nodes
-  const Result<PlacedMeshes> placed = placeMeshes(out.document, scene, *primitives, sets, context);
+  const Result<PlacedMeshes> placed = placeMeshes(out.document, scene, *primitives, sets);
   if (!placed) return placed.error();
   forgetDraco(root);
-  // 4. Identity
+  // 4. Bytes that only the replaced primitives had
+  out.bytesPruned = pruneDocument(out.document);
+  // 5. Identity
   out.texcoord = sets.front;
   if (primitives->backs) out.backTexcoord = sets.back();
   out.vertices = primitives->vertices;

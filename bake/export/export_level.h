@@ -5,7 +5,8 @@
 //   1. the document       JSON as it stands, buffers and images embedded
 //   2. primitives         coordinates for each instance, vertices split where charts end
 //   3. meshes and nodes   a mesh for each instance that needs its own, a node for each GPU instance
-//   4. identity           which bake the coordinates belong to: asset.extras.relume.lightmap
+//   4. pruning            bytes that only the replaced primitives referred to
+//   5. identity           which bake the coordinates belong to: asset.extras.relume.lightmap
 #pragma once
 
 #include "bake/base/context.h"
@@ -28,6 +29,7 @@ struct ExportedLevel {
   std::uint64_t verticesAdded = 0;  // copies where charts end
   std::uint32_t instances = 0;      // on the light map
   std::uint32_t meshesAdded = 0, nodesAdded = 0;
+  std::uint64_t bytesPruned = 0;  // of the source's buffers, which nothing refers to any more
 };
 
 // `scene` must come from loadScene(level), and `bake` be one of that scene as it is (checkSameScene()); bakeFileHash is

@@ -7,6 +7,7 @@
 #include "bake/import/gltf_file.h"
 #include "formats/file_io.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <string_view>
@@ -60,6 +61,7 @@ Result<LevelDocument> LevelDocument::read(const std::filesystem::path& path, Con
   Result<json> root = readJson(container->json);
   if (!root) return Error{ErrorCode::invalidFile, out.source_.at(root.error().message)};
   out.root = std::move(*root);
+  out.meshesBefore_ = out.root.value("meshes", json::array());
   if (const Status status = out.embedBuffers(); !status) return status.error();
   out.embedImages(context);
   return out;
@@ -137,7 +139,7 @@ void LevelDocument::embedImages(Context& context) {
 
 int LevelDocument::addView(std::span<const std::uint8_t> bytes, ViewTarget target, std::size_t stride) {
   added_.resize(roundUp(added_.size(), 4), 0);
-  json view = {{"buffer", 0}, {"byteOffset", sourceBytes_ + added_.size()}, {"byteLength", bytes.size()}};
+  json view = {{"buffer", 0}, {"byteOffset", sourceBytes_ - cutBytes_ + added_.size()}, {"byteLength", bytes.size()}};
   if (target != ViewTarget::none) view["target"] = static_cast<int>(target);
   if (stride != 0) view["byteStride"] = stride;
   added_.insert(added_.end(), bytes.begin(), bytes.end());
@@ -150,12 +152,18 @@ int LevelDocument::addAccessor(json accessor) {
   return static_cast<int>(root["accessors"].size()) - 1;
 }
 
+std::uint64_t LevelDocument::cut(std::vector<ByteRange> ranges) {
+  cuts_ = std::move(ranges);
+  for (const ByteRange& range : cuts_) cutBytes_ += range.end - range.begin;
+  return cutBytes_;
+}
+
 Status LevelDocument::write(const std::filesystem::path& path) const {
   // What it is shows in its first bytes: `asset` opens the JSON.
   json rest = root;
-  const std::uint64_t binary = roundUp(sourceBytes_ + added_.size(), 4);
+  const std::uint64_t used = sourceBytes_ - cutBytes_ + added_.size(), binary = roundUp(used, 4);
   if (binary > 0) {
-    rest["buffers"][0]["byteLength"] = sourceBytes_ + added_.size();
+    rest["buffers"][0]["byteLength"] = used;
   } else if (rest["buffers"].size() == 1) {
     rest.erase("buffers");
   }
@@ -178,20 +186,31 @@ Status LevelDocument::write(const std::filesystem::path& path) const {
     if (binary == 0) return true;
     if (!sink(std::as_bytes(std::span(chunk)))) return false;
     std::uint64_t at = 0;
+    // Bytes from `at` on, without those that were cut.
+    const auto put = [&](std::span<const std::uint8_t> bytes) {
+      const std::uint64_t end = at + bytes.size();
+      auto next = std::upper_bound(cuts_.begin(), cuts_.end(), at,
+                                   [](std::uint64_t value, const ByteRange& range) { return value < range.end; });
+      while (at < end) {
+        const std::uint64_t stop = next == cuts_.end() ? end : std::min(end, next->begin);
+        if (stop > at && !sink(std::as_bytes(bytes.last(end - at).first(stop - at)))) return false;
+        at = next == cuts_.end() ? stop : std::max(at, std::min(end, next->end));
+        if (next != cuts_.end() && at >= next->end) ++next;
+      }
+      return true;
+    };
+    constexpr std::array<std::uint8_t, 16> kGap{};
     for (std::size_t i = 0; i < source_.buffers.size(); ++i) {
       const std::vector<std::uint8_t>& bytes = source_.buffers[i].bytes;
       if (source_.buffers[i].fileBytes == 0) continue;
       while (at < base_[i]) {
-        const std::uint64_t gap = std::min<std::uint64_t>(base_[i] - at, 16);
-        if (!writeZeros(sink, gap)) return false;
-        at += gap;
+        if (!put(std::span(kGap).first(std::min<std::uint64_t>(base_[i] - at, 16)))) return false;
       }
-      if (!bytes.empty() && !sink(std::as_bytes(std::span(bytes)))) return false;
-      at += bytes.size();
+      if (!put(bytes)) return false;
     }
-    if (!writeZeros(sink, sourceBytes_ - at)) return false;
+    if (!put(std::span(kGap).first(sourceBytes_ - at))) return false;
     if (!added_.empty() && !sink(std::as_bytes(std::span(added_)))) return false;
-    return writeZeros(sink, binary - sourceBytes_ - added_.size());
+    return writeZeros(sink, binary - used);
   });
 }
 

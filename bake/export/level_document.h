@@ -34,6 +34,11 @@ class LevelDocument {
   int addView(std::span<const std::uint8_t> bytes, ViewTarget target, std::size_t stride = 0);
   int addAccessor(nlohmann::json accessor);
 
+  // The JSON's meshes as they were read.
+  const nlohmann::json& meshesBefore() const { return meshesBefore_; }
+  // Leave bytes out of the one buffer, in order and of the source alone; returns how many. The JSON already says so.
+  std::uint64_t cut(std::vector<ByteRange> ranges);
+
   // unsupported: the .glb would have 4 GiB or more, which its header cannot say; io as writeFileAtomically().
   Status write(const std::filesystem::path& path) const;
 
@@ -44,6 +49,9 @@ class LevelDocument {
   GltfDocument source_;
   std::vector<std::filesystem::path> files_;
   std::vector<std::uint64_t> base_;  // [byte] where each source buffer's slice lies in the new one
+  nlohmann::json meshesBefore_;
+  std::vector<ByteRange> cuts_;
+  std::uint64_t cutBytes_ = 0;
   std::uint64_t sourceBytes_ = 0;    // of all slices with what is between them
   std::vector<std::uint8_t> added_;  // follows them
 };

@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,13 +30,11 @@ bool isInstanced(const json& node) { return node.contains("extensions") && node[
 
 class Placer {
  public:
-  Placer(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives, TexcoordSets sets,
-         Context& context)
+  Placer(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives, TexcoordSets sets)
       : document_(document),
         scene_(scene),
         primitives_(primitives),
         sets_(sets),
-        context_(context),
         reader_(document.source()),
         meshes_(document.root.value("meshes", json::array())) {}
 
@@ -65,7 +66,7 @@ class Placer {
     }
     const json& all = root.contains("nodes") ? root["nodes"] : none_;
     if (std::none_of(all.begin(), all.end(), isInstanced)) forgetExtension(root, kInstancing);
-    warnOfPointers();
+    animatePointers();
     return placed_;
   }
 
@@ -90,8 +91,8 @@ class Placer {
       all[static_cast<std::size_t>(source)] = std::move(mesh);
       return source;
     }
-    copied_.insert(source);
     ++placed_.meshesAdded;
+    copied_[source].push_back(static_cast<int>(all.size()));
     all.push_back(std::move(mesh));
     return static_cast<int>(all.size()) - 1;
   }
@@ -138,6 +139,7 @@ class Placer {
       ++placed_.nodesAdded;
     }
     animateWeights(n, children);
+    unfolded_[static_cast<int>(n)] = children;
     json& parent = root["nodes"][n];
     for (const json& child : parent.value("children", json::array())) children.push_back(child);
     parent["children"] = std::move(children);
@@ -189,33 +191,59 @@ class Placer {
     }
   }
 
-  // KHR_animation_pointer names meshes and nodes in text; the copies are not moved by it.
-  void warnOfPointers() {
-    std::set<std::string> told;
-    for (const json& animation : document_.root.value("animations", json::array())) {
-      for (const json& channel : animation.value("channels", json::array())) {
-        const json::json_pointer path("/target/extensions/KHR_animation_pointer/pointer");
-        if (!channel.contains(path) || !channel[path].is_string()) continue;
-        const std::string pointer = channel[path].get<std::string>();
-        for (const int mesh : copied_) {
-          if (pointer.starts_with("/meshes/" + std::to_string(mesh) + "/") && told.insert(pointer).second)
-            context_.message(Severity::warning, document_.source().at("an animation moves \"" + pointer +
-                                                                      "\", of which there are several now; it moves "
-                                                                      "the first alone"));
+  // KHR_animation_pointer names meshes and nodes in text: what moves a mesh moves its copies too, and what moves the
+  // morph weights of GPU instances those of their nodes.
+  void animatePointers() {
+    if (!document_.root.contains("animations")) return;
+    const json::json_pointer path("/target/extensions/KHR_animation_pointer/pointer");
+    for (json& animation : document_.root["animations"]) {
+      json channels = json::array();
+      for (const json& channel : animation.at("channels")) {
+        const std::string pointer =
+            channel.contains(path) && channel[path].is_string() ? channel[path].get<std::string>() : "";
+        const auto answers = pointersFor(pointer);
+        for (const std::string& answer : answers) {
+          channels.push_back(channel);
+          channels.back()[path] = answer;
         }
+        if (answers.empty()) channels.push_back(channel);
       }
+      animation["channels"] = std::move(channels);
     }
+  }
+
+  // What an animation's pointer must move now; empty = what it did.
+  std::vector<std::string> pointersFor(const std::string& pointer) const {
+    std::vector<std::string> out;
+    const auto number = [&](std::string_view list) -> std::optional<std::pair<int, std::string>> {
+      if (!pointer.starts_with(list)) return std::nullopt;
+      const std::size_t end = std::min(pointer.find('/', list.size()), pointer.size());
+      int value = 0;
+      const auto read = std::from_chars(pointer.data() + list.size(), pointer.data() + end, value);
+      if (read.ec != std::errc() || read.ptr != pointer.data() + end) return std::nullopt;
+      return std::pair(value, pointer.substr(end));
+    };
+    if (const auto mesh = number("/meshes/"); mesh && copied_.contains(mesh->first)) {
+      out.push_back(pointer);
+      for (const int copy : copied_.at(mesh->first)) out.push_back("/meshes/" + std::to_string(copy) + mesh->second);
+    }
+    const auto node = number("/nodes/");
+    if (node && node->second.starts_with("/weights") && unfolded_.contains(node->first)) {
+      for (const json& child : unfolded_.at(node->first))
+        out.push_back("/nodes/" + std::to_string(child.get<int>()) + node->second);
+    }
+    return out;
   }
 
   LevelDocument& document_;
   const Scene& scene_;
   const LightmapPrimitives& primitives_;
   TexcoordSets sets_;
-  Context& context_;
   AccessorReader reader_;
-  const json meshes_;    // as they were
-  std::set<int> taken_;  // meshes whose place is not free
-  std::set<int> copied_;
+  const json meshes_;                       // as they were
+  std::set<int> taken_;                     // meshes whose place is not free
+  std::map<int, std::vector<int>> copied_;  // by the mesh, its copies
+  std::map<int, json> unfolded_;            // by the node, those of its GPU instances
   const json none_ = json::array();
   PlacedMeshes placed_;
 };
@@ -237,8 +265,8 @@ void forgetExtension(json& root, const std::string& name) {
 }
 
 Result<PlacedMeshes> placeMeshes(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives,
-                                 TexcoordSets sets, Context& context) {
-  return Placer(document, scene, primitives, sets, context).run();
+                                 TexcoordSets sets) {
+  return Placer(document, scene, primitives, sets).run();
 }
 
 }  // namespace relume

@@ -21,8 +21,8 @@ std::size_t componentBytes(int type) {
   return type == kUnsignedInt || type == kFloat ? 4 : 0;
 }
 
-// [byte] of an element; columns of matrices begin at multiples of four. 0 = a type that glTF does not know.
-std::size_t elementBytes(const std::string& type, int componentType) {
+// Columns of matrices begin at multiples of four.
+std::size_t bytesOf(const std::string& type, int componentType) {
   const std::size_t component = componentBytes(componentType);
   if (type == "SCALAR") return component;
   const bool matrix = type.starts_with("MAT");
@@ -132,6 +132,10 @@ void boundElements(json& accessor, std::span<const std::uint8_t> bytes, std::siz
 
 }  // namespace
 
+std::size_t elementBytes(const json& accessor) {
+  return bytesOf(accessor.at("type").get<std::string>(), accessor.at("componentType").get<int>());
+}
+
 Result<RawElements> readRaw(const LevelDocument& document, int accessor, const std::string& where) {
   const Result<const json*> found = accessorAt(document, accessor, where);
   if (!found) return found.error();
@@ -139,7 +143,7 @@ Result<RawElements> readRaw(const LevelDocument& document, int accessor, const s
   const GltfDocument& source = document.source();
   const std::string path = jsonPath("accessors", accessor);
   RawElements out;
-  out.size = elementBytes(a.at("type").get<std::string>(), a.at("componentType").get<int>());
+  out.size = elementBytes(a);
   if (out.size == 0) return source.invalid(path, "no element of glTF's in " + where);
   const auto count = a.at("count").get<std::size_t>();
   const int view = a.value("bufferView", -1);
@@ -184,7 +188,7 @@ Result<RawElements> encodeRaw(const LevelDocument& document, int accessor, const
   const json& a = **found;
   const int type = a.at("componentType").get<int>();
   RawElements out;
-  out.size = elementBytes(a.at("type").get<std::string>(), type);
+  out.size = elementBytes(a);
   if (out.size == 0 || out.size != componentBytes(type) * static_cast<std::size_t>(values.components))
     return document.source().invalid(where, std::to_string(values.components) + " components, not what " +
                                                 jsonPath("accessors", accessor) + " says");

@@ -13,6 +13,9 @@
 
 namespace relume {
 
+// [byte] of an element of an accessor; 0 = a type that glTF does not know.
+std::size_t elementBytes(const nlohmann::json& accessor);
+
 // The elements of an accessor, one after the other, sparse ones put in.
 struct RawElements {
   std::size_t size = 0;             // [byte] of an element
