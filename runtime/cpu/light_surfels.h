@@ -18,10 +18,9 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 //   surfel:     albedo * (direct + bounceScale * last frame's irradiance at its receiver) + pi * emission
 //   sky patch:  pi * radiance
 // `bounce` is null before there is any light; `job` has what Bounce::setLight() set;
-// `prepared` is scratch memory that is kept from frame to frame. [Size node =
-// hierarchy.nodeCount()]
+// `lights` is scratch memory that is kept from frame to frame. [Size node = hierarchy.nodeCount()]
 void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
-                  const Bounce* bounce, LightSurfelsJob job, std::vector<PreparedLight>& prepared,
+                  const Bounce* bounce, LightSurfelsJob job, std::vector<PreparedLight>& lights,
                   std::span<std::uint32_t> node, const ParallelFor& parallelFor);
 
 // The kernels of an instruction set; null when this processor, or this build, lacks it.
