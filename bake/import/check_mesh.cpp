@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Mesh findings with CGAL: corners that coincide are merged to a polygon soup, whose orientation (CGAL, "Polygon Mesh
-// Processing", orient_polygon_soup) tells non-manifold edges and faces that disagree with their neighbours. Values are
-// checked first, because CGAL asserts on what is not finite and does not check indices.
+// Mesh findings: corners that coincide are merged, and faces are joined over edges that have two of them, which tells
+// non-manifold edges and faces that disagree with their neighbours. CGAL's exact predicate tells slivers; values are
+// checked first, because it asserts on what is not finite.
 #include "bake/import/check_mesh.h"
 
+#include "bake/base/cancellable_sort.h"
 #include "bake/base/context.h"
 #include "bake/base/parallel.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 
 #include <glm/geometric.hpp>
 
@@ -16,20 +16,19 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <numeric>
 #include <optional>
 
 namespace relume {
 namespace {
 
-namespace pmp = CGAL::Polygon_mesh_processing;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Face = std::array<std::size_t, 3>;
+using Face = std::array<std::uint32_t, 3>;  // merged corners, by the least vertex that is there
 
 // Faces by merged corners; degenerate and duplicate ones are left out of `faces`.
 struct Soup {
-  std::vector<Point> points;
   std::vector<Face> faces;
   std::vector<std::uint32_t> triangle;  // of each face, in the mesh
 };
@@ -57,8 +56,8 @@ bool usable(const Mesh& mesh, const glm::uvec3& t) {
   return true;
 }
 
-// One number per distinct position, in the order of the first vertex that has it. Negative zero equals zero.
-std::vector<std::uint32_t> mergePositions(const Mesh& mesh) {
+// The first vertex at each vertex's position. Negative zero equals zero. Incomplete when cancelled.
+std::vector<std::uint32_t> mergePositions(const Mesh& mesh, const Context& context) {
   const auto key = [&](std::uint32_t v) {
     const glm::vec3 p = mesh.position[v] + 0.0f;
     return std::array<float, 3>{p.x, p.y, p.z};
@@ -67,11 +66,12 @@ std::vector<std::uint32_t> mergePositions(const Mesh& mesh) {
   for (std::uint32_t v = 0; v < mesh.position.size(); ++v) {
     if (finite(mesh.position[v])) order.push_back(v);
   }
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+  const auto before = [&](std::uint32_t a, std::uint32_t b) {
     const auto ka = key(a), kb = key(b);
     return ka != kb ? ka < kb : a < b;
-  });
+  };
   std::vector<std::uint32_t> merged(mesh.position.size(), kNone);
+  if (!sortUnlessCancelled(order, before, context)) return merged;
   for (std::size_t i = 0; i < order.size(); ++i)
     merged[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? merged[order[i - 1]] : order[i];
   return merged;
@@ -91,30 +91,25 @@ bool degenerate(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
   return CGAL::collinear(Point(a.x, a.y, a.z), Point(b.x, b.y, b.z), Point(c.x, c.y, c.z));
 }
 
-// Merge corners and sort out the faces that no further test can use.
-Soup makeSoup(const Mesh& mesh, Findings& found) {
-  const std::vector<std::uint32_t> merged = mergePositions(mesh);
-  std::vector<std::uint32_t> number(mesh.position.size(), kNone);
+// Merge corners and sort out the faces that no further test can use. Incomplete when cancelled.
+Soup makeSoup(const Mesh& mesh, Findings& found, const Context& context) {
+  const std::vector<std::uint32_t> merged = mergePositions(mesh, context);
   Soup soup;
-  for (std::uint32_t v = 0; v < mesh.position.size(); ++v) {
-    if (merged[v] != v) continue;
-    number[v] = static_cast<std::uint32_t>(soup.points.size());
-    soup.points.emplace_back(mesh.position[v].x, mesh.position[v].y, mesh.position[v].z);
-  }
   std::vector<std::pair<Face, std::uint32_t>> faces;  // sorted corners, triangle
   std::vector<Face> wound(mesh.triangle.size());
   for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    if (context.cancelled()) return soup;
     const glm::uvec3 v = mesh.triangle[t];
     if (!usable(mesh, v) || degenerate(mesh.position[v.x], mesh.position[v.y], mesh.position[v.z])) {
       found.degenerate.add(t);
       continue;
     }
-    wound[t] = {number[merged[v.x]], number[merged[v.y]], number[merged[v.z]]};
+    wound[t] = {merged[v.x], merged[v.y], merged[v.z]};
     Face corners = wound[t];
     std::sort(corners.begin(), corners.end());
     faces.emplace_back(corners, t);
   }
-  std::sort(faces.begin(), faces.end());
+  if (!sortUnlessCancelled(faces, std::less<>(), context)) return soup;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (i > 0 && faces[i].first == faces[i - 1].first) {
       found.duplicate.add(faces[i].second);
@@ -128,53 +123,76 @@ Soup makeSoup(const Mesh& mesh, Findings& found) {
 }
 
 struct Edge {
-  std::size_t low, high;
+  std::uint32_t low, high;
   std::uint32_t face;
+  bool upwards;  // the face goes from low to high
   bool operator<(const Edge& o) const {
     return low != o.low ? low < o.low : high != o.high ? high < o.high : face < o.face;
   }
   bool sameEnds(const Edge& o) const { return low == o.low && high == o.high; }
 };
 
-// Faces joined over edges with exactly two faces: the component of each face. Notes borders on the way.
-std::vector<std::uint32_t> findComponents(const Soup& soup, Findings& found) {
+// Faces that are joined, each with whether its winding disagrees with that of its component's first face: a union-find
+// whose links carry a turn.
+class Components {
+ public:
+  explicit Components(std::size_t faces) : up_(faces), turned_(faces, 0) { std::iota(up_.begin(), up_.end(), 0u); }
+
+  struct Place {
+    std::uint32_t first;  // face of the component
+    std::uint8_t turned;  // against it
+  };
+  Place find(std::uint32_t face) {
+    std::uint8_t turned = 0;
+    while (up_[face] != face) {
+      const std::uint32_t parent = up_[face];
+      turned_[face] ^= turned_[parent];
+      up_[face] = up_[parent];
+      turned ^= turned_[face];
+      face = up_[face];
+    }
+    return {face, turned};
+  }
+  // A surface that cannot be oriented, such as a Moebius strip, keeps the turns that were found first.
+  void join(std::uint32_t a, std::uint32_t b, bool disagree) {
+    const Place placeA = find(a), placeB = find(b);
+    if (placeA.first == placeB.first) return;
+    const std::uint32_t later = std::max(placeA.first, placeB.first);
+    up_[later] = std::min(placeA.first, placeB.first);
+    turned_[later] = placeA.turned ^ placeB.turned ^ static_cast<std::uint8_t>(disagree);
+  }
+
+ private:
+  std::vector<std::uint32_t> up_;
+  std::vector<std::uint8_t> turned_;
+};
+
+// Join faces over edges that have exactly two of them. Notes borders and non-manifold edges on the way. Incomplete when
+// cancelled.
+Components joinFaces(const Soup& soup, Findings& found, const Context& context) {
   std::vector<Edge> edges;
   edges.reserve(3 * soup.faces.size());
   for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t a = soup.faces[f][k], b = soup.faces[f][(k + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b), f});
+      const std::uint32_t a = soup.faces[f][k], b = soup.faces[f][(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), f, a < b});
     }
   }
-  std::sort(edges.begin(), edges.end());
-  std::vector<std::uint32_t> up(soup.faces.size());
-  std::iota(up.begin(), up.end(), 0u);
-  const auto root = [&](std::uint32_t f) {
-    while (up[f] != f) f = up[f] = up[up[f]];
-    return f;
-  };
+  Components components(soup.faces.size());
+  if (!sortUnlessCancelled(edges, std::less<>(), context)) return components;
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     while (end < edges.size() && edges[end].sameEnds(edges[begin])) ++end;
-    if (end - begin == 1) found.border.add(soup.triangle[edges[begin].face]);
-    if (end - begin != 2) continue;
-    const std::uint32_t a = root(edges[begin].face), b = root(edges[begin + 1].face);
-    up[std::max(a, b)] = std::min(a, b);
+    const Edge &first = edges[begin], &last = edges[end - 1];
+    if (end - begin == 1) found.border.add(soup.triangle[first.face]);
+    if (end - begin == 2) components.join(first.face, last.face, first.upwards == last.upwards);
+    if (end - begin > 2) found.nonManifold.add(soup.triangle[first.face]);
   }
-  for (std::uint32_t f = 0; f < up.size(); ++f) up[f] = root(f);
-  return up;
+  return components;
 }
 
-// What orient_polygon_soup tells while it works. CGAL copies the visitor, so it only points.
-struct Listener : pmp::Default_orientation_visitor {
-  std::vector<std::uint8_t>* reversed = nullptr;
-  std::vector<std::array<std::size_t, 2>>* nonManifold = nullptr;
-  void polygon_orientation_reversed(std::size_t f) { (*reversed)[f] ^= 1; }
-  void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) { nonManifold->push_back({a, b}); }
-};
-
-double area(const Soup& soup, std::size_t f) {
-  const Face& v = soup.faces[f];
-  return std::sqrt(CGAL::to_double(CGAL::squared_area(soup.points[v[0]], soup.points[v[1]], soup.points[v[2]])));
+double area(const Mesh& mesh, const glm::uvec3& t) {
+  const glm::dvec3 a(mesh.position[t.x]), b(mesh.position[t.y]), c(mesh.position[t.z]);
+  return 0.5 * glm::length(glm::cross(b - a, c - a));
 }
 
 // Whether a triangle's front faces away from the mean of its vertex normals.
@@ -186,52 +204,38 @@ bool againstNormals(const Mesh& mesh, const glm::uvec3& t) {
 
 // Non-manifold edges; and flipped faces: those that must turn to agree with the greater part of their component's area,
 // or that face away from their own normals.
-void findOrientation(const Mesh& mesh, Soup& soup, Findings& found) {
-  const std::vector<std::uint32_t> component = findComponents(soup, found);
-  const Soup before = soup;
-  std::vector<std::uint8_t> reversed(soup.faces.size(), 0);
-  std::vector<std::array<std::size_t, 2>> nonManifold;
-  Listener listener;
-  listener.reversed = &reversed;
-  listener.nonManifold = &nonManifold;
-  pmp::orient_polygon_soup(soup.points, soup.faces, CGAL::parameters::visitor(listener));
-
-  for (std::array<std::size_t, 2>& edge : nonManifold) std::sort(edge.begin(), edge.end());
-  std::sort(nonManifold.begin(), nonManifold.end());
-  nonManifold.erase(std::unique(nonManifold.begin(), nonManifold.end()), nonManifold.end());
-  found.nonManifold.count = static_cast<std::uint32_t>(nonManifold.size());
-
-  std::vector<double> turned(before.faces.size(), 0.0), kept(before.faces.size(), 0.0);
-  for (std::size_t f = 0; f < before.faces.size(); ++f) (reversed[f] ? turned : kept)[component[f]] += area(before, f);
-  for (std::size_t f = 0; f < before.faces.size(); ++f) {
-    const std::uint32_t c = component[f];
-    const bool minority = (reversed[f] != 0) == (turned[c] <= kept[c]) && turned[c] > 0.0 && kept[c] > 0.0;
-    if (minority || againstNormals(mesh, mesh.triangle[before.triangle[f]])) found.flipped.add(before.triangle[f]);
-    for (std::size_t k = 0; k < 3 && !nonManifold.empty(); ++k) {
-      const std::size_t a = before.faces[f][k], b = before.faces[f][(k + 1) % 3];
-      const std::array<std::size_t, 2> edge{std::min(a, b), std::max(a, b)};
-      if (std::binary_search(nonManifold.begin(), nonManifold.end(), edge))
-        found.nonManifold.first = std::min(found.nonManifold.first, before.triangle[f]);
-    }
+void findOrientation(const Mesh& mesh, const Soup& soup, Findings& found, const Context& context) {
+  Components components = joinFaces(soup, found, context);
+  if (context.cancelled()) return;
+  std::vector<double> turned(soup.faces.size(), 0.0), kept(soup.faces.size(), 0.0);
+  for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
+    const Components::Place place = components.find(f);
+    (place.turned ? turned : kept)[place.first] += area(mesh, mesh.triangle[soup.triangle[f]]);
+  }
+  for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
+    const Components::Place place = components.find(f);
+    const double same = kept[place.first], against = turned[place.first];
+    const bool minority = (place.turned != 0) == (against <= same) && against > 0.0 && same > 0.0;
+    if (minority || againstNormals(mesh, mesh.triangle[soup.triangle[f]])) found.flipped.add(soup.triangle[f]);
   }
 }
 
-Findings checkMesh(const Mesh& mesh) {
+Findings checkMesh(const Mesh& mesh, const Context& context) {
   Findings found;
-  Soup soup = makeSoup(mesh, found);
-  if (!soup.faces.empty()) findOrientation(mesh, soup, found);
+  const Soup soup = makeSoup(mesh, found, context);
+  if (!context.cancelled()) findOrientation(mesh, soup, found, context);
   return found;
 }
 
 // Collapse all but the first of triangles with the same corners in the same cyclic order. Where an alpha mask shows
 // different parts of them, their texture coordinates must agree too.
-Tally collapseDuplicates(Mesh& mesh, bool masked) {
+Tally collapseDuplicates(Mesh& mesh, bool masked, const Context& context) {
   struct Wound {
     std::array<std::uint32_t, 3> corners;  // merged, the least first
     std::uint32_t triangle;
     std::array<std::uint32_t, 3> vertices;  // in the same order
   };
-  const std::vector<std::uint32_t> merged = mergePositions(mesh);
+  const std::vector<std::uint32_t> merged = mergePositions(mesh, context);
   std::vector<Wound> faces;
   for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
     const glm::uvec3 v = mesh.triangle[t];
@@ -244,11 +248,11 @@ Tally collapseDuplicates(Mesh& mesh, bool masked) {
     std::rotate(face.corners.begin(), face.corners.begin() + least, face.corners.end());
     faces.push_back(face);
   }
-  std::sort(faces.begin(), faces.end(), [](const Wound& a, const Wound& b) {
+  const auto before = [](const Wound& a, const Wound& b) {
     return a.corners != b.corners ? a.corners < b.corners : a.triangle < b.triangle;
-  });
-
+  };
   Tally collapsed;
+  if (!sortUnlessCancelled(faces, before, context)) return collapsed;
   for (std::size_t i = 1, first = 0; i < faces.size(); ++i) {
     if (faces[i].corners != faces[first].corners) first = i;
     if (first == i) continue;
@@ -300,7 +304,7 @@ std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context) {
   parallelChunks(context, "check meshes", scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t m = begin; m < end; ++m) {
       try {
-        found[m] = checkMesh(scene.meshes[m]);
+        found[m] = checkMesh(scene.meshes[m], context);
       } catch (const std::bad_alloc&) {
         throw;  // the mesh is not to blame
       } catch (const std::exception& e) {
@@ -335,7 +339,7 @@ std::vector<MeshFinding> repairMeshes(Scene& scene, Context& context) {
     for (std::size_t m = begin; m < end; ++m) {
       Mesh& mesh = scene.meshes[m];
       const bool masked = mesh.material != kNone && scene.materials[mesh.material].alphaMode == AlphaMode::mask;
-      repaired[m] = collapseDuplicates(mesh, masked);
+      repaired[m] = collapseDuplicates(mesh, masked, context);
     }
   });
   std::vector<MeshFinding> out;

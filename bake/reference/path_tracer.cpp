@@ -43,6 +43,7 @@ struct Renderer {
   std::span<const SceneLight> lights;
   const ReferenceOptions& options;
   const Emitters* emitters;  // null = emitting surfaces are off
+  const Context& context;    // asked at every vertex of a path: a pixel may take a million of them
 
   const Scene& scene() const { return tracer.scene(); }
 };
@@ -134,6 +135,7 @@ Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
   // Follow the light backwards: after k reflections, emission and sky found by the next ray were reflected k times.
   glm::vec3 throughput(1.0f);
   for (std::uint32_t k = 0;; ++k) {
+    if (r.context.cancelled()) return light;
     glm::vec3& layer = k == 0 ? light.direct : light.indirect;
     const bool last = k == r.options.maxBounces;
     if (last && r.emitters == nullptr && r.options.skyRadiance == glm::vec3(0.0f)) return light;
@@ -216,7 +218,7 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
   const auto x = static_cast<std::uint32_t>(index % image.width), y = static_cast<std::uint32_t>(index / image.width);
   const std::uint32_t samples = r.options.samplesPerPixel;
   std::array<Sums, 2> half;
-  for (std::uint32_t s = 0; s < samples; ++s) {
+  for (std::uint32_t s = 0; s < samples && !r.context.cancelled(); ++s) {
     samplePixel(r, x, y, std::uint64_t{index} * samples + s, half[s % 2]);
   }
   const glm::vec3 albedo = half[0].albedo + half[1].albedo;
@@ -263,7 +265,7 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
   const Context::Stage stage(context, "reference");
   const Emitters emitters(tracer.scene(), tracer.geometry());
   const Renderer renderer{
-      tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr};
+      tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr, context};
 
   ReferenceImage image{options.width, options.height, {}, {}, {}, {}, {}, {}, {}, {}, {}};
   const std::size_t pixels = std::size_t{options.width} * options.height;

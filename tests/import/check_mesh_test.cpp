@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -125,6 +126,27 @@ TEST(CheckMesh, threeFacesOnAnEdgeAreNotAManifold) {
   EXPECT_EQ(found.at(Kind::nonManifoldEdge).count, 1u);
   EXPECT_EQ(found.at(Kind::nonManifoldEdge).triangle, 0u);
   EXPECT_EQ(found.at(Kind::openBorder).count, 6u);
+}
+
+// A band of quads, closed after a half turn: no winding suits it, and the report ends all the same.
+TEST(CheckMesh, aMoebiusStripIsToldOnce) {
+  constexpr std::uint32_t kQuads = 12;
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < kQuads; ++i) {
+    const float around = 6.2831853f * static_cast<float>(i) / kQuads, turn = 0.5f * around;
+    const glm::vec3 out(std::cos(around), 0.0f, std::sin(around));
+    for (const float side : {-0.3f, 0.3f})
+      mesh.position.push_back(out * (1.0f + side * std::cos(turn)) + glm::vec3(0, side * std::sin(turn), 0));
+  }
+  for (std::uint32_t i = 0; i < kQuads; ++i) {
+    const bool last = i + 1 == kQuads;
+    const std::uint32_t a = 2 * i, b = a + 1, c = last ? 1 : a + 2, d = last ? 0 : a + 3;
+    mesh.triangle.push_back({a, b, d});
+    mesh.triangle.push_back({a, d, c});
+  }
+  const auto found = check(mesh);
+  EXPECT_EQ(found.at(Kind::openBorder).count, 2 * kQuads);
+  EXPECT_EQ(found.count(Kind::nonManifoldEdge), 0u);
 }
 
 TEST(CheckMesh, anEmptyMeshIsFine) { EXPECT_TRUE(check(Mesh{}).empty()); }

@@ -2,6 +2,7 @@
 #include "bake/reference/path_tracer.h"
 
 #include "bake/base/context.h"
+#include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -270,6 +271,20 @@ TEST(Reference, optionsOutOfRangeAreRefused) {
   }
   context.cancel();
   EXPECT_FALSE(renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, kSmall, context));
+}
+
+// All pixels are one thread's chunk, of a million paths each: minutes of work.
+TEST(Reference, aCancelIsHeardWithinAPixel) {
+  const Scene scene = floorScene();
+  const RayTracer tracer = tracerOf(scene);
+  const ReferenceOptions options{8, 4, 1000000, 12, false, glm::vec3(0.0f), 1};
+  const std::vector<SceneLight> lights(50, lightAbove(LightType::point));
+  const double after = processorSecondsAfterCancel(0.2, [&](Context& context) {
+    const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), lights, options, context);
+    ASSERT_FALSE(image);
+    EXPECT_EQ(image.error().message, "cancelled");
+  });
+  EXPECT_LT(after, 2.0);
 }
 
 }  // namespace

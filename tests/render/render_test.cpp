@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
 #include "bake/bake.h"
+#include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
@@ -324,6 +325,26 @@ TEST(RenderGl, tilesJoinWithoutSeams) {
   EXPECT_NEAR(total(tiled->albedo) / total(whole->albedo), 1.0, 0.01);
 }
 #endif
+
+// One row of four million sub-pixels, each with many shadow rays.
+TEST(RenderCpu, aCancelIsHeardWithinARow) {
+  Context quiet;
+  auto tracer = RayTracer::create(level(), "avx2", quiet, RayStructure::thorough, RayGeometry::drawn);
+  ASSERT_TRUE(tracer);
+  RenderRequest r = request(level(), nullptr, "cam_hall");
+  r.width = 16384;
+  r.height = 1;
+  r.samples = 16;
+  r.straight = r.centres = false;
+  ASSERT_FALSE(r.lights.empty());
+  r.lights.resize(40, r.lights.front());
+  const double after = test::processorSecondsAfterCancel(0.2, [&](Context& context) {
+    const auto frame = renderCpu(*tracer, r, context);
+    ASSERT_FALSE(frame);
+    EXPECT_EQ(frame.error().message, "cancelled");
+  });
+  EXPECT_LT(after, 2.0);
+}
 
 }  // namespace
 }  // namespace relume

@@ -223,13 +223,12 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   std::printf("\n");
 }
 
-// The sums of a frame, a layer composed and converted on its way to a file, and a row's rays in each thread.
+// The sums of a frame, and a layer composed and converted on its way to a file.
 Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& arguments, Context& context) {
-  constexpr double kSumBytes = 5 * 12 + 28, kLayerBytes = 12 + 12 + 12, kRayBytes = 64.0, kRowsAtOnce = 16.0;
+  constexpr double kSumBytes = 5 * 12 + 28, kLayerBytes = 12 + 12 + 12;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = arguments.sideBySide ? 12.0 * static_cast<double>(aovs) : 0.0;
-  const double row = static_cast<double>(view.width) * arguments.samples * arguments.samples;
-  return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide) + kRowsAtOnce * kRayBytes * row,
+  return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide),
                        std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size");
 }
 

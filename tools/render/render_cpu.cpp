@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See render_cpu.h. Rays meet what the tracer has: with RayGeometry::drawn, dynamic instances are seen, lit by the grid
 // and cast the punctual lights' shadows, onto what is drawn and onto surfels alike. A chunk is a run of pixel rows:
-// their primary rays are traced together, then each hit is shaded.
+// their primary rays are traced together, some thousands at a time, then each hit is shaded.
 #include "tools/render/render_cpu.h"
 
 #include "bake/base/parallel.h"
@@ -17,10 +17,12 @@ namespace relume {
 namespace {
 
 constexpr float kInvPi = glm::one_over_pi<float>();
+constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
 
-// Share of a light that reaches a point: one shadow ray, started off the surface.
-Visibility rayVisibility(const RayTracer& tracer, const std::vector<SceneLight>& lights) {
-  return [&tracer, &lights](std::uint32_t index, const glm::vec3& position, const glm::vec3& normal) {
+// Share of a light that reaches a point: one shadow ray, started off the surface. None once the work is cancelled.
+Visibility rayVisibility(const RayTracer& tracer, const std::vector<SceneLight>& lights, const Context& context) {
+  return [&tracer, &lights, &context](std::uint32_t index, const glm::vec3& position, const glm::vec3& normal) {
+    if (context.cancelled()) return 0.0f;
     const SceneLight& light = lights[index];
     const float epsilon = tracer.epsilonAt(position);
     Ray ray;
@@ -90,12 +92,23 @@ class CpuRenderer {
         frame_(frame),
         rays_(request.camera, request.width, request.height) {}
 
-  // Shade the pixels of one row.
-  void row(std::uint32_t y, std::vector<Ray>& rays, std::vector<Hit>& hits) const {
+  // Shade the pixels of one row; incomplete when cancelled.
+  void row(std::uint32_t y, std::vector<Ray>& rays, std::vector<Hit>& hits, const Context& context) const {
+    const std::uint32_t width = kRaysAtOnce / (request_.samples * request_.samples);
+    for (std::uint32_t x = 0; x < request_.width; x += width)
+      span(y, x, std::min(x + width, request_.width), rays, hits, context);
+    if (request_.centres && !context.cancelled()) centres(y);
+  }
+
+ private:
+  // Shade the pixels [begin, end) of a row.
+  void span(std::uint32_t y, std::uint32_t begin, std::uint32_t end, std::vector<Ray>& rays, std::vector<Hit>& hits,
+            const Context& context) const {
+    if (context.cancelled()) return;
     const std::uint32_t samples = request_.samples;
     const float step = 1.0f / static_cast<float>(samples);
     rays.clear();
-    for (std::uint32_t x = 0; x < request_.width; ++x) {
+    for (std::uint32_t x = begin; x < end; ++x) {
       for (std::uint32_t s = 0; s < samples * samples; ++s) {
         rays.push_back(ray(static_cast<float>(x) + (static_cast<float>(s % samples) + 0.5f) * step,
                            static_cast<float>(y) + (static_cast<float>(s / samples) + 0.5f) * step));
@@ -103,13 +116,11 @@ class CpuRenderer {
     }
     hits.resize(rays.size());
     tracer_.trace(rays, hits);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      addSample(std::size_t{y} * request_.width + i / (samples * samples), rays[i], hits[i]);
+    for (std::size_t i = 0; i < rays.size() && !context.cancelled(); ++i) {
+      addSample(std::size_t{y} * request_.width + begin + i / (samples * samples), rays[i], hits[i]);
     }
-    if (request_.centres) centres(y);
   }
 
- private:
   Ray ray(float x, float y) const {
     Ray r;
     rays_.at(x, y, r.origin, r.direction);
@@ -165,7 +176,8 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   options.chromaBands = request.bands.chroma;
   options.parallelFor = parallelFor(context);
   context.progress("relight", 0.0);
-  auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights), {});
+  auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights, context), {});
+  if (context.cancelled()) return cancelledError();
   if (!relit) return relit.error();
 
   // Draw, a row of pixels at a time
@@ -176,7 +188,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
-    for (std::size_t y = begin; y < end; ++y) renderer.row(static_cast<std::uint32_t>(y), rays, hits);
+    for (std::size_t y = begin; y < end; ++y) renderer.row(static_cast<std::uint32_t>(y), rays, hits, context);
   });
   if (context.cancelled()) return cancelledError();
   frame.frames = relit->frames;

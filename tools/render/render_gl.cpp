@@ -277,7 +277,10 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
       return cancelledError();
   }
   if (request.centres) {
-    for (const Tile& tile : tilesOf(request, 1)) renderer.centres(tile);
+    for (const Tile& tile : tilesOf(request, 1)) {
+      if (context.cancelled()) return cancelledError();
+      renderer.centres(tile);
+    }
   }
   frame.frames = relit->frames;
   if (relit->all) {
