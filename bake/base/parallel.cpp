@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <optional>
 
 namespace relume {
@@ -19,10 +20,16 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
   grain = std::max<std::size_t>(grain, 1);
   const std::size_t chunks = (count + grain - 1) / grain;
   std::atomic<std::size_t> finished{0};
+  std::atomic<bool> bodyThrew{false};
 
   const auto run = [&](std::size_t chunk) {
     if (context.cancelled()) return;
-    body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    try {
+      body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    } catch (...) {
+      bodyThrew = true;
+      throw;
+    }
     const std::size_t n = finished.fetch_add(1) + 1;
     // Report about a hundred times a stage.
     if (!stage.empty() && (n * 100 / chunks != (n - 1) * 100 / chunks)) {
@@ -36,7 +43,13 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
   if (context.threads > tbb::info::default_concurrency())
     more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
   tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
+  try {
+    arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
+  } catch (...) {
+    if (bodyThrew) throw;
+    // oneTBB cannot start its threads: there is no memory for their stacks, or no more threads are allowed.
+    throw std::bad_alloc();
+  }
 }
 
 void runOnOneThread(const std::function<void()>& work) {

@@ -12,7 +12,8 @@ namespace relume {
 
 // Run body(begin, end) over [0, count) in chunks of at most `grain` items, on context.threads threads, however few
 // cores there are. Chunks run in any order and must not share mutable state. Stops early when the context is cancelled.
-// `stage` names the progress report; empty = none. Exceptions of body are rethrown on the calling thread.
+// `stage` names the progress report; empty = none. Exceptions of body are rethrown on the calling thread;
+// std::bad_alloc where the system has no room for another thread.
 void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t begin, std::size_t end)>& body);
 

@@ -4,10 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
+#include <fstream>
 #include <mutex>
+#include <new>
 #include <set>
+#include <string>
 #include <thread>
 
 namespace relume {
@@ -53,6 +60,30 @@ TEST(ParallelChunks, librariesOnOneThreadStayOnOne) {
     most = ids.size();
   });
   EXPECT_EQ(most, 1u);
+}
+
+// Ends the process with 42 when the caller hears that memory is out.
+[[noreturn]] void runWithoutRoomForThreads() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit limit{};
+  limit.rlim_cur = limit.rlim_max = pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + (4u << 20);
+  ::setrlimit(RLIMIT_AS, &limit);
+  try {
+    threadsAtOnce(7, 1);
+  } catch (const std::bad_alloc&) {
+    std::_Exit(42);
+  } catch (const std::exception&) {
+    std::_Exit(2);
+  }
+  std::_Exit(0);
+}
+
+// With no addresses left for a thread's stack, and not a word of oneTBB's.
+TEST(ParallelChunks, aThreadThatCannotStartIsMemoryThatIsOut) {
+  if (!std::string(RELUME_SANITIZE).empty()) GTEST_SKIP() << "sanitizers need terabytes of addresses";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(runWithoutRoomForThreads(), testing::ExitedWithCode(42), "");
 }
 
 }  // namespace
