@@ -155,5 +155,44 @@ TEST_F(DiffCommand, refusesWhatCannotBeComparedByName) {
   expectRefused({half_, half_, "-o", at("no/such/error.png")}, 2, {"error.png"});
 }
 
+// An OpenEXR of an uncompressed pixel (or, with another number, a packed one) whose header claims 16384 x 16384.
+std::string exrThatClaims(char compression, std::size_t bytes) {
+  std::string file("\x76\x2f\x31\x01\x02\0\0\0", 8);
+  const auto number = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
+  const auto attribute = [&](const std::string& name, const std::string& type, const std::string& value) {
+    file += name + '\0' + type + '\0' + number(static_cast<std::uint32_t>(value.size())) + value;
+  };
+  std::string channels;
+  for (const char* name : {"B", "G", "R"})
+    channels += std::string(name, 2) + number(2) + number(0) + number(1) + number(1);
+  const std::string window = number(0) + number(0) + number(16383) + number(16383), one = number(0x3f800000u);
+  attribute("channels", "chlist", channels + '\0');
+  attribute("compression", "compression", std::string(1, compression));
+  attribute("dataWindow", "box2i", window);
+  attribute("displayWindow", "box2i", window);
+  attribute("lineOrder", "lineOrder", std::string(1, '\0'));
+  attribute("pixelAspectRatio", "float", one);
+  attribute("screenWindowCenter", "v2f", number(0) + number(0));
+  attribute("screenWindowWidth", "float", one);
+  file += '\0';
+  file.resize(bytes, '\0');
+  return file;
+}
+
+TEST_F(DiffCommand, anImageThatClaimsMoreThanItsFileHoldsIsRefused) {
+  for (const char compression : {'\0', '\1', '\3'}) {
+    const std::string claims = put("claims.exr", exrThatClaims(compression, 140000));
+    expectRefused({claims, half_}, 3, {"claims.exr", "claims 268435456 pixels of 3 channels in 140000 bytes"});
+  }
+}
+
+TEST_F(DiffCommand, imagesBeyondTheBudgetAreRefusedBeforeTheyAreRead) {
+  const std::string large = exr("large.exr", Pixels(1024 * 1024, glm::vec3(0.5f)), "", 1024);
+  expectRefused({large, large, "--max-memory", "8M"}, 4, {"diff needs about 12 MiB", "large.exr", "--max-memory"});
+  // PIZ, for which no packing is too good: what it claims is beyond any budget of a test machine's.
+  const std::string claims = put("claims.exr", exrThatClaims('\4', 140000));
+  expectRefused({claims, half_, "--max-memory", "1G"}, 4, {"diff needs about 3072 MiB", "claims.exr"});
+}
+
 }  // namespace
 }  // namespace relume

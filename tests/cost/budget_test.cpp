@@ -54,6 +54,20 @@ TEST_F(Budget, namesTheImageThatIsDrawn) {
                 "reference", "lower --size");
 }
 
+TEST_F(Budget, namesTheBakeThatIsLookedAt) {
+  ASSERT_EQ(bakeWith({}).status, 0);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"validate", out_}, {"info", out_}, {"compare", out_, out_}}) {
+    EXPECT_EQ(run(command).status, 0) << command[0];
+    std::vector<std::string> poor = command;
+    poor.insert(poor.end(), {"--max-memory", "1M"});
+    const ProgramResult result = run(poor);
+    EXPECT_EQ(result.status, 4) << result.err;
+    EXPECT_NE(result.err.find(command[0] + " needs about "), std::string::npos) << result.err;
+    EXPECT_EQ(result.out, "");
+  }
+}
+
 TEST_F(Budget, isReadWithUnits) {
   EXPECT_EQ(bakeWith({"--max-memory", "1K"}).status, 1);
   EXPECT_EQ(bakeWith({"--max-memory", "much"}).status, 1);

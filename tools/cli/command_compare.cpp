@@ -11,6 +11,7 @@
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/reserve_bake.h"
 #include "tools/cli/terminal.h"
 #include "tools/compare/compare_light.h"
 #include "tools/compare/compare_page.h"
@@ -41,7 +42,8 @@ struct CompareArguments {
 };
 
 // Read and check whole: light is relit from every number of it.
-Result<BakeFile> readChecked(const std::string& path) {
+Result<BakeFile> readChecked(const std::string& path, Context& context) {
+  if (Status ok = reserveBake(context, "compare", path); !ok) return ok.error();
   Result<Bake> bake = mapBake(path);
   if (!bake) return bake.error();
   for (const Finding& finding : validateBake(*bake)) {
@@ -108,9 +110,11 @@ int runCompare(const CompareArguments& arguments) {
     if (const Status status = checkOutputs(filesOf(arguments), terminal.context()); !status)
       return fail(status.error());
   }
-  const Result<BakeFile> a = readChecked(arguments.a);
+  Context budget;
+  budget.maxMemory = arguments.terminal.maxMemory;
+  const Result<BakeFile> a = readChecked(arguments.a, budget);
   if (!a) return fail(a.error());
-  const Result<BakeFile> b = readChecked(arguments.b);
+  const Result<BakeFile> b = readChecked(arguments.b, budget);
   if (!b) return fail(b.error());
 
   const Result<Json> runA = readRun(arguments.runA), runB = readRun(arguments.runB);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `relume diff IMAGE REFERENCE`: how far an image is from another of the same view, in figures and as a picture.
+#include "bake/base/memory_budget.h"
 #include "tools/base/output_files.h"
 #include "tools/base/parse_numbers.h"
 #include "tools/base/printable.h"
@@ -25,6 +26,7 @@ namespace {
 
 struct DiffArguments {
   std::string image, reference, output, layer, exposure = "auto", maxRmse, maxFlip;
+  std::uint64_t maxMemory = 0;
   bool json = false, force = false;
 };
 
@@ -130,14 +132,23 @@ int runDiff(const DiffArguments& a) {
   if (Status ok = checkFiles(a); !ok) return fail(ok.error());
 
   // 2. Read and compare
-  const auto image = readPicture(a.image, a.layer), reference = readPicture(a.reference, a.layer);
+  Context budget;
+  budget.maxMemory = a.maxMemory;
+  const MemoryCheck fits = [&budget](double bytes, const std::string& what) {
+    return reserveMemory(budget, "diff", bytes, what, "compare smaller images");
+  };
+  const auto image = readPicture(a.image, a.layer, fits);
   if (!image) return fail(image.error());
+  const auto reference = readPicture(a.reference, a.layer, fits);
   if (!reference) return fail(reference.error());
   if (image->png != reference->png) {
     return fail({ErrorCode::usage, "\"" + (image->png ? a.image : a.reference) +
                                        "\" is a PNG, whose exposure is unknown, and the other is not: compare two "
                                        "OpenEXR images or two PNGs"});
   }
+  constexpr double kComparedBytes = 4 + 12 + 3 * 4;  // a pixel's error, difference and place in a picture of it
+  const double pixels = static_cast<double>(image->picture.width) * image->picture.height;
+  if (Status ok = fits(kComparedBytes * pixels, "comparing them"); !ok) return fail(ok.error());
   const float stops = stopsFor(*asked, *reference);
   const auto difference = comparePictures(image->picture, reference->picture, std::exp2(stops), a.image, a.reference);
   if (!difference) return fail(difference.error());
@@ -181,6 +192,7 @@ void addDiffCommand(CLI::App& app, Action& action) {
   command->add_option("--max-flip", a->maxFlip, "exit with 7 when the mean of FLIP is beyond this [0..1]");
   command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
   command->add_flag("--json", a->json, "print JSON");
+  addMemoryOption(*command, a->maxMemory);
   command->callback([a, &action] { action = [a] { return runDiff(*a); }; });
 }
 

@@ -9,6 +9,7 @@
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/describe.h"
+#include "tools/cli/reserve_bake.h"
 #include "tools/cli/terminal.h"
 
 #include <CLI/CLI.hpp>
@@ -86,14 +87,15 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options, 
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  Context context;
+  context.maxMemory = maxMemory;
   if (extension == ".glb" || extension == ".gltf") {
-    Context context;
-    context.maxMemory = maxMemory;
     context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
     const Result<Scene> scene = importGltf(file, context, toImportOptions(options));
     if (!scene) return scene.error();
     return describeScene(*scene, context);
   }
+  if (Status ok = reserveBake(context, "info", file); !ok) return ok.error();
   const Result<Bake> bake = mapBake(file);
   if (!bake) return bake.error();
   const Result<std::vector<ChunkInfo>> chunks = listChunks(file);

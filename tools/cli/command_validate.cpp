@@ -5,6 +5,8 @@
 #include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/reserve_bake.h"
+#include "tools/cli/terminal.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -19,6 +21,7 @@ namespace {
 
 struct ValidateArguments {
   std::string file;
+  std::uint64_t maxMemory = 0;
   bool json = false;
 };
 
@@ -41,6 +44,9 @@ int validateJson(const std::string& file, const Result<Bake>& bake, const std::v
 }
 
 int runValidate(const ValidateArguments& arguments) {
+  Context budget;
+  budget.maxMemory = arguments.maxMemory;
+  if (Status ok = reserveBake(budget, "validate", arguments.file); !ok) return fail(ok.error());
   const Result<Bake> bake = mapBake(arguments.file);
   const std::vector<Finding> findings = bake ? validateBake(*bake) : std::vector<Finding>{};
   const bool broken = std::any_of(findings.begin(), findings.end(),
@@ -62,6 +68,7 @@ void addValidateCommand(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ValidateArguments>();
   command->add_option("FILE", arguments->file, "Bake (.relume)")->type_name("FILE")->required();
   command->add_flag("--json", arguments->json, "Print JSON");
+  addMemoryOption(*command, arguments->maxMemory);
   command->callback([arguments, &action] { action = [arguments] { return runValidate(*arguments); }; });
 }
 

@@ -6,6 +6,7 @@
 #include "formats/file_io.h"
 
 #include <ImfChannelList.h>
+#include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
@@ -26,7 +27,9 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <exception>
 #include <fstream>
 #include <new>
@@ -74,6 +77,42 @@ Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::ui
                                      std::to_string(height) + " pixels expected, " + std::to_string(pixels) + " found"};
 }
 
+// How many bytes of pixels a byte of a file can stand for; 0 = no bound is known.
+double mostPacking(Imf::Compression compression) {
+  switch (compression) {
+    case Imf::NO_COMPRESSION:
+      return 1.0;
+    case Imf::RLE_COMPRESSION:
+      return 64.0;  // runs of 128 in two bytes
+    case Imf::ZIPS_COMPRESSION:
+    case Imf::ZIP_COMPRESSION:
+    case Imf::PXR24_COMPRESSION:
+      return 1032.0 * 4.0 / 3.0;  // deflate; PXR24 drops a byte of four before
+    default:
+      return 0.0;
+  }
+}
+
+// Whether the pixels that a header claims can be in the file, and in memory. A header of 300 bytes may claim gigabytes.
+Status checkClaim(const std::filesystem::path& path, const Imf::Header& header, double pixels,
+                  const MemoryCheck& fits) {
+  double stored = 0.0, count = 0.0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it, count += 1.0) {
+    const double every = std::max(1.0, double{1} * it.channel().xSampling * it.channel().ySampling);
+    stored += pixels / every * (it.channel().type == Imf::HALF ? 2.0 : 4.0);
+  }
+  std::error_code ec;
+  const double size = static_cast<double>(std::filesystem::file_size(path, ec));
+  const double packing = mostPacking(header.compression());
+  if (!ec && packing > 0.0 && stored > packing * size) {
+    std::array<char, 96> text;
+    std::snprintf(text.data(), text.size(), "\": claims %.0f pixels of %.0f channels in %.0f bytes", pixels, count,
+                  size);
+    return Error{ErrorCode::invalidFile, "\"" + path.string() + text.data()};
+  }
+  return fits ? fits(pixels * count * sizeof(float), "the image \"" + path.string() + "\"") : done();
+}
+
 }  // namespace
 
 void ChannelImage::setLayer(const std::string& name, std::span<const glm::vec3> pixels, const char* suffixes) {
@@ -94,7 +133,7 @@ std::vector<glm::vec3> ChannelImage::layer(const std::string& name, const char* 
   return pixels;
 }
 
-Result<ChannelImage> readExr(const std::filesystem::path& path) {
+Result<ChannelImage> readExr(const std::filesystem::path& path, const MemoryCheck& fits) {
   if (std::ifstream probe(path, std::ios::binary); !probe || probe.peek() == std::ifstream::traits_type::eof()) {
     return Error{ErrorCode::io, "cannot read \"" + path.string() + "\""};
   }
@@ -107,6 +146,8 @@ Result<ChannelImage> readExr(const std::filesystem::path& path) {
       return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": " + std::to_string(width) + " x " +
                                                std::to_string(height) + " pixels, at most 16384 x 16384 expected"};
     }
+    const double pixels = static_cast<double>(width) * static_cast<double>(height);
+    if (Status ok = checkClaim(path, file.header(), pixels, fits); !ok) return ok.error();
     ChannelImage image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
     Imf::FrameBuffer buffer;
     for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
@@ -122,6 +163,8 @@ Result<ChannelImage> readExr(const std::filesystem::path& path) {
     file.setFrameBuffer(buffer);
     file.readPixels(window.min.y, window.max.y);
     return image;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, "\"" + path.string() + "\": out of memory"};
   } catch (const std::exception& e) {
     return Error{ErrorCode::invalidFile, "\"" + path.string() + "\" is not a readable OpenEXR: " + e.what()};
   }

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -26,9 +27,13 @@ struct ChannelImage {
   std::vector<glm::vec3> layer(const std::string& layer, const char* suffixes = "RGB") const;
 };
 
+// Asked before so many bytes are allocated for something; its error ends the reading. Empty = there is memory enough.
+using MemoryCheck = std::function<Status(double bytes, const std::string& what)>;
+
 // Read a single-part scan-line or tiled OpenEXR; half channels are widened to float. io: not readable;
-// invalidFile: not an OpenEXR, broken, or larger than 16384 x 16384 pixels or 1024 channels.
-Result<ChannelImage> readExr(const std::filesystem::path& path);
+// invalidFile: not an OpenEXR, broken, larger than 16384 x 16384 pixels or 1024 channels, or of more pixels than a file
+// of its size can hold; errors of `fits`.
+Result<ChannelImage> readExr(const std::filesystem::path& path, const MemoryCheck& fits = {});
 
 // Write 32-bit float channels, ZIP compressed; with `half`, 16-bit ones, except Depth and Position. usage: a channel
 // whose size is not width x height; io: not writable.

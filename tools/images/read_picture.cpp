@@ -44,8 +44,8 @@ std::vector<std::string> split(const std::string& layers) {
   return names;
 }
 
-Result<PictureFile> readExrPicture(const std::string& path, const std::string& layers) {
-  const Result<ChannelImage> image = readExr(path);
+Result<PictureFile> readExrPicture(const std::string& path, const std::string& layers, const MemoryCheck& fits) {
+  const Result<ChannelImage> image = readExr(path, fits);
   if (!image) return image.error();
   PictureFile file{{image->width, image->height, {}}, false, "R,G,B"};
   std::size_t found = 0;
@@ -69,10 +69,17 @@ Result<PictureFile> readExrPicture(const std::string& path, const std::string& l
                            "; name one of its layers with --layer: " + layersOf(*image));
 }
 
-Result<PictureFile> readPngPicture(const std::string& path) {
-  const Result<FileBytes> bytes = readFile(path);
+Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& fits) {
+  constexpr double kPixelBytes = 2 * 4 + 12;  // as decoded, as four bytes, as numbers
+  const Result<FileBytes> bytes = readFile(path, kMaxImageBytes);
   if (!bytes) return bytes.error();
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes->bytes.data());
+  const Result<ImageSize> size = peekImage({first, bytes->bytes.size()}, "\"" + path + "\"");
+  if (!size) return size.error();
+  if (fits) {
+    const double pixels = static_cast<double>(size->width) * size->height;
+    if (Status ok = fits(kPixelBytes * pixels, "the image \"" + path + "\""); !ok) return ok.error();
+  }
   const Result<Image> image = decodeImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!image) return image.error();
   const Image::Level& level = image->levels.at(0);
@@ -88,7 +95,7 @@ Result<PictureFile> readPngPicture(const std::string& path) {
 
 }  // namespace
 
-Result<PictureFile> readPicture(const std::string& path, const std::string& layers) {
+Result<PictureFile> readPicture(const std::string& path, const std::string& layers, const MemoryCheck& fits) {
   std::array<unsigned char, 4> magic{};
   std::error_code ec;
   if (!std::filesystem::is_regular_file(path, ec)) {
@@ -98,8 +105,8 @@ Result<PictureFile> readPicture(const std::string& path, const std::string& laye
   std::ifstream in(path, std::ios::binary);
   if (!in) return Error{ErrorCode::io, "cannot read \"" + path + "\""};
   in.read(reinterpret_cast<char*>(magic.data()), magic.size());
-  if (in.gcount() == magic.size() && magic == kExrMagic) return readExrPicture(path, layers);
-  if (in.gcount() == magic.size() && magic == kPngMagic) return readPngPicture(path);
+  if (in.gcount() == magic.size() && magic == kExrMagic) return readExrPicture(path, layers, fits);
+  if (in.gcount() == magic.size() && magic == kPngMagic) return readPngPicture(path, fits);
   return invalid(path, "is neither an OpenEXR nor a PNG image");
 }
 

@@ -4,6 +4,7 @@
 
 #include "relume/result.h"
 #include "tools/images/image_diff.h"
+#include "tools/images/image_io.h"
 
 #include <string>
 
@@ -17,7 +18,7 @@ struct PictureFile {
 
 // Read a file of either kind, told by its first bytes. `layers` names layers of an OpenEXR joined by '+', which are
 // summed (".R", ".G", ".B" each); files that have none of them, and all when it is empty, give R, G, B. io: not
-// readable; invalidFile: no image, damaged, or without those channels, with the layers it has.
-Result<PictureFile> readPicture(const std::string& path, const std::string& layers);
+// readable; invalidFile: no image, damaged, or without those channels, with the layers it has; errors of `fits`.
+Result<PictureFile> readPicture(const std::string& path, const std::string& layers, const MemoryCheck& fits = {});
 
 }  // namespace relume

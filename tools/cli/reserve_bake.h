@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Bakes that commands look at, against --max-memory before they are mapped.
+#pragma once
+
+#include "bake/base/context.h"
+#include "relume/result.h"
+
+#include <string>
+#include <string_view>
+
+namespace relume {
+
+// Done where the file fits into Context::maxMemory (bake/base/memory_budget.h), or is not there, which its reader says
+// better. A bake is held as its file is: mapped, and read whole for its checksums.
+Status reserveBake(Context& context, std::string_view stage, const std::string& path);
+
+}  // namespace relume
