@@ -84,5 +84,23 @@ TEST_F(ViewerCommand, lightsOfAFileAreOn) {
   EXPECT_NE(log().find("has no \"position\""), std::string::npos) << log();
 }
 
+// Cameras that no node has are none of the level's: the viewer looks where `relume render` does.
+TEST_F(ViewerCommand, aLevelWithoutACameraIsFramed) {
+  const std::string level = changed(folder_ / "no_camera.glb", "\"camera\":", "\"cameri\":");
+  const std::string made = bake(level);
+  const int status = view(level, made, "frames", "--view albedo");
+  if (status == kNoGl) GTEST_SKIP() << log();
+  ASSERT_EQ(status, 0) << log();
+  // The projections agree but for the filter of their textures; another view differs by 0.5 and more.
+  const ProgramResult rendered =
+      runProgram({"render", level, "--aov", "albedo", "--size", "64x36", "--samples", "1", "--fov", "57.29578",
+                  "--exposure", "0", "--progress", "none", "-o", at("rendered.png")},
+                 folder_);
+  ASSERT_EQ(rendered.status, 0) << rendered.err;
+  const ProgramResult same = runProgram(
+      {"diff", (folder_ / "frames" / "frame_0000.png").string(), at("rendered.png"), "--max-flip", "0.3"}, folder_);
+  EXPECT_EQ(same.status, 0) << same.out << same.err;
+}
+
 }  // namespace
 }  // namespace relume

@@ -33,7 +33,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported.");
   app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->type_name("FILE")->required();
   app.add_option("--bake", o.bake, "bake of that scene (.relume)")->type_name("FILE")->required();
-  app.add_option("--camera", o.camera, "camera to start from; default: the scene's first");
+  app.add_option("--camera", o.camera,
+                 "camera to start from; default: the scene's first, or one that frames the level when it has none");
   app.add_option("--lights", o.lights,
                  "lights that are on at the start, by name, separated by commas; \"emissive\", \"all\", \"none\"")
       ->delimiter(',')

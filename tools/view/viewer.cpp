@@ -5,7 +5,9 @@
 #include "formats/color.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
+#include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"
+#include "tools/render/view_options.h"
 #include "tools/view/display.h"
 
 #include <glm/ext/matrix_transform.hpp>
@@ -270,15 +272,28 @@ std::vector<glm::vec3> Viewer::cacheColors() const {
   return colors;
 }
 
+namespace {
+
+Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
+  for (const Camera& c : scene.cameras) {
+    if (options.camera.empty() || c.name == options.camera) return FlyCamera::from(c);
+  }
+  if (!options.camera.empty())
+    return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
+  const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);
+  Context context;
+  const Result<FramedView> framed = frameLevel(scene, FlyCamera().yfovRad, aspect, context);
+  if (!framed) return framed.error();
+  return FlyCamera::from(lookAt(framed->eye, framed->target, FlyCamera().yfovRad));
+}
+
+}  // namespace
+
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
   ViewState state;
-  bool found = scene.cameras.empty() && options.camera.empty();
-  for (const Camera& c : scene.cameras) {
-    if (found || (!options.camera.empty() && c.name != options.camera)) continue;
-    state.camera = FlyCamera::from(c);
-    found = true;
-  }
-  if (!found) return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
+  const Result<FlyCamera> camera = initialCamera(scene, options);
+  if (!camera) return camera.error();
+  state.camera = *camera;
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
   for (const MovingNode& node : movingNodes(scene))

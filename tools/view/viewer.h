@@ -92,7 +92,8 @@ class Viewer {
   std::vector<std::pair<std::string, double>> times_;
 };
 
-// The state a scene starts with, as the command line has it. usage: a camera or light the scene does not know.
+// The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
+// does. usage: a camera or light the scene does not know.
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
 
 // Move the lights that orbit to where they are at `seconds`.
