@@ -10,8 +10,8 @@
 
 namespace relume {
 
-// Done where the file fits into Context::maxMemory (bake/base/memory_budget.h), or is not there, which its reader says
-// better. A bake is held as its file is: mapped, and read whole for its checksums.
+// Done where the file fits into Context::maxMemory (bake/base/memory_budget.h), or is no bake or not there, which its
+// reader says better. A bake is held as its file is: mapped, and read whole for its checksums.
 Status reserveBake(Context& context, std::string_view stage, const std::string& path);
 
 }  // namespace relume
