@@ -22,7 +22,8 @@ constexpr float kMaxBackShare = 0.25f;          // of a free point's hits
 constexpr float kMargin = 0.5f;                 // of the level's size, added all around: seen from outside
 constexpr float kDefaultAspect = 16.0f / 9.0f;  // of cameras that leave it to the viewport
 
-// Whether rays all around hit something, and mostly fronts. Sheets that show both sides have only fronts.
+// Whether rays all around hit something, and mostly fronts that are farther than rays can tell: a gap between coplanar
+// surfaces is no free space. Sheets that show both sides have only fronts.
 bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
   std::array<Ray, kProbes> rays;
   std::array<Hit, kProbes> hits;
@@ -32,7 +33,8 @@ bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
   for (const Hit& hit : hits) {
     if (!hit) continue;
     const bool sheet = tracer.scene().bothSides(tracer.scene().instances[hit.instance], hit.triangle);
-    ++(hit.back && !sheet ? backs : fronts);
+    const bool inGap = hit.distance < tracer.epsilonAt(p);
+    ++((hit.back && !sheet) || inGap ? backs : fronts);
   }
   return fronts > 0 && static_cast<float>(backs) <= kMaxBackShare * static_cast<float>(fronts + backs);
 }

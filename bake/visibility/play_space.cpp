@@ -35,7 +35,6 @@ constexpr std::size_t kReceivers = 1u << 14;  // points handed over
 constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
 constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
-constexpr float kMinCellShare = 4e-6f;        // of the largest coordinate: floats tell no finer cells apart
 constexpr float kFarLooks = 64.0f;            // times that distance is far: nobody goes there
 constexpr double kOutermostHits = 0.01;       // left out of the box around what is looked at, at each end
 constexpr double kMinFarShare = 1e-4;         // of all hits, that make a far side matter
@@ -175,8 +174,9 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartPla
   }
   tracer.trace(rays, hits);
   std::vector<float> distances;
-  for (const Hit& hit : hits) {
-    if (hit) distances.push_back(hit.distance);
+  for (std::size_t i = 0; i < kProbes; ++i) {
+    // Cells are a share of this distance, and none may be finer than what rays can tell.
+    if (hits[i] && hits[i].distance > tracer.epsilonAt(rays[i].origin)) distances.push_back(hits[i].distance);
   }
   if (distances.empty()) return {};
   std::sort(distances.begin(), distances.end());
@@ -339,8 +339,6 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   CellGrid grid;
   grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
                        kMaxCellShare * look.distance);
-  const glm::vec3 farthest = glm::max(glm::abs(tracer.boundsMin()), glm::abs(tracer.boundsMax()));
-  grid.size = std::max(grid.size, kMinCellShare * std::max({farthest.x, farthest.y, farthest.z}));
   grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
   Counts counts(grid, kFarLooks * look.distance, sides);
   std::vector<glm::vec3> pool;

@@ -90,11 +90,11 @@ inline std::array<glm::vec3, 2> boxOf(const std::array<glm::vec3, 3>& corners, s
   return {low, high};
 }
 
-// Visit the blocks of at most 2 squares' width that meet what `meets(low, high)` says yes to.
+// Visit the blocks of at most 8 squares' width that meet what `meets(low, high)` says yes to.
 template <class Meets, class Visit>
 void forEachBlock(const std::array<glm::vec3, 3>& corners, std::uint32_t along, const Meets& meets,
                   const Visit& visit) {
-  constexpr std::uint32_t kBlock = 2;
+  constexpr std::uint32_t kBlock = 8;
   std::vector<PartBlock> stack;
   stack.push_back({0, 0, std::bit_ceil(std::max(along, kBlock))});
   while (!stack.empty()) {
