@@ -30,10 +30,6 @@ bool holds(const std::vector<std::uint32_t>& parent, std::uint32_t node, std::ui
   return leaf == node;
 }
 
-double leavesUnder(const Hierarchy& h, std::uint32_t node) {
-  return h.isLeaf(node) ? 1.0 : leavesUnder(h, h.child[node]) + leavesUnder(h, h.child[node] + 1);
-}
-
 std::vector<std::uint32_t> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uint32_t maxNodes,
                                  LinkOptions::CutKey key = kTransfer) {
   std::vector<CutCandidate> queue;
