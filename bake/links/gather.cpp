@@ -155,7 +155,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
         if (!sky_.empty()) leaf = hierarchy_.leafNode[surfelCount_ + sky_.nearest(sample.direction)];
       }
       if (leaf == kNone) continue;
-      arrivals[arrived++] = {leaf, weight, sample.cosine, hit.distance, sample.direction};
+      arrivals[arrived++] = {leaf, weight, sample.cosine, sample.direction};
     }
   }
   arrivals.resize(arrived);
@@ -196,7 +196,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const float weight = weigh(scratch.sides[i], hit.distance, direction, scratch.chances, even);
       const std::uint32_t leaf = scratch.cells[i] == kNone ? kNone : leafOfCell_[scratch.cells[i]];
       if (weight == even || leaf == kNone) continue;  // not an emitter
-      arrivals.push_back({leaf, weight, cosine, hit.distance, direction});
+      arrivals.push_back({leaf, weight, cosine, direction});
     }
   }
 }

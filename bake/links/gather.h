@@ -23,7 +23,6 @@ struct Arrival {
   std::uint32_t leaf;   // node
   float weight;         // w = 1 / (pi p K): sum of w y_i over rays estimates c_i
   float cosine;         // with the cache's normal; 1 at grid caches
-  float distance;       // [m] infinite for the sky
   glm::vec3 direction;  // unit, cache toward sender
 };
 

@@ -12,18 +12,13 @@ namespace {
 
 using CutKey = LinkOptions::CutKey;
 
-// Centre and radius of every node, the sky put on a sphere of the level's radius.
-struct Shape {
-  std::vector<glm::vec3> center;  // [m]
-  std::vector<float> radius;      // [m]
-};
-
-Shape shapeWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry, std::uint32_t surfelCount) {
-  Shape shape{geometry.center, geometry.radius};
-  if (hierarchy.skyDirection.empty()) return shape;
+// Centre of every node [m], the sky put on a sphere of the level's radius.
+std::vector<glm::vec3> centersWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry,
+                                      std::uint32_t surfelCount) {
+  std::vector<glm::vec3> center = geometry.center;
+  if (hierarchy.skyDirection.empty()) return center;
   const float level = levelRadius(hierarchy, geometry);
 
-  const float patchRadius = 1.0f / std::sqrt(static_cast<float>(hierarchy.skyDirection.size()));
   std::vector<std::uint32_t> patches(hierarchy.nodeCount(), 0);
   for (std::uint32_t node = hierarchy.nodeCount(); node-- > 0;) {
     glm::vec3 mean(0.0f);
@@ -35,14 +30,12 @@ Shape shapeWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry, std
       const std::uint32_t a = hierarchy.child[node], b = a + 1;
       if (patches[a] == 0 || patches[b] == 0) continue;
       patches[node] = patches[a] + patches[b];
-      mean = (shape.center[a] * static_cast<float>(patches[a]) + shape.center[b] * static_cast<float>(patches[b])) /
+      mean = (center[a] * static_cast<float>(patches[a]) + center[b] * static_cast<float>(patches[b])) /
              (level * static_cast<float>(patches[node]));
     }
-    shape.center[node] = mean * level;
-    // Unit vectors lie sqrt(1 - |mean|²) from their mean, root mean square.
-    shape.radius[node] = level * std::sqrt(std::max(1.0f - glm::dot(mean, mean), patchRadius * patchRadius));
+    center[node] = mean * level;
   }
-  return shape;
+  return center;
 }
 
 // No cluster mixes emitters and reflectors: a node emits when its leaves do.
@@ -104,16 +97,15 @@ std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& ge
                               std::span<const glm::vec3> emission) {
   std::vector<CutNode> nodes(hierarchy.nodeCount());
   if (key == CutKey::transfer) return nodes;
-  const Shape shape = shapeWithSky(hierarchy, geometry, static_cast<std::uint32_t>(emission.size()));
+  const std::vector<glm::vec3> center =
+      centersWithSky(hierarchy, geometry, static_cast<std::uint32_t>(emission.size()));
   const std::vector<std::uint8_t> emits = emittingNodes(hierarchy, emission);
   const float surfelWidth = emission.empty() ? 0.0f : std::sqrt(geometry.area[hierarchy.leafNode[0]]);
   for (std::uint32_t node = 0; node < nodes.size(); ++node) {
     nodes[node].firstWeight = hierarchy.firstWeight[node];
-    nodes[node].extent = shape.radius[node];
-    if (!hierarchy.isLeaf(node)) {
-      const std::uint32_t a = hierarchy.child[node], b = a + 1;
-      nodes[node].extent = glm::length(shape.center[a] - shape.center[b]) + surfelWidth;
-    }
+    if (hierarchy.isLeaf(node)) continue;
+    const std::uint32_t a = hierarchy.child[node], b = a + 1;
+    nodes[node].extent = glm::length(center[a] - center[b]) + surfelWidth;
     if (emits[node]) nodes[node].extent *= kEmitterWeight * kEmitterWeight;  // the key is quadratic in light
   }
   sumHidden(hierarchy, nodes);

@@ -16,7 +16,7 @@ namespace relume {
 // What the keys need to know of a node. [Size nodes]
 struct CutNode {
   float firstWeight = 0.0f;  // share of the first child in the average a link reads, equal areas
-  float extent = 0.0f;       // readError: distance of the children's centres and a surfel's width [m]
+  float extent = 0.0f;       // readError: distance of the children's centres and a surfel's width [m]; 0 at leaves
   double hidden = 0.0;       // readError: sum over the ancestors of extent * (share of the child that is not on the
                              // way to this node)²: what seeing only this node of them costs
 };
@@ -24,8 +24,8 @@ struct CutNode {
 // Fill in CutNode::hidden from weights and extents.
 void sumHidden(const Hierarchy& hierarchy, std::span<CutNode> nodes);
 
-// A sky node's extent is its angular size times the radius of the level; an emitter's counts kEmitterWeight times, for
-// its light is that much stronger. sky senders start at emission.size().
+// The sky stands on a sphere of the level's radius; an emitter's light counts kEmitterWeight times, for it is that much
+// stronger. Sky senders start at emission.size().
 inline constexpr float kEmitterWeight = 8.0f;
 std::vector<CutNode> cutNodes(const Hierarchy& hierarchy, const NodeGeometry& geometry, LinkOptions::CutKey key,
                               std::span<const glm::vec3> emission);

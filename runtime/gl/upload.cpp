@@ -283,8 +283,7 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
 }  // namespace
 
 GroupThreads groupThreadsOf(const char* renderer) {
-  const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe") ||
-                                     std::strstr(renderer, "SwiftShader"));
+  const bool software = renderer && (std::strstr(renderer, "llvmpipe") || std::strstr(renderer, "softpipe"));
   return software ? GroupThreads::serial : GroupThreads::parallel;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a game reads from an exported level: coordinates, light, and everything else as it was.
-#include "tests/export/exported.h"
-#include "tests/pipeline/tiny_bake.h"
+#include "tests/export/shared_levels.h"
 #include "tools/render/render_cpu.h"
 
 #include <fstream>
@@ -12,24 +11,13 @@ namespace {
 
 using nlohmann::json;
 using test::Exported;
+using test::isHusk;
+using test::kLevel;
+using test::madeLevel;
+using test::nodeNamed;
+using test::someOptions;
+using test::twoRooms;
 using testing::GltfBuilder;
-
-const std::filesystem::path kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
-
-BakeOptions someOptions() {
-  BakeOptions options = test::tinyBakeOptions();
-  options.caches.lightmapCaches = 400;
-  return options;
-}
-
-const Exported& twoRooms() {
-  static const Exported made = [] {
-    BakeOptions options = presetOptions(Preset::draft);
-    options.surfels.count = 2000;
-    return test::exportOf(kLevel, options);
-  }();
-  return made;
-}
 
 // JSON without what an export may change.
 json unchanging(json root) {
@@ -37,28 +25,6 @@ json unchanging(json root) {
   for (json& node : root["nodes"]) node.erase("mesh");
   root["asset"].erase("extras");
   return root;
-}
-
-// What pruning leaves of an accessor or a view.
-bool isHusk(const json& element) {
-  return element.contains("componentType") ? element["count"] == 1 && !element.contains("bufferView")
-                                           : element["byteLength"] == 4 && !element.contains("byteOffset");
-}
-
-// What was not pruned reads as it did.
-void expectSameValues(const std::filesystem::path& before, const std::filesystem::path& after) {
-  Context context;
-  const auto a = loadGltfDocument(before, context), b = loadGltfDocument(after, context);
-  ASSERT_TRUE(a && b);
-  AccessorReader readA(*a), readB(*b);
-  const json root = test::jsonOf(after);
-  for (std::size_t i = 0; i < a->model.accessors.size(); ++i) {
-    if (isHusk(root["accessors"][i])) continue;
-    const auto p = readA.floats(static_cast<int>(i), 1, 4, "before"),
-               q = readB.floats(static_cast<int>(i), 1, 4, "now");
-    ASSERT_TRUE(p && q) << i;
-    EXPECT_EQ((*p)->values, (*q)->values) << "accessor " << i;
-  }
 }
 
 TEST(ExportLevel, everyCornerOfTheSampleLevelHasTheBakesCoordinate) {
@@ -198,128 +164,6 @@ TEST(ExportLevel, aPixelLooksUpWhatIsRendered) {
   EXPECT_GT(compared, request.width * request.height / 3);
 }
 
-// A closed box of eight welded vertices, from within or from outside.
-struct Box {
-  std::vector<float> position;
-  std::vector<std::uint16_t> index;
-};
-Box weldedBox(float size, bool inward) {
-  Box box;
-  for (int v = 0; v < 8; ++v) {
-    for (int axis = 0; axis < 3; ++axis) box.position.push_back((v >> axis & 1) ? size : 0.0f);
-  }
-  const std::uint16_t quads[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                     {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& q : quads) {
-    const std::uint16_t a = q[0], b = inward ? q[3] : q[1], c = q[2], d = inward ? q[1] : q[3];
-    box.index.insert(box.index.end(), {a, b, c, a, c, d});
-  }
-  return box;
-}
-
-// A room with one of everything that an export has to carry.
-GltfBuilder madeLevel() {
-  GltfBuilder b;
-  b.root["extensionsUsed"] = {"EXT_mesh_gpu_instancing", "VENDOR_weather", "KHR_lights_punctual"};
-  b.root["extensions"]["VENDOR_weather"] = {{"rain", 0.1}, {"accessor", 0}};
-  b.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 3.25}}};
-  b.root["asset"]["extras"] = {{"author", "someone"}, {"relume", {{"lightUnit", "radiometric"}}}};
-  b.root["extras"] = {1, "two", nullptr};
-  b.material({{"name", "plaster"}, {"doubleSided", true}, {"extras", {{"wet", 0.30000000000000004}}}});
-
-  const Box room = weldedBox(4.0f, true), crate = weldedBox(0.5f, false);
-  b.root["meshes"].push_back(
-      {{"name", "room"},
-       {"primitives",
-        {{{"attributes", {{"POSITION", b.floats(room.position, "VEC3")}}}, {"indices", b.indices(room.index)}}}}});
-  // A crate with 8-bit colours, joints, an attribute of its own, sparse, and a sparse morph target.
-  std::vector<std::uint8_t> colors, joints(32, 0);
-  std::vector<float> weights, foo(8, 0.5f), normals;
-  for (std::uint8_t v = 0; v < 8; ++v) {
-    colors.insert(colors.end(), {static_cast<std::uint8_t>(10 * v), 200, 30, 0});  // three of four bytes are read
-    weights.insert(weights.end(), {1, 0, 0, 0});
-    for (int axis = 0; axis < 3; ++axis) normals.push_back((v >> axis & 1) ? 0.57735026f : -0.57735026f);
-  }
-  const int fooAccessor = b.floats(foo, "SCALAR");
-  b.root["accessors"][static_cast<std::size_t>(fooAccessor)]["sparse"] = {
-      {"count", 2},
-      {"indices", {{"bufferView", b.view(std::vector<std::uint8_t>{1, 6})}, {"componentType", 5121}}},
-      {"values", {{"bufferView", b.view(std::vector<float>{7.0f, 8.0f})}}}};
-  b.root["accessors"].push_back(
-      {{"componentType", 5126},
-       {"count", 8},
-       {"type", "VEC3"},
-       {"sparse",
-        {{"count", 1},
-         {"indices", {{"bufferView", b.view(std::vector<std::uint16_t>{7})}, {"componentType", 5123}}},
-         {"values", {{"bufferView", b.view(std::vector<float>{0.1f, 0.2f, 0.3f})}}}}}});
-  const int target = static_cast<int>(b.root["accessors"].size()) - 1;
-  b.root["meshes"].push_back({{"name", "crate"},
-                              {"weights", {0.0}},
-                              {"extras", {{"breakable", true}}},
-                              {"primitives",
-                               {{{"attributes",
-                                  {{"POSITION", b.floats(crate.position, "VEC3")},
-                                   {"NORMAL", b.floats(normals, "VEC3")},
-                                   {"COLOR_0", b.accessor(b.view(colors, 4), 5121, 8, "VEC3", true)},
-                                   {"JOINTS_0", b.accessor(b.view(joints), 5121, 8, "VEC4")},
-                                   {"WEIGHTS_0", b.floats(weights, "VEC4")},
-                                   {"_FOO", fooAccessor}}},
-                                 {"targets", {{{"POSITION", target}}}},
-                                 {"material", 0},
-                                 {"indices", b.indices(crate.index)},
-                                 {"extensions", {{"VENDOR_paint", {{"layers", 3}}}}}}}}});
-  // A step as a strip, welded over its edge, one of its triangles without area.
-  b.root["meshes"].push_back(
-      {{"name", "step"},
-       {"primitives",
-        {{{"mode", 5},
-          {"attributes", {{"POSITION", b.floats({1, 0, 0, 2, 0, 0, 1, 1, 0, 2, 1, 0, 1, 1, -1, 2, 1, -1}, "VEC3")}}},
-          {"indices", b.indices({0, 1, 2, 3, 3, 4, 5})}}}}});
-  const auto node = [&](const char* name, int mesh, json translation) {
-    return b.node({{"name", name}, {"mesh", mesh}, {"translation", std::move(translation)}});
-  };
-  node("room", 0, {0, 0, 0});
-  node("crate_a", 1, {0.5, 0.0, 0.5});
-  const int mirrored = node("crate_b", 1, {3.0, 0.0, 0.5});
-  b.root["nodes"][static_cast<std::size_t>(mirrored)]["scale"] = {-1, 1, 1};
-  node("step", 2, {0, 0, 2});
-  const int rows = node("rows", 1, {0.25, 0, 2.5});
-  json& instanced = b.root["nodes"][static_cast<std::size_t>(rows)];
-  instanced["weights"] = {0.25};
-  instanced["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
-      {"TRANSLATION", b.floats({0, 0, 0, 1, 0.1f, 0, 2.3f, 0, 0}, "VEC3")},
-      {"ROTATION",
-       b.accessor(b.view(std::vector<std::int8_t>{0, 0, 0, 127, 0, 90, 0, 90, 0, 0, 0, 127}), 5120, 3, "VEC4", true)},
-      {"_ID", b.floats({10, 11, 12}, "SCALAR")}};
-  const int lamp =
-      b.node({{"name", "lamp"}, {"translation", {2, 3, 2}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-  b.root["nodes"].push_back({{"name", "rows_child"}, {"translation", {0, 1, 0}}});
-  instanced["children"] = {lamp + 1};
-  b.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}}};
-  b.node({{"name", "eye"}, {"camera", 0}, {"translation", {2, 2, 3.5}}});
-  // What moves: the crate with a skin, and the weights of the rows.
-  const int joint = b.node({{"name", "joint"}});
-  b.root["skins"] = {{{"joints", {joint}}}};
-  const int walker = b.node({{"name", "walker"}, {"mesh", 1}, {"skin", 0}});
-  const int times = b.floats({0, 1}, "SCALAR"), places = b.floats({0, 0, 0, 1, 0, 0}, "VEC3"),
-            morph = b.floats({0, 1}, "SCALAR");
-  b.root["animations"] = {
-      {{"samplers", {{{"input", times}, {"output", places}}, {{"input", times}, {"output", morph}}}},
-       {"channels",
-        {{{"sampler", 0}, {"target", {{"node", walker}, {"path", "translation"}}}},
-         {{"sampler", 1}, {"target", {{"node", rows}, {"path", "weights"}}}}}}}};
-  return b;
-}
-
-const json& nodeNamed(const json& root, const std::string& name) {
-  for (const json& node : root["nodes"]) {
-    if (node.value("name", "") == name) return node;
-  }
-  ADD_FAILURE() << "no node " << name;
-  return root["nodes"][0];
-}
-
 TEST(ExportLevel, everythingOfAMadeLevelIsCarried) {
   for (const char* name : {"level.glb", "level.gltf"}) {
     const Exported e = test::exportOf(madeLevel().write(name), someOptions());
@@ -411,62 +255,6 @@ TEST(ExportLevel, splitVerticesKeepAllTheirAttributes) {
   };
   for (const auto& [name, accessor] : source["attributes"].items()) check(accessor, made["attributes"][name], name);
   check(source["targets"][0]["POSITION"], made["targets"][0]["POSITION"], "target");
-}
-
-// Every byte of the sample level's export belongs to something, but for what a step of 16 leaves.
-TEST(ExportLevel, bytesThatNothingRefersToAreCut) {
-  const Exported& e = twoRooms();
-  EXPECT_GT(e.level.bytesPruned, 0u);
-  expectSameValues(kLevel, e.path);
-  std::uint64_t live = 0, husks = 0;
-  for (const json& view : e.after["bufferViews"]) {
-    husks += isHusk(view);
-    if (!isHusk(view)) live += view["byteLength"].get<std::uint64_t>();
-  }
-  EXPECT_GT(husks, 0u);
-  const auto bytes = e.after["buffers"][0]["byteLength"].get<std::uint64_t>();
-  EXPECT_LE(bytes, live + 32 * e.after["bufferViews"].size());
-  EXPECT_GE(bytes, live);
-}
-
-// An integer of an unknown extension may be the number of an accessor: room's positions stay while one is there.
-TEST(ExportLevel, whatAnUnknownExtensionMayMeanStays) {
-  GltfBuilder b = madeLevel();
-  const Exported kept = test::exportOf(b.write("level.glb"), someOptions());
-  EXPECT_EQ(kept.after["accessors"][0], kept.before["accessors"][0]);
-  expectSameValues(testing::testFolder() / "level.glb", kept.path);
-  b.root["extensions"]["VENDOR_weather"].erase("accessor");
-  const Exported cut = test::exportOf(b.write("level.glb"), someOptions());
-  EXPECT_TRUE(isHusk(cut.after["accessors"][0])) << cut.after["accessors"][0];
-  EXPECT_GT(cut.level.bytesPruned, kept.level.bytesPruned);
-  expectSameValues(testing::testFolder() / "level.glb", cut.path);
-  test::expectSameSurfaces(cut.scene, cut.again);
-  b.root["meshes"][0]["extras"]["collider"] = {{"accessor", 0}};
-  const Exported meant = test::exportOf(b.write("level.glb"), someOptions());
-  EXPECT_EQ(meant.after["accessors"][0], meant.before["accessors"][0]);
-}
-
-// One view for two meshes, of which one is split: the other's part of it stays, at another place.
-TEST(ExportLevel, viewsOfSeveralAccessorsAreCutBetweenThem) {
-  GltfBuilder b;
-  const Box room = weldedBox(4.0f, true);
-  std::vector<float> positions = {7, 7, 7};  // nobody's, and nobody knows
-  positions.insert(positions.end(), room.position.begin(), room.position.end());
-  const std::size_t second = positions.size();
-  positions.insert(positions.end(), {1, 1, 1, 2, 1, 1, 2, 2, 1, 1, 2, 1});
-  const int view = b.view(positions);
-  const int a = b.accessor(view, 5126, 8, "VEC3"), c = b.accessor(view, 5126, 4, "VEC3");
-  b.root["accessors"][static_cast<std::size_t>(a)]["byteOffset"] = 12;
-  b.root["accessors"][static_cast<std::size_t>(c)]["byteOffset"] = 4 * second;
-  b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", a}}}, {"indices", b.indices(room.index)}})}});
-  b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", c}}}, {"indices", b.indices({0, 1, 2, 0, 2, 3})}})},
-          {"extras", {{"relume", {{"bake", "dynamic"}}}}}});
-  const Exported e = test::exportOf(b.write("level.glb"), someOptions());
-  EXPECT_TRUE(isHusk(e.after["accessors"][static_cast<std::size_t>(a)]));
-  EXPECT_FALSE(isHusk(e.after["bufferViews"][static_cast<std::size_t>(view)]));
-  EXPECT_LT(e.after["bufferViews"][static_cast<std::size_t>(view)]["byteLength"], 4 * positions.size());
-  expectSameValues(testing::testFolder() / "level.glb", e.path);
-  test::expectSameSurfaces(e.scene, e.again);
 }
 
 // KHR_animation_pointer names a mesh of which there are several now, and GPU instances that are nodes now.

@@ -20,15 +20,13 @@ std::vector<Arrival> joinByLeaf(std::vector<Arrival>& arrivals) {
   std::stable_sort(arrivals.begin(), arrivals.end(),
                    [](const Arrival& a, const Arrival& b) { return a.leaf < b.leaf; });
   for (std::size_t i = 0; i < arrivals.size();) {
-    Arrival sum{arrivals[i].leaf, 0.0f, 0.0f, 0.0f, glm::vec3(0.0f)};
+    Arrival sum{arrivals[i].leaf, 0.0f, 0.0f, glm::vec3(0.0f)};
     for (; i < arrivals.size() && arrivals[i].leaf == sum.leaf; ++i) {
       sum.weight += arrivals[i].weight;
       sum.cosine += arrivals[i].weight * arrivals[i].cosine;
-      sum.distance += arrivals[i].weight * arrivals[i].distance;
       sum.direction += arrivals[i].weight * arrivals[i].direction;
     }
     sum.cosine /= sum.weight;
-    sum.distance /= sum.weight;
     sum.direction /= sum.weight;
     joined.push_back(sum);
   }

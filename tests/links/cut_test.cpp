@@ -200,7 +200,7 @@ TEST(SelectCut, refinesTheLargestTransferFirst) {
   const LeafOrder order(h);
   TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
-  tree.build(std::vector<Arrival>{{3, 1, 1, 1, z}, {4, 1, 1, 1, z}, {5, 2, 1, 1, z}, {6, 2, 1, 1, z}}, 1.0f);
+  tree.build(std::vector<Arrival>{{3, 1, 1, z}, {4, 1, 1, z}, {5, 2, 1, z}, {6, 2, 1, z}}, 1.0f);
   const auto nodes = [&](std::uint32_t maxNodes) {
     std::vector<std::uint32_t> n;
     for (const std::uint32_t slot : cutOf(tree, h, maxNodes)) n.push_back(tree[slot].node);
@@ -224,7 +224,7 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
   TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
   // Node 1: both halves alike, and most of the light. Node 2: leaf 5 alike with half of node 6, the other half hidden.
-  tree.build(std::vector<Arrival>{{3, 9, 1, 1, z}, {4, 9, 1, 1, z}, {5, 1, 1, 1, z}, {7, 1, 1, 1, z}}, 1.0f);
+  tree.build(std::vector<Arrival>{{3, 9, 1, z}, {4, 9, 1, z}, {5, 1, 1, z}, {7, 1, 1, z}}, 1.0f);
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
   sumHidden(h, cutNode);

@@ -165,7 +165,7 @@ inline std::vector<Arrival> randomArrivals(const Hierarchy& hierarchy, std::uint
   for (std::uint32_t i = 0; i < count; ++i) {
     glm::vec3 d(random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.4f);
     const std::uint32_t leaf = hierarchy.leafNode[random.below(hierarchy.senderCount())];
-    arrivals.push_back({leaf, 0.5f + random.uniform(), random.uniform(), 1.0f + random.uniform(), glm::normalize(d)});
+    arrivals.push_back({leaf, 0.5f + random.uniform(), random.uniform(), glm::normalize(d)});
   }
   return arrivals;
 }
