@@ -49,7 +49,8 @@ struct BackendRequest {
 // Backends keep alive what they read of the bake's arrays every frame. The bake has passed checkBake().
 // usage: the processor lacks the instruction set that was asked for.
 Result<std::unique_ptr<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request);
-// unsupported: no OpenGL 4.3, buffers too large, or a build without OpenGL; failed: a shader's log.
+// usage: no getProcAddress; unsupported: no OpenGL 4.3, a function of it missing, buffers too large, or a build without
+// OpenGL; failed: a shader's log.
 Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request);
 
 }  // namespace relume

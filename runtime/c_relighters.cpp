@@ -53,6 +53,11 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.chromaBands = read.chroma_bands;
     options.parallelFor = parallelForOf(bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
+    if (read.get_proc_address != nullptr) {
+      options.getProcAddress = [&read](const char* name) {
+        return read.get_proc_address(read.get_proc_address_user, name);
+      };
+    }
     auto made = std::make_unique<relume_relighter>();
     Result<relume::Relighter> created = relume::Relighter::create(bake->bake, options);
     if (!created) return created.error();

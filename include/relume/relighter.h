@@ -44,6 +44,11 @@ enum class BackendKind { cpu, gl };
 // plain loop on the calling thread.
 using ParallelFor = std::function<void(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body)>;
 
+// Address of the OpenGL function `name` ("glUseProgram") for the context that is current, null where there is none:
+// glfwGetProcAddress, eglGetProcAddress and SDL 3's SDL_GL_GetProcAddress as they are; SDL 2's with its void* cast.
+using GlProc = void (*)();
+using GetProcAddress = std::function<GlProc(const char* name)>;
+
 // Instruction sets of the CPU backend's inner loops. `best` asks the processor.
 enum class Simd { best, baseline, avx2, avx512 };
 
@@ -59,6 +64,9 @@ struct RelightOptions {
   // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), textures on units of its own
   // below 12). Empty = nothing is in shadow.
   std::string visibilityGlsl{};
+  // GL backend, which needs it: where it gets OpenGL's functions from. Called within create() alone; each relighter
+  // keeps the addresses that it was given, and the library links no OpenGL.
+  GetProcAddress getProcAddress{};
 };
 
 struct PassTime {
@@ -114,9 +122,9 @@ struct AmbientVolume {
 
 class Relighter {
  public:
-  // usage: bands out of range, a Simd the processor lacks; unsupported: no OpenGL 4.3, buffers larger than the driver
-  // allows; invalidFile: the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in
-  // the message).
+  // usage: bands out of range, a Simd the processor lacks, the GL backend without getProcAddress; unsupported: no
+  // OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver allows; invalidFile:
+  // the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in the message).
   static Result<Relighter> create(const Bake& bake, const RelightOptions& options);
   Relighter(Relighter&&) noexcept;
   Relighter& operator=(Relighter&&) noexcept;

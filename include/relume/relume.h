@@ -134,6 +134,10 @@ RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t fir
 
 /* ---- Relighters ---- */
 
+/* Address of the OpenGL function `name` ("glUseProgram") for the context that is current, NULL where there is none. */
+typedef void (*relume_gl_proc)(void);
+typedef relume_gl_proc (*relume_get_proc_address)(void* user, const char* name);
+
 typedef struct relume_relighter_desc {
   size_t struct_size;
   relume_backend backend;
@@ -142,9 +146,16 @@ typedef struct relume_relighter_desc {
   /* RELUME_BACKEND_GL: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)`.
    * NULL or "" = nothing is in shadow. */
   const char* visibility_glsl;
+  /* RELUME_BACKEND_GL, which needs it: calls glfwGetProcAddress(name), eglGetProcAddress(name),
+   * SDL_GL_GetProcAddress(name) or what else made the context. Called within relume_relighter_create() alone; each
+   * relighter keeps the addresses that it was given, and the library links no OpenGL. */
+  relume_get_proc_address get_proc_address;
+  void* get_proc_address_user; /* handed to it */
 } relume_relighter_desc;
 
-/* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call. */
+/* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call.
+ * RELUME_ERROR_USAGE: no get_proc_address with RELUME_BACKEND_GL; RELUME_ERROR_UNSUPPORTED: no OpenGL 4.3, or one of
+ * its functions is NULL, which the text names. */
 RELUME_API relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_desc* desc,
                                                  relume_relighter** relighter);
 RELUME_API void relume_relighter_destroy(relume_relighter* relighter);

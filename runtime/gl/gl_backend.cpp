@@ -16,19 +16,13 @@
 namespace relume::gl {
 namespace {
 
-void storageBarrier() { glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
-
-// OpenGL 4.3 as 43; 0 without a context.
-int contextVersion() {
-  const auto* text = reinterpret_cast<const char*>(glGetString(GL_VERSION));
-  return text ? epoxy_gl_version() : 0;
-}
+void storageBarrier(const Functions& gl) { gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
 
 // All layers of an array of RGBA16F. State must be saved.
-void readTexture(GLuint texture, std::uint16_t* halves) {
-  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
-  glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
-  glGetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA, GL_HALF_FLOAT, halves);
+void readTexture(const Functions& gl, GLuint texture, std::uint16_t* halves) {
+  gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  gl.BindTexture(GL_TEXTURE_2D_ARRAY, texture);
+  gl.GetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA, GL_HALF_FLOAT, halves);
 }
 
 constexpr std::size_t kWordHalves = 4;
@@ -41,35 +35,28 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 
 }  // namespace
 
-Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaBands, int chromaBands,
-                                                     std::string_view visibilityGlsl,
+Result<std::unique_ptr<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, int lumaBands,
+                                                     int chromaBands, std::string_view visibilityGlsl,
                                                      std::optional<GroupThreads> wanted) {
-  const int version = contextVersion();
-  if (version < 43 || !epoxy_is_desktop_gl()) {
-    return Error{
-        ErrorCode::unsupported,
-        "the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
-            (version == 0 ? std::string("none") : std::to_string(version / 10) + "." + std::to_string(version % 10))};
-  }
   const GroupThreads threads =
-      wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+      wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
-  const SavedState saved;
-  std::unique_ptr<GlBackend> backend(new GlBackend(bake, lumaBands, chromaBands));
-  Result<GpuBake> gpu = uploadBake(bake, lumaBands, chromaBands, threads);
+  const SavedState saved(gl);
+  std::unique_ptr<GlBackend> backend(new GlBackend(gl, bake, lumaBands, chromaBands));
+  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, lumaBands, chromaBands, threads);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
-  Result<BouncePass> bounce = BouncePass::create(lumaBands, chromaBands, irradianceOnMap);
+  Result<BouncePass> bounce = BouncePass::create(backend->gl_, lumaBands, chromaBands, irradianceOnMap);
   if (!bounce) return bounce.error();
   backend->bounce_ = std::move(*bounce);
-  Result<SurfelPass> surfels = SurfelPass::create(visibilityGlsl);
+  Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
-  Result<PullPass> pull = PullPass::create(backend->gpu_.pullGroup);
+  Result<PullPass> pull = PullPass::create(backend->gl_, backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
   Result<CachePass> caches =
-      CachePass::create(lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, threads);
+      CachePass::create(backend->gl_, lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, threads);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
   Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap));
@@ -90,26 +77,26 @@ Result<std::unique_ptr<GlBackend>> GlBackend::create(const Bake& bake, int lumaB
 }
 
 void GlBackend::bindSurfels() const {
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_WORDS, gpu_.surfels.get());
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gpu_));
+  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_WORDS, gpu_.surfels.get());
+  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gl_, gpu_));
 }
 
 void GlBackend::relight(const LightSetup& setup) {
-  const SavedState saved;
+  const SavedState saved(gl_);
   timer_.mark(0);
-  if (setup.surfelIrradianceOnGpu) storageBarrier();  // what the host's shader has written
+  if (setup.surfelIrradianceOnGpu) storageBarrier(gl_);  // what the host's shader has written
   const bool bounces = lit_ && setup.bounceScale > 0.0f;
-  if (bounces && bounce_.run(gpu_)) storageBarrier();
-  surfels_.run(gpu_, bake_, setup, bounces);
-  storageBarrier();
+  if (bounces && bounce_.run(gl_, gpu_)) storageBarrier(gl_);
+  surfels_.run(gl_, gpu_, bake_, setup, bounces);
+  storageBarrier(gl_);
   timer_.mark(1);
-  pull_.run(gpu_, storageBarrier);
-  storageBarrier();
+  pull_.run(gl_, gpu_, storageBarrier);
+  storageBarrier(gl_);
   timer_.mark(2);
-  caches_.run(gpu_, bake_.links);
+  caches_.run(gl_, gpu_, bake_.links);
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
-  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
-                  GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+  gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                    GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   timer_.mark(3);
   timer_.endFrame();
   lit_ = true;
@@ -119,20 +106,20 @@ void GlBackend::relight(const LightSetup& setup) {
 void GlBackend::reset() {
   lit_ = false;
   readBack_ = false;
-  const SavedState saved;
-  clearLight(bake_, luma_, chroma_, gpu_);
+  const SavedState saved(gl_);
+  clearLight(gl_, bake_, luma_, chroma_, gpu_);
 }
 
 std::span<const float> GlBackend::coefficients() const {
   if (readBack_) return coefficients_;
-  const SavedState saved;
+  const SavedState saved(gl_);
   const std::array<int, 3> bands = {luma_, chroma_, chroma_};
   const auto perCache = static_cast<std::size_t>(luma_ * luma_ + 2 * chroma_ * chroma_);
   coefficients_.assign(perCache * bake_.caches.count(), 0.0f);
 
   // Of the grid's caches, the buffer.
   const std::size_t stride = cacheBytes(luma_, chroma_) / sizeof(std::uint16_t);
-  const auto halves = readBuffer<std::uint16_t>(gpu_.caches, stride * gpu_.firstMapCache);
+  const auto halves = readBuffer<std::uint16_t>(gl_, gpu_.caches, stride * gpu_.firstMapCache);
   for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
     const std::uint16_t* from = halves.data() + stride * cache;
     float* to = coefficients_.data() + perCache * cache;
@@ -151,7 +138,7 @@ std::span<const float> GlBackend::coefficients() const {
     const int held = mapBands(bands[k], bake_.links.kind == LinkKind::irradiance);
     const std::size_t layer = kWordHalves * map.size();
     std::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)));
-    readTexture(textures[k], texels.data());
+    readTexture(gl_, textures[k], texels.data());
     for (std::size_t t = 0; t < map.size(); ++t) {
       if (map[t] != kNoCache)
         unpackChannel(held, &texels[kWordHalves * t], layer, &coefficients_[perCache * map[t] + channel]);
@@ -163,7 +150,7 @@ std::span<const float> GlBackend::coefficients() const {
 }
 
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
-  const std::vector<std::uint32_t> packed = readBuffer<std::uint32_t>(gpu_.nodes, bake_.hierarchy.nodeCount());
+  const std::vector<std::uint32_t> packed = readBuffer<std::uint32_t>(gl_, gpu_.nodes, bake_.hierarchy.nodeCount());
   std::vector<glm::vec3> radiosity;
   radiosity.reserve(packed.size());
   for (const std::uint32_t node : packed) radiosity.push_back(unpackColor(node));
@@ -185,8 +172,10 @@ GlResolveInputs GlBackend::inputs() const {
 namespace relume {
 
 Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
+  const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
+  if (!functions) return functions.error();
   Result<std::unique_ptr<gl::GlBackend>> made =
-      gl::GlBackend::create(bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl);
+      gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl);
   if (!made) return made.error();
   return std::unique_ptr<Backend>(std::move(*made));
 }

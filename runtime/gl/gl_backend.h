@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/backend.h"
+#include "runtime/gl/functions.h"
 #include "runtime/gl/passes.h"
 #include "runtime/gl/timer.h"
 
@@ -14,12 +15,12 @@ namespace relume::gl {
 
 class GlBackend final : public Backend, public GlResolve {
  public:
-  // The bake must pass checkBake(); its arrays are kept. A context must be current, here and in every other call.
-  // unsupported: no OpenGL 4.3 core, buffers too large; failed: a shader's log. threads: what
-  // work groups are to suit; nothing = the driver that runs here.
-  static Result<std::unique_ptr<GlBackend>> create(const Bake& bake, int lumaBands, int chromaBands,
-                                                   std::string_view visibilityGlsl,
-                                                   std::optional<GroupThreads> threads = {});
+  // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
+  // call. unsupported: buffers too large; failed: a shader's log. wanted: what work groups are to suit; nothing = the
+  // driver that runs here.
+  static Result<std::unique_ptr<GlBackend>> create(const Functions& gl, const Bake& bake, int lumaBands,
+                                                   int chromaBands, std::string_view visibilityGlsl,
+                                                   std::optional<GroupThreads> wanted = {});
 
   void relight(const LightSetup& setup) override;
   void reset() override;
@@ -31,16 +32,18 @@ class GlBackend final : public Backend, public GlResolve {
 
   GlResolveInputs inputs() const override;
   const std::string& glsl() const override { return resolveGlsl_; }
-  void bind() const override { bindResolve(gpu_); }
+  void bind() const override { bindResolve(gl_, gpu_); }
   std::uint32_t surfelProgram() const override { return surfels_.program(); }
   const std::string& surfelGlsl() const override { return surfelGlsl_; }
   std::uint32_t surfelSlots() const override { return gpu_.surfelEnd; }
   void bindSurfels() const override;
 
  private:
-  GlBackend(const Bake& bake, int lumaBands, int chromaBands) : bake_(bake), luma_(lumaBands), chroma_(chromaBands) {}
+  GlBackend(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands)
+      : gl_(gl), bake_(bake), luma_(lumaBands), chroma_(chromaBands), timer_(gl_) {}
 
-  Bake bake_;  // shares the arrays
+  Functions gl_;  // before all that deletes by it
+  Bake bake_;     // shares the arrays
   int luma_, chroma_;
   GpuBake gpu_;
   BouncePass bounce_;

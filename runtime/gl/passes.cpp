@@ -17,7 +17,9 @@ namespace {
 // Work groups of a dispatch.
 constexpr GLuint kMostGroups = 65535;
 
-void bindStorage(GLuint slot, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer.get()); }
+void bindStorage(const Functions& gl, GLuint slot, const Buffer& buffer) {
+  gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer.get());
+}
 
 GLuint groupsFor(std::size_t threads, std::size_t group) { return static_cast<GLuint>((threads + group - 1) / group); }
 
@@ -37,15 +39,15 @@ void packLights(std::span<const Light> lights, std::vector<RelumeLight>& packed)
 }
 
 // Give a buffer new contents, growing it when needed.
-void refill(Buffer& buffer, const void* data, std::size_t bytes) {
+void refill(const Functions& gl, Buffer& buffer, const void* data, std::size_t bytes) {
   if (bytes == 0) return;
   if (static_cast<std::size_t>(buffer.bytes) < bytes) {
-    buffer = makeBuffer(data, bytes, GL_STREAM_DRAW);
+    buffer = makeBuffer(gl, data, bytes, GL_STREAM_DRAW);
     return;
   }
-  glBindBuffer(GL_COPY_WRITE_BUFFER, buffer.get());
-  glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, GL_STREAM_DRAW);
-  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
+  gl.BindBuffer(GL_COPY_WRITE_BUFFER, buffer.get());
+  gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, GL_STREAM_DRAW);
+  gl.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
 }
 
 }  // namespace
@@ -83,11 +85,12 @@ std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int
   return defines;
 }
 
-Result<BouncePass::Kernel> BouncePass::makeKernel(std::vector<std::pair<std::string, std::string>> defines, bool grid) {
+Result<BouncePass::Kernel> BouncePass::makeKernel(const Functions& gl,
+                                                  std::vector<std::pair<std::string, std::string>> defines, bool grid) {
   defines.emplace_back("RELUME_BOUNCE_GRID", grid ? "1" : "0");
-  Result<Program> program = makeComputeProgram("bounce_surfels.comp", defines);
+  Result<Program> program = makeComputeProgram(gl, "bounce_surfels.comp", defines);
   if (!program) return program.error();
-  const auto location = [&program](const char* name) { return glGetUniformLocation(program->get(), name); };
+  const auto location = [&](const char* name) { return gl.GetUniformLocation(program->get(), name); };
   Kernel kernel;
   kernel.first = location("relumeFirstSurfel");
   kernel.end = location("relumeEndSurfel");
@@ -95,9 +98,9 @@ Result<BouncePass::Kernel> BouncePass::makeKernel(std::vector<std::pair<std::str
   return kernel;
 }
 
-Result<BouncePass> BouncePass::create(int lumaBands, int chromaBands, bool irradianceOnMap) {
+Result<BouncePass> BouncePass::create(const Functions& gl, int lumaBands, int chromaBands, bool irradianceOnMap) {
   const auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
-  Result<Kernel> tilted = makeKernel(defines, false), gridded = makeKernel(defines, true);
+  Result<Kernel> tilted = makeKernel(gl, defines, false), gridded = makeKernel(gl, defines, true);
   if (!tilted) return tilted.error();
   if (!gridded) return gridded.error();
   BouncePass pass;
@@ -106,34 +109,34 @@ Result<BouncePass> BouncePass::create(int lumaBands, int chromaBands, bool irrad
   return pass;
 }
 
-bool BouncePass::runKernel(const Kernel& kernel, GLuint first, GLuint end) {
+bool BouncePass::runKernel(const Functions& gl, const Kernel& kernel, GLuint first, GLuint end) {
   if (first == end) return false;
   const GLuint program = kernel.program.get();
-  glUseProgram(program);
-  glProgramUniform1ui(program, kernel.first, first);
-  glProgramUniform1ui(program, kernel.end, end);
-  glDispatchCompute(groupsFor(end - first, RELUME_SURFEL_GROUP), 1, 1);
+  gl.UseProgram(program);
+  gl.ProgramUniform1ui(program, kernel.first, first);
+  gl.ProgramUniform1ui(program, kernel.end, end);
+  gl.DispatchCompute(groupsFor(end - first, RELUME_SURFEL_GROUP), 1, 1);
   return true;
 }
 
-bool BouncePass::run(const GpuBake& gpu) const {
-  bindStorage(RELUME_SLOT_SURFELS, gpu.surfels);
-  bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
-  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  bindStorage(RELUME_SLOT_GRIDDED, gpu.gridded);
-  bindResolve(gpu);
-  const bool tilted = runKernel(tilted_, gpu.flatEnd, gpu.tiltedEnd);
-  return runKernel(gridded_, gpu.tiltedEnd, gpu.surfelEnd) || tilted;
+bool BouncePass::run(const Functions& gl, const GpuBake& gpu) const {
+  bindStorage(gl, RELUME_SLOT_SURFELS, gpu.surfels);
+  bindStorage(gl, RELUME_SLOT_LEAF_NODE, gpu.leafNode);
+  bindStorage(gl, RELUME_SLOT_NODES, gpu.nodes);
+  bindStorage(gl, RELUME_SLOT_GRIDDED, gpu.gridded);
+  bindResolve(gl, gpu);
+  const bool tilted = runKernel(gl, tilted_, gpu.flatEnd, gpu.tiltedEnd);
+  return runKernel(gl, gridded_, gpu.tiltedEnd, gpu.surfelEnd) || tilted;
 }
 
-Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
-  Result<Program> program = makeComputeProgram("light_surfels.comp", {}, visibilityGlsl);
+Result<SurfelPass> SurfelPass::create(const Functions& gl, std::string_view visibilityGlsl) {
+  Result<Program> program = makeComputeProgram(gl, "light_surfels.comp", {}, visibilityGlsl);
   if (!program) return program.error();
   SurfelPass pass;
   pass.program_ = std::move(*program);
-  pass.lights_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
-  pass.host_ = makeBuffer(nullptr, 0, GL_STREAM_DRAW);
-  const auto location = [&pass](const char* name) { return glGetUniformLocation(pass.program_.get(), name); };
+  pass.lights_ = makeBuffer(gl, nullptr, 0, GL_STREAM_DRAW);
+  pass.host_ = makeBuffer(gl, nullptr, 0, GL_STREAM_DRAW);
+  const auto location = [&](const char* name) { return gl.GetUniformLocation(pass.program_.get(), name); };
   pass.litOnGpu_ = location("relumeLitOnGpu");
   pass.emits_ = location("relumeEmits");
   pass.boxOrigin_ = location("relumeBoxOrigin");
@@ -150,18 +153,18 @@ Result<SurfelPass> SurfelPass::create(std::string_view visibilityGlsl) {
   return pass;
 }
 
-GLuint SurfelPass::lightBuffer(const GpuBake& gpu) {
+GLuint SurfelPass::lightBuffer(const Functions& gl, const GpuBake& gpu) {
   if (surfelLight_.get() == 0) {
     const std::vector<glm::vec4> dark(std::max<std::size_t>(gpu.surfelEnd, 1), glm::vec4(0.0f));
-    surfelLight_ = makeBuffer(dark.data(), dark.size() * sizeof(glm::vec4), GL_DYNAMIC_COPY);
+    surfelLight_ = makeBuffer(gl, dark.data(), dark.size() * sizeof(glm::vec4), GL_DYNAMIC_COPY);
   }
   return surfelLight_.get();
 }
 
-void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
+void SurfelPass::run(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
   packLights(setup.lights, packed_);
-  refill(lights_, packed_.data(), packed_.size() * sizeof(RelumeLight));
-  if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(bake, gpu);
+  refill(gl, lights_, packed_.data(), packed_.size() * sizeof(RelumeLight));
+  if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(gl, bake, gpu);
   // What the host hands over, one after the other: a colour a surfel and a colour a patch, in their order here.
   std::vector<glm::vec4>& host = hostColors_;
   host.clear();
@@ -173,86 +176,86 @@ void SurfelPass::run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bo
   };
   const GLuint irradiance = append(setup.surfelIrradiance, gpu.surfelOrder),
                emission = append(setup.surfelEmission, gpu.surfelOrder), sky = append(setup.skyPatches, gpu.skyOrder);
-  refill(host_, host.data(), host.size() * sizeof(glm::vec4));
+  refill(gl, host_, host.data(), host.size() * sizeof(glm::vec4));
 
   const GLuint program = program_.get();
-  glUseProgram(program);
-  glProgramUniform1i(program, litOnGpu_, setup.surfelIrradianceOnGpu ? 1 : 0);
-  glProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
-  glProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
-  glProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
-  glProgramUniform1ui(program, flatEnd_, gpu.flatEnd);
-  glProgramUniform2ui(program, mapSize_, std::max(gpu.mapWidth, 1u), std::max(gpu.mapHeight, 1u));
-  glProgramUniform1ui(program, surfelEnd_, gpu.surfelEnd);
-  glProgramUniform1ui(program, senderEnd_, gpu.senderEnd);
-  glProgramUniform1ui(program, lightCount_, static_cast<GLuint>(packed_.size()));
-  glProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
-  glProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
-  glProgramUniform3f(program, skyRadiance_, setup.skyRadiance.x, setup.skyRadiance.y, setup.skyRadiance.z);
-  glProgramUniform1f(program, bounceScale_, bounce ? setup.bounceScale : 0.0f);
-  bindStorage(RELUME_SLOT_SURFELS, gpu.surfels);
-  bindStorage(RELUME_SLOT_LEAF_NODE, gpu.leafNode);
-  bindStorage(RELUME_SLOT_LIGHTS, lights_);
-  bindStorage(RELUME_SLOT_HOST, host_);
+  gl.UseProgram(program);
+  gl.ProgramUniform1i(program, litOnGpu_, setup.surfelIrradianceOnGpu ? 1 : 0);
+  gl.ProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
+  gl.ProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
+  gl.ProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
+  gl.ProgramUniform1ui(program, flatEnd_, gpu.flatEnd);
+  gl.ProgramUniform2ui(program, mapSize_, std::max(gpu.mapWidth, 1u), std::max(gpu.mapHeight, 1u));
+  gl.ProgramUniform1ui(program, surfelEnd_, gpu.surfelEnd);
+  gl.ProgramUniform1ui(program, senderEnd_, gpu.senderEnd);
+  gl.ProgramUniform1ui(program, lightCount_, static_cast<GLuint>(packed_.size()));
+  gl.ProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
+  gl.ProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
+  gl.ProgramUniform3f(program, skyRadiance_, setup.skyRadiance.x, setup.skyRadiance.y, setup.skyRadiance.z);
+  gl.ProgramUniform1f(program, bounceScale_, bounce ? setup.bounceScale : 0.0f);
+  bindStorage(gl, RELUME_SLOT_SURFELS, gpu.surfels);
+  bindStorage(gl, RELUME_SLOT_LEAF_NODE, gpu.leafNode);
+  bindStorage(gl, RELUME_SLOT_LIGHTS, lights_);
+  bindStorage(gl, RELUME_SLOT_HOST, host_);
   if (setup.surfelIrradianceOnGpu) {
-    lightBuffer(gpu);
-    bindStorage(RELUME_SLOT_SURFEL_LIGHT, surfelLight_);
+    lightBuffer(gl, gpu);
+    bindStorage(gl, RELUME_SLOT_SURFEL_LIGHT, surfelLight_);
   }
-  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
-  bindStorage(RELUME_SLOT_EMISSION, gpu.emission);
-  glDispatchCompute(groupsFor(gpu.senderEnd, RELUME_SURFEL_GROUP), 1, 1);
+  bindStorage(gl, RELUME_SLOT_NODES, gpu.nodes);
+  bindStorage(gl, RELUME_SLOT_TEXELS, gpu.texels);
+  bindStorage(gl, RELUME_SLOT_EMISSION, gpu.emission);
+  gl.DispatchCompute(groupsFor(gpu.senderEnd, RELUME_SURFEL_GROUP), 1, 1);
 }
 
-Result<PullPass> PullPass::create(const PullGroup& group) {
+Result<PullPass> PullPass::create(const Functions& gl, const PullGroup& group) {
   PullPass pass;
   for (const bool top : {false, true}) {
     const std::array<std::pair<std::string, std::string>, 2> defines{
         {{"RELUME_PULL_THREADS", std::to_string(group.threads)}, {"RELUME_PULL_TOP", top ? "1" : "0"}}};
-    Result<Program> program = makeComputeProgram("pull.comp", defines);
+    Result<Program> program = makeComputeProgram(gl, "pull.comp", defines);
     if (!program) return program.error();
     (top ? pass.top_ : pass.groups_) = std::move(*program);
   }
-  pass.firstGroup_ = glGetUniformLocation(pass.groups_.get(), "relumeFirst");
-  pass.firstRound_ = glGetUniformLocation(pass.top_.get(), "relumeFirst");
-  pass.endRound_ = glGetUniformLocation(pass.top_.get(), "relumeEndRound");
+  pass.firstGroup_ = gl.GetUniformLocation(pass.groups_.get(), "relumeFirst");
+  pass.firstRound_ = gl.GetUniformLocation(pass.top_.get(), "relumeFirst");
+  pass.endRound_ = gl.GetUniformLocation(pass.top_.get(), "relumeEndRound");
   return pass;
 }
 
-void PullPass::run(const GpuBake& gpu, void (*barrier)()) const {
-  glUseProgram(groups_.get());
-  bindStorage(RELUME_SLOT_PULL, gpu.pullNode);
-  bindStorage(RELUME_SLOT_RUNS, gpu.pullRuns);
-  bindStorage(RELUME_SLOT_ROUNDS, gpu.pullRounds);
-  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
+void PullPass::run(const Functions& gl, const GpuBake& gpu, void (*barrier)(const Functions& gl)) const {
+  gl.UseProgram(groups_.get());
+  bindStorage(gl, RELUME_SLOT_PULL, gpu.pullNode);
+  bindStorage(gl, RELUME_SLOT_RUNS, gpu.pullRuns);
+  bindStorage(gl, RELUME_SLOT_ROUNDS, gpu.pullRounds);
+  bindStorage(gl, RELUME_SLOT_NODES, gpu.nodes);
   // The number of groups of one dispatch is limited.
   for (GLuint first = 0; first < gpu.pullGroupCount; first += kMostGroups) {
-    glProgramUniform1ui(groups_.get(), firstGroup_, first);
-    glDispatchCompute(std::min(gpu.pullGroupCount - first, kMostGroups), 1, 1);
+    gl.ProgramUniform1ui(groups_.get(), firstGroup_, first);
+    gl.DispatchCompute(std::min(gpu.pullGroupCount - first, kMostGroups), 1, 1);
   }
   if (gpu.pullRoundCount == 0) return;
-  barrier();
+  barrier(gl);
   // The top's rounds come after the groups' beginnings, which are one more than groups.
   const GLuint firstRound = gpu.pullGroupCount + 1;
-  glUseProgram(top_.get());
-  glProgramUniform1ui(top_.get(), firstRound_, firstRound);
-  glProgramUniform1ui(top_.get(), endRound_, firstRound + gpu.pullRoundCount);
-  glDispatchCompute(1, 1, 1);
+  gl.UseProgram(top_.get());
+  gl.ProgramUniform1ui(top_.get(), firstRound_, firstRound);
+  gl.ProgramUniform1ui(top_.get(), endRound_, firstRound + gpu.pullRoundCount);
+  gl.DispatchCompute(1, 1, 1);
 }
 
-Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
-                                                GroupThreads threads, bool map) {
+Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind,
+                                                int nodeSteps, GroupThreads threads, bool map) {
   Kernel kernel;
   if (map) {
     lumaBands = mapBands(lumaBands, kind == LinkKind::irradiance);
     chromaBands = mapBands(chromaBands, kind == LinkKind::irradiance);
   }
   kernel.group = chooseCacheGroup(threads, lumaBands, chromaBands);
-  Result<Program> program =
-      makeComputeProgram("light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
+  Result<Program> program = makeComputeProgram(
+      gl, "light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
   if (!program) return program.error();
   kernel.program = std::move(*program);
-  const auto location = [&kernel](const char* name) { return glGetUniformLocation(kernel.program.get(), name); };
+  const auto location = [&](const char* name) { return gl.GetUniformLocation(kernel.program.get(), name); };
   kernel.firstCache = location("relumeFirstCache");
   kernel.endCache = location("relumeEndCache");
   kernel.firstLink = location("relumeFirstLink");
@@ -265,10 +268,10 @@ Result<CachePass::Kernel> CachePass::makeKernel(int lumaBands, int chromaBands, 
   return kernel;
 }
 
-Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+Result<CachePass> CachePass::create(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
                                     GroupThreads threads) {
-  Result<Kernel> grid = makeKernel(lumaBands, chromaBands, kind, nodeSteps, threads, false),
-                 map = makeKernel(lumaBands, chromaBands, kind, nodeSteps, threads, true);
+  Result<Kernel> grid = makeKernel(gl, lumaBands, chromaBands, kind, nodeSteps, threads, false),
+                 map = makeKernel(gl, lumaBands, chromaBands, kind, nodeSteps, threads, true);
   if (!grid) return grid.error();
   if (!map) return map.error();
   CachePass pass;
@@ -277,63 +280,64 @@ Result<CachePass> CachePass::create(int lumaBands, int chromaBands, LinkKind kin
   return pass;
 }
 
-void CachePass::run(const GpuBake& gpu, const Links& links) const {
-  bindStorage(RELUME_SLOT_ROWS, gpu.rows);
-  bindStorage(RELUME_SLOT_NODES, gpu.nodes);
-  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_NORMAL);
-  glBindTexture(GL_TEXTURE_2D, gpu.mapNormal.get());
-  glBindSampler(RELUME_RESOLVE_UNIT_NORMAL, 0);
-  const auto bindImage = [](GLuint unit, const Texture& texture) {
-    glBindImageTexture(unit, texture.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+void CachePass::run(const Functions& gl, const GpuBake& gpu, const Links& links) const {
+  bindStorage(gl, RELUME_SLOT_ROWS, gpu.rows);
+  bindStorage(gl, RELUME_SLOT_NODES, gpu.nodes);
+  gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_NORMAL);
+  gl.BindTexture(GL_TEXTURE_2D, gpu.mapNormal.get());
+  gl.BindSampler(RELUME_RESOLVE_UNIT_NORMAL, 0);
+  const auto bindImage = [&gl](GLuint unit, const Texture& texture) {
+    gl.BindImageTexture(unit, texture.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
   };
   bindImage(RELUME_IMAGE_Y, gpu.mapY);
   bindImage(RELUME_IMAGE_CO, gpu.mapCo);
   bindImage(RELUME_IMAGE_CG, gpu.mapCg);
   for (const LinkBatch& batch : gpu.batches)
-    runBatch(batch.firstCache < gpu.firstMapCache ? grid_ : map_, gpu, links, batch);
+    runBatch(gl, batch.firstCache < gpu.firstMapCache ? grid_ : map_, gpu, links, batch);
 }
 
-void CachePass::runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const {
+void CachePass::runBatch(const Functions& gl, const Kernel& kernel, const GpuBake& gpu, const Links& links,
+                         const LinkBatch& batch) const {
   const GLuint program = kernel.program.get();
-  glUseProgram(program);
+  gl.UseProgram(program);
   if (batch.firstCache < gpu.firstMapCache) {
-    bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+    bindStorage(gl, RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
   } else {
-    bindStorage(RELUME_SLOT_MAP_TEXELS, gpu.mapTexels);
-    bindStorage(RELUME_SLOT_TEXELS, gpu.texels);
-    glProgramUniform1ui(program, kernel.firstMapCache, gpu.firstMapCache);
-    glProgramUniform1ui(program, kernel.mapWidth, gpu.mapWidth);
+    bindStorage(gl, RELUME_SLOT_MAP_TEXELS, gpu.mapTexels);
+    bindStorage(gl, RELUME_SLOT_TEXELS, gpu.texels);
+    gl.ProgramUniform1ui(program, kernel.firstMapCache, gpu.firstMapCache);
+    gl.ProgramUniform1ui(program, kernel.mapWidth, gpu.mapWidth);
   }
-  glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
-  glBindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
-                    batch.shapeBytes);
-  glProgramUniform1ui(program, kernel.shapeStride, links.bands * links.bands);
-  glProgramUniform1ui(program, kernel.gridLinks, static_cast<GLuint>(links.shape.size()));
-  glProgramUniform1ui(program, kernel.firstLink, batch.firstLink);
-  glProgramUniform1ui(program, kernel.wordOffset, batch.wordOffset);
-  glProgramUniform1ui(program, kernel.halfOffset, batch.halfOffset);
-  glProgramUniform1ui(program, kernel.endCache, batch.endCache);
+  gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINKS, gpu.links.get(), batch.linkStart, batch.linkBytes);
+  gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, RELUME_SLOT_LINK_SHAPE, gpu.linkShape.get(), batch.shapeStart,
+                     batch.shapeBytes);
+  gl.ProgramUniform1ui(program, kernel.shapeStride, links.bands * links.bands);
+  gl.ProgramUniform1ui(program, kernel.gridLinks, static_cast<GLuint>(links.shape.size()));
+  gl.ProgramUniform1ui(program, kernel.firstLink, batch.firstLink);
+  gl.ProgramUniform1ui(program, kernel.wordOffset, batch.wordOffset);
+  gl.ProgramUniform1ui(program, kernel.halfOffset, batch.halfOffset);
+  gl.ProgramUniform1ui(program, kernel.endCache, batch.endCache);
   // The number of groups of one dispatch is limited.
   const auto perGroup = static_cast<GLuint>(kernel.group.caches);
   for (GLuint first = batch.firstCache; first < batch.endCache; first += kMostGroups * perGroup) {
-    glProgramUniform1ui(program, kernel.firstCache, first);
-    glDispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
+    gl.ProgramUniform1ui(program, kernel.firstCache, first);
+    gl.DispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
   }
 }
 
-void bindResolve(const GpuBake& gpu) {
-  const auto bindTexture = [](GLuint unit, GLenum target, const Texture& texture) {
-    glActiveTexture(GL_TEXTURE0 + unit);
-    glBindTexture(target, texture.get());
-    glBindSampler(unit, 0);
+void bindResolve(const Functions& gl, const GpuBake& gpu) {
+  const auto bindTexture = [&gl](GLuint unit, GLenum target, const Texture& texture) {
+    gl.ActiveTexture(GL_TEXTURE0 + unit);
+    gl.BindTexture(target, texture.get());
+    gl.BindSampler(unit, 0);
   };
   bindTexture(RELUME_RESOLVE_UNIT_Y, GL_TEXTURE_2D_ARRAY, gpu.mapY);
   bindTexture(RELUME_RESOLVE_UNIT_CO, GL_TEXTURE_2D_ARRAY, gpu.mapCo);
   bindTexture(RELUME_RESOLVE_UNIT_CG, GL_TEXTURE_2D_ARRAY, gpu.mapCg);
   bindTexture(RELUME_RESOLVE_UNIT_NORMAL, GL_TEXTURE_2D, gpu.mapNormal);
-  bindStorage(RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
-  bindStorage(RELUME_RESOLVE_SLOT_GRID, gpu.gridCache);
-  glBindBufferBase(GL_UNIFORM_BUFFER, RELUME_RESOLVE_SLOT_UNIFORMS, gpu.resolve.get());
+  bindStorage(gl, RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  bindStorage(gl, RELUME_RESOLVE_SLOT_GRID, gpu.gridCache);
+  gl.BindBufferBase(GL_UNIFORM_BUFFER, RELUME_RESOLVE_SLOT_UNIFORMS, gpu.resolve.get());
 }
 
 }  // namespace relume::gl

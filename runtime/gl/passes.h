@@ -30,32 +30,33 @@ std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int
                                                               const CacheGroup& group, int nodeSteps = -1,
                                                               bool map = false);
 
-// Uniform locations are looked up once.
+// Uniform locations are looked up once. All functions take those of the context that is current, which made the pass.
 class BouncePass {
  public:
-  static Result<BouncePass> create(int lumaBands, int chromaBands, bool irradianceOnMap);
+  static Result<BouncePass> create(const Functions& gl, int lumaBands, int chromaBands, bool irradianceOnMap);
   // (2), first half: what tilted and gridded surfels receive. False when there are none: nothing was dispatched.
-  bool run(const GpuBake& gpu) const;
+  bool run(const Functions& gl, const GpuBake& gpu) const;
 
  private:
   struct Kernel {
     Program program;
     GLint first = -1, end = -1;
   };
-  static Result<Kernel> makeKernel(std::vector<std::pair<std::string, std::string>> defines, bool grid);
-  static bool runKernel(const Kernel& kernel, GLuint first, GLuint end);
+  static Result<Kernel> makeKernel(const Functions& gl, std::vector<std::pair<std::string, std::string>> defines,
+                                   bool grid);
+  static bool runKernel(const Functions& gl, const Kernel& kernel, GLuint first, GLuint end);
 
   Kernel tilted_, gridded_;
 };
 
 class SurfelPass {
  public:
-  static Result<SurfelPass> create(std::string_view visibilityGlsl);
+  static Result<SurfelPass> create(const Functions& gl, std::string_view visibilityGlsl);
   // (2), second half. bounce: whether last frame's light may be read.
-  void run(GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
+  void run(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
   // [vec4 each] irradiance of the surfels for the host's shader to write; made, all zero, when it is first asked for.
-  GLuint lightBuffer(const GpuBake& gpu);
+  GLuint lightBuffer(const Functions& gl, const GpuBake& gpu);
 
  private:
   Program program_;
@@ -68,9 +69,9 @@ class SurfelPass {
 
 class PullPass {
  public:
-  static Result<PullPass> create(const PullGroup& group);
+  static Result<PullPass> create(const Functions& gl, const PullGroup& group);
   // (3) `barrier` runs between the two dispatches.
-  void run(const GpuBake& gpu, void (*barrier)()) const;
+  void run(const Functions& gl, const GpuBake& gpu, void (*barrier)(const Functions& gl)) const;
 
  private:
   Program groups_, top_;
@@ -79,9 +80,10 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, GroupThreads threads);
+  static Result<CachePass> create(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+                                  GroupThreads threads);
   // (4) and (5)
-  void run(const GpuBake& gpu, const Links& links) const;
+  void run(const Functions& gl, const GpuBake& gpu, const Links& links) const;
 
  private:
   // A program for the caches of the grid, one for those of the light map, which has fewer bands.
@@ -91,14 +93,15 @@ class CachePass {
     GLint firstCache = -1, endCache = -1, wordOffset = -1, halfOffset = -1, firstLink = -1, shapeStride = -1,
           gridLinks = -1, firstMapCache = -1, mapWidth = -1;
   };
-  static Result<Kernel> makeKernel(int lumaBands, int chromaBands, LinkKind kind, int nodeSteps, GroupThreads threads,
-                                   bool map);
-  void runBatch(const Kernel& kernel, const GpuBake& gpu, const Links& links, const LinkBatch& batch) const;
+  static Result<Kernel> makeKernel(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+                                   GroupThreads threads, bool map);
+  void runBatch(const Functions& gl, const Kernel& kernel, const GpuBake& gpu, const Links& links,
+                const LinkBatch& batch) const;
 
   Kernel grid_, map_;
 };
 
 // The inputs of (6) on the slots of layout.h.
-void bindResolve(const GpuBake& gpu);
+void bindResolve(const Functions& gl, const GpuBake& gpu);
 
 }  // namespace relume::gl

@@ -55,7 +55,8 @@ Status expandFile(Expansion& out, std::string_view path, std::string_view from) 
   return done();
 }
 
-std::string logOf(GLuint name, void (*getLog)(GLuint, GLsizei, GLsizei*, GLchar*)) {
+// By glGetShaderInfoLog or glGetProgramInfoLog.
+std::string logOf(PFNGLGETSHADERINFOLOGPROC getLog, GLuint name) {
   std::string log(4096, '\0');
   GLsizei length = 0;
   getLog(name, static_cast<GLsizei>(log.size()), &length, log.data());
@@ -74,32 +75,29 @@ Result<std::string> expandShader(std::string_view path, Defines defines, std::st
   return std::move(expansion.text);
 }
 
-Result<Program> makeComputeProgram(std::string_view path, Defines defines, std::string_view visibilityGlsl) {
+Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
+                                   std::string_view visibilityGlsl) {
   Result<std::string> source = expandShader(path, defines, visibilityGlsl);
   if (!source) return source.error();
   const std::string text = "#version 430 core\n" + *source;
   const char* pointer = text.c_str();
-  const Shader shader(glCreateShader(GL_COMPUTE_SHADER));
-  glShaderSource(shader.get(), 1, &pointer, nullptr);
-  glCompileShader(shader.get());
+  const Shader shader(gl, gl.CreateShader(GL_COMPUTE_SHADER));
+  gl.ShaderSource(shader.get(), 1, &pointer, nullptr);
+  gl.CompileShader(shader.get());
   GLint ok = GL_FALSE;
-  glGetShaderiv(shader.get(), GL_COMPILE_STATUS, &ok);
+  gl.GetShaderiv(shader.get(), GL_COMPILE_STATUS, &ok);
   if (!ok) {
-    return Error{ErrorCode::failed, "shader " + std::string(path) + " does not compile: " +
-                                        logOf(shader.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) {
-                                          glGetShaderInfoLog(n, s, l, t);
-                                        })};
+    return Error{ErrorCode::failed,
+                 "shader " + std::string(path) + " does not compile: " + logOf(gl.GetShaderInfoLog, shader.get())};
   }
-  Program program(glCreateProgram());
-  glAttachShader(program.get(), shader.get());
-  glLinkProgram(program.get());
-  glDetachShader(program.get(), shader.get());
-  glGetProgramiv(program.get(), GL_LINK_STATUS, &ok);
+  Program program(gl, gl.CreateProgram());
+  gl.AttachShader(program.get(), shader.get());
+  gl.LinkProgram(program.get());
+  gl.DetachShader(program.get(), shader.get());
+  gl.GetProgramiv(program.get(), GL_LINK_STATUS, &ok);
   if (!ok) {
-    return Error{ErrorCode::failed, "shader " + std::string(path) + " does not link: " +
-                                        logOf(program.get(), [](GLuint n, GLsizei s, GLsizei* l, GLchar* t) {
-                                          glGetProgramInfoLog(n, s, l, t);
-                                        })};
+    return Error{ErrorCode::failed,
+                 "shader " + std::string(path) + " does not link: " + logOf(gl.GetProgramInfoLog, program.get())};
   }
   return program;
 }

@@ -29,6 +29,7 @@ using Defines = std::span<const std::pair<std::string, std::string>>;
 Result<std::string> expandShader(std::string_view path, Defines defines, std::string_view visibilityGlsl = {});
 
 // A linked compute program. failed: the driver's log and the file.
-Result<Program> makeComputeProgram(std::string_view path, Defines defines, std::string_view visibilityGlsl = {});
+Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
+                                   std::string_view visibilityGlsl = {});
 
 }  // namespace relume::gl

@@ -18,39 +18,40 @@ constexpr GLint pixelStoreDefault(GLenum what) {
   return what == GL_PACK_ALIGNMENT || what == GL_UNPACK_ALIGNMENT ? 4 : 0;
 }
 
-GLint getInteger(GLenum what) {
-  GLint value = 0;
-  glGetIntegerv(what, &value);
-  return value;
-}
-
-GLint getInteger(GLenum what, GLuint index) {
-  GLint value = 0;
-  glGetIntegeri_v(what, index, &value);
-  return value;
-}
-
 }  // namespace
 
-SavedState::Range SavedState::queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) {
+GLint SavedState::getInteger(GLenum what) const {
+  GLint value = 0;
+  gl_.GetIntegerv(what, &value);
+  return value;
+}
+
+GLint SavedState::getInteger(GLenum what, GLuint index) const {
+  GLint value = 0;
+  gl_.GetIntegeri_v(what, index, &value);
+  return value;
+}
+
+SavedState::Range SavedState::queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) const {
   Range range;
   range.buffer = getInteger(binding, slot);
-  glGetInteger64i_v(start, slot, &range.start);
-  glGetInteger64i_v(size, slot, &range.size);
+  gl_.GetInteger64i_v(start, slot, &range.start);
+  gl_.GetInteger64i_v(size, slot, &range.size);
   return range;
 }
 
-void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) {
+void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) const {
   const auto buffer = static_cast<GLuint>(range.buffer);
   if (buffer == 0 || range.size == 0) {
-    glBindBufferBase(target, slot, buffer);
+    gl_.BindBufferBase(target, slot, buffer);
   } else {
-    glBindBufferRange(target, slot, buffer, static_cast<GLintptr>(range.start), static_cast<GLsizeiptr>(range.size));
+    gl_.BindBufferRange(target, slot, buffer, static_cast<GLintptr>(range.start), static_cast<GLsizeiptr>(range.size));
   }
 }
 
-SavedState::SavedState()
-    : program_(getInteger(GL_CURRENT_PROGRAM)),
+SavedState::SavedState(const Functions& gl)
+    : gl_(gl),
+      program_(getInteger(GL_CURRENT_PROGRAM)),
       storage_(getInteger(GL_SHADER_STORAGE_BUFFER_BINDING)),
       uniform_(getInteger(GL_UNIFORM_BUFFER_BINDING)),
       copyRead_(getInteger(GL_COPY_READ_BUFFER_BINDING)),
@@ -64,48 +65,48 @@ SavedState::SavedState()
   }
   uniformSlot_ = queryRange(GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE, kUniformSlot);
   for (GLuint i = 0; i < unit_.size(); ++i) {
-    glActiveTexture(kFirstUnit + i);
+    gl_.ActiveTexture(kFirstUnit + i);
     unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY),
                 getInteger(GL_SAMPLER_BINDING)};
-    glBindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
+    gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
   }
   for (GLuint i = 0; i < image_.size(); ++i) {
     image_[i] = {getInteger(GL_IMAGE_BINDING_NAME, i),    getInteger(GL_IMAGE_BINDING_LEVEL, i),
                  getInteger(GL_IMAGE_BINDING_LAYERED, i), getInteger(GL_IMAGE_BINDING_LAYER, i),
                  getInteger(GL_IMAGE_BINDING_ACCESS, i),  getInteger(GL_IMAGE_BINDING_FORMAT, i)};
   }
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
   for (std::size_t i = 0; i < kPixelStore.size(); ++i) {
     store_[i] = getInteger(kPixelStore[i]);
-    glPixelStorei(kPixelStore[i], pixelStoreDefault(kPixelStore[i]));
+    gl_.PixelStorei(kPixelStore[i], pixelStoreDefault(kPixelStore[i]));
   }
 }
 
 SavedState::~SavedState() {
-  for (std::size_t i = 0; i < kPixelStore.size(); ++i) glPixelStorei(kPixelStore[i], store_[i]);
+  for (std::size_t i = 0; i < kPixelStore.size(); ++i) gl_.PixelStorei(kPixelStore[i], store_[i]);
   for (GLuint i = 0; i < image_.size(); ++i) {
     const Image& image = image_[i];
-    glBindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
-                       image.layer, static_cast<GLenum>(image.access), static_cast<GLenum>(image.format));
+    gl_.BindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
+                         image.layer, static_cast<GLenum>(image.access), static_cast<GLenum>(image.format));
   }
   for (GLuint i = 0; i < unit_.size(); ++i) {
-    glActiveTexture(kFirstUnit + i);
-    glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
-    glBindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
-    glBindSampler(RELUME_RESOLVE_UNIT_Y + i, static_cast<GLuint>(unit_[i].sampler));
+    gl_.ActiveTexture(kFirstUnit + i);
+    gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
+    gl_.BindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
+    gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, static_cast<GLuint>(unit_[i].sampler));
   }
   // Indexed bindings also set the generic one: restore that last.
   for (GLuint i = 0; i < kStorageSlots; ++i) restoreRange(GL_SHADER_STORAGE_BUFFER, i, storageSlot_[i]);
   restoreRange(GL_UNIFORM_BUFFER, kUniformSlot, uniformSlot_);
-  glActiveTexture(static_cast<GLenum>(activeUnit_));
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pixelPack_));
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
-  glBindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
-  glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));
-  glBindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_));
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(storage_));
-  glUseProgram(static_cast<GLuint>(program_));
+  gl_.ActiveTexture(static_cast<GLenum>(activeUnit_));
+  gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pixelPack_));
+  gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
+  gl_.BindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
+  gl_.BindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));
+  gl_.BindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_));
+  gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(storage_));
+  gl_.UseProgram(static_cast<GLuint>(program_));
 }
 
 }  // namespace relume::gl

@@ -2,7 +2,7 @@
 // What the backend binds, put back when it is done: the host's renderer never notices that a frame was relit.
 #pragma once
 
-#include <epoxy/gl.h>
+#include "runtime/gl/functions.h"
 
 #include <array>
 
@@ -14,7 +14,7 @@ namespace relume::gl {
 // state.
 class SavedState {
  public:
-  SavedState();
+  explicit SavedState(const Functions& gl);
   ~SavedState();
   SavedState(const SavedState&) = delete;
   SavedState& operator=(const SavedState&) = delete;
@@ -31,9 +31,12 @@ class SavedState {
     GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;
   };
   static constexpr GLuint kStorageSlots = 8;
-  static Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot);
-  static void restoreRange(GLenum target, GLuint slot, const Range& range);
+  GLint getInteger(GLenum what) const;
+  GLint getInteger(GLenum what, GLuint index) const;
+  Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) const;
+  void restoreRange(GLenum target, GLuint slot, const Range& range) const;
 
+  const Functions& gl_;
   GLint program_ = 0, storage_ = 0, uniform_ = 0, copyRead_ = 0, copyWrite_ = 0, pixelPack_ = 0, pixelUnpack_ = 0,
         activeUnit_ = 0;
   std::array<Range, kStorageSlots> storageSlot_;

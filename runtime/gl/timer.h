@@ -13,17 +13,17 @@ namespace relume::gl {
 template <std::size_t kPasses>
 class FrameTimer {
  public:
-  FrameTimer() {
+  explicit FrameTimer(const Functions& gl) : gl_(&gl) {
     for (auto& frame : query_) {
       for (Query& each : frame) {
         GLuint name = 0;
-        glGenQueries(1, &name);
-        each = Query(name);
+        gl.GenQueries(1, &name);
+        each = Query(gl, name);
       }
     }
   }
   // Mark the start of a frame (0) and the end of each pass (1 .. kPasses), in order.
-  void mark(std::size_t index) { glQueryCounter(query_[current_][index].get(), GL_TIMESTAMP); }
+  void mark(std::size_t index) { gl_->QueryCounter(query_[current_][index].get(), GL_TIMESTAMP); }
   // The frame's last mark was made.
   void endFrame() {
     pending_[current_] = true;
@@ -43,14 +43,16 @@ class FrameTimer {
   void collect(std::size_t frame, bool wait) {
     if (!pending_[frame]) return;
     GLint available = 0;
-    glGetQueryObjectiv(query_[frame][kPasses].get(), GL_QUERY_RESULT_AVAILABLE, &available);
+    gl_->GetQueryObjectiv(query_[frame][kPasses].get(), GL_QUERY_RESULT_AVAILABLE, &available);
     if (!available && !wait) return;
     std::array<GLuint64, kPasses + 1> at{};
-    for (std::size_t i = 0; i <= kPasses; ++i) glGetQueryObjectui64v(query_[frame][i].get(), GL_QUERY_RESULT, &at[i]);
+    for (std::size_t i = 0; i <= kPasses; ++i)
+      gl_->GetQueryObjectui64v(query_[frame][i].get(), GL_QUERY_RESULT, &at[i]);
     for (std::size_t i = 0; i < kPasses; ++i) passMs_[i] = static_cast<double>(at[i + 1] - at[i]) * 1e-6;
     pending_[frame] = false;
   }
 
+  const Functions* gl_;
   std::array<std::array<Query, kPasses + 1>, kFrames> query_;
   std::array<bool, kFrames> pending_{};
   std::array<double, kPasses> passMs_{};

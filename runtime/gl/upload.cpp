@@ -26,12 +26,12 @@ constexpr std::size_t kSmallest = 16;
 static_assert(kRelumeCacheBits == kCacheBits);
 
 template <class T>
-Buffer makeArray(std::span<const T> data) {
-  return makeBuffer(data.data(), data.size_bytes(), GL_STATIC_DRAW);
+Buffer makeArray(const Functions& gl, std::span<const T> data) {
+  return makeBuffer(gl, data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
 // Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
-void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
+void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& gpu) {
   const Surfels& surfels = bake.surfels;
   const Hierarchy& hierarchy = bake.hierarchy;
   const std::uint32_t count = surfels.count();
@@ -73,9 +73,9 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   }
   begin.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
   begin.insert(begin.end(), shares.begin(), shares.end());
-  gpu.gridded = makeArray<std::uint32_t>(begin);
-  gpu.surfels = makeArray<SurfelWords>(words);
-  gpu.emission = makeArray<std::uint32_t>(emission);
+  gpu.gridded = makeArray<std::uint32_t>(gl, begin);
+  gpu.surfels = makeArray<SurfelWords>(gl, words);
+  gpu.emission = makeArray<std::uint32_t>(gl, emission);
 
   std::vector<std::uint32_t> sky(hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
   std::sort(sky.begin(), sky.end());
@@ -83,7 +83,7 @@ void makeSurfels(const Bake& bake, int lumaBands, GpuBake& gpu) {
   blocks.endBlock();
   gpu.senderEnd = static_cast<GLuint>(blocks.placed().size());
   for (const Placed& each : blocks.placed().subspan(gpu.surfelEnd)) gpu.skyOrder.push_back(each.surfel);
-  gpu.leafNode = makeArray<std::uint32_t>(blocks.words());
+  gpu.leafNode = makeArray<std::uint32_t>(gl, blocks.words());
 }
 
 // Bytes of a link in GpuBake::linkShape.
@@ -174,7 +174,7 @@ std::optional<FourfoldLinks> makeFourfold(const Links& links) {
 }
 
 // Upload the links, and cut them into batches.
-Status makeLinks(const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu) {
+Status makeLinks(const Functions& gl, const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu) {
   const std::optional<FourfoldLinks> fourfold = makeFourfold(links);
   const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
   Result<std::vector<LinkBatch>> batches =
@@ -184,40 +184,40 @@ Status makeLinks(const Links& links, std::size_t limit, std::size_t alignment, G
   gpu.batches = std::move(*batches);
   if (fourfold) {
     gpu.nodeSteps = fourfold->nodeSteps;
-    gpu.rows = makeArray<std::uint32_t>(fourfold->rows);
-    gpu.links = makeArray<std::uint32_t>(fourfold->words);
-    gpu.linkShape = makeArray<std::uint32_t>(fourfold->transfers);
+    gpu.rows = makeArray<std::uint32_t>(gl, fourfold->rows);
+    gpu.links = makeArray<std::uint32_t>(gl, fourfold->words);
+    gpu.linkShape = makeArray<std::uint32_t>(gl, fourfold->transfers);
     return done();
   }
-  gpu.rows = makeArray<std::uint32_t>(links.rowBegin);
+  gpu.rows = makeArray<std::uint32_t>(gl, links.rowBegin);
   if (links.kind == LinkKind::cone) {
-    gpu.links = makeArray<ConeLink>(links.cone);
-    gpu.linkShape = makeBuffer(nullptr, 0, GL_STATIC_DRAW);
+    gpu.links = makeArray<ConeLink>(gl, links.cone);
+    gpu.linkShape = makeBuffer(gl, nullptr, 0, GL_STATIC_DRAW);
   } else if (links.kind == LinkKind::sh) {
-    gpu.links = makeArray<std::uint32_t>(links.shNode);
-    gpu.linkShape = makeArray<std::uint16_t>(links.shCoefficients);
+    gpu.links = makeArray<std::uint32_t>(gl, links.shNode);
+    gpu.linkShape = makeArray<std::uint16_t>(gl, links.shCoefficients);
   } else {
-    gpu.links = makeArray<std::uint32_t>(links.head);
-    gpu.linkShape = makeArray<std::uint32_t>(links.shape);
+    gpu.links = makeArray<std::uint32_t>(gl, links.head);
+    gpu.linkShape = makeArray<std::uint32_t>(gl, links.shape);
   }
   return done();
 }
 
-Texture makeTexture(GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
+Texture makeTexture(const Functions& gl, GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
   GLuint name = 0;
-  glGenTextures(1, &name);
-  Texture texture(name);
-  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
-  glBindTexture(target, name);
+  gl.GenTextures(1, &name);
+  Texture texture(gl, name);
+  gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  gl.BindTexture(target, name);
   if (target == GL_TEXTURE_2D) {
-    glTexStorage2D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+    gl.TexStorage2D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
   } else {
-    glTexStorage3D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers);
+    gl.TexStorage3D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers);
   }
-  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   return texture;
 }
 
@@ -253,9 +253,10 @@ std::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first)
   return list;
 }
 
-Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap, GpuBake& gpu) {
+Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap,
+                    GpuBake& gpu) {
   GLint most = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   const Lightmap& map = caches.lightmap;
   if (map.width > static_cast<GLuint>(most) || map.height > static_cast<GLuint>(most)) {
     return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " +
@@ -269,13 +270,13 @@ Status makeLightmap(const Caches& caches, int lumaBands, int chromaBands, bool i
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
   const int lumaLayers = wordsOf(mapBands(lumaBands, irradianceOnMap)),
             chromaLayers = wordsOf(mapBands(chromaBands, irradianceOnMap));
-  gpu.mapY = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
-  gpu.mapCo = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
-  gpu.mapCg = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
-  gpu.mapNormal = makeTexture(GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
+  gpu.mapY = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
+  gpu.mapCo = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
+  gpu.mapCg = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
+  gpu.mapNormal = makeTexture(gl, GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
   const std::vector<std::int8_t> normals = packNormals(caches);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
-                  normals.data());
+  gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
+                   normals.data());
   gpu.textureBytes = std::size_t{width} * height * (8 * static_cast<std::size_t>(lumaLayers + 2 * chromaLayers) + 4);
   return done();
 }
@@ -291,33 +292,34 @@ PullGroup choosePullGroup(GroupThreads threads) {
   return threads == GroupThreads::serial ? PullGroup{8, 4096} : PullGroup{128, 1024};
 }
 
-Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage) {
+Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLenum usage) {
   GLuint name = 0;
-  glGenBuffers(1, &name);
-  Buffer buffer{Handle<detail::deleteBuffer>(name), static_cast<GLsizeiptr>(std::max((bytes + 3) / 4 * 4, kSmallest))};
-  glBindBuffer(GL_COPY_WRITE_BUFFER, name);
+  gl.GenBuffers(1, &name);
+  Buffer buffer{Handle<detail::deleteBuffer>(gl, name),
+                static_cast<GLsizeiptr>(std::max((bytes + 3) / 4 * 4, kSmallest))};
+  gl.BindBuffer(GL_COPY_WRITE_BUFFER, name);
   if (data && static_cast<std::size_t>(buffer.bytes) == bytes) {
-    glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data, usage);
+    gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data, usage);
     return buffer;
   }
-  glBufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, usage);
-  glClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
-  if (data && bytes > 0) glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
+  gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, usage);
+  gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+  if (data && bytes > 0) gl.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
   return buffer;
 }
 
-void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) {
-  glBindBuffer(GL_COPY_WRITE_BUFFER, gpu.caches.get());
-  glClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) {
+  gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.caches.get());
+  gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
-  glActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+  gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
   const auto clear = [&](const Texture& texture, int bands) {
     const int layers = wordsOf(mapBands(bands, irradianceOnMap));
     const std::vector<std::uint16_t> zeros(std::size_t{4} * width * height * static_cast<std::size_t>(layers), 0);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
-    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers,
-                    GL_RGBA, GL_HALF_FLOAT, zeros.data());
+    gl.BindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
+    gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers,
+                     GL_RGBA, GL_HALF_FLOAT, zeros.data());
   };
   clear(gpu.mapY, lumaBands);
   clear(gpu.mapCo, chromaBands);
@@ -325,15 +327,16 @@ void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) 
   // Surfels leave out texels that hold no cache.
   std::vector<std::uint32_t> texels = bake.caches.lightmap.cache.toVector();
   for (std::uint32_t& texel : texels) texel = texel == kNoCache ? kRelumeNone : 0;
-  glBindBuffer(GL_COPY_WRITE_BUFFER, gpu.texels.get());
+  gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.texels.get());
   if (!texels.empty())
-    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(texels.size() * sizeof(texels[0])), texels.data());
+    gl.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(texels.size() * sizeof(texels[0])),
+                     texels.data());
 }
 
-void orderSurfels(const Bake& bake, GpuBake& gpu) {
+void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu) {
   if (!gpu.surfelOrder.empty()) return;
   constexpr std::size_t kWords = 1 + RELUME_SURFEL_GROUP / 2;
-  const auto words = readBuffer<std::uint32_t>(gpu.leafNode, gpu.surfelEnd / RELUME_SURFEL_GROUP * kWords);
+  const auto words = readBuffer<std::uint32_t>(gl, gpu.leafNode, gpu.surfelEnd / RELUME_SURFEL_GROUP * kWords);
   for (std::size_t block = 0; block < words.size(); block += kWords) {
     for (std::size_t i = 0; i < RELUME_SURFEL_GROUP; ++i) {
       const std::uint32_t step = words[block + 1 + i / 2] >> (16 * (i % 2)) & 0xFFFFu;
@@ -342,11 +345,12 @@ void orderSurfels(const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads) {
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
+                           GroupThreads threads) {
   GLint64 limit = 0;
   GLint alignment = 1;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
-  glGetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &alignment);
+  gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+  gl.GetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &alignment);
   const Hierarchy& hierarchy = bake.hierarchy;
   const Links& links = bake.links;
 
@@ -354,7 +358,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, Gro
   gpu.firstMapCache = bake.caches.firstMapCache();
   // A unit of repacked links has 16 bytes.
   if (Status ok =
-          makeLinks(links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu);
+          makeLinks(gl, links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu);
       !ok) {
     return ok.error();
   }
@@ -372,7 +376,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, Gro
                                              " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
   }
 
-  makeSurfels(bake, lumaBands, gpu);
+  makeSurfels(gl, bake, lumaBands, gpu);
   gpu.pullGroup = choosePullGroup(threads);
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
   gpu.pullGroupCount = schedule.groupCount();
@@ -382,19 +386,19 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, Gro
   for (const PullSchedule::Run& run : schedule.run) runs.push_back(packRun(run));
   std::vector<std::uint32_t> rounds = schedule.groupBegin;
   rounds.insert(rounds.end(), schedule.roundBegin.begin(), schedule.roundBegin.end());
-  gpu.pullNode = makeArray<std::uint32_t>(schedule.word);
-  gpu.pullRuns = makeArray<std::array<std::uint32_t, 2>>(runs);
-  gpu.pullRounds = makeArray<std::uint32_t>(rounds);
-  gpu.nodes = makeBuffer(nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  gpu.caches = makeBuffer(nullptr, cachesBytes, GL_DYNAMIC_COPY);
-  gpu.mapTexels = makeArray<std::uint32_t>(listTexels(bake.caches, gpu.firstMapCache));
-  gpu.texels = makeBuffer(nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
+  gpu.pullNode = makeArray<std::uint32_t>(gl, schedule.word);
+  gpu.pullRuns = makeArray<std::array<std::uint32_t, 2>>(gl, runs);
+  gpu.pullRounds = makeArray<std::uint32_t>(gl, rounds);
+  gpu.nodes = makeBuffer(gl, nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
+  gpu.caches = makeBuffer(gl, nullptr, cachesBytes, GL_DYNAMIC_COPY);
+  gpu.mapTexels = makeArray<std::uint32_t>(gl, listTexels(bake.caches, gpu.firstMapCache));
+  gpu.texels = makeBuffer(gl, nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   const PackedGrid grid = packGrid(bake.caches);
-  gpu.gridCache = makeArray<std::uint32_t>(grid.words);
-  gpu.resolve = makeBuffer(&grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
-  if (Status ok = makeLightmap(bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu); !ok)
+  gpu.gridCache = makeArray<std::uint32_t>(gl, grid.words);
+  gpu.resolve = makeBuffer(gl, &grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
+  if (Status ok = makeLightmap(gl, bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu); !ok)
     return ok.error();
-  clearLight(bake, lumaBands, chromaBands, gpu);
+  clearLight(gl, bake, lumaBands, chromaBands, gpu);
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);
@@ -402,7 +406,7 @@ Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, Gro
     batch.shapeStart = batch.shapeStart < gpu.linkShape.bytes ? batch.shapeStart : 0;
     batch.shapeBytes = std::min(batch.shapeBytes, gpu.linkShape.bytes - batch.shapeStart);
   }
-  if (glGetError() == GL_OUT_OF_MEMORY) {
+  if (gl.GetError() == GL_OUT_OF_MEMORY) {
     return Error{ErrorCode::unsupported, "this OpenGL has not enough memory for the bake's buffers"};
   }
   return gpu;

@@ -81,27 +81,27 @@ GroupThreads groupThreadsOf(const char* renderer);
 PullGroup choosePullGroup(GroupThreads threads);
 
 // A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
-Buffer makeBuffer(const void* data, std::size_t bytes, GLenum usage);
+Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLenum usage);
 
 // Copy a buffer to memory, leaving the bindings as they were.
 template <class T>
-std::vector<T> readBuffer(const Buffer& buffer, std::size_t count) {
+std::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::size_t count) {
   std::vector<T> data(count);
   GLint bound = 0;
-  glGetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
-  glBindBuffer(GL_COPY_READ_BUFFER, buffer.get());
-  glGetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(T)), data.data());
-  glBindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
+  gl.GetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
+  gl.BindBuffer(GL_COPY_READ_BUFFER, buffer.get());
+  gl.GetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(T)), data.data());
+  gl.BindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
   return data;
 }
 
 // Take all light off the caches and the light map. State must be saved.
-void clearLight(const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
+void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
 
 // Fill surfelOrder, where it is not yet: only a host that hands over light for each surfel pays for it.
-void orderSurfels(const Bake& bake, GpuBake& gpu);
+void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
-Result<GpuBake> uploadBake(const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads);
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads);
 
 }  // namespace relume::gl

@@ -124,6 +124,7 @@ Result<GLuint> resolveProgram(const Relighter& relighter) {
 Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<Receiver>& receivers, int frames) {
   RelightOptions options;
   options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   Result<Relighter> relighter = Relighter::create(bake, options);

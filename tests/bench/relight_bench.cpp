@@ -70,6 +70,9 @@ void registerScene(const Scene& scene, bool gl) {
   baseline.simd = Simd::baseline;
   avx2.simd = Simd::avx2;
   opengl.backend = BackendKind::gl;
+#if defined(RELUME_HAS_GL)
+  opengl.getProcAddress = EglContext::getProcAddress;
+#endif
   for (const char* pass : {"surfels", "pull", "caches", "frame"}) {
     add(pass, "cpu1", one);
     add(pass, "cpu2", both);

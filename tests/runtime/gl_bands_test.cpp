@@ -9,6 +9,7 @@
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
+#include <epoxy/gl.h>
 #include <glm/geometric.hpp>
 
 #include <array>
@@ -24,6 +25,7 @@ class GlBands : public test::GlTest {};
 Relighter make(const Bake& bake, BackendKind backend, int luma, int chroma) {
   RelightOptions options;
   options.backend = backend;
+  options.getProcAddress = EglContext::getProcAddress;
   options.lumaBands = luma;
   options.chromaBands = chroma;
   Result<Relighter> made = Relighter::create(bake, options);

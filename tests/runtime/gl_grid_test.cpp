@@ -18,6 +18,7 @@ class GlGrid : public test::GlTest {};
 Relighter light(const Bake& bake, BackendKind backend) {
   RelightOptions options;
   options.backend = backend;
+  options.getProcAddress = EglContext::getProcAddress;
   options.lumaBands = 3;
   options.chromaBands = 2;
   Result<Relighter> made = Relighter::create(bake, options);

@@ -17,6 +17,7 @@
 #include "formats/color.h"
 #include "formats/pack.h"
 
+#include <epoxy/gl.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -39,6 +40,7 @@ Relighter make(const Bake& bake, BackendKind backend, int luma = 0, int chroma =
                const std::string& visibility = {}) {
   RelightOptions options;
   options.backend = backend;
+  options.getProcAddress = EglContext::getProcAddress;
   options.lumaBands = luma;
   options.chromaBands = chroma;
   options.visibilityGlsl = visibility;
@@ -64,6 +66,7 @@ TEST(GlRelighterWithoutContext, isRefused) {
   { const EglContext ended = *EglContext::create(); }
   RelightOptions options;
   options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, ErrorCode::unsupported);
@@ -368,6 +371,7 @@ TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
 TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {
   RelightOptions options;
   options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
   options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
   ASSERT_FALSE(made);

@@ -2,10 +2,25 @@
 // See gl_test_support.h.
 #include "tests/runtime/gl_test_support.h"
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace relume::test {
+
+void GlTest::SetUp() {
+  Result<EglContext> made = EglContext::create({.debug = true});
+  if (!made) GTEST_SKIP() << made.error().message;
+  context_.emplace(std::move(*made));
+}
+
+void GlTest::TearDown() {
+  if (!context_) return;
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+  EXPECT_EQ(context_->errorCount(), 0) << context_->lastError();
+  context_.reset();
+}
 
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
                               std::size_t count, std::size_t outFloats) {

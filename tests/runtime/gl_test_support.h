@@ -6,7 +6,6 @@
 #include "relume/result.h"
 #include "tools/gl_scene/egl_context.h"
 
-#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -18,17 +17,8 @@ namespace relume::test {
 // A test with a context, which must end without a complaint of the driver.
 class GlTest : public testing::Test {
  protected:
-  void SetUp() override {
-    Result<EglContext> made = EglContext::create({.debug = true});
-    if (!made) GTEST_SKIP() << made.error().message;
-    context_.emplace(std::move(*made));
-  }
-  void TearDown() override {
-    if (!context_) return;
-    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
-    EXPECT_EQ(context_->errorCount(), 0) << context_->lastError();
-    context_.reset();
-  }
+  void SetUp() override;
+  void TearDown() override;
   std::optional<EglContext> context_;
 };
 

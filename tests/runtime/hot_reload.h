@@ -22,10 +22,11 @@ inline double totalOf(const Relighter& relighter) {
   return total;
 }
 
-inline void expectLightIsHandedOver(BackendKind kind) {
+inline void expectLightIsHandedOver(BackendKind kind, const GetProcAddress& getProcAddress = {}) {
   const Bake bake = makeSyntheticBake({.surfels = 700, .lightmapCaches = 24, .linksPerCache = 32});
   RelightOptions options;
   options.backend = kind;
+  options.getProcAddress = getProcAddress;
   Result<Relighter> old = Relighter::create(bake, options), fresh = Relighter::create(bake, options),
                     heir = Relighter::create(bake, options);
   ASSERT_TRUE(old && fresh && heir);

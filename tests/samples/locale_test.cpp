@@ -29,6 +29,7 @@ TEST(CommaLocale, shadersCompileAndAreTheSame) {
   const Bake bake = test::makeSyntheticBake({.surfels = 300});
   RelightOptions options;
   options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
   const auto resolve = [&] {
     options.visibilityGlsl = ShadowMaps::glsl();
     const Result<Relighter> relighter = Relighter::create(bake, options);

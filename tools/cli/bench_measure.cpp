@@ -134,11 +134,13 @@ Result<RelightTimes> measureCpu(const Bake& bake, const Bands& bands, int thread
   return times;
 }
 
-Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames, Context& context) {
+Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, const GetProcAddress& getProcAddress, int frames,
+                               Context& context) {
   RelightOptions options;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   options.backend = BackendKind::gl;
+  options.getProcAddress = getProcAddress;
   Result<RelightTimes> times = measureFrames(bake, options, frames, context);
   if (!times) return times.error();
   times->how = "OpenGL";

@@ -6,6 +6,7 @@
 #include "bake/options.h"
 #include "bake/scene/scene.h"
 #include "relume/bake_data.h"
+#include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
 
@@ -44,9 +45,11 @@ struct RelightTimes {
 };
 
 // Relights under one directional and one spot light without shadows, with emission and bounces, `frames` times after a
-// few frames to warm up. With OpenGL a context must be current. Errors of Relighter::create(); failed: cancelled.
+// few frames to warm up. With OpenGL the context of getProcAddress must be current. Errors of Relighter::create();
+// failed: cancelled.
 Result<RelightTimes> measureCpu(const Bake& bake, const Bands& bands, int threads, int frames, Context& context);
-Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, int frames, Context& context);
+Result<RelightTimes> measureGl(const Bake& bake, const Bands& bands, const GetProcAddress& getProcAddress, int frames,
+                               Context& context);
 
 // Model and cores of the processor; never a host's name.
 struct Machine {

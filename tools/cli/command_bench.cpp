@@ -127,13 +127,14 @@ class OptionalGl {
     if (!wanted) return;
     Result<EglContext> created = EglContext::create();
     description = created ? created->renderer() + ", OpenGL " + created->version() : created.error().message;
-    if (created) context_.emplace(std::move(*created));
-    available = context_.has_value();
+    if (!created) return;
+    context_.emplace(std::move(*created));
+    getProcAddress = EglContext::getProcAddress;
 #else
     if (wanted) description = "none: this relume was built without OpenGL";
 #endif
   }
-  bool available = false;
+  GetProcAddress getProcAddress;  // empty = there is none
   std::string description;
 
  private:
@@ -250,8 +251,9 @@ Status measureOpenGl(const BenchArguments& a, Measured& measured) {
   Terminal terminal(a.terminal());
   const OptionalGl gl(wants(a, "gl"));
   measured.report.renderer = gl.description;
-  for (std::size_t i = 0; gl.available && i < measured.bakes.size(); ++i) {
-    Result<RelightTimes> times = measureGl(measured.bakes[i], bandsOf(a), a.repeat, terminal.context());
+  for (std::size_t i = 0; gl.getProcAddress && i < measured.bakes.size(); ++i) {
+    Result<RelightTimes> times =
+        measureGl(measured.bakes[i], bandsOf(a), gl.getProcAddress, a.repeat, terminal.context());
     if (!times) return times.error();
     measured.report.settings[i].relight.push_back(std::move(*times));
   }

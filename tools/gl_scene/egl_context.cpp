@@ -143,6 +143,8 @@ EglContext::EglContext(EglContext&&) noexcept = default;
 EglContext& EglContext::operator=(EglContext&&) noexcept = default;
 EglContext::~EglContext() = default;
 
+GlProc EglContext::getProcAddress(const char* name) { return eglGetProcAddress(name); }
+
 std::string EglContext::renderer() const { return reinterpret_cast<const char*>(glGetString(GL_RENDERER)); }
 std::string EglContext::version() const { return reinterpret_cast<const char*>(glGetString(GL_VERSION)); }
 

@@ -3,6 +3,7 @@
 // command line and headless samples; software rasterisers will do. Include before any other OpenGL header.
 #pragma once
 
+#include "relume/relighter.h"
 #include "relume/result.h"
 
 #include <memory>
@@ -24,6 +25,8 @@ class EglContext {
   EglContext& operator=(EglContext&&) noexcept;
   ~EglContext();
 
+  // For RelightOptions: the functions of EGL's contexts.
+  static GlProc getProcAddress(const char* name);
   // GL_RENDERER and GL_VERSION.
   std::string renderer() const;
   std::string version() const;

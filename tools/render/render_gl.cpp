@@ -252,6 +252,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
   options.visibilityGlsl = ShadowMaps::glsl();
+  options.getProcAddress = EglContext::getProcAddress;
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
     shadows->setUniforms(relighter.gl()->surfelProgram());
     shadows->bind();

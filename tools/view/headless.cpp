@@ -63,7 +63,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
-  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands);
+  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands, EglContext::getProcAddress);
   if (!viewer) return viewer.error();
   std::printf("bands %s\n", viewer->bands().c_str());
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);

@@ -124,7 +124,8 @@ Status addFileLights(const std::string& path, ViewState& state) {
 
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands) {
+Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands,
+                              const GetProcAddress& getProcAddress) {
   auto level = GlLevel::create(scene, &bake.caches.lightmap);
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(shadowSize);
@@ -134,6 +135,7 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   options.visibilityGlsl = ShadowMaps::glsl();
+  options.getProcAddress = getProcAddress;
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
   Viewer viewer(bake, std::move(*level), std::move(*shadows), std::move(*relighter));

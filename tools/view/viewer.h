@@ -59,8 +59,10 @@ struct ViewState {
 
 class Viewer {
  public:
-  // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer.
-  static Result<Viewer> create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands);
+  // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer. getProcAddress: of
+  // whatever made the context.
+  static Result<Viewer> create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands,
+                               const GetProcAddress& getProcAddress);
 
   // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
