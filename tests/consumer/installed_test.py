@@ -60,6 +60,23 @@ def check_headers(include):
                 check(target in installed, f'{header} includes "{target}", which is not installed')
 
 
+def check_linked(where, library):
+    """Neither the library nor what says how to link it has anything of OpenGL."""
+    graphics = re.compile(r'epoxy|lib(Open)?GLX?\b|libGLESv|libGLdispatch|libEGL|glfw|-lGL|-lEGL|OpenGL::', re.I)
+    needed = [line for line in run('objdump', '-p', library).split('\n') if line.split()[:1] == ['NEEDED']]
+    check(any('libstdc++' in line for line in needed), f'librelume.so needs {needed}')
+    found = [line for line in needed if graphics.search(line)]
+    unresolved = run('nm', '-D', '--undefined-only', library).split()
+    found += [name for name in unresolved if re.match(r'epoxy_|(gl|glX|egl)[A-Z]', name)]
+    files = glob.glob(where + '/lib*/**/relume*Targets*.cmake', recursive=True)
+    files += glob.glob(where + '/lib*/**/relume.pc', recursive=True)
+    check(len(files) >= 3, f'how to link is said by {files} alone')
+    for name in files:
+        with open(name, encoding='utf8') as file:
+            found += [f'{name}: {line}' for line in file if graphics.search(line)]
+    check(not found, f'the runtime links OpenGL: {found}')
+
+
 def check_games(prefix, bake, expected, root=''):
     """Games of all kinds against what is installed at `prefix`, below `root`."""
     where = root + prefix
@@ -75,6 +92,14 @@ def check_games(prefix, bake, expected, root=''):
     run('cmake', '--build', games)
     for game in ('cpp_static', 'cpp_shared', 'c_shared'):
         check_same(game, light(run(os.path.join(games, game), bake, env=environment)), expected)
+
+    # In OpenGL, whose functions the game hands over.
+    for game in glob.glob(games + '/gl_*'):
+        done = subprocess.run([game, bake], env=environment, capture_output=True, text=True, check=False)
+        check(done.returncode in (0, 5), f'{game}: exit status {done.returncode}\n{done.stdout}{done.stderr}')
+        if done.returncode:
+            print(f'{os.path.basename(game)} is not tested: {done.stderr.strip()}')
+    check_linked(where, library)
 
     # C89 by pkg-config, as a makefile would.
     pc = glob.glob(where + '/lib*/**/relume.pc', recursive=True)
@@ -121,6 +146,8 @@ if shutil.which('dpkg-deb') and shutil.which('cpack'):
     check('libstdc++6' in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the library depends on nothing')
     check('libembree' in run('dpkg-deb', '-f', packages['relume-tools'], 'Depends'), 'the tools depend on no Embree')
     check('libembree' not in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the runtime depends on the baker')
+    for package in names[:2]:
+        check('epoxy' not in run('dpkg-deb', '-f', packages[package], 'Depends'), f'{package} depends on libepoxy')
     root = os.path.join(work, 'root')
     for package in packages.values():
         run('dpkg-deb', '-x', package, root)
