@@ -3,11 +3,14 @@
 // class is preceded, the first time it appears in a chunk, by its version as u32.
 #include "formats/archive.h"
 
+#include "formats/memory.h"
+
 #include <cereal/cereal.hpp>
 #include <cereal/types/string.hpp>
 
 #include <bit>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -100,7 +103,7 @@ void checkVersion(std::uint32_t version) {
 
 // A list with a version of its own, so that cereal's loader for vectors, which resizes before it reads, is not used.
 struct InstanceList {
-  std::vector<BakedInstance> instances;
+  std::pmr::vector<BakedInstance> instances;
 };
 
 }  // namespace
@@ -146,6 +149,8 @@ Result<std::vector<std::byte>> save(T value) {
     MemoryOutput archive;
     archive(value);
     return std::move(archive.bytes);
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, std::string("cannot serialise: ") + e.what()};
   }
@@ -161,8 +166,8 @@ Status load(std::span<const std::byte> bytes, T& value) {
     return done();
   } catch (const UnknownVersion& e) {
     return Error{ErrorCode::unsupported, e.what()};
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::failed, "out of memory"};
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
   } catch (const std::exception& e) {  // cereal::Exception, std::length_error
     return Error{ErrorCode::invalidFile, e.what()};
   }
@@ -178,18 +183,24 @@ CEREAL_CLASS_VERSION(relume::InstanceList, relume::kClassVersion)
 namespace relume {
 
 Result<std::vector<std::byte>> saveArchive(const BakeScalars& value) { return save(value); }
-Result<std::vector<std::byte>> saveArchive(const std::vector<BakedInstance>& value) {
-  return save(InstanceList{value});
+Result<std::vector<std::byte>> saveArchive(std::span<const BakedInstance> value) {
+  return save(InstanceList{{value.begin(), value.end(), std::pmr::new_delete_resource()}});
 }
 Result<std::vector<std::byte>> saveArchive(const Provenance& value) { return save(value); }
 
 Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value) { return load(bytes, value); }
 Status loadArchive(std::span<const std::byte> bytes, Provenance& value) { return load(bytes, value); }
-Status loadArchive(std::span<const std::byte> bytes, std::vector<BakedInstance>& value) {
-  InstanceList list;
-  Status status = load(bytes, list);
-  if (status) value = std::move(list.instances);
-  return status;
+Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory) {
+  try {
+    // The array's owner, in one block with its reference count. Moving a vector keeps its resource.
+    const auto list = std::allocate_shared<InstanceList>(std::pmr::polymorphic_allocator<InstanceList>(memory),
+                                                         InstanceList{std::pmr::vector<BakedInstance>(memory)});
+    Status status = load(bytes, *list);
+    if (status) value = Array<BakedInstance>(list, list->instances);
+    return status;
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
+  }
 }
 
 }  // namespace relume

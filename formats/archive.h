@@ -8,6 +8,7 @@
 #include "relume/result.h"
 
 #include <cstddef>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -22,15 +23,16 @@ struct BakeScalars {
   std::uint32_t linkKind = 0, linkBands = 0;
 };
 
-// Same value, same bytes. failed: out of memory.
+// Same value, same bytes. memory: there was not enough.
 Result<std::vector<std::byte>> saveArchive(const BakeScalars& value);
-Result<std::vector<std::byte>> saveArchive(const std::vector<BakedInstance>& value);
+Result<std::vector<std::byte>> saveArchive(std::span<const BakedInstance> value);
 Result<std::vector<std::byte>> saveArchive(const Provenance& value);
 
 // invalidFile: truncated, a size beyond the bytes that are left, or bytes left over; unsupported: a class version of
-// another writer. Allocates at most a small multiple of bytes.size().
+// another writer; memory. Allocates at most a small multiple of bytes.size(); the list of instances from `memory`
+// [not null], which must outlive the array.
 Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value);
-Status loadArchive(std::span<const std::byte> bytes, std::vector<BakedInstance>& value);
+Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory);
 Status loadArchive(std::span<const std::byte> bytes, Provenance& value);
 
 }  // namespace relume

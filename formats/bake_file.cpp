@@ -4,12 +4,14 @@
 #include "formats/chunks.h"
 
 #include "formats/archive.h"
+#include "formats/memory.h"
 #include "formats/validate.h"
 
 #include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -179,11 +181,12 @@ class ChunkReader {
     return {};
   }
 
-  template <class Value>
-  void takeArchive(const char* name, Value& value) {
+  // memory: of values that take any.
+  template <class Value, class... Memory>
+  void takeArchive(const char* name, Value& value, Memory*... memory) {
     const auto bytes = take(name, ElementType::archive, 1);
     if (failed()) return;
-    if (const Status status = loadArchive(bytes, value); !status) error_ = inChunk(name, status.error());
+    if (const Status status = loadArchive(bytes, value, memory...); !status) error_ = inChunk(name, status.error());
   }
 
   void finish() {
@@ -199,7 +202,8 @@ class ChunkReader {
   Error error_{ErrorCode::invalidFile, ""};
 };
 
-Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const void>& owner) {
+Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const void>& owner,
+                      std::pmr::memory_resource* memory) {
   Bake bake;
   BakeScalars scalars;
   ChunkReader reader(chunks);
@@ -213,7 +217,7 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
     const auto bytes = reader.take(name, Stored<T>::type, columnsOf<T>(name, scalars.linkBands));
     array = Array<T>(owner, std::span<const T>(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)));
   });
-  reader.takeArchive(kInstances, bake.instances);
+  reader.takeArchive(kInstances, bake.instances, memory);
   reader.takeArchive(kProvenance, bake.provenance);
   reader.finish();
   if (reader.failed()) return reader.error();
@@ -251,21 +255,22 @@ Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
 }
 
 Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
-                       Checksums checksums) {
+                       Checksums checksums, std::pmr::memory_resource* memory) {
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
     return Error{ErrorCode::usage, "the memory of a bake must be aligned to 8 bytes"};
   try {
-    const Result<std::vector<Chunk>> chunks = readChunks(bytes);
+    memory = memoryOr(memory);
+    const auto chunks = readChunks(bytes, memory);
     if (!chunks) return chunks.error();
     if (checksums == Checksums::verify) {
       if (const Status status = verifyChunks(*chunks); !status) return status.error();
     }
-    Result<Bake> bake = assemble(*chunks, owner);
+    Result<Bake> bake = assemble(*chunks, owner, memory);
     if (!bake) return bake;
-    if (const Status status = checkStructure(*bake); !status) return status.error();
+    if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::failed, "out of memory"};
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
   }
 }
 
@@ -276,28 +281,30 @@ Status checkMagic(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return done();  // mapFile() says what it is
   std::array<char, kBakeMagic.size()> first{};
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file;
+  file.rdbuf()->pubsetbuf(nullptr, 0);  // eight bytes need none of the stream's own memory
+  file.open(path, std::ios::binary);
   if (!file.read(first.data(), first.size())) return done();
   if (std::memcmp(first.data(), kBakeMagic.data(), first.size()) == 0) return done();
-  const Result<std::vector<Chunk>> chunks = readChunks(std::as_bytes(std::span(first)));
+  const auto chunks = readChunks(std::as_bytes(std::span(first)));
   return chunks ? done() : Status(Error{chunks.error().code, path.string() + ": " + chunks.error().message});
 }
 
 }  // namespace
 
-Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums) {
+Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
   // Header and table first: what is no bake is not read into memory.
   if (const Result<std::vector<ChunkInfo>> chunks = listChunks(path); !chunks) return chunks.error();
-  const Result<FileBytes> file = readFile(path);
+  const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memoryOr(memory));
   if (!file) return file.error();
-  return named(path, parseBake(file->bytes, file->owner, checksums));
+  return named(path, parseBake(file->bytes, file->owner, checksums, memory));
 }
 
-Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums) {
+Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
   if (const Status status = checkMagic(path); !status) return status.error();
-  const Result<FileBytes> file = mapFile(path);
+  const Result<FileBytes> file = mapFile(path, memoryOr(memory));
   if (!file) return file.error();
-  return named(path, parseBake(file->bytes, file->owner, checksums));
+  return named(path, parseBake(file->bytes, file->owner, checksums, memory));
 }
 
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
@@ -305,7 +312,7 @@ Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
   if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
-  const Result<std::vector<Chunk>> chunks = readChunks(file->bytes);
+  const auto chunks = readChunks(file->bytes);
   if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
   std::uint64_t hash = 0;
   std::memcpy(&hash, file->bytes.data() + kHashOffset, sizeof hash);
@@ -316,7 +323,7 @@ Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {
   if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
-  const Result<std::vector<Chunk>> chunks = readChunks(file->bytes);
+  const auto chunks = readChunks(file->bytes);
   if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
   std::vector<ChunkInfo> list;
   for (const Chunk& chunk : *chunks) list.push_back(chunk.info);

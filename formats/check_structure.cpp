@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory_resource>
 #include <vector>
 
 namespace relume {
@@ -69,8 +70,8 @@ void checkLevels(const Hierarchy& h, Findings& findings) {
 // Every inner node has two adjacent children in the next level, behind those of the nodes before it, every node but the
 // root one parent, every sender one leaf: then the whole is a tree, whose children the runtime finds by counting, and
 // pull, deepest level first, reads nothing that is not written.
-void checkTree(const Hierarchy& h, Findings& findings) {
-  std::vector<bool> hasParent(h.child.size(), false);
+void checkTree(const Hierarchy& h, Findings& findings, std::pmr::memory_resource* memory) {
+  std::pmr::vector<bool> hasParent(h.child.size(), false, memory);
   std::uint32_t next = 1;
   for (std::uint32_t d = 0; d < h.levelCount(); ++d) {
     const bool last = d + 1 == h.levelCount();
@@ -307,7 +308,7 @@ void checkBands(const Bake& bake, Findings& findings) {
 
 }  // namespace
 
-void checkStructureInto(const Bake& bake, Findings& findings) {
+void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_resource* memory) {
   checkSurfelArrays(bake, findings);
   checkCoordinates(bake.surfels.positionWorld, "surfel.position", findings);
   checkCoordinates(bake.caches.positionWorld, "cache.position", findings);
@@ -315,7 +316,7 @@ void checkStructureInto(const Bake& bake, Findings& findings) {
   if (!findings.empty()) return;
   checkLevels(bake.hierarchy, findings);
   if (!findings.empty()) return;
-  checkTree(bake.hierarchy, findings);
+  checkTree(bake.hierarchy, findings, memory);
   checkGroupRoots(bake.hierarchy, findings);
   checkCacheArrays(bake, findings);
   if (checkLinkArrays(bake, findings)) checkLinkNodes(bake, findings);

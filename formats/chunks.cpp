@@ -65,9 +65,9 @@ constexpr std::uint64_t alignUp(std::uint64_t offset) {
 std::uint64_t hashOf(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 // Hash of header and table with the header's own hash field zero.
-std::uint64_t hashTable(FileHeader header, std::span<const std::byte> table) {
+std::uint64_t hashTable(FileHeader header, std::span<const std::byte> table, std::pmr::memory_resource* memory) {
   header.tableHash = 0;
-  std::vector<std::byte> bytes(sizeof(header) + table.size());
+  std::pmr::vector<std::byte> bytes(sizeof(header) + table.size(), memory);
   std::memcpy(bytes.data(), &header, sizeof(header));
   if (!table.empty()) std::memcpy(bytes.data() + sizeof(header), table.data(), table.size());
   return hashOf(bytes);
@@ -182,7 +182,7 @@ std::size_t elementBytes(ElementType type) {
   return 0;
 }
 
-bool writeChunks(std::vector<Chunk> chunks, const ByteSink& sink) {
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink) {
   // Lay out: each chunk starts at the next multiple of 64; the file ends with the last byte of the last chunk.
   FileHeader header;
   header.chunkCount = static_cast<std::uint32_t>(chunks.size());
@@ -201,7 +201,7 @@ bool writeChunks(std::vector<Chunk> chunks, const ByteSink& sink) {
   }
   header.fileBytes = end;
   const auto tableBytes = std::as_bytes(std::span<const TableRow>(table));
-  header.tableHash = hashTable(header, tableBytes);
+  header.tableHash = hashTable(header, tableBytes, std::pmr::new_delete_resource());
 
   // Write front to back.
   if (!sink(std::as_bytes(std::span<const FileHeader>(&header, 1))) || !sink(tableBytes)) return false;
@@ -214,11 +214,11 @@ bool writeChunks(std::vector<Chunk> chunks, const ByteSink& sink) {
   return true;
 }
 
-Result<std::vector<Chunk>> readChunks(std::span<const std::byte> file) {
+Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory) {
   const Result<FileHeader> header = readHeader(file);
   if (!header) return header.error();
   const auto tableBytes = file.subspan(sizeof(FileHeader), header->chunkCount * sizeof(TableRow));
-  std::vector<Chunk> chunks;
+  std::pmr::vector<Chunk> chunks(memory);
   chunks.reserve(header->chunkCount);
   std::uint64_t end = sizeof(FileHeader) + tableBytes.size();
   for (std::size_t i = 0; i < header->chunkCount; ++i) {
@@ -233,7 +233,7 @@ Result<std::vector<Chunk>> readChunks(std::span<const std::byte> file) {
     chunks.push_back({*info, file.subspan(info->offset, info->bytes)});
   }
   if (end != file.size()) return expectedFound("file: bytes after the last chunk", end, file.size());
-  if (const std::uint64_t hash = hashTable(*header, tableBytes); hash != header->tableHash)
+  if (const std::uint64_t hash = hashTable(*header, tableBytes, memory); hash != header->tableHash)
     return expectedFound("header and chunk table checksum", hex(header->tableHash), hex(hash));
   return chunks;
 }

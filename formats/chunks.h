@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory_resource>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,13 +52,14 @@ struct Chunk {
 
 // Lay out the chunks (offset, bytes and hash are filled in) and hand header, table, padding and data to the sink, in
 // the order of the file. False when the sink refuses.
-bool writeChunks(std::vector<Chunk> chunks, const ByteSink& sink);
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink);
 
 // Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
 // in order, inside the file, without holes; padding zero. The spans point into `file`.
 // invalidFile: names header field or chunk, what was expected and found; unsupported: another version or byte order.
-// Allocates nothing but the table, which the file's own size bounds.
-Result<std::vector<Chunk>> readChunks(std::span<const std::byte> file);
+// Allocates nothing but the table, which the file's own size bounds, from `memory` [not null]; throws std::bad_alloc.
+Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file,
+                                           std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
 // invalidFile: names the first chunk whose data does not have the table's hash.
 Status verifyChunks(std::span<const Chunk> chunks);

@@ -4,6 +4,8 @@
 // some FUSE) are told by the error of the first attempt; there the age of a temporary decides.
 #include "formats/file_io.h"
 
+#include "formats/memory.h"
+
 #include <fcntl.h>
 #include <linux/magic.h>
 #include <sys/file.h>
@@ -188,18 +190,20 @@ Result<fs::path> targetOf(const fs::path& path) {
 
 }  // namespace
 
-Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes) {
+Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes, std::pmr::memory_resource* memory) {
   std::size_t size = 0;
   const Result<Descriptor> file = openRegular(path, size);
   if (!file) return file.error();
   if (size > mostBytes)
     return Error{ErrorCode::invalidFile, path.string() + ": has " + std::to_string(size) + " bytes, at most " +
                                              std::to_string(mostBytes) + " expected"};
-  std::shared_ptr<std::vector<Block>> blocks;
+  std::shared_ptr<std::pmr::vector<Block>> blocks;
   try {
-    blocks = std::make_shared<std::vector<Block>>((size + sizeof(Block) - 1) / sizeof(Block));
+    // The vector takes the resource of the allocator that makes it.
+    blocks = std::allocate_shared<std::pmr::vector<Block>>(std::pmr::polymorphic_allocator<Block>(memory),
+                                                           (size + sizeof(Block) - 1) / sizeof(Block));
   } catch (const std::exception&) {
-    return Error{ErrorCode::failed, path.string() + ": out of memory for its " + std::to_string(size) + " bytes"};
+    return Error{ErrorCode::memory, path.string() + ": out of memory for its " + std::to_string(size) + " bytes"};
   }
   auto* data = reinterpret_cast<std::byte*>(blocks->data());
   for (std::size_t at = 0; at < size;) {
@@ -212,15 +216,22 @@ Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes) {
   return FileBytes{blocks, {data, size}};
 }
 
-Result<FileBytes> mapFile(const fs::path& path) {
+Result<FileBytes> mapFile(const fs::path& path, std::pmr::memory_resource* memory) {
   std::size_t size = 0;
   const Result<Descriptor> file = openRegular(path, size);
   if (!file) return file.error();
   if (size == 0) return FileBytes{};
   void* address = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file->get(), 0);
   if (address == MAP_FAILED) return ioError(path, "cannot be mapped", errno);
-  std::shared_ptr<const void> owner(address, [size](const void* p) { ::munmap(const_cast<void*>(p), size); });
-  return FileBytes{std::move(owner), {static_cast<const std::byte*>(address), size}};
+  try {
+    // Unmaps also where there is no memory for the owner.
+    std::shared_ptr<const void> owner(
+        address, [size](const void* p) { ::munmap(const_cast<void*>(p), size); },
+        std::pmr::polymorphic_allocator<std::byte>(memory));
+    return FileBytes{std::move(owner), {static_cast<const std::byte*>(address), size}};
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
+  }
 }
 
 Result<fs::path> followLinks(const fs::path& path) {

@@ -5,6 +5,7 @@
 #include "formats/decimal.h"
 #include "formats/validate.h"
 
+#include <memory_resource>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,7 +55,7 @@ struct At {
   std::uint64_t index;
 };
 
-void checkStructureInto(const Bake& bake, Findings& findings);  // 1xx
+void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_resource* memory);  // 1xx
 void checkSurfels(const Bake& bake, Findings& findings);        // 2xx
 void checkHierarchy(const Bake& bake, Findings& findings);      // 3xx
 void checkCaches(const Bake& bake, Findings& findings);         // 4xx

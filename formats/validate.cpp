@@ -46,7 +46,7 @@ std::string toString(const Finding& f) {
 
 std::vector<Finding> validateBake(const Bake& bake) {
   Findings findings;
-  checkStructureInto(bake, findings);
+  checkStructureInto(bake, findings, std::pmr::new_delete_resource());
   if (!findings.empty()) return findings.takeSorted();
   checkSurfels(bake, findings);
   checkHierarchy(bake, findings);
@@ -56,9 +56,9 @@ std::vector<Finding> validateBake(const Bake& bake) {
   return findings.takeSorted();
 }
 
-Status checkStructure(const Bake& bake) {
+Status checkStructure(const Bake& bake, std::pmr::memory_resource* memory) {
   Findings findings;
-  checkStructureInto(bake, findings);
+  checkStructureInto(bake, findings, memory);
   if (findings.empty()) return done();
   return Error{ErrorCode::invalidFile, toString(findings.list().front())};
 }

@@ -62,6 +62,8 @@ inline relume_status statusOf(ErrorCode code) {
       return RELUME_ERROR_FAILED;
     case ErrorCode::unsupported:
       return RELUME_ERROR_UNSUPPORTED;
+    case ErrorCode::memory:
+      return RELUME_ERROR_MEMORY;
   }
   return RELUME_ERROR_FAILED;
 }

@@ -11,7 +11,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace relume {
 
@@ -45,7 +44,7 @@ struct Bake {
   Hierarchy hierarchy;
   Caches caches;
   Links links;
-  std::vector<BakedInstance> instances;  // indexed by Surfels::instance and Lightmap::parts
+  Array<BakedInstance> instances;  // indexed by Surfels::instance and Lightmap::parts
   Provenance provenance;
   Array<std::uint32_t> shapes;  // [Size kShapeWords * blocks] weighted sums over blocks of a mesh's vertices, from
                                 // which the baker tells exporters' noise from change (bake/shape_sums.h)

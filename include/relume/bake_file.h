@@ -4,8 +4,14 @@
 // whether the numbers make sense is validateBake()'s question.
 //
 // Errors of all readers: io: no such file, no permission; invalidFile: not a bake, truncated, damaged: names chunk or
-// field, what was expected and found; unsupported: another format version or byte order. Memory taken is at most a
-// small multiple of the file's size. Any thread.
+// field, what was expected and found; unsupported: another format version or byte order; memory: there was not enough.
+// Memory taken is at most a small multiple of the file's size. Any thread.
+//
+// The last parameter of the readers that make a Bake is where memory comes from; null = the global operators new and
+// delete. What loading takes and what a bake keeps go through it: the bytes of readBake(), the list of instances, what
+// the checks need meanwhile. Exempt are the mapped file itself, and the texts of names, provenance and errors, which are
+// std::string. It must outlive the bake, every copy of one of its arrays and so every Relighter made from it, and it is
+// called on the thread that loads and on the one that destroys the last of these.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -15,6 +21,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -31,16 +38,18 @@ Result<std::vector<std::byte>> serializeBake(const Bake& bake);
 enum class Checksums { verify, skip };
 
 // Read into memory.
-Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify);
+Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify,
+                      std::pmr::memory_resource* memory = nullptr);
 
 // Map read-only; the bake's arrays borrow the mapping and keep it alive. The file must not be shortened meanwhile
 // (replacing it by rename, as writeBake() does, is safe).
-Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify);
+Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify,
+                     std::pmr::memory_resource* memory = nullptr);
 
 // From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied. usage: the bytes are not
 // aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
-                       Checksums checksums = Checksums::verify);
+                       Checksums checksums = Checksums::verify, std::pmr::memory_resource* memory = nullptr);
 
 // What tells one bake file from another: the XXH3-64 of header and table in its header (formats/README.md), which
 // covers the sums of all chunks. Same bytes, same number.

@@ -18,6 +18,7 @@ enum class ErrorCode {
   invalidFile,  // a file was read and is not what it claims to be
   failed,       // the work itself failed (also: cancelled by the caller)
   unsupported,  // valid, but nothing we can handle (unknown required extension, newer version, no OpenGL)
+  memory,       // memory ran out, the host's (std::pmr::memory_resource) or the system's
 };
 
 struct Error {
@@ -35,6 +36,7 @@ constexpr int exitCode(ErrorCode code) {
     case ErrorCode::invalidFile:
       return 3;
     case ErrorCode::failed:
+    case ErrorCode::memory:
       return 4;
     case ErrorCode::unsupported:
       return 5;

@@ -104,16 +104,18 @@ void swapParts(Bake& bake) {
 }
 
 void shiftNames(Bake& bake) {
-  std::vector<BakedInstance> before = bake.instances;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    bake.instances[i].node = before[(i + 1) % before.size()].node;
-    bake.instances[i].mesh = before[(i + 1) % before.size()].mesh;
+  std::vector<BakedInstance> shifted = bake.instances.toVector();
+  for (std::size_t i = 0; i < shifted.size(); ++i) {
+    shifted[i].node = bake.instances[(i + 1) % shifted.size()].node;
+    shifted[i].mesh = bake.instances[(i + 1) % shifted.size()].mesh;
   }
+  bake.instances = shifted;
 }
 
 void shiftNodesAlone(Bake& bake) {
-  std::vector<BakedInstance> before = bake.instances;
-  for (std::size_t i = 0; i < before.size(); ++i) bake.instances[i].node = before[(i + 1) % before.size()].node;
+  std::vector<BakedInstance> shifted = bake.instances.toVector();
+  for (std::size_t i = 0; i < shifted.size(); ++i) shifted[i].node = bake.instances[(i + 1) % shifted.size()].node;
+  bake.instances = shifted;
 }
 
 void emptyGrid(Bake& bake) {
@@ -208,11 +210,14 @@ TEST(CompareReceivers, nodesThatAreIgnoredDoNotCount) {
 
 TEST(CompareReceivers, partsThatAreGoneOrReshapedAreCounted) {
   Bake changed = original();
-  changed.instances[0].node = "another";
+  std::vector<BakedInstance> parts = changed.instances.toVector();
+  parts[0].node = "another";
+  changed.instances = parts;
   const LightDifference light = difference(original(), changed, nullptr);
   EXPECT_EQ(light.receivers.partsOnlyInA, 1u);
   EXPECT_EQ(light.receivers.partsOnlyInB, 1u);
-  for (BakedInstance& part : changed.instances) part.node += " renamed";
+  for (BakedInstance& part : parts) part.node += " renamed";
+  changed.instances = parts;
   EXPECT_TRUE(difference(original(), changed, nullptr).receivers.unmatched);
 }
 

@@ -206,7 +206,7 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
   SchemaCheck schema(Json::parse(file));
   Bake other = makeSmallBake(LinkKind::sh);
-  other.instances[0].transformHash = other.instances[0].contentHash = 5;
+  editInstance(other, 0, [](BakedInstance& i) { i.transformHash = i.contentHash = 5; });
   other.provenance.optionsJson = "{\"links\":{\"pull\":\"area\"},\"seed\":8}";
   const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
   CompareBounds bounds;
@@ -236,7 +236,7 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
 
 TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   Bake other = makeSmallBake();
-  other.instances[1].node = "<script>lamp & \"co\"";
+  editInstance(other, 1, [](BakedInstance& i) { i.node = "<script>lamp & \"co\""; });
   scaleLinks(other, 2, 4, 0.5f);
   const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
   const LightDifference light = difference(a.bake, b.bake);

@@ -26,7 +26,7 @@ TEST(Archive, noMemoryIsNotTheFilesFault) {
     ::setrlimit(RLIMIT_AS, &limit);
     Provenance loaded;
     const Status status = loadArchive(*bytes, loaded);
-    std::_Exit(!status && status.error().code == ErrorCode::failed && status.error().message == "out of memory" ? 0
+    std::_Exit(!status && status.error().code == ErrorCode::memory && status.error().message == "out of memory" ? 0
                                                                                                                 : 1);
   };
   EXPECT_EXIT(load(), ::testing::ExitedWithCode(0), "");

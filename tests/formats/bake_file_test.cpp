@@ -241,7 +241,7 @@ TEST_F(BakeFile, missingAndUnknownChunksAreNamed) {
   EXPECT_NE(errorOf(file).find("chunk provenance: missing, found chunk qrovenance"), std::string::npos)
       << errorOf(file);
 
-  std::vector<Chunk> chunks = *readChunks(smallFile());
+  auto chunks = *readChunks(smallFile());
   const Bytes keep = smallFile();
   chunks = *readChunks(keep);
   chunks.push_back({{"extra", ElementType::u32, {0, 1}, 0, 0, 0}, {}});

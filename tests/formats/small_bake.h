@@ -138,11 +138,19 @@ inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {
   bake.hierarchy = makeSmallHierarchy();
   bake.caches = makeSmallCaches();
   bake.links = makeSmallLinks(kind);
-  bake.instances = {{"floor", "quad", "wood", 0x0123456789ABCDEFull, 11, 12, 13, 14, 0, 1},
-                    {"lamp", "panel", "", 42, 21, 22, 0, 23, 1, 1}};
+  bake.instances = std::vector<BakedInstance>{{"floor", "quad", "wood", 0x0123456789ABCDEFull, 11, 12, 13, 14, 0, 1},
+                                              {"lamp", "panel", "", 42, 21, 22, 0, 23, 1, 1}};
   bake.shapes = std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
   bake.provenance = {"0.1.0", 1, "{\"links\":{\"pull\":\"area\"},\"seed\":7}", 99, 7, "none", 2, 1, 77, 78};
   return bake;
+}
+
+// Change one instance in place.
+template <class Edit>
+void editInstance(Bake& bake, std::size_t index, const Edit& edit) {
+  std::vector<BakedInstance> instances = bake.instances.toVector();
+  edit(instances.at(index));
+  bake.instances = instances;
 }
 
 // A copy of an array with one element replaced.

@@ -125,8 +125,8 @@ const std::vector<Corruption>& corruptions() {
       {Check::recommendedBands, "chroma", cone, [](Bake& b) { b.provenance.chromaBands = 3; }},
       {Check::recommendedBands, "beyond the links", sh, [](Bake& b) { b.provenance.lumaBands = 3; }},
       {Check::receiverWithoutLightmap, "dropped map", cone, [](Bake& b) { b.caches.lightmap = Lightmap{}; }},
-      {Check::shapeRange, "beyond", cone, [](Bake& b) { b.instances[1].shapeCount = 2; }},
-      {Check::shapeRange, "overflow", cone, [](Bake& b) { b.instances[0].firstShape = 0xFFFFFFFFu; }},
+      {Check::shapeRange, "beyond", cone, [](Bake& b) { editInstance(b, 1, [](BakedInstance& i) { i.shapeCount = 2; }); }},
+      {Check::shapeRange, "overflow", cone, [](Bake& b) { editInstance(b, 0, [](BakedInstance& i) { i.firstShape = 0xFFFFFFFFu; }); }},
       {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
       {Check::coordinate, "surfel nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
@@ -171,7 +171,7 @@ const std::vector<Corruption>& corruptions() {
       {Check::cornerMixed, "back", cone, [](Bake& b) { set(b.caches.lightmap.backCornerUv, 7, kGridLit); }},
       {Check::partOccurrence, "ahead", cone,
        [](Bake& b) { set(b.caches.lightmap.parts, 1, LightmapPart{1, 0, 0, 1, 6}); }},
-      {Check::partOccurrence, "one name", cone, [](Bake& b) { b.instances[1].node = b.instances[0].node; }},
+      {Check::partOccurrence, "one name", cone, [](Bake& b) { editInstance(b, 1, [&b](BakedInstance& i) { i.node = b.instances[0].node; }); }},
       {Check::partsOverlap, "shared", cone,
        [](Bake& b) { set(b.caches.lightmap.parts, 1, LightmapPart{0, 0, 0, 1, 5}); }},
       {Check::texelUnfilled, "hole", cone, [](Bake& b) { set(b.caches.lightmap.cache, 5, kNoCache); }},
@@ -198,7 +198,7 @@ const std::vector<Corruption>& corruptions() {
 
       {Check::optionsMissing, "empty", cone, [](Bake& b) { b.provenance.optionsJson.clear(); }},
       {Check::toolVersionMissing, "empty", cone, [](Bake& b) { b.provenance.toolVersion.clear(); }},
-      {Check::instanceUnnamed, "empty", cone, [](Bake& b) { b.instances[1].node.clear(); }},
+      {Check::instanceUnnamed, "empty", cone, [](Bake& b) { editInstance(b, 1, [](BakedInstance& i) { i.node.clear(); }); }},
   };
   return list;
 }

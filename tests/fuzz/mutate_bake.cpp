@@ -105,7 +105,7 @@ void moveElements(Bytes& data, std::size_t bytes, Random& random) {
   }
 }
 
-Bytes layOut(const std::vector<Chunk>& chunks, std::size_t most) {
+Bytes layOut(std::span<const Chunk> chunks, std::size_t most) {
   Bytes out;
   writeChunks(chunks, [&](std::span<const std::byte> bytes) {
     const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
@@ -116,8 +116,8 @@ Bytes layOut(const std::vector<Chunk>& chunks, std::size_t most) {
 }
 
 // Another content for one chunk, of the same size or of whole rows more or less; the file is laid out anew.
-Bytes changeChunk(const std::vector<Chunk>& chunks, std::size_t most, Random& random) {
-  std::vector<Chunk> changed = chunks;
+Bytes changeChunk(std::span<const Chunk> chunks, std::size_t most, Random& random) {
+  std::vector<Chunk> changed(chunks.begin(), chunks.end());
   Chunk& chunk = changed[random() % changed.size()];
   const std::size_t element = elementBytes(chunk.info.type);
   const std::size_t row = std::max<std::size_t>(static_cast<std::size_t>(chunk.info.shape[1]) * element, 1);
@@ -151,7 +151,9 @@ Bytes changeTexts(std::span<const std::byte> file, Random& random) {
   if (bake->instances.empty() || random() % 4 != 0) {
     options = mutateJson(options.empty() ? "{\"links\":{\"kind\":\"oct6\"}}" : options, 4096, kWords, random);
   } else {
-    bake->instances[random() % bake->instances.size()].node = kWords[random() % kWords.size()];
+    std::vector<BakedInstance> instances = bake->instances.toVector();
+    instances[random() % instances.size()].node = kWords[random() % kWords.size()];
+    bake->instances = instances;
   }
   const Result<std::vector<std::byte>> again = serializeBake(*bake);
   if (!again) return {};
@@ -185,7 +187,7 @@ Bytes mutateBake(std::span<const std::uint8_t> file, std::size_t most, Random& r
     if (!changed.empty() && changed.size() <= most) return changed;
   }
   if (way >= 3) {
-    const Result<std::vector<Chunk>> chunks = readChunks(bytes);
+    const auto chunks = readChunks(bytes);
     if (chunks && !chunks->empty()) {
       const Bytes changed = changeChunk(*chunks, most, random);
       if (changed.size() <= most) return changed;

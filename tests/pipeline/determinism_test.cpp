@@ -100,7 +100,7 @@ TEST(Pipeline, provenanceNamesPartsAndFollowsContent) {
     EXPECT_TRUE(scene);
     Result<Bake> baked = bake(*scene, tinyOptions(), context);
     EXPECT_TRUE(baked) << baked.error().message;
-    return std::pair{baked->instances.at(0), baked->provenance};
+    return std::pair{baked->instances[0], baked->provenance};
   };
   const auto [part, provenance] = provenanceOf({});
   EXPECT_EQ(part.node, "Room");

@@ -28,7 +28,7 @@ const std::vector<std::string> kNames = {RELUME_GL_FUNCTIONS(RELUME_GL_NAME)};
 // One that may be written: its surfels lie on an instance.
 Bake smallBake() {
   Bake bake = test::makeSyntheticBake({.surfels = 300, .lightmapCaches = 24, .linksPerCache = 16});
-  bake.instances.resize(1);
+  bake.instances = std::vector<BakedInstance>(1);
   bake.caches.lightmap.parts = std::vector<LightmapPart>(1);
   return bake;
 }

@@ -23,7 +23,7 @@ Status verifyBake(const Scene& scene, const BakeOptions& options, const Bake& ba
   if (!second) return second.error();
   if (*first == *second) return done();
 
-  const Result<std::vector<Chunk>> a = readChunks(*first), b = readChunks(*second);
+  const auto a = readChunks(*first), b = readChunks(*second);
   std::string where = "the header";
   for (std::size_t i = 0; a && b && i < std::min(a->size(), b->size()); ++i) {
     if ((*a)[i].info.hash == (*b)[i].info.hash && (*a)[i].info.bytes == (*b)[i].info.bytes) continue;

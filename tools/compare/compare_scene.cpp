@@ -22,7 +22,7 @@ void compareOne(const BakedInstance& before, const BakedInstance& now, std::vect
 
 }  // namespace
 
-std::vector<PartKey> partKeys(const std::vector<BakedInstance>& parts) {
+std::vector<PartKey> partKeys(std::span<const BakedInstance> parts) {
   std::map<std::pair<std::string, std::string>, std::size_t> seen;
   std::vector<PartKey> keys;
   for (const BakedInstance& part : parts) keys.emplace_back(part.node, part.mesh, seen[{part.node, part.mesh}]++);
@@ -69,7 +69,7 @@ std::string toString(const PartChange& c) {
   return node;
 }
 
-std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now) {
+std::vector<PartChange> compareParts(std::span<const BakedInstance> before, std::span<const BakedInstance> now) {
   const std::vector<PartKey> keysBefore = partKeys(before), keysNow = partKeys(now);
   std::map<PartKey, std::size_t> at;
   for (std::size_t i = 0; i < before.size(); ++i) at.emplace(keysBefore[i], i);

@@ -14,7 +14,7 @@ namespace relume {
 
 // By what parts of two scenes answer to each other: names of node and mesh; of several such (GPU instances) the k-th.
 using PartKey = std::tuple<std::string, std::string, std::size_t>;
-std::vector<PartKey> partKeys(const std::vector<BakedInstance>& parts);  // [Size parts]
+std::vector<PartKey> partKeys(std::span<const BakedInstance> parts);  // [Size parts]
 
 struct PartChange {
   enum class Kind { added, removed, moved, reshaped, rematerialled, settings };
@@ -28,6 +28,6 @@ std::string toString(const PartChange& change);  // node "Pillar_03" moved
 
 // In the order of `now`, then what was removed. Parts are the same when their keys are. One part may change in several
 // ways.
-std::vector<PartChange> compareParts(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now);
+std::vector<PartChange> compareParts(std::span<const BakedInstance> before, std::span<const BakedInstance> now);
 
 }  // namespace relume

@@ -25,7 +25,7 @@ constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {
 
 using PartIndex = std::map<PartKey, std::uint32_t>;
 
-PartIndex indexParts(const std::vector<BakedInstance>& parts) {
+PartIndex indexParts(std::span<const BakedInstance> parts) {
   PartIndex index;
   for (PartKey& key : partKeys(parts)) index.emplace(std::move(key), static_cast<std::uint32_t>(index.size()));
   return index;

@@ -20,8 +20,8 @@ bool isAnotherLevel(const std::vector<PartChange>& changes, std::size_t before, 
   return 2 * count(PartChange::Kind::removed) > before || 2 * count(PartChange::Kind::added) > now;
 }
 
-std::string anotherLevel(const std::vector<BakedInstance>& before, const std::vector<BakedInstance>& now) {
-  const auto first = [](const std::vector<BakedInstance>& parts) {
+std::string anotherLevel(std::span<const BakedInstance> before, std::span<const BakedInstance> now) {
+  const auto first = [](std::span<const BakedInstance> parts) {
     return parts.empty() ? std::string() : " (\"" + parts[0].node + "\", ...)";
   };
   return "this is another level: " + std::to_string(before.size()) + " parts" + first(before) +
@@ -45,7 +45,7 @@ void compareOptions(const BakeOptions& options, const Provenance& provenance, st
 }
 
 // At most three changes in words; a level that has little in common with the baked one is called another level.
-std::string summary(const std::vector<PartChange>& changes, const Bake& bake, const std::vector<BakedInstance>& now) {
+std::string summary(const std::vector<PartChange>& changes, const Bake& bake, std::span<const BakedInstance> now) {
   if (isAnotherLevel(changes, bake.instances.size(), now.size())) return anotherLevel(bake.instances, now);
   if (changes.empty()) return "its parts come in another order";
   std::string text;
