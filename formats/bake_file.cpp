@@ -254,8 +254,8 @@ Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
   return file;
 }
 
-Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
-                       Checksums checksums, std::pmr::memory_resource* memory) {
+Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner, Checksums checksums,
+                       std::pmr::memory_resource* memory) {
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
     return Error{ErrorCode::usage, "the memory of a bake must be aligned to 8 bytes"};
   try {

@@ -56,9 +56,9 @@ struct At {
 };
 
 void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_resource* memory);  // 1xx
-void checkSurfels(const Bake& bake, Findings& findings);        // 2xx
-void checkHierarchy(const Bake& bake, Findings& findings);      // 3xx
-void checkCaches(const Bake& bake, Findings& findings);         // 4xx
-void checkLinks(const Bake& bake, Findings& findings);          // 5xx
+void checkSurfels(const Bake& bake, Findings& findings);                                           // 2xx
+void checkHierarchy(const Bake& bake, Findings& findings);                                         // 3xx
+void checkCaches(const Bake& bake, Findings& findings);                                            // 4xx
+void checkLinks(const Bake& bake, Findings& findings);                                             // 5xx
 
 }  // namespace relume

@@ -6,9 +6,10 @@
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
+#include "runtime/shared/memory.h"
 
 #include <cstddef>
-#include <memory>
+#include <memory_resource>
 #include <span>
 #include <string>
 #include <utility>
@@ -23,7 +24,10 @@ class Backend {
   Backend& operator=(const Backend&) = delete;
   virtual ~Backend() = default;
 
-  // One frame, steps 2 to 5 (relighter.h). `setup` has passed checkSetup().
+  // Take the memory that relight(setup) needs beyond what the frames before it needed. Throws std::bad_alloc, and has
+  // changed no light then. The contents of the spans are not read.
+  virtual void reserve(const LightSetup& setup) = 0;
+  // One frame, steps 2 to 5 (relighter.h). `setup` has passed checkSetup() and reserve(): no memory is taken.
   virtual void relight(const LightSetup& setup) = 0;
   // Forget last frame's light.
   virtual void reset() = 0;
@@ -44,13 +48,15 @@ class Backend {
 struct BackendRequest {
   int lumaBands = 1, chromaBands = 1;  // [1..8]
   const RelightOptions& options;
+  std::pmr::memory_resource* memory;  // [not null] must outlive the backend
 };
 
 // Backends keep alive what they read of the bake's arrays every frame. The bake has passed checkBake().
+// Both throw std::bad_alloc.
 // usage: the processor lacks the instruction set that was asked for.
-Result<std::unique_ptr<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request);
+Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request);
 // usage: no getProcAddress; unsupported: no OpenGL 4.3, a function of it missing, buffers too large, or a build without
 // OpenGL; failed: a shader's log.
-Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request);
+Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request);
 
 }  // namespace relume

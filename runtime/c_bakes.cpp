@@ -26,20 +26,32 @@ relume_status relume_context_create(const relume_context_desc* desc, relume_cont
   if (desc == nullptr || desc->struct_size < offsetof(relume_context_desc, log)) return RELUME_ERROR_USAGE;
   relume_context_desc read{};
   std::memcpy(&read, desc, std::min(desc->struct_size, sizeof read));
-  if (read.api_version != RELUME_API_VERSION) {
-    if (read.log != nullptr) read.log(read.user, RELUME_ERROR, "relume_context_desc.api_version is not this library's");
-    return RELUME_ERROR_USAGE;
+  const auto refuse = [&read](relume_status status, const char* text) {
+    try {
+      if (read.log != nullptr) read.log(read.user, RELUME_ERROR, text);
+    } catch (...) {  // a log that throws: the status has to do
+    }
+    return status;
+  };
+  if (read.api_version != RELUME_API_VERSION)
+    return refuse(RELUME_ERROR_USAGE, "relume_context_desc.api_version is not this library's");
+  if ((read.allocate == nullptr) != (read.deallocate == nullptr)) {
+    return refuse(RELUME_ERROR_USAGE,
+                  "relume_context_desc has one of allocate and deallocate, expected both or neither");
   }
   try {
-    auto made = std::make_unique<relume_context>();
-    made->host = std::make_shared<const Host>(Host{read.user, read.log, read.parallel_for});
-    *context = made.release();
+    const HostMemory memory(read.user, read.allocate, read.deallocate);
+    const auto host =
+        std::allocate_shared<Host>(HostAllocator<Host>(memory), Host{read.user, read.log, read.parallel_for, memory});
+    *context = makeHandle<relume_context>(host).release();
     return RELUME_OK;
-  } catch (const std::bad_alloc&) {
-    return RELUME_ERROR_MEMORY;
+  } catch (const std::bad_alloc& e) {
+    return refuse(RELUME_ERROR_MEMORY, relume::outOfMemory(e).message.c_str());
+  } catch (...) {
+    return refuse(RELUME_ERROR_FAILED, "an exception of the host's callbacks");
   }
 }
-void relume_context_destroy(relume_context* context) { delete context; }
+void relume_context_destroy(relume_context* context) { destroyHandle(context); }
 const char* relume_context_error(const relume_context* context) {
   return context == nullptr ? "" : context->error.text();
 }
@@ -70,54 +82,50 @@ const char* relume_status_text(relume_status status) {
 
 namespace {
 
-// A bake handle of what `read` gives.
+// A bake handle of what read(memory) gives.
 template <class Read>
-relume_status makeBake(relume_context* context, relume_bake** bake, const Read& read) {
-  return run(context, [&]() -> Status {
-    if (bake == nullptr) return nullPointer("bake");
-    *bake = nullptr;
-    auto made = std::make_unique<relume_bake>();
-    Result<relume::Bake> loaded = read();
-    if (!loaded) return loaded.error();
-    made->host = context->host;
-    made->bake = std::move(*loaded);
-    *bake = made.release();
-    return relume::done();
-  });
+Status makeBake(relume_context* context, relume_bake** bake, const Read& read) {
+  if (bake == nullptr) return nullPointer("bake");
+  *bake = nullptr;
+  Result<relume::Bake> loaded = read(&context->host->memory);
+  if (!loaded) return loaded.error();
+  *bake = makeHandle<relume_bake>(context->host, std::move(*loaded)).release();
+  return relume::done();
 }
 
 }  // namespace
 
 relume_status relume_bake_load(relume_context* context, const char* path, relume_bake** bake) {
-  return makeBake(context, bake, [&]() -> Result<relume::Bake> {
-    if (path == nullptr) return nullPointer("path");
-    return relume::mapBake(std::filesystem::path(reinterpret_cast<const char8_t*>(path)));
+  return run(context, [&]() -> Status {
+    return makeBake(context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
+      if (path == nullptr) return nullPointer("path");
+      return relume::mapBake(std::filesystem::path(reinterpret_cast<const char8_t*>(path)), relume::Checksums::verify,
+                             memory);
+    });
   });
 }
 
 relume_status relume_bake_from_memory(relume_context* context, const void* bytes, size_t size,
                                       void (*release)(void* release_user), void* release_user, relume_bake** bake) {
-  // Releases whatever happens below, also where nothing is made of the bytes.
-  struct Releaser {
-    void (*release)(void*);
-    void* user;
-    ~Releaser() {
-      if (release != nullptr) release(user);
-    }
-  };
-  std::unique_ptr<Releaser> releaser(new (std::nothrow) Releaser{release, release_user});
-  if (releaser == nullptr) {
+  const auto releaseBytes = [release, release_user](const void*) {
     if (release != nullptr) release(release_user);
-    return context == nullptr ? RELUME_ERROR_USAGE : fail(*context, RELUME_ERROR_MEMORY, "memory ran out");
+  };
+  if (context == nullptr) {
+    releaseBytes(bytes);
+    return RELUME_ERROR_USAGE;
   }
-  return makeBake(context, bake, [&]() -> Result<relume::Bake> {
-    if (bytes == nullptr) return nullPointer("bytes");
-    const std::shared_ptr<const void> owner(std::shared_ptr<Releaser>(std::move(releaser)), bytes);
-    return relume::parseBake({static_cast<const std::byte*>(bytes), size}, owner);
+  return run(context, [&]() -> Status {
+    // Releases whatever happens below, also where there is no memory for the owner itself.
+    const std::shared_ptr<const void> owner(bytes, releaseBytes,
+                                            std::pmr::polymorphic_allocator<std::byte>(&context->host->memory));
+    return makeBake(context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
+      if (bytes == nullptr) return nullPointer("bytes");
+      return relume::parseBake({static_cast<const std::byte*>(bytes), size}, owner, relume::Checksums::verify, memory);
+    });
   });
 }
 
-void relume_bake_destroy(relume_bake* bake) { delete bake; }
+void relume_bake_destroy(relume_bake* bake) { destroyHandle(bake); }
 const char* relume_bake_error(const relume_bake* bake) { return bake == nullptr ? "" : bake->error.text(); }
 
 relume_status relume_bake_get_info(const relume_bake* bake, relume_bake_info* info) {

@@ -7,25 +7,72 @@
 #include "relume/relighter.h"
 #include "relume/relume.h"
 #include "relume/result.h"
+#include "runtime/shared/memory.h"
 
 #include <algorithm>
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <memory_resource>
 #include <mutex>
 #include <new>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace relume::c {
 
+// The callbacks for memory, or the global operators new and delete.
+class HostMemory final : public std::pmr::memory_resource {
+ public:
+  // Both or neither of the callbacks.
+  HostMemory(void* user, relume_allocate give, relume_deallocate takeBack)
+      : user_(user), allocate_(give), deallocate_(takeBack) {}
+
+ private:
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    if (allocate_ == nullptr) return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    void* const block = allocate_(user_, bytes, alignment);
+    if (block == nullptr) throw RefusedMemory(bytes, alignment);
+    return block;
+  }
+  void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override {
+    if (deallocate_ == nullptr) return std::pmr::new_delete_resource()->deallocate(block, bytes, alignment);
+    deallocate_(user_, block, bytes, alignment);
+  }
+  bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
+    const auto* same = dynamic_cast<const HostMemory*>(&other);
+    return same != nullptr && same->user_ == user_ && same->allocate_ == allocate_ && same->deallocate_ == deallocate_;
+  }
+
+  void* user_;
+  relume_allocate allocate_;
+  relume_deallocate deallocate_;
+};
+
 // What handles of a context share: its callbacks.
 struct Host {
   void* user = nullptr;
   relume_log log = nullptr;
   relume_parallel_for parallelFor = nullptr;
+  HostMemory memory;
+};
+
+// Serves the block of the Host itself, whose resource goes before its block does.
+template <class T>
+struct HostAllocator {
+  using value_type = T;
+  HostMemory memory;
+
+  explicit HostAllocator(const HostMemory& callbacks) : memory(callbacks) {}
+  template <class U>
+  HostAllocator(const HostAllocator<U>& other) : memory(other.memory) {}
+  T* allocate(std::size_t count) { return static_cast<T*>(memory.allocate(count * sizeof(T), alignof(T))); }
+  void deallocate(T* block, std::size_t count) { memory.deallocate(block, count * sizeof(T), alignof(T)); }
+  template <class U>
+  bool operator==(const HostAllocator<U>& other) const {
+    return memory.is_equal(other.memory);
+  }
 };
 
 // The last failure's text. Const functions of one handle may fail on several threads at once.
@@ -45,10 +92,26 @@ class LastError {
   std::string text_;
 };
 
+// The host goes last of a handle: it gives the memory of all the rest.
 struct Handle {
-  std::shared_ptr<const Host> host;
+  explicit Handle(std::shared_ptr<Host> shared) : host(std::move(shared)) {}
+
+  std::shared_ptr<Host> host;
   mutable LastError error;
 };
+
+// A handle's memory is the host's. Throws std::bad_alloc.
+template <class T, class... Arguments>
+Owned<T> makeHandle(const std::shared_ptr<Host>& host, Arguments&&... arguments) {
+  return makeOwned<T>(&host->memory, host, std::forward<Arguments>(arguments)...);
+}
+template <class T>
+void destroyHandle(T* handle) noexcept {
+  if (handle == nullptr) return;
+  const std::shared_ptr<Host> host = handle->host;
+  handle->~T();
+  host->memory.deallocate(handle, sizeof(T), alignof(T));
+}
 
 inline relume_status statusOf(ErrorCode code) {
   switch (code) {
@@ -84,8 +147,8 @@ inline relume_status run(const Handle* handle, const Work& work) noexcept {
   try {
     const Status status = work();
     return status ? RELUME_OK : fail(*handle, statusOf(status.error().code), status.error().message.c_str());
-  } catch (const std::bad_alloc&) {
-    return fail(*handle, RELUME_ERROR_MEMORY, "memory ran out");
+  } catch (const std::bad_alloc& e) {
+    return fail(*handle, RELUME_ERROR_MEMORY, outOfMemory(e).message.c_str());
   } catch (const std::exception& e) {
     return fail(*handle, RELUME_ERROR_FAILED, e.what());
   } catch (...) {
@@ -112,12 +175,25 @@ Status readStruct(const T* from, std::size_t least, const char* name, T& to) {
 
 }  // namespace relume::c
 
-struct relume_context : relume::c::Handle {};
+struct relume_context : relume::c::Handle {
+  using Handle::Handle;
+};
 struct relume_bake : relume::c::Handle {
+  relume_bake(std::shared_ptr<relume::c::Host> shared, relume::Bake loaded)
+      : Handle(std::move(shared)), bake(std::move(loaded)) {}
+
   relume::Bake bake;
 };
 struct relume_relighter : relume::c::Handle {
-  std::optional<relume::Relighter> relighter;
-  std::vector<relume::Light> lights;  // of the frame; keeps its memory
-  std::size_t surfels = 0, skyPatches = 0;
+  relume_relighter(std::shared_ptr<relume::c::Host> shared, relume::Relighter created, const relume::Bake& bake)
+      : Handle(std::move(shared)),
+        relighter(std::move(created)),
+        lights(&host->memory),
+        surfels(bake.surfels.count()),
+        skyPatches(bake.hierarchy.skyDirection.size()),
+        caches(bake.caches.count()) {}
+
+  relume::Relighter relighter;
+  std::pmr::vector<relume::Light> lights;  // of the frame; keeps its memory
+  std::size_t surfels, skyPatches, caches;
 };

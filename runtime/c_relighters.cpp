@@ -22,9 +22,10 @@ std::span<const glm::vec2> points(const float* v, std::size_t count) {
   return {reinterpret_cast<const glm::vec2*>(v), count};
 }
 
-relume::ParallelFor parallelForOf(const std::shared_ptr<const Host>& host) {
-  if (host->parallelFor == nullptr) return {};
-  return [host](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+// The relighter's handle keeps the host. One pointer: std::function allocates nothing for it.
+relume::ParallelFor parallelForOf(const Host& context) {
+  if (context.parallelFor == nullptr) return {};
+  return [host = &context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
     const relume_task task = [](void* data, unsigned int index) {
       (*static_cast<const std::function<void(std::uint32_t)>*>(data))(index);
     };
@@ -51,25 +52,21 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.backend = read.backend == RELUME_BACKEND_GL ? relume::BackendKind::gl : relume::BackendKind::cpu;
     options.lumaBands = read.luma_bands;
     options.chromaBands = read.chroma_bands;
-    options.parallelFor = parallelForOf(bake->host);
+    options.parallelFor = parallelForOf(*bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {
       options.getProcAddress = [&read](const char* name) {
         return read.get_proc_address(read.get_proc_address_user, name);
       };
     }
-    auto made = std::make_unique<relume_relighter>();
+    options.memory = &bake->host->memory;
     Result<relume::Relighter> created = relume::Relighter::create(bake->bake, options);
     if (!created) return created.error();
-    made->host = bake->host;
-    made->relighter.emplace(std::move(*created));
-    made->surfels = bake->bake.surfels.count();
-    made->skyPatches = bake->bake.hierarchy.skyDirection.size();
-    *relighter = made.release();
+    *relighter = makeHandle<relume_relighter>(bake->host, std::move(*created), bake->bake).release();
     return relume::done();
   });
 }
-void relume_relighter_destroy(relume_relighter* relighter) { delete relighter; }
+void relume_relighter_destroy(relume_relighter* relighter) { destroyHandle(relighter); }
 const char* relume_relighter_error(const relume_relighter* relighter) {
   return relighter == nullptr ? "" : relighter->error.text();
 }
@@ -121,13 +118,13 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
     frame.skyRadiance = vec3(read.sky_radiance);
     frame.emissionScale = vec3(read.emission_scale);
     frame.bounceScale = read.bounce_scale;
-    return relighter->relighter->relight(frame);
+    return relighter->relighter.relight(frame);
   });
 }
 
 relume_status relume_reset(relume_relighter* relighter) {
   return run(relighter, [&]() -> Status {
-    relighter->relighter->reset();
+    relighter->relighter.reset();
     return relume::done();
   });
 }
@@ -136,7 +133,7 @@ relume_status relume_inherit(relume_relighter* relighter, const relume_bake* bak
   return run(relighter, [&]() -> Status {
     if (bake == nullptr) return nullPointer("bake");
     if (previous == nullptr) return nullPointer("previous");
-    return relighter->relighter->inherit(*previous->relighter, bake->bake);
+    return relighter->relighter.inherit(previous->relighter, bake->bake);
   });
 }
 
@@ -150,8 +147,8 @@ relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, s
     if (normals == nullptr) return nullPointer("normals");
     if (irradiance == nullptr) return nullPointer("irradiance");
     const float* planes = geometric_normals != nullptr ? geometric_normals : normals;
-    return relighter->relighter->irradianceOnLightmap(points(uvs, count), vectors(normals, count),
-                                                      vectors(planes, count), vectors(irradiance, count));
+    return relighter->relighter.irradianceOnLightmap(points(uvs, count), vectors(normals, count),
+                                                     vectors(planes, count), vectors(irradiance, count));
   });
 }
 
@@ -162,8 +159,8 @@ relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_
     if (positions == nullptr) return nullPointer("positions");
     if (normals == nullptr) return nullPointer("normals");
     if (irradiance == nullptr) return nullPointer("irradiance");
-    return relighter->relighter->irradianceInGrid(vectors(positions, count), vectors(normals, count),
-                                                  vectors(irradiance, count));
+    return relighter->relighter.irradianceInGrid(vectors(positions, count), vectors(normals, count),
+                                                 vectors(irradiance, count));
   });
 }
 
@@ -185,17 +182,17 @@ Status checkBytes(const void* output, std::size_t bytes, std::size_t expected) {
 
 relume_status relume_irradiance_map(const relume_relighter* relighter, void* rgba16f, size_t bytes) {
   return run(relighter, [&]() -> Status {
-    const glm::uvec2 size = relighter->relighter->lightmapSize();
+    const glm::uvec2 size = relighter->relighter.lightmapSize();
     if (Status ok = checkBytes(rgba16f, bytes, std::size_t{8} * size.x * size.y); !ok) return ok;
-    return relighter->relighter->irradianceMap(elements<std::uint16_t>(rgba16f, bytes));
+    return relighter->relighter.irradianceMap(elements<std::uint16_t>(rgba16f, bytes));
   });
 }
 
 relume_status relume_irradiance_map_l1(const relume_relighter* relighter, void* rgba16f, size_t bytes) {
   return run(relighter, [&]() -> Status {
-    const glm::uvec2 size = relighter->relighter->lightmapSize();
+    const glm::uvec2 size = relighter->relighter.lightmapSize();
     if (Status ok = checkBytes(rgba16f, bytes, std::size_t{32} * size.x * size.y); !ok) return ok;
-    return relighter->relighter->irradianceMapL1(elements<std::uint16_t>(rgba16f, bytes));
+    return relighter->relighter.irradianceMapL1(elements<std::uint16_t>(rgba16f, bytes));
   });
 }
 
@@ -207,33 +204,32 @@ relume_status relume_ambient_volume(const relume_relighter* relighter, const flo
     if (resolution == nullptr) return nullPointer("resolution");
     if (cubes == nullptr && bytes > 0) return nullPointer("cubes");
     const relume::AmbientVolume volume{vec3(origin), vec3(spacing), {resolution[0], resolution[1], resolution[2]}};
-    return relighter->relighter->ambientVolume(volume, elements<glm::vec3>(cubes, bytes));
+    return relighter->relighter.ambientVolume(volume, elements<glm::vec3>(cubes, bytes));
   });
 }
 
 unsigned int relume_coefficients_per_cache(const relume_relighter* relighter) {
-  return relighter == nullptr ? 0 : static_cast<unsigned int>(relighter->relighter->coefficientsPerCache());
+  return relighter == nullptr ? 0 : static_cast<unsigned int>(relighter->relighter.coefficientsPerCache());
 }
 
 relume_status relume_cache_coefficients(const relume_relighter* relighter, float* coefficients, size_t bytes) {
   return run(relighter, [&]() -> Status {
-    const std::vector<float> all = relighter->relighter->cacheCoefficients();
-    if (Status ok = checkBytes(coefficients, bytes, all.size() * sizeof(float)); !ok) return ok;
-    std::copy(all.begin(), all.end(), coefficients);
-    return relume::done();
+    const std::size_t count = static_cast<std::size_t>(relighter->relighter.coefficientsPerCache()) * relighter->caches;
+    if (Status ok = checkBytes(coefficients, bytes, count * sizeof(float)); !ok) return ok;
+    return relighter->relighter.cacheCoefficients(std::span<float>(coefficients, count));
   });
 }
 
 // ---- OpenGL
 
 const char* relume_gl_resolve_glsl(const relume_relighter* relighter) {
-  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter->gl();
+  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter.gl();
   return gl == nullptr ? nullptr : gl->glsl().c_str();
 }
 
 relume_status relume_gl_bind_resolve(const relume_relighter* relighter) {
   return run(relighter, [&]() -> Status {
-    const relume::GlResolve* gl = relighter->relighter->gl();
+    const relume::GlResolve* gl = relighter->relighter.gl();
     if (gl == nullptr) return usage("this relighter has no OpenGL: RELUME_BACKEND_GL was not asked for");
     gl->bind();
     return relume::done();
@@ -241,6 +237,6 @@ relume_status relume_gl_bind_resolve(const relume_relighter* relighter) {
 }
 
 unsigned int relume_gl_surfel_program(const relume_relighter* relighter) {
-  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter->gl();
+  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter.gl();
   return gl == nullptr ? 0 : gl->surfelProgram();
 }

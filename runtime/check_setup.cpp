@@ -116,7 +116,7 @@ Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t 
   return done();
 }
 
-void normaliseLights(std::span<const Light> lights, std::vector<Light>& normalised) {
+void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& normalised) {
   normalised.assign(lights.begin(), lights.end());
   for (Light& light : normalised) {
     if (light.kind != LightKind::point) light.direction = glm::normalize(light.direction);

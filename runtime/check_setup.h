@@ -7,6 +7,7 @@
 #include "relume/result.h"
 
 #include <cstddef>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,6 @@ namespace relume {
 Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t skyPatchCount);
 
 // The lights of a setup that passes, with directions of length 1. `normalised` keeps its memory from frame to frame.
-void normaliseLights(std::span<const Light> lights, std::vector<Light>& normalised);
+void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& normalised);
 
 }  // namespace relume

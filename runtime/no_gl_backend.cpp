@@ -4,7 +4,7 @@
 
 namespace relume {
 
-Result<std::unique_ptr<Backend>> makeGlBackend(const Bake&, const BackendRequest&) {
+Result<Owned<Backend>> makeGlBackend(const Bake&, const BackendRequest&) {
   return Error{ErrorCode::unsupported, "this build of the runtime has no OpenGL backend (RELUME_BUILD_GL is off)"};
 }
 

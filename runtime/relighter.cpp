@@ -8,6 +8,7 @@
 #include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/memory.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
 
@@ -20,7 +21,10 @@
 namespace relume {
 
 struct Relighter::State {
-  Caches caches;  // what look-ups read; shares the bake's arrays
+  explicit State(std::pmr::memory_resource* host) : memory(host), lights(&memory), inherited{&memory} {}
+
+  AlignedMemory memory;  // of all that follows
+  Caches caches;         // what look-ups read; shares the bake's arrays
   LinkKind linkKind = LinkKind::cone;
   std::uint64_t sceneHash = 0;
   std::size_t surfelCount = 0, skyPatchCount = 0;
@@ -28,12 +32,18 @@ struct Relighter::State {
   int lumaBands = 1, chromaBands = 1;
   BackendKind kind = BackendKind::cpu;
   ParallelFor parallelFor;
-  std::unique_ptr<Backend> backend;
-  std::vector<Light> lights;  // this frame's, with directions of length 1
+  Owned<Backend> backend;
+  std::pmr::vector<Light> lights;  // this frame's, with directions of length 1
   // After inherit(), until the next frame; else empty.
   struct Inherited {
-    std::vector<glm::vec3> radiance;  // [W/m²/sr] [Size n_S] that surfels reflect of the light that is handed over
-    Array<glm::vec3> emission;        // [W/m²/sr] [Size n_S] the bake's
+    explicit Inherited(std::pmr::memory_resource* memory) : radiance(memory) {}
+    std::pmr::vector<glm::vec3> radiance;  // [W/m²/sr] [Size n_S] that surfels reflect of the light that is handed over
+    Array<glm::vec3> emission;             // [W/m²/sr] [Size n_S] the bake's
+
+    void forget() {
+      std::pmr::vector<glm::vec3>(radiance.get_allocator()).swap(radiance);
+      emission = {};
+    }
   } inherited;
 
   CacheLight cacheLight() const {
@@ -83,9 +93,10 @@ Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, i
 
 }  // namespace
 
-Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) {
+Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) try {
   if (Status ok = checkBake(bake); !ok) return ok.error();
-  auto state = std::make_unique<State>();
+  std::pmr::memory_resource* host = memoryOr(options.memory);
+  std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
   if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
   const Bake shared = shareArrays(bake);
   state->caches = shared.caches;
@@ -96,12 +107,20 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->kind = options.backend;
   state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
-  const BackendRequest request{state->lumaBands, state->chromaBands, options};
-  Result<std::unique_ptr<Backend>> backend =
+  const BackendRequest request{state->lumaBands, state->chromaBands, options, &state->memory};
+  Result<Owned<Backend>> backend =
       options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
   if (!backend) return backend.error();
   state->backend = std::move(*backend);
   return Relighter(std::move(state));
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+void Relighter::Destroy::operator()(State* state) const noexcept {
+  std::pmr::memory_resource* host = state->memory.host();
+  state->~State();
+  host->deallocate(state, sizeof(State), alignof(State));
 }
 
 namespace {
@@ -126,17 +145,15 @@ void forReceivers(const ParallelFor& parallelFor, std::size_t count, const Body&
 
 }  // namespace
 
-Relighter::Relighter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Relighter::Relighter(std::unique_ptr<State, Destroy> state) : state_(std::move(state)) {}
 Relighter::Relighter(Relighter&&) noexcept = default;
 Relighter& Relighter::operator=(Relighter&&) noexcept = default;
 Relighter::~Relighter() = default;
 
 Status Relighter::relight(const LightSetup& setup) {
   if (Status ok = check(setup); !ok) return ok;
-  normaliseLights(setup.lights, state_->lights);
   // The host's functions by reference: copies of them would allocate in every frame.
   LightSetup applied;
-  applied.lights = state_->lights;
   if (setup.visibility) applied.visibility = std::cref(setup.visibility);
   if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
   applied.surfelIrradiance = setup.surfelIrradiance;
@@ -146,15 +163,25 @@ Status Relighter::relight(const LightSetup& setup) {
   applied.skyRadiance = setup.skyRadiance;
   applied.skyPatches = setup.skyPatches;
   applied.bounceScale = setup.bounceScale;
+  const bool handsOver = setup.bounceScale > 0.0f && !state_->inherited.radiance.empty();
+  if (handsOver) applied.surfelEmission = state_->inherited.radiance;
+  // Take all memory before any light changes.
+  try {
+    normaliseLights(setup.lights, state_->lights);
+    applied.lights = state_->lights;
+    state_->backend->reserve(applied);
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
+  }
   // Light that is handed over leaves the surfels with their emission, once.
-  State::Inherited inherited = std::exchange(state_->inherited, {});
-  if (setup.bounceScale > 0.0f && !inherited.radiance.empty()) {
+  State::Inherited inherited = std::move(state_->inherited);
+  state_->inherited.forget();
+  if (handsOver) {
     for (std::size_t s = 0; s < state_->surfelCount; ++s) {
       const glm::vec3 own =
           setup.surfelEmission.empty() ? setup.emissionScale * inherited.emission[s] : setup.surfelEmission[s];
       inherited.radiance[s] = own + setup.bounceScale * inherited.radiance[s];
     }
-    applied.surfelEmission = inherited.radiance;
   }
   state_->backend->relight(applied);
   return done();
@@ -170,11 +197,11 @@ Status Relighter::check(const LightSetup& setup) const {
 }
 
 void Relighter::reset() {
-  state_->inherited = {};
   state_->backend->reset();
+  state_->inherited.forget();
 }
 
-Status Relighter::inherit(const Relighter& previous, const Bake& bake) {
+Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
   if (bake.surfels.count() != state_->surfelCount || bake.provenance.sceneHash != state_->sceneHash)
     return usage("inherit: the bake is not the one that this relighter was made from");
   if (!state_->surfelArrays) return usage("inherit: needs RelightOptions::surfelArrays");
@@ -182,14 +209,17 @@ Status Relighter::inherit(const Relighter& previous, const Bake& bake) {
     return Error{ErrorCode::unsupported, "inherit: the previous bake has no grid to read light from"};
   const CacheLight light = previous.state_->cacheLight();
   const Surfels& surfels = bake.surfels;
-  std::vector<glm::vec3> radiance(state_->surfelCount);
+  std::pmr::vector<glm::vec3> radiance(state_->surfelCount, &state_->memory);
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t s) {
     const glm::vec3 e =
         relume::irradianceInGrid(previous.state_->caches, light, surfels.positionWorld[s], surfels.normal[s]);
     radiance[s] = surfels.albedo[s] * e / std::numbers::pi_v<float>;
   });
-  state_->inherited = {std::move(radiance), surfels.emission};
+  state_->inherited.radiance.swap(radiance);
+  state_->inherited.emission = surfels.emission;
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
@@ -207,7 +237,7 @@ glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm:
 
 Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
                                        std::span<const glm::vec3> geometricNormal,
-                                       std::span<glm::vec3> irradiance) const {
+                                       std::span<glm::vec3> irradiance) const try {
   if (lightmapUv.size() != irradiance.size()) return wrongSize("lightmapUv", lightmapUv.size(), irradiance.size());
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
   if (geometricNormal.size() != irradiance.size())
@@ -219,10 +249,12 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
     irradiance[i] = relume::irradianceOnLightmap(state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
   });
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
-                                   std::span<glm::vec3> irradiance) const {
+                                   std::span<glm::vec3> irradiance) const try {
   if (positionWorld.size() != irradiance.size())
     return wrongSize("positionWorld", positionWorld.size(), irradiance.size());
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
@@ -233,25 +265,31 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
     irradiance[i] = relume::irradianceInGrid(state_->caches, light, positionWorld[i], normal[i]);
   });
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 glm::uvec2 Relighter::lightmapSize() const { return {state_->caches.lightmap.width, state_->caches.lightmap.height}; }
 
-Status Relighter::irradianceMap(std::span<std::uint16_t> rgba16f) const {
+Status Relighter::irradianceMap(std::span<std::uint16_t> rgba16f) const try {
   const std::size_t expected = std::size_t{4} * lightmapSize().x * lightmapSize().y;
   if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
   relume::irradianceMap(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
-Status Relighter::irradianceMapL1(std::span<std::uint16_t> rgba16f) const {
+Status Relighter::irradianceMapL1(std::span<std::uint16_t> rgba16f) const try {
   const std::size_t expected = std::size_t{16} * lightmapSize().x * lightmapSize().y;
   if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
   relume::irradianceMapL1(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
-Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const {
+Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const try {
   // The points' number from the span's, so that no product of resolutions can overflow.
   const glm::uvec3 n = volume.resolution;
   std::size_t points = cubes.size() / 6;
@@ -273,11 +311,22 @@ Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3
     relume::ambientVolume(state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
   }
   return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 std::vector<float> Relighter::cacheCoefficients() const {
   const std::span<const float> all = state_->cacheLight().coefficients;
   return std::vector<float>(all.begin(), all.end());
+}
+
+Status Relighter::cacheCoefficients(std::span<float> coefficients) const try {
+  const std::span<const float> all = state_->cacheLight().coefficients;
+  if (coefficients.size() != all.size()) return wrongSize("coefficients", coefficients.size(), all.size());
+  std::copy(all.begin(), all.end(), coefficients.begin());
+  return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 std::vector<glm::vec3> Relighter::nodeRadiosity() const { return state_->backend->nodeRadiosity(); }

@@ -16,6 +16,9 @@
 // backend every call, const ones included, belongs to the thread on which the context of create() is current: the first
 // look-up after a relight() reads the caches back.
 //
+// Memory that runs out is ErrorCode::memory where a Status or a Result comes back, with the size that was asked for,
+// and std::bad_alloc where not; nothing is leaked, and last frame's light stays.
+//
 // OpenGL state: create() and relight() put back what they bind (program, buffer bindings, texture units, image units,
 // active unit); readers bind GL_COPY_READ_BUFFER and put it back. Units that the GL backend keeps light in are halves:
 // keep irradiance under 60000 of whatever unit the lights are given in.
@@ -31,6 +34,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <memory_resource>
 #include <span>
 #include <string>
 #include <utility>
@@ -67,6 +71,13 @@ struct RelightOptions {
   // GL backend, which needs it: where it gets OpenGL's functions from. Called within create() alone; each relighter
   // keeps the addresses that it was given, and the library links no OpenGL.
   GetProcAddress getProcAddress{};
+  // Where the relighter's memory comes from; null = the global operators new and delete. All of it that create() and
+  // later calls take goes through here, in blocks aligned to at least 16 bytes; exempt are texts (std::string: errors,
+  // GLSL), copies of `parallelFor`, what functions return as a std::vector, and the OpenGL driver's own. It must
+  // outlive the relighter. It is called on the threads that call the relighter's functions: create(), relight() when a
+  // frame has more lights or other arrays than any before, inherit(), with OpenGL all that read back, and destruction.
+  // Relighters that run at the same time may share one only if it is safe to call from several threads.
+  std::pmr::memory_resource* memory = nullptr;
 };
 
 struct PassTime {
@@ -124,7 +135,8 @@ class Relighter {
  public:
   // usage: bands out of range, a Simd the processor lacks, the GL backend without getProcAddress; unsupported: no
   // OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver allows; invalidFile:
-  // the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in the message).
+  // the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in the message);
+  // memory: it ran out.
   static Result<Relighter> create(const Bake& bake, const RelightOptions& options);
   Relighter(Relighter&&) noexcept;
   Relighter& operator=(Relighter&&) noexcept;
@@ -143,7 +155,8 @@ class Relighter {
   // that the first frame is not without its bounces. `bake` is the one that this relighter was made from. Takes effect
   // in the next relight(), and holds 12 bytes per surfel until then. Irradiance at each surfel is read from the grid of
   // `previous`, so that light of the first frame is as coarse as that; what follows converges as ever.
-  // usage: another bake, or no RelightOptions::surfelArrays; unsupported: `previous` has no grid.
+  // usage: another bake, or no RelightOptions::surfelArrays; unsupported: `previous` has no grid; memory: it ran out.
+  // What an earlier inherit() has handed over stays after a failure.
   [[nodiscard]] Status inherit(const Relighter& previous, const Bake& bake);
 
   // Irradiance [W/m²] by all light that arrives over links, for a receiver with unit normal. GL: reads back once after
@@ -185,6 +198,8 @@ class Relighter {
   // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/shared/bands.h), the rest
   // is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
   [[nodiscard]] std::vector<float> cacheCoefficients() const;
+  // The same into memory of the caller's. usage: a span of another size.
+  [[nodiscard]] Status cacheCoefficients(std::span<float> coefficients) const;
   // Radiosity [W/m²] of all nodes after relight(). [Size nodes] GL: reads back.
   [[nodiscard]] std::vector<glm::vec3> nodeRadiosity() const;
 
@@ -205,8 +220,11 @@ class Relighter {
 
  private:
   struct State;
-  explicit Relighter(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  explicit Relighter(std::unique_ptr<State, Destroy> state);
+  std::unique_ptr<State, Destroy> state_;
 };
 
 // Mean radiance of each sky patch from an equirectangular map: width x height RGB radiance [W/m²/sr], row 0 at +Y, the

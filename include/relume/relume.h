@@ -74,15 +74,30 @@ typedef void (*relume_parallel_for)(void* user, unsigned int tasks, relume_task 
 /* Every error's text, as it happens. `text` lives until the call returns. */
 typedef void (*relume_log)(void* user, relume_severity severity, const char* text);
 
+/* The host's memory. allocate: `size` bytes [at least 1] aligned to `alignment` [a power of two, at most 64], or NULL
+ * where there are none: the function that needed them gives RELUME_ERROR_MEMORY with a text that names the size, leaks
+ * nothing and leaves last frame's light as it was. deallocate: gets back what allocate gave, with the same size and
+ * alignment. */
+typedef void* (*relume_allocate)(void* user, size_t size, size_t alignment);
+typedef void (*relume_deallocate)(void* user, void* memory, size_t size, size_t alignment);
+
 typedef struct relume_context_desc {
   size_t struct_size;
   unsigned int api_version;         /* RELUME_API_VERSION of the header the host was compiled with */
   void* user;                       /* handed to the callbacks */
   relume_log log;                   /* NULL = no log */
   relume_parallel_for parallel_for; /* NULL = everything on the calling thread */
+  /* Serve this context, its bakes and their relighters: the handles, what loading takes, what relighters keep. Both or
+   * neither; NULL = the global operators new and delete. Exempt are texts (of errors, names, provenance, GLSL), scratch
+   * of a few KiB while a file is opened and read, the OpenGL driver's own memory, and the file, which is mapped. Called
+   * on the threads that call the library, at the same time where those do; the last call is that of the last handle's
+   * destruction. After the first frame only a frame with more lights than any before allocates. */
+  relume_allocate allocate;
+  relume_deallocate deallocate;
 } relume_context_desc;
 
-/* RELUME_ERROR_USAGE: another api_version than this library's, a struct_size that is too small. */
+/* RELUME_ERROR_USAGE: another api_version than this library's, a struct_size that is too small, one of allocate and
+ * deallocate without the other. Where no context comes of it, the text goes to the log. */
 RELUME_API relume_status relume_context_create(const relume_context_desc* desc, relume_context** context);
 RELUME_API void relume_context_destroy(relume_context* context);
 /* Text of the last failure on this handle; "" before there was one. Valid until the next failure on it. */

@@ -40,8 +40,16 @@ const float* lobesByAngle() {
 }  // namespace
 
 Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
-               int lumaBands)
-    : caches_(caches), shaped_(lumaBands <= 4), normalsCount_(normalsCount(kind, lumaBands)) {
+               int lumaBands, std::pmr::memory_resource* memory)
+    : caches_(caches),
+      shaped_(lumaBands <= 4),
+      normalsCount_(normalsCount(kind, lumaBands)),
+      begin_(memory),
+      tilted_(memory),
+      gridded_(memory),
+      griddedCache_(memory),
+      cacheColor_(memory),
+      texel_(memory) {
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     if (i % kSurfelBlock == 0)
       begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),

@@ -10,6 +10,7 @@
 #include "runtime/shared/resolve.h"
 
 #include <array>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -17,9 +18,11 @@ namespace relume::cpu {
 
 class Bounce {
  public:
-  // The caches must outlive this. `order`: surfels in the order in which they are lit.
+  // The caches must outlive this. `order`: surfels in the order in which they are lit. memory: keeps all of this.
   Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
-         int lumaBands);
+         int lumaBands, std::pmr::memory_resource* memory);
+  Bounce(const Bounce&) = delete;
+  Bounce& operator=(const Bounce&) = delete;
 
   // Evaluate the irradiance of the caches [begin, end), which have just been lit, for their own normals.
   void colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end);
@@ -40,13 +43,13 @@ class Bounce {
 
   const Caches& caches_;
   bool shaped_, normalsCount_;
-  std::vector<BlockBegin> begin_;  // [Size blocks + 1]
-  std::vector<TiltedSurfel> tilted_;
-  std::vector<GriddedSurfel> gridded_;
-  std::vector<std::uint32_t> griddedCache_;  // appendGridShares()
-  std::vector<std::uint32_t>
-      cacheColor_;                    // [Size n_C] irradiance for a cache's own normal (runtime/shared/pack_color.h)
-  std::vector<std::uint32_t> texel_;  // [Size texels] the same of each texel's cache
+  std::pmr::vector<BlockBegin> begin_;  // [Size blocks + 1]
+  std::pmr::vector<TiltedSurfel> tilted_;
+  std::pmr::vector<GriddedSurfel> gridded_;
+  std::pmr::vector<std::uint32_t> griddedCache_;  // appendGridShares()
+  std::pmr::vector<std::uint32_t>
+      cacheColor_;  // [Size n_C] irradiance for a cache's own normal (runtime/shared/pack_color.h)
+  std::pmr::vector<std::uint32_t> texel_;  // [Size texels] the same of each texel's cache
   CacheLight light_;
 };
 

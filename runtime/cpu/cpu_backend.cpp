@@ -14,26 +14,27 @@
 namespace relume::cpu {
 
 CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
-                       bool surfelArrays)
-    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays,
-                 leafOrder(bake.hierarchy, bake.surfels.count())) {}
+                       bool surfelArrays, std::pmr::memory_resource* memory)
+    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays, memory,
+                 leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
 
 CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
-                       bool surfelArrays, std::vector<std::uint32_t> order)
+                       bool surfelArrays, std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
-      links_(bake.links),
+      links_(bake.links, memory),
       lumaBands_(lumaBands),
       chromaBands_(chromaBands),
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
-      bounce_(caches_, bake.surfels, order, bake.links.kind, lumaBands),
-      surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays),
-      tree_(bake.hierarchy),
-      node_(bake.hierarchy.nodeCount(), 0),
+      bounce_(caches_, bake.surfels, order, bake.links.kind, lumaBands, memory),
+      surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays, memory),
+      tree_(bake.hierarchy, memory),
+      lights_(memory),
+      node_(bake.hierarchy.nodeCount(), 0, memory),
       firstMapCache_(bake.caches.firstMapCache()),
       coefficientCount_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride()),
-      coefficients_(coefficientCount_ + 8, 0.0f) {}
+      coefficients_(coefficientCount_ + 8, 0.0f, memory) {}
 
 void CpuBackend::relight(const LightSetup& setup) {
   using Clock = std::chrono::steady_clock;
@@ -90,14 +91,14 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
 
 namespace relume {
 
-Result<std::unique_ptr<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request) {
+Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request) {
   const RelightOptions& options = request.options;
   const Simd simd = cpu::chooseSimd(options.simd);
   if (simd == Simd::best)
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
-  return std::unique_ptr<Backend>(std::make_unique<cpu::CpuBackend>(bake, request.lumaBands, request.chromaBands, simd,
-                                                                    options.parallelFor, options.surfelArrays));
+  return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.lumaBands, request.chromaBands, simd,
+                                                   options.parallelFor, options.surfelArrays, request.memory));
 }
 
 }  // namespace relume

@@ -13,6 +13,7 @@
 #include "runtime/shared/resolve.h"
 
 #include <array>
+#include <memory_resource>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,10 +23,11 @@ namespace relume::cpu {
 class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
-  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions.
-  CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
-             bool surfelArrays = true);
+  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. memory: keeps all of this.
+  CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+             std::pmr::memory_resource* memory);
 
+  void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
   void relight(const LightSetup& setup) override;
   void reset() override;
   std::span<const float> coefficients() const override { return {coefficients_.data(), coefficientCount_}; }
@@ -35,7 +37,7 @@ class CpuBackend final : public Backend {
 
  private:
   CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             std::vector<std::uint32_t> order);
+             std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
 
   CacheLight cacheLight() const {
     return {lumaBands_, chromaBands_, coefficients(), links_.kind() == LinkKind::irradiance};
@@ -50,12 +52,12 @@ class CpuBackend final : public Backend {
   Bounce bounce_;
   SurfelSet surfels_;
   PullTree tree_;
-  std::vector<PreparedLight> lights_;  // of the frame; keeps its memory
-  std::vector<std::uint32_t> node_;    // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
+  std::pmr::vector<PreparedLight> lights_;  // of the frame; keeps its memory
+  std::pmr::vector<std::uint32_t> node_;    // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
   std::uint32_t firstMapCache_;
-  std::size_t coefficientCount_;     // n_C * stride
-  std::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]
-  bool lit_ = false;                 // whether coefficients_ hold a frame
+  std::size_t coefficientCount_;          // n_C * stride
+  std::pmr::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]
+  bool lit_ = false;                      // whether coefficients_ hold a frame
   std::array<double, 3> passMs_{};
 };
 

@@ -140,7 +140,7 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 }
 
 void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
-                  const Bounce* bounce, LightSurfelsJob job, std::vector<PreparedLight>& lights,
+                  const Bounce* bounce, LightSurfelsJob job, std::pmr::vector<PreparedLight>& lights,
                   std::span<std::uint32_t> node, const ParallelFor& parallelFor) {
   lights.clear();
   for (const Light& light : setup.lights) lights.push_back(prepare(light));

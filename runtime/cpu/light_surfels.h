@@ -6,6 +6,7 @@
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/surfel_set.h"
 
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -20,7 +21,7 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
 // `bounce` is null before there is any light; `job` has what Bounce::setLight() set;
 // `lights` is scratch memory that is kept from frame to frame. [Size node = hierarchy.nodeCount()]
 void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
-                  const Bounce* bounce, LightSurfelsJob job, std::vector<PreparedLight>& lights,
+                  const Bounce* bounce, LightSurfelsJob job, std::pmr::vector<PreparedLight>& lights,
                   std::span<std::uint32_t> node, const ParallelFor& parallelFor);
 
 // The kernels of an instruction set; null when this processor, or this build, lacks it.

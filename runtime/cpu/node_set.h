@@ -6,16 +6,17 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace relume::cpu {
 
 class NodeSet {
  public:
-  // `contains(node)` for all nodes below count; `block`: members of a block.
+  // `contains(node)` for all nodes below count; `block`: members of a block; `memory`: keeps the set.
   template <class Contains>
-  NodeSet(std::uint32_t count, std::uint32_t block, const Contains& contains)
-      : bits_((count + 63) / 64, 0), block_(block) {
+  NodeSet(std::uint32_t count, std::uint32_t block, const Contains& contains, std::pmr::memory_resource* memory)
+      : bits_((count + 63) / 64, 0, memory), begin_(memory), block_(block) {
     for (std::uint32_t node = 0; node < count; ++node) {
       if (!contains(node)) continue;
       if (size_ % block == 0) begin_.push_back(node);
@@ -23,6 +24,9 @@ class NodeSet {
       ++size_;
     }
   }
+
+  NodeSet(const NodeSet&) = delete;
+  NodeSet& operator=(const NodeSet&) = delete;
 
   std::uint32_t size() const { return size_; }
   std::uint32_t blocks() const { return static_cast<std::uint32_t>(begin_.size()); }
@@ -42,8 +46,8 @@ class NodeSet {
   std::size_t bytes() const { return sizeof(std::uint64_t) * bits_.size() + sizeof(std::uint32_t) * begin_.size(); }
 
  private:
-  std::vector<std::uint64_t> bits_;
-  std::vector<std::uint32_t> begin_;  // first member of each block
+  std::pmr::vector<std::uint64_t> bits_;
+  std::pmr::vector<std::uint32_t> begin_;  // first member of each block
   std::uint32_t block_, size_ = 0;
 };
 

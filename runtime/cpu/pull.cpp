@@ -15,11 +15,15 @@ constexpr std::uint32_t kFewestParts = 4, kMostParts = 64;
 
 }  // namespace
 
-PullTree::PullTree(const Hierarchy& hierarchy)
-    : inner_(hierarchy.nodeCount(), kSurfelBlock,
-             [&hierarchy](std::uint32_t node) { return !hierarchy.isLeaf(node); }) {
+PullTree::PullTree(const Hierarchy& hierarchy, std::pmr::memory_resource* memory)
+    : inner_(
+          hierarchy.nodeCount(), kSurfelBlock, [&hierarchy](std::uint32_t node) { return !hierarchy.isLeaf(node); },
+          memory),
+      weight_(memory),
+      innerBegin_(memory),
+      bound_(memory) {
   weight_.reserve(inner_.size());
-  std::vector<std::uint32_t> innerBefore(hierarchy.nodeCount() + 1, 0);
+  std::pmr::vector<std::uint32_t> innerBefore(hierarchy.nodeCount() + 1, 0, memory);
   for (std::uint32_t level = 0; level < hierarchy.levelCount(); ++level) {
     innerBegin_.push_back(static_cast<std::uint32_t>(weight_.size()));
     for (std::uint32_t node = hierarchy.levelBegin[level]; node < hierarchy.levelBegin[level + 1]; ++node) {
@@ -41,7 +45,7 @@ void PullTree::cutUp(const Hierarchy& hierarchy, std::span<const std::uint32_t> 
   if (cut_ == levels) return;
 
   const std::uint32_t begin = hierarchy.levelBegin[cut_], end = hierarchy.levelBegin[cut_ + 1];
-  std::vector<std::uint32_t> nodes(hierarchy.nodeCount(), 1);  // of the subtrees
+  std::pmr::vector<std::uint32_t> nodes(hierarchy.nodeCount(), 1, bound_.get_allocator());  // of the subtrees
   for (std::uint32_t node = hierarchy.nodeCount(); node-- > begin;) {
     if (!hierarchy.isLeaf(node)) nodes[node] += nodes[hierarchy.child[node]] + nodes[hierarchy.child[node] + 1];
   }

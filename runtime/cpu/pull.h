@@ -10,6 +10,7 @@
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/node_set.h"
 
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -17,8 +18,8 @@ namespace relume::cpu {
 
 class PullTree {
  public:
-  // The hierarchy must pass checkBake().
-  explicit PullTree(const Hierarchy& hierarchy);
+  // The hierarchy must pass checkBake(). memory: keeps the tree.
+  PullTree(const Hierarchy& hierarchy, std::pmr::memory_resource* memory);
   // Fills the inner nodes from the leaves (runtime/shared/pack_color.h), deepest level first. [Size node = nodeCount()]
   void pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> node, const ParallelFor& parallelFor) const;
   std::size_t bytes() const;
@@ -30,10 +31,11 @@ class PullTree {
                  std::uint32_t end) const;
 
   NodeSet inner_;
-  std::vector<std::uint16_t> weight_;      // [Size inner nodes] of the first child, over 65534
-  std::vector<std::uint32_t> innerBegin_;  // [Size levels + 1] inner nodes above each level
-  std::uint32_t cut_ = 0, parts_ = 0;      // the level at which the tree is cut, and into how many
-  std::vector<std::uint32_t> bound_;  // [Size (parts + 1) * levels from the cut on] first inner node of a part's level
+  std::pmr::vector<std::uint16_t> weight_;      // [Size inner nodes] of the first child, over 65534
+  std::pmr::vector<std::uint32_t> innerBegin_;  // [Size levels + 1] inner nodes above each level
+  std::uint32_t cut_ = 0, parts_ = 0;           // the level at which the tree is cut, and into how many
+  std::pmr::vector<std::uint32_t>
+      bound_;  // [Size (parts + 1) * levels from the cut on] first inner node of a part's level
 };
 
 }  // namespace relume::cpu

@@ -10,8 +10,9 @@
 
 namespace relume::cpu {
 
-std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels) {
-  std::vector<std::uint32_t> order;
+std::pmr::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels,
+                                          std::pmr::memory_resource* memory) {
+  std::pmr::vector<std::uint32_t> order(memory);
   order.reserve(surfels);
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels) order.push_back(hierarchy.sender(node));
@@ -19,13 +20,18 @@ std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t s
   return order;
 }
 
-SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order,
-                     bool keepOrder)
+SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::pmr::vector<std::uint32_t> order,
+                     bool keepOrder, std::pmr::memory_resource* memory)
     : box_(boxOf(surfels.positionWorld)),
-      leaf_(hierarchy.nodeCount(), kSurfelBlock,
-            [&](std::uint32_t node) { return hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels.count(); }),
-      order_(std::move(order)),
-      skyLeaf_(hierarchy.leafNode.begin() + surfels.count(), hierarchy.leafNode.end()) {
+      word_{std::pmr::vector<std::uint32_t>(memory), std::pmr::vector<std::uint32_t>(memory),
+            std::pmr::vector<std::uint32_t>(memory), std::pmr::vector<std::uint32_t>(memory)},
+      leaf_(
+          hierarchy.nodeCount(), kSurfelBlock,
+          [&](std::uint32_t node) { return hierarchy.isLeaf(node) && hierarchy.sender(node) < surfels.count(); },
+          memory),
+      order_(std::move(order), memory),
+      emitter_(memory),
+      skyLeaf_(hierarchy.leafNode.begin() + surfels.count(), hierarchy.leafNode.end(), memory) {
   const std::size_t padded = (order_.size() + kSurfelBlock - 1) / kSurfelBlock * kSurfelBlock;
   for (auto& word : word_) word.assign(padded, 0);
   for (std::uint32_t i = 0; i < order_.size(); ++i) {
@@ -36,7 +42,7 @@ SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::ve
     if (surfels.emission[s] != glm::vec3(0.0f)) emitter_.push_back({i, surfels.emission[s]});
   }
   emitter_.shrink_to_fit();
-  if (!keepOrder) order_ = {};
+  if (!keepOrder) std::pmr::vector<std::uint32_t>(memory).swap(order_);
 }
 
 void SurfelSet::describe(LightSurfelsJob& job) const {

@@ -10,13 +10,15 @@
 #include "runtime/shared/pack_surfel.h"
 
 #include <array>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
 namespace relume::cpu {
 
 // Surfels by ascending leaf. [Size n_S]
-std::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels);
+std::pmr::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint32_t surfels,
+                                          std::pmr::memory_resource* memory);
 
 class SurfelSet {
  public:
@@ -25,9 +27,11 @@ class SurfelSet {
     glm::vec3 emission;    // [W/m²/sr]
   };
 
-  // keepOrder: whether bakedSurfel() will be asked for.
-  SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::vector<std::uint32_t> order,
-            bool keepOrder = true);
+  // keepOrder: whether bakedSurfel() will be asked for. memory: keeps the set; `order` is of it as well.
+  SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, std::pmr::vector<std::uint32_t> order, bool keepOrder,
+            std::pmr::memory_resource* memory);
+  SurfelSet(const SurfelSet&) = delete;
+  SurfelSet& operator=(const SurfelSet&) = delete;
 
   std::uint32_t count() const { return leaf_.size(); }
   // Places and words of `job`.
@@ -45,11 +49,11 @@ class SurfelSet {
 
  private:
   SurfelBox box_;
-  std::array<std::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
+  std::array<std::pmr::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
   NodeSet leaf_;
-  std::vector<std::uint32_t> order_;  // [Size n_S], or 0
-  std::vector<Emitter> emitter_;
-  std::vector<std::uint32_t> skyLeaf_;
+  std::pmr::vector<std::uint32_t> order_;  // [Size n_S], or 0
+  std::pmr::vector<Emitter> emitter_;
+  std::pmr::vector<std::uint32_t> skyLeaf_;
 };
 
 // Where surfel `i` is, and its normal, as the kernels unpack them.

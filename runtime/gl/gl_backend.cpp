@@ -35,21 +35,21 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 
 }  // namespace
 
-Result<std::unique_ptr<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, int lumaBands,
-                                                     int chromaBands, std::string_view visibilityGlsl,
-                                                     std::optional<GroupThreads> wanted) {
+Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
+                                           std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
+                                           std::optional<GroupThreads> wanted) {
   const GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved(gl);
-  std::unique_ptr<GlBackend> backend(new GlBackend(gl, bake, lumaBands, chromaBands));
-  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, lumaBands, chromaBands, threads);
+  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, lumaBands, chromaBands, memory);
+  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, lumaBands, chromaBands, threads, memory);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
   Result<BouncePass> bounce = BouncePass::create(backend->gl_, lumaBands, chromaBands, irradianceOnMap);
   if (!bounce) return bounce.error();
   backend->bounce_ = std::move(*bounce);
-  Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl);
+  Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl, memory);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
   Result<PullPass> pull = PullPass::create(backend->gl_, backend->gpu_.pullGroup);
@@ -104,10 +104,10 @@ void GlBackend::relight(const LightSetup& setup) {
 }
 
 void GlBackend::reset() {
+  const SavedState saved(gl_);
+  clearLight(gl_, bake_, luma_, chroma_, gpu_, memory_);
   lit_ = false;
   readBack_ = false;
-  const SavedState saved(gl_);
-  clearLight(gl_, bake_, luma_, chroma_, gpu_);
 }
 
 std::span<const float> GlBackend::coefficients() const {
@@ -119,7 +119,7 @@ std::span<const float> GlBackend::coefficients() const {
 
   // Of the grid's caches, the buffer.
   const std::size_t stride = cacheBytes(luma_, chroma_) / sizeof(std::uint16_t);
-  const auto halves = readBuffer<std::uint16_t>(gl_, gpu_.caches, stride * gpu_.firstMapCache);
+  const auto halves = readBuffer<std::uint16_t>(gl_, gpu_.caches, stride * gpu_.firstMapCache, memory_);
   for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
     const std::uint16_t* from = halves.data() + stride * cache;
     float* to = coefficients_.data() + perCache * cache;
@@ -137,7 +137,7 @@ std::span<const float> GlBackend::coefficients() const {
   for (std::size_t k = 0; k < bands.size() && !map.empty(); ++k) {
     const int held = mapBands(bands[k], bake_.links.kind == LinkKind::irradiance);
     const std::size_t layer = kWordHalves * map.size();
-    std::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)));
+    std::pmr::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)), memory_);
     readTexture(gl_, textures[k], texels.data());
     for (std::size_t t = 0; t < map.size(); ++t) {
       if (map[t] != kNoCache)
@@ -150,7 +150,7 @@ std::span<const float> GlBackend::coefficients() const {
 }
 
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
-  const std::vector<std::uint32_t> packed = readBuffer<std::uint32_t>(gl_, gpu_.nodes, bake_.hierarchy.nodeCount());
+  const auto packed = readBuffer<std::uint32_t>(gl_, gpu_.nodes, bake_.hierarchy.nodeCount(), memory_);
   std::vector<glm::vec3> radiosity;
   radiosity.reserve(packed.size());
   for (const std::uint32_t node : packed) radiosity.push_back(unpackColor(node));
@@ -171,13 +171,13 @@ GlResolveInputs GlBackend::inputs() const {
 
 namespace relume {
 
-Result<std::unique_ptr<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
+Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<std::unique_ptr<gl::GlBackend>> made =
-      gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl);
+  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands,
+                                                            request.options.visibilityGlsl, request.memory);
   if (!made) return made.error();
-  return std::unique_ptr<Backend>(std::move(*made));
+  return Owned<Backend>(std::move(*made));
 }
 
 }  // namespace relume

@@ -17,11 +17,23 @@ class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
   // call. unsupported: buffers too large; failed: a shader's log. wanted: what work groups are to suit; nothing = the
-  // driver that runs here.
-  static Result<std::unique_ptr<GlBackend>> create(const Functions& gl, const Bake& bake, int lumaBands,
-                                                   int chromaBands, std::string_view visibilityGlsl,
-                                                   std::optional<GroupThreads> wanted = {});
+  // driver that runs here. memory: keeps all of this.
+  static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
+                                         std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
+                                         std::optional<GroupThreads> wanted = {});
+  // What create() begins with: nothing is on the GPU yet.
+  GlBackend(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, std::pmr::memory_resource* memory)
+      : memory_(memory),
+        gl_(gl),
+        bake_(bake),
+        luma_(lumaBands),
+        chroma_(chromaBands),
+        gpu_(memory),
+        surfels_(memory),
+        timer_(gl_),
+        coefficients_(memory) {}
 
+  void reserve(const LightSetup& setup) override { surfels_.reserve(gl_, gpu_, bake_, setup); }
   void relight(const LightSetup& setup) override;
   void reset() override;
   std::span<const float> coefficients() const override;
@@ -39,9 +51,7 @@ class GlBackend final : public Backend, public GlResolve {
   void bindSurfels() const override;
 
  private:
-  GlBackend(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands)
-      : gl_(gl), bake_(bake), luma_(lumaBands), chroma_(chromaBands), timer_(gl_) {}
-
+  std::pmr::memory_resource* memory_;
   Functions gl_;  // before all that deletes by it
   Bake bake_;     // shares the arrays
   int luma_, chroma_;
@@ -53,8 +63,8 @@ class GlBackend final : public Backend, public GlResolve {
   std::string resolveGlsl_, surfelGlsl_;
   bool lit_ = false;  // whether the caches hold a frame
   mutable FrameTimer<3> timer_;
-  mutable std::vector<float> coefficients_;  // read back
-  mutable bool readBack_ = false;            // whether coefficients_ are this frame's
+  mutable std::pmr::vector<float> coefficients_;  // read back
+  mutable bool readBack_ = false;                 // whether coefficients_ are this frame's
 };
 
 }  // namespace relume::gl

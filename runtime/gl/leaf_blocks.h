@@ -5,6 +5,7 @@
 #include "shaders/shared/layout.h"
 
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct Placed {
 // Senders by ascending node, in blocks of a work group whose nodes lie within 16 bits.
 class LeafBlocks {
  public:
+  explicit LeafBlocks(std::pmr::memory_resource* memory) : placed_(memory) {}
   void add(const Placed& sender) {
     const std::size_t inBlock = placed_.size() % kBlock;
     if (inBlock > 0 && sender.node - placed_[placed_.size() - inBlock].node >= kEmpty) endBlock();
@@ -30,8 +32,8 @@ class LeafBlocks {
   std::span<const Placed> placed() const { return placed_; }
 
   // [a block was ended last]
-  std::vector<std::uint32_t> words() const {
-    std::vector<std::uint32_t> words;
+  std::pmr::vector<std::uint32_t> words() const {
+    std::pmr::vector<std::uint32_t> words(placed_.get_allocator());
     words.reserve(placed_.size() / kBlock * (1 + kBlock / 2));
     for (std::size_t i = 0; i < placed_.size(); i += 2) {
       if (i % kBlock == 0) words.push_back(placed_[i].node);
@@ -46,7 +48,7 @@ class LeafBlocks {
  private:
   static constexpr std::size_t kBlock = RELUME_SURFEL_GROUP;
   static constexpr std::uint32_t kEmpty = 0xFFFFu;
-  std::vector<Placed> placed_;
+  std::pmr::vector<Placed> placed_;
 };
 
 }  // namespace relume::gl

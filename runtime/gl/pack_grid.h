@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory_resource>
 #include <vector>
 
 namespace relume::gl {
@@ -19,14 +20,14 @@ static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords
 static_assert(RELUME_MOST_COORDINATE == kMostCoordinate && RELUME_MOST_NORMAL2 == kMostNormal2);
 
 struct PackedGrid {
-  std::vector<std::uint32_t> words;
+  std::pmr::vector<std::uint32_t> words;
   RelumeResolve resolve{};
 };
 
-inline PackedGrid packGrid(const Caches& caches) {
+inline PackedGrid packGrid(const Caches& caches, std::pmr::memory_resource* memory) {
   const CacheGrid& grid = caches.grid;
-  PackedGrid packed;
-  std::vector<std::uint32_t>& words = packed.words;
+  PackedGrid packed{std::pmr::vector<std::uint32_t>(memory)};
+  std::pmr::vector<std::uint32_t>& words = packed.words;
   RelumeResolve& resolve = packed.resolve;
   resolve.gridOriginWorld = grid.originWorld;
   resolve.gridSpacing = grid.spacing;

@@ -23,7 +23,7 @@ void bindStorage(const Functions& gl, GLuint slot, const Buffer& buffer) {
 
 GLuint groupsFor(std::size_t threads, std::size_t group) { return static_cast<GLuint>((threads + group - 1) / group); }
 
-void packLights(std::span<const Light> lights, std::vector<RelumeLight>& packed) {
+void packLights(std::span<const Light> lights, std::pmr::vector<RelumeLight>& packed) {
   packed.resize(lights.size());
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& from = lights[i];
@@ -129,10 +129,11 @@ bool BouncePass::run(const Functions& gl, const GpuBake& gpu) const {
   return runKernel(gl, gridded_, gpu.tiltedEnd, gpu.surfelEnd) || tilted;
 }
 
-Result<SurfelPass> SurfelPass::create(const Functions& gl, std::string_view visibilityGlsl) {
+Result<SurfelPass> SurfelPass::create(const Functions& gl, std::string_view visibilityGlsl,
+                                      std::pmr::memory_resource* memory) {
   Result<Program> program = makeComputeProgram(gl, "light_surfels.comp", {}, visibilityGlsl);
   if (!program) return program.error();
-  SurfelPass pass;
+  SurfelPass pass(memory);
   pass.program_ = std::move(*program);
   pass.lights_ = makeBuffer(gl, nullptr, 0, GL_STREAM_DRAW);
   pass.host_ = makeBuffer(gl, nullptr, 0, GL_STREAM_DRAW);
@@ -155,10 +156,18 @@ Result<SurfelPass> SurfelPass::create(const Functions& gl, std::string_view visi
 
 GLuint SurfelPass::lightBuffer(const Functions& gl, const GpuBake& gpu) {
   if (surfelLight_.get() == 0) {
-    const std::vector<glm::vec4> dark(std::max<std::size_t>(gpu.surfelEnd, 1), glm::vec4(0.0f));
-    surfelLight_ = makeBuffer(gl, dark.data(), dark.size() * sizeof(glm::vec4), GL_DYNAMIC_COPY);
+    surfelLight_ =
+        makeBuffer(gl, nullptr, std::max<std::size_t>(gpu.surfelEnd, 1) * sizeof(glm::vec4), GL_DYNAMIC_COPY);
   }
   return surfelLight_.get();
+}
+
+void SurfelPass::reserve(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup) {
+  packed_.reserve(setup.lights.size());
+  const bool irradiance = !setup.surfelIrradiance.empty(), emission = !setup.surfelEmission.empty();
+  if (irradiance || emission) orderSurfels(gl, bake, gpu);
+  hostColors_.reserve((irradiance ? gpu.surfelOrder.size() : 0) + (emission ? gpu.surfelOrder.size() : 0) +
+                      (setup.skyPatches.empty() ? 0 : gpu.skyOrder.size()));
 }
 
 void SurfelPass::run(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce) {
@@ -166,7 +175,7 @@ void SurfelPass::run(const Functions& gl, GpuBake& gpu, const Bake& bake, const 
   refill(gl, lights_, packed_.data(), packed_.size() * sizeof(RelumeLight));
   if (!setup.surfelIrradiance.empty() || !setup.surfelEmission.empty()) orderSurfels(gl, bake, gpu);
   // What the host hands over, one after the other: a colour a surfel and a colour a patch, in their order here.
-  std::vector<glm::vec4>& host = hostColors_;
+  std::pmr::vector<glm::vec4>& host = hostColors_;
   host.clear();
   const auto append = [&host](std::span<const glm::vec3> colors, std::span<const std::uint32_t> order) {
     if (colors.empty()) return GLuint{kRelumeNone};

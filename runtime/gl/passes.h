@@ -10,6 +10,8 @@
 
 #include <glm/vec4.hpp>
 
+#include <memory_resource>
+
 namespace relume::gl {
 
 // Threads that share a cache in light_caches.comp, and caches a work group.
@@ -51,7 +53,11 @@ class BouncePass {
 
 class SurfelPass {
  public:
-  static Result<SurfelPass> create(const Functions& gl, std::string_view visibilityGlsl);
+  explicit SurfelPass(std::pmr::memory_resource* memory) : packed_(memory), hostColors_(memory) {}
+  static Result<SurfelPass> create(const Functions& gl, std::string_view visibilityGlsl,
+                                   std::pmr::memory_resource* memory);
+  // Memory of run(): the scratch arrays, and the surfels' order where the host hands over light of each.
+  void reserve(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup);
   // (2), second half. bounce: whether last frame's light may be read.
   void run(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
@@ -61,8 +67,8 @@ class SurfelPass {
  private:
   Program program_;
   Buffer lights_, host_, surfelLight_;
-  std::vector<RelumeLight> packed_;  // of the frame; these keep their memory
-  std::vector<glm::vec4> hostColors_;
+  std::pmr::vector<RelumeLight> packed_;  // of the frame; these keep their memory
+  std::pmr::vector<glm::vec4> hostColors_;
   GLint litOnGpu_ = -1, emits_ = -1, boxOrigin_ = -1, boxStep_ = -1, flatEnd_ = -1, surfelEnd_ = -1, senderEnd_ = -1,
         lightCount_ = -1, mapSize_ = -1, hostOffset_ = -1, emissionScale_ = -1, skyRadiance_ = -1, bounceScale_ = -1;
 };

@@ -12,14 +12,14 @@ namespace {
 
 // Per node: inner nodes from it downward; the longest way down to a leaf; inner nodes before it.
 struct Shape {
-  std::vector<std::uint32_t> inner, height, number;
+  std::pmr::vector<std::uint32_t> inner, height, number;
 };
 
 // A parent comes before its children.
-Shape measure(const Hierarchy& hierarchy) {
+Shape measure(const Hierarchy& hierarchy, std::pmr::memory_resource* memory) {
   const std::uint32_t nodes = hierarchy.nodeCount();
-  Shape shape{std::vector<std::uint32_t>(nodes, 0), std::vector<std::uint32_t>(nodes, 0),
-              std::vector<std::uint32_t>(nodes, 0)};
+  Shape shape{std::pmr::vector<std::uint32_t>(nodes, 0, memory), std::pmr::vector<std::uint32_t>(nodes, 0, memory),
+              std::pmr::vector<std::uint32_t>(nodes, 0, memory)};
   for (std::uint32_t i = nodes; i-- > 0;) {
     if (hierarchy.isLeaf(i)) continue;
     const std::uint32_t child = hierarchy.child[i];
@@ -31,7 +31,7 @@ Shape measure(const Hierarchy& hierarchy) {
 }
 
 // Close a group: its nodes, ascending, are a run in each level.
-void addGroup(const Hierarchy& hierarchy, const Shape& shape, std::vector<std::uint32_t>& nodes,
+void addGroup(const Hierarchy& hierarchy, const Shape& shape, std::pmr::vector<std::uint32_t>& nodes,
               PullSchedule& schedule) {
   std::sort(nodes.begin(), nodes.end());
   const std::size_t first = schedule.run.size();
@@ -64,10 +64,11 @@ void addTop(const Shape& shape, std::span<std::uint32_t> nodes, PullSchedule& sc
 
 }  // namespace
 
-PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup) {
-  PullSchedule schedule;
+PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup,
+                              std::pmr::memory_resource* memory) {
+  PullSchedule schedule(memory);
   schedule.groupBegin.push_back(0);
-  const Shape shape = measure(hierarchy);
+  const Shape shape = measure(hierarchy, memory);
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (hierarchy.isLeaf(node)) continue;
     const float weight = hierarchy.firstWeight[node] * float{kRelumePullWeightOne};
@@ -76,7 +77,7 @@ PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPer
 
   // Fill groups with the largest subtrees that fit, depth first. A node that is above them ends a group, since it lies
   // between the runs of what is before it and of what comes after it.
-  std::vector<std::uint32_t> group, above, stack;
+  std::pmr::vector<std::uint32_t> group(memory), above(memory), stack(memory);
   if (hierarchy.nodeCount() > 0) stack.push_back(0);
   while (!stack.empty()) {
     const std::uint32_t node = stack.back();

@@ -12,25 +12,29 @@
 
 #include <array>
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace relume::gl {
 
 struct PullSchedule {
+  explicit PullSchedule(std::pmr::memory_resource* memory)
+      : word(memory), run(memory), groupBegin(memory), roundBegin(memory) {}
+
   // Inner nodes [firstInner, firstInner + count) of one level; firstNode is the node of the first.
   struct Run {
     std::uint32_t firstInner, count, firstNode;
   };
-  std::vector<std::uint32_t>
+  std::pmr::vector<std::uint32_t>
       word;  // [Size inner nodes] by number: weight of the first child over kRelumePullWeightOne,
              // and above it the node's distance from firstNode (0 at the top)
   // Deepest runs of a group first: each depends on those before it. Then the runs of one node each of the top, which
   // depend on all groups.
-  std::vector<Run> run;
-  std::vector<std::uint32_t>
+  std::pmr::vector<Run> run;
+  std::pmr::vector<std::uint32_t>
       groupBegin;  // [Size groups + 1] group g has the runs groupBegin[g] .. groupBegin[g + 1] - 1
-  std::vector<std::uint32_t> roundBegin;  // [Size rounds of the top + 1] likewise; runs of a round do not depend on
-                                          // one another, but on earlier rounds
+  std::pmr::vector<std::uint32_t> roundBegin;  // [Size rounds of the top + 1] likewise; runs of a round do not depend
+                                               // on one another, but on earlier rounds
 
   std::uint32_t groupCount() const { return static_cast<std::uint32_t>(groupBegin.size() - 1); }
   std::uint32_t roundCount() const { return static_cast<std::uint32_t>(roundBegin.size() - 1); }
@@ -47,7 +51,8 @@ inline std::array<std::uint32_t, 2> packRun(const PullSchedule::Run& run) {
           run.firstInner | run.count >> kLow << kRelumePullNodeBits};
 }
 
-// [nodesPerGroup 1..kMostGroupNodes] inner nodes that a group gets at most.
-PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup);
+// [nodesPerGroup 1..kMostGroupNodes] inner nodes that a group gets at most. memory: keeps the schedule.
+PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup,
+                              std::pmr::memory_resource* memory);
 
 }  // namespace relume::gl

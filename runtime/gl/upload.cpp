@@ -31,11 +31,13 @@ Buffer makeArray(const Functions& gl, std::span<const T> data) {
 }
 
 // Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
-void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& gpu) {
+void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& gpu,
+                 std::pmr::memory_resource* memory) {
   const Surfels& surfels = bake.surfels;
   const Hierarchy& hierarchy = bake.hierarchy;
   const std::uint32_t count = surfels.count();
-  std::array<std::vector<Placed>, 3> byKind;
+  std::array<std::pmr::vector<Placed>, 3> byKind{std::pmr::vector<Placed>(memory), std::pmr::vector<Placed>(memory),
+                                                 std::pmr::vector<Placed>(memory)};
   std::uint32_t leaf = 0;
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
@@ -43,7 +45,7 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
     const ReceiverKind kind = receiverKind(bake.caches, surfels, s, normalsCount(bake.links.kind, lumaBands));
     byKind[static_cast<std::size_t>(kind)].push_back({s, node, leaf++});
   }
-  LeafBlocks blocks;
+  LeafBlocks blocks(memory);
   GLuint* const ends[] = {&gpu.flatEnd, &gpu.tiltedEnd, &gpu.surfelEnd};
   for (std::size_t kind = 0; kind < byKind.size(); ++kind) {
     for (const Placed& each : byKind[kind]) blocks.add(each);
@@ -54,8 +56,8 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   gpu.box = boxOf(surfels.positionWorld);
   gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(),
                           [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
-  std::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{});
-  std::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0);
+  std::pmr::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{}, memory);
+  std::pmr::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0, memory);
   for (std::size_t i = 0; i < words.size(); ++i) {
     const Placed& each = blocks.placed()[i];
     if (each.node == kRelumeNone) continue;
@@ -65,7 +67,7 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
     if (gpu.emits) emission[i] = packColor(surfels.emission[s], ditherOf(s));
   }
   // Of gridded ones, where each one's shares begin, then the shares.
-  std::vector<std::uint32_t> begin, shares;
+  std::pmr::vector<std::uint32_t> begin(memory), shares(memory);
   const std::uint32_t sharesBegin = gpu.surfelEnd - gpu.tiltedEnd + 1;
   for (const Placed& each : blocks.placed().subspan(gpu.tiltedEnd)) {
     begin.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
@@ -77,7 +79,7 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   gpu.surfels = makeArray<SurfelWords>(gl, words);
   gpu.emission = makeArray<std::uint32_t>(gl, emission);
 
-  std::vector<std::uint32_t> sky(hierarchy.leafNode.begin() + count, hierarchy.leafNode.end());
+  std::pmr::vector<std::uint32_t> sky(hierarchy.leafNode.begin() + count, hierarchy.leafNode.end(), memory);
   std::sort(sky.begin(), sky.end());
   for (const std::uint32_t node : sky) blocks.add({hierarchy.sender(node) - count, node, 0});
   blocks.endBlock();
@@ -102,12 +104,12 @@ std::size_t shapeBytes(const Links& links) {
 
 // Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape:
 // of a link in GpuBake::links and linkShape. No batch has caches before and from `cut` on.
-Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::uint32_t cut,
-                                           std::size_t linkBytes, std::size_t shape, std::size_t limit,
-                                           std::size_t alignment) {
+Result<std::pmr::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::uint32_t cut,
+                                                std::size_t linkBytes, std::size_t shape, std::size_t limit,
+                                                std::size_t alignment, std::pmr::memory_resource* memory) {
   const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
   const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
-  std::vector<LinkBatch> batches;
+  std::pmr::vector<LinkBatch> batches(memory);
   for (std::uint32_t cache = 0; cache < caches;) {
     LinkBatch batch;
     batch.firstCache = cache;
@@ -138,20 +140,23 @@ Result<std::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBeg
 
 // The arrays of links packed again, in GpuBake's layout.
 struct FourfoldLinks {
-  std::vector<std::uint32_t> rowBegin;   // [Size caches + 1] in units of four links
-  std::vector<std::uint32_t> rows;       // RELUME_SLOT_ROWS
-  std::vector<std::uint32_t> words;      // [Size 4 units]
-  std::vector<std::uint32_t> transfers;  // [Size units]
+  explicit FourfoldLinks(std::pmr::memory_resource* memory)
+      : rowBegin(memory), rows(memory), words(memory), transfers(memory) {}
+
+  std::pmr::vector<std::uint32_t> rowBegin;   // [Size caches + 1] in units of four links
+  std::pmr::vector<std::uint32_t> rows;       // RELUME_SLOT_ROWS
+  std::pmr::vector<std::uint32_t> words;      // [Size 4 units]
+  std::pmr::vector<std::uint32_t> transfers;  // [Size units]
   int nodeSteps = 0;
 };
 
 // Nothing when the links cannot be packed again.
-std::optional<FourfoldLinks> makeFourfold(const Links& links) {
+std::optional<FourfoldLinks> makeFourfold(const Links& links, std::pmr::memory_resource* memory) {
   if (links.kind != LinkKind::oct6) return std::nullopt;
-  const LinkSet set(links);
+  const LinkSet set(links, memory);
   const LinkRows rows = set.rows();
   if (rows.kind != kRepackedLinks) return std::nullopt;
-  FourfoldLinks out;
+  FourfoldLinks out(memory);
   out.nodeSteps = static_cast<int>(rows.nodeSteps);
   out.rowBegin.push_back(0);
   for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
@@ -174,12 +179,13 @@ std::optional<FourfoldLinks> makeFourfold(const Links& links) {
 }
 
 // Upload the links, and cut them into batches.
-Status makeLinks(const Functions& gl, const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu) {
-  const std::optional<FourfoldLinks> fourfold = makeFourfold(links);
+Status makeLinks(const Functions& gl, const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu,
+                 std::pmr::memory_resource* memory) {
+  const std::optional<FourfoldLinks> fourfold = makeFourfold(links, memory);
   const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
-  Result<std::vector<LinkBatch>> batches =
+  Result<std::pmr::vector<LinkBatch>> batches =
       makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(),
-                  gpu.firstMapCache, linkBytes, fourfold ? 4 : shapeBytes(links), limit, alignment);
+                  gpu.firstMapCache, linkBytes, fourfold ? 4 : shapeBytes(links), limit, alignment, memory);
   if (!batches) return batches.error();
   gpu.batches = std::move(*batches);
   if (fourfold) {
@@ -222,8 +228,8 @@ Texture makeTexture(const Functions& gl, GLenum target, GLenum format, GLuint wi
 }
 
 // Normal of each texel's cache as signed bytes, w = 1; zeros where there is none.
-std::vector<std::int8_t> packNormals(const Caches& caches) {
-  std::vector<std::int8_t> texels(4 * std::max<std::size_t>(caches.lightmap.cache.size(), 1), 0);
+std::pmr::vector<std::int8_t> packNormals(const Caches& caches, std::pmr::memory_resource* memory) {
+  std::pmr::vector<std::int8_t> texels(4 * std::max<std::size_t>(caches.lightmap.cache.size(), 1), 0, memory);
   for (std::size_t i = 0; i < caches.lightmap.cache.size(); ++i) {
     const std::uint32_t cache = caches.lightmap.cache[i];
     if (cache == kNoCache) continue;
@@ -237,15 +243,16 @@ std::vector<std::int8_t> packNormals(const Caches& caches) {
 }
 
 // RELUME_SLOT_MAP_TEXELS.
-std::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first) {
+std::pmr::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first,
+                                           std::pmr::memory_resource* memory) {
   const Lightmap& map = caches.lightmap;
   const std::size_t count = caches.count() - first;
-  std::vector<std::uint32_t> list(count + 2, 0);
+  std::pmr::vector<std::uint32_t> list(count + 2, 0, memory);
   for (const std::uint32_t cache : map.cache) list[cache == kNoCache ? count + 1 : cache - first + 1] += 1;
   list.pop_back();
   list[0] = static_cast<std::uint32_t>(count + 1);
   for (std::size_t i = 1; i <= count; ++i) list[i] += list[i - 1];
-  std::vector<std::uint32_t> next(list.begin(), list.end() - 1);
+  std::pmr::vector<std::uint32_t> next(list.begin(), list.end() - 1, memory);
   list.resize(list.back());
   for (std::uint32_t i = 0; i < map.cache.size(); ++i) {
     if (map.cache[i] != kNoCache) list[next[map.cache[i] - first]++] = i % map.width | i / map.width << 16;
@@ -254,7 +261,7 @@ std::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first)
 }
 
 Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap,
-                    GpuBake& gpu) {
+                    GpuBake& gpu, std::pmr::memory_resource* memory) {
   GLint most = 0;
   gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   const Lightmap& map = caches.lightmap;
@@ -274,7 +281,7 @@ Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, in
   gpu.mapCo = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapCg = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapNormal = makeTexture(gl, GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
-  const std::vector<std::int8_t> normals = packNormals(caches);
+  const std::pmr::vector<std::int8_t> normals = packNormals(caches, memory);
   gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
                    normals.data());
   gpu.textureBytes = std::size_t{width} * height * (8 * static_cast<std::size_t>(lumaLayers + 2 * chromaLayers) + 4);
@@ -308,24 +315,29 @@ Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLen
   return buffer;
 }
 
-void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu) {
+void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu,
+                std::pmr::memory_resource* memory) {
+  // All memory before anything is cleared.
+  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
+  const auto layersOf = [irradianceOnMap](int bands) { return wordsOf(mapBands(bands, irradianceOnMap)); };
+  const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
+  const std::size_t most = static_cast<std::size_t>(layersOf(std::max(lumaBands, chromaBands)));
+  const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * width * height * most, 0, memory);
+  const Array<std::uint32_t>& map = bake.caches.lightmap.cache;
+  std::pmr::vector<std::uint32_t> texels(map.begin(), map.end(), memory);
+
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.caches.get());
   gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
-  const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
   const auto clear = [&](const Texture& texture, int bands) {
-    const int layers = wordsOf(mapBands(bands, irradianceOnMap));
-    const std::vector<std::uint16_t> zeros(std::size_t{4} * width * height * static_cast<std::size_t>(layers), 0);
     gl.BindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
-    gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers,
-                     GL_RGBA, GL_HALF_FLOAT, zeros.data());
+    gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height),
+                     layersOf(bands), GL_RGBA, GL_HALF_FLOAT, zeros.data());
   };
   clear(gpu.mapY, lumaBands);
   clear(gpu.mapCo, chromaBands);
   clear(gpu.mapCg, chromaBands);
   // Surfels leave out texels that hold no cache.
-  std::vector<std::uint32_t> texels = bake.caches.lightmap.cache.toVector();
   for (std::uint32_t& texel : texels) texel = texel == kNoCache ? kRelumeNone : 0;
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.texels.get());
   if (!texels.empty())
@@ -336,7 +348,9 @@ void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chroma
 void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu) {
   if (!gpu.surfelOrder.empty()) return;
   constexpr std::size_t kWords = 1 + RELUME_SURFEL_GROUP / 2;
-  const auto words = readBuffer<std::uint32_t>(gl, gpu.leafNode, gpu.surfelEnd / RELUME_SURFEL_GROUP * kWords);
+  std::pmr::memory_resource* const memory = gpu.surfelOrder.get_allocator().resource();
+  const auto words = readBuffer<std::uint32_t>(gl, gpu.leafNode, gpu.surfelEnd / RELUME_SURFEL_GROUP * kWords, memory);
+  gpu.surfelOrder.reserve(gpu.surfelEnd);
   for (std::size_t block = 0; block < words.size(); block += kWords) {
     for (std::size_t i = 0; i < RELUME_SURFEL_GROUP; ++i) {
       const std::uint32_t step = words[block + 1 + i / 2] >> (16 * (i % 2)) & 0xFFFFu;
@@ -345,8 +359,8 @@ void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
-                           GroupThreads threads) {
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads,
+                           std::pmr::memory_resource* memory) {
   GLint64 limit = 0;
   GLint alignment = 1;
   gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
@@ -354,11 +368,11 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
   const Hierarchy& hierarchy = bake.hierarchy;
   const Links& links = bake.links;
 
-  GpuBake gpu;
+  GpuBake gpu(memory);
   gpu.firstMapCache = bake.caches.firstMapCache();
   // A unit of repacked links has 16 bytes.
-  if (Status ok =
-          makeLinks(gl, links, static_cast<std::size_t>(limit), static_cast<std::size_t>(std::max(alignment, 16)), gpu);
+  if (Status ok = makeLinks(gl, links, static_cast<std::size_t>(limit),
+                            static_cast<std::size_t>(std::max(alignment, 16)), gpu, memory);
       !ok) {
     return ok.error();
   }
@@ -376,29 +390,31 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
                                              " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
   }
 
-  makeSurfels(gl, bake, lumaBands, gpu);
+  makeSurfels(gl, bake, lumaBands, gpu, memory);
   gpu.pullGroup = choosePullGroup(threads);
-  const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes);
+  const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes, memory);
   gpu.pullGroupCount = schedule.groupCount();
   gpu.pullRoundCount = schedule.roundCount();
-  std::vector<std::array<std::uint32_t, 2>> runs;
+  std::pmr::vector<std::array<std::uint32_t, 2>> runs(memory);
   runs.reserve(schedule.run.size());
   for (const PullSchedule::Run& run : schedule.run) runs.push_back(packRun(run));
-  std::vector<std::uint32_t> rounds = schedule.groupBegin;
+  std::pmr::vector<std::uint32_t> rounds(schedule.groupBegin, memory);
   rounds.insert(rounds.end(), schedule.roundBegin.begin(), schedule.roundBegin.end());
   gpu.pullNode = makeArray<std::uint32_t>(gl, schedule.word);
   gpu.pullRuns = makeArray<std::array<std::uint32_t, 2>>(gl, runs);
   gpu.pullRounds = makeArray<std::uint32_t>(gl, rounds);
   gpu.nodes = makeBuffer(gl, nullptr, hierarchy.nodeCount() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
   gpu.caches = makeBuffer(gl, nullptr, cachesBytes, GL_DYNAMIC_COPY);
-  gpu.mapTexels = makeArray<std::uint32_t>(gl, listTexels(bake.caches, gpu.firstMapCache));
+  gpu.mapTexels = makeArray<std::uint32_t>(gl, listTexels(bake.caches, gpu.firstMapCache, memory));
   gpu.texels = makeBuffer(gl, nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  const PackedGrid grid = packGrid(bake.caches);
+  const PackedGrid grid = packGrid(bake.caches, memory);
   gpu.gridCache = makeArray<std::uint32_t>(gl, grid.words);
   gpu.resolve = makeBuffer(gl, &grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
-  if (Status ok = makeLightmap(gl, bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu); !ok)
+  if (Status ok =
+          makeLightmap(gl, bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu, memory);
+      !ok)
     return ok.error();
-  clearLight(gl, bake, lumaBands, chromaBands, gpu);
+  clearLight(gl, bake, lumaBands, chromaBands, gpu, memory);
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);

@@ -8,6 +8,7 @@
 #include "runtime/shared/bands.h"
 #include "runtime/shared/pack_surfel.h"
 
+#include <memory_resource>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,11 @@ struct PullGroup {
 };
 
 struct GpuBake {
+  explicit GpuBake(std::pmr::memory_resource* memory) : batches(memory), surfelOrder(memory), skyOrder(memory) {}
+  GpuBake(GpuBake&&) = default;
+  // Of two of one resource; else the arrays would be copied.
+  GpuBake& operator=(GpuBake&&) = default;
+
   // Surfels flat first, then tilted, then gridded (runtime/shared/receivers.h), each by ascending leaf, with empty
   // places between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
   Buffer surfels, emission, leafNode;
@@ -44,11 +50,11 @@ struct GpuBake {
   Buffer mapTexels;                       // RELUME_SLOT_MAP_TEXELS
   Buffer texels;                          // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;  // but for mapNormal written every frame
-  std::vector<LinkBatch> batches;
+  std::pmr::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
   // The bake's number of each surfel, kRelumeNone at empty places; see orderSurfels().
-  std::vector<std::uint32_t> surfelOrder;
-  std::vector<std::uint32_t> skyOrder;  // likewise the patches of the sky
+  std::pmr::vector<std::uint32_t> surfelOrder;
+  std::pmr::vector<std::uint32_t> skyOrder;  // likewise the patches of the sky
   // Where flat, tilted and all surfels end, and the sky's patches: multiples of RELUME_SURFEL_GROUP.
   GLuint flatEnd = 0, tiltedEnd = 0, surfelEnd = 0, senderEnd = 0;
   SurfelBox box;       // of the surfels' positions
@@ -85,8 +91,9 @@ Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLen
 
 // Copy a buffer to memory, leaving the bindings as they were.
 template <class T>
-std::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::size_t count) {
-  std::vector<T> data(count);
+std::pmr::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::size_t count,
+                               std::pmr::memory_resource* memory) {
+  std::pmr::vector<T> data(count, memory);
   GLint bound = 0;
   gl.GetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
   gl.BindBuffer(GL_COPY_READ_BUFFER, buffer.get());
@@ -95,13 +102,17 @@ std::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::size_t
   return data;
 }
 
-// Take all light off the caches and the light map. State must be saved.
-void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu);
+// Take all light off the caches and the light map. State must be saved. Throws std::bad_alloc, with all light still
+// there.
+void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu,
+                std::pmr::memory_resource* memory);
 
 // Fill surfelOrder, where it is not yet: only a host that hands over light for each surfel pays for it.
 void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads);
+// memory: of what is kept and of what is made for the driver.
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads,
+                           std::pmr::memory_resource* memory);
 
 }  // namespace relume::gl

@@ -36,7 +36,8 @@ std::uint32_t packTransfer8(float f) {
 
 }  // namespace
 
-LinkSet::LinkSet(const Links& links) : links_(links) {
+LinkSet::LinkSet(const Links& links, std::pmr::memory_resource* memory)
+    : links_(links), word_(memory), transfer_(memory), nodeStep_(memory) {
   if (canPackAgain(links)) packAgain();
 }
 
@@ -46,6 +47,7 @@ void LinkSet::packAgain() {
   steps_ = last >> 16;
   word_.reserve(links_.count() + kRoom);
   transfer_.reserve(links_.count() + kRoom);
+  nodeStep_.reserve(std::size_t{links_.cacheCount()} * steps_);
   for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
     const std::uint32_t begin = links_.rowBegin[c], end = links_.rowBegin[c + 1];
     float owed = 0.0f;

@@ -9,14 +9,17 @@
 #include "runtime/shared/link_rows.h"
 
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace relume {
 
 class LinkSet {
  public:
-  // Links that passed checkBake().
-  explicit LinkSet(const Links& links);
+  // Links that passed checkBake(). memory: keeps what is packed again.
+  LinkSet(const Links& links, std::pmr::memory_resource* memory);
+  LinkSet(const LinkSet&) = delete;
+  LinkSet& operator=(const LinkSet&) = delete;
 
   // The arrays; they live as long as this.
   LinkRows rows() const;
@@ -30,11 +33,11 @@ class LinkSet {
  private:
   void packAgain();
 
-  Links links_;                         // without what is packed again
-  std::vector<std::uint32_t> word_;     // node modulo 2^16, shape of oct6 in the high half
-  std::vector<std::uint8_t> transfer_;  // f: the high 8 bits of a head's 12, zero or at least 16
+  Links links_;                              // without what is packed again
+  std::pmr::vector<std::uint32_t> word_;     // node modulo 2^16, shape of oct6 in the high half
+  std::pmr::vector<std::uint8_t> transfer_;  // f: the high 8 bits of a head's 12, zero or at least 16
   // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
-  std::vector<std::uint16_t> nodeStep_;
+  std::pmr::vector<std::uint16_t> nodeStep_;
   std::uint32_t steps_ = 0;
 };
 

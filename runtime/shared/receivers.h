@@ -17,6 +17,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace relume {
@@ -44,7 +45,7 @@ constexpr std::uint32_t kMostShare = 1023;
 
 // Append those of surfel s, whose shares add up to 1; returns how many [0..16].
 inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s,
-                                      std::vector<std::uint32_t>& shares) {
+                                      std::pmr::vector<std::uint32_t>& shares) {
   const Stencil stencil = gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();
   std::uint32_t count = 0;

@@ -66,7 +66,7 @@ Measured measure(const Links& links, const std::vector<std::uint32_t>& nodes, in
   Measured m;
   m.coefficients.resize(links.cacheCount() * kStride);
   m.ms = 1e30;
-  const LinkSet set(links);
+  const LinkSet set(links, std::pmr::new_delete_resource());
   const auto now = [] {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

@@ -12,6 +12,8 @@ namespace relume::test {
 
 std::size_t allocations() { return 0; }
 bool countsAllocations() { return false; }
+std::size_t largestAllocation() { return 0; }
+void forgetLargest() {}
 
 }  // namespace relume::test
 
@@ -19,10 +21,12 @@ bool countsAllocations() { return false; }
 
 namespace {
 
-std::atomic<std::size_t> count{0};
+std::atomic<std::size_t> count{0}, largest{0};
 
 void* counted(std::size_t size, std::size_t alignment) {
   ++count;
+  for (std::size_t before = largest; size > before && !largest.compare_exchange_weak(before, size);) {
+  }
   void* memory = alignment <= alignof(std::max_align_t)
                      ? std::malloc(size == 0 ? 1 : size)
                      : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
@@ -53,6 +57,8 @@ namespace relume::test {
 
 std::size_t allocations() { return count; }
 bool countsAllocations() { return true; }
+std::size_t largestAllocation() { return largest; }
+void forgetLargest() { largest = 0; }
 
 }  // namespace relume::test
 

@@ -39,7 +39,7 @@ class CApi : public ::testing::Test {
  protected:
   void SetUp() override {
     bake_ = test::makeSyntheticBake({.surfels = 700, .lightmapCaches = 24, .linksPerCache = 32});
-    bake_.instances = std::vector<BakedInstance>{{.node = "room"}};
+    bake_.instances = std::vector<BakedInstance>{{"room", {}, {}}};
     bake_.caches.lightmap.cornerUv =
         std::vector<std::uint32_t>{packUnorm16x2({0.25f, 0.5f}), kGridLit, kGridLit, packUnorm16x2({1, 0}), 7, 70000};
     bake_.caches.lightmap.parts = std::vector<LightmapPart>{{.triangleCount = 2, .firstCorner = 0}};

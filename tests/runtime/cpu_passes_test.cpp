@@ -36,7 +36,7 @@ TEST(Pull, rootIsTheMeanOfEqualAreas) {
     std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
     glm::dvec3 mean(0.0);
     for (const std::uint32_t leaf : bake.hierarchy.leafNode) mean += glm::dvec3(unpackColor(nodes[leaf])) / 3001.0;
-    cpu::PullTree(bake.hierarchy).pull(*kernel, nodes, {});
+    cpu::PullTree(bake.hierarchy, std::pmr::new_delete_resource()).pull(*kernel, nodes, {});
     // A step of rounding a level, but halved with every level above it: two steps of 1/256 (blue: 1/128).
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(unpackColor(nodes[0])[k], mean[k], 0.012);
   }
@@ -49,7 +49,7 @@ TEST(Pull, roundingLosesNoEnergy) {
   std::vector<std::uint32_t> nodes(h.nodeCount(), 0);
   const glm::vec3 color(0.7001f, 0.33333f, 0.0251f);
   for (const std::uint32_t leaf : h.leafNode) nodes[leaf] = packColor(color, ditherOf(leaf));
-  cpu::PullTree(h).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
+  cpu::PullTree(h, std::pmr::new_delete_resource()).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
   for (const std::uint32_t level : {6u, 8u, 10u}) {
     glm::dvec3 mean(0.0);
     const double count = h.levelBegin[level + 1] - h.levelBegin[level];
@@ -63,7 +63,7 @@ TEST(Pull, weightsOtherThanAreasAreObeyedAndThreadsChangeNothing) {
   Bake bake = test::makeSyntheticBake({.surfels = 120000, .grid = {1, 1, 1}, .lightmapCaches = 1, .linksPerCache = 4});
   bake.hierarchy = test::makeRandomTree(120000, 0.05f, 3);
   const Hierarchy& h = bake.hierarchy;
-  const cpu::PullTree tree(h);
+  const cpu::PullTree tree(h, std::pmr::new_delete_resource());
   std::vector<std::uint32_t> first;
   for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
     std::vector<std::uint32_t> one = randomNodes(h.nodeCount()), two = one;
@@ -88,7 +88,8 @@ TEST(NodeSet, readsAnyPartOfWhatItHolds) {
       if (random() % density == 0) members.push_back(i);
     }
     const cpu::NodeSet set(
-        5000, 16, [&](std::uint32_t node) { return std::binary_search(members.begin(), members.end(), node); });
+        5000, 16, [&](std::uint32_t node) { return std::binary_search(members.begin(), members.end(), node); },
+        std::pmr::new_delete_resource());
     ASSERT_EQ(set.size(), members.size());
     for (int i = 0; i < 200; ++i) {
       const auto first = static_cast<std::uint32_t>(random() % (members.size() + 1));
@@ -121,7 +122,7 @@ TEST(PackColor, isRightToAStepForAllSizesAndToMuchLessInTheMean) {
 std::vector<double> oracle(const Bake& bake, std::span<const std::uint32_t> nodes, std::uint32_t cache, int luma,
                            int chroma) {
   const Links& links = bake.links;
-  const LinkSet set(links);
+  const LinkSet set(links, std::pmr::new_delete_resource());
   std::vector<double> sum(static_cast<std::size_t>(luma * luma + 2 * chroma * chroma), 0.0);
   for (std::uint32_t k = links.rowBegin[cache]; k < links.rowBegin[cache + 1]; ++k) {
     std::vector<double> c(64, 0.0);
@@ -193,7 +194,8 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
       const auto y = static_cast<std::size_t>(luma * luma), c = static_cast<std::size_t>(chroma * chroma);
       const std::size_t stride = y + 2 * c;
       std::vector<float> found(bake.caches.count() * stride, -1.0f);
-      cpu::lightCaches(kernel, LinkSet(bake.links), nodes, luma, chroma, found, onTwoThreads);
+      cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma, chroma, found,
+                       onTwoThreads);
       for (std::size_t i = 0; i < found.size(); ++i) {
         const std::vector<double>& all = expected[i / stride];
         const std::size_t k = i % stride;
@@ -222,7 +224,7 @@ TEST(LightCachesOfManyNodes, findTheirNodes) {
   std::uint32_t last = 0;
   for (std::uint32_t i = 0; i < bake.links.count(); ++i) last = std::max(last, bake.links.node(i));
   ASSERT_GT(last, 2u << 16);
-  const LinkSet set(bake.links);
+  const LinkSet set(bake.links, std::pmr::new_delete_resource());
   EXPECT_LT(set.bytes(), 5 * bake.links.count() + 12 * bake.caches.count() + 64);
   const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
   for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
@@ -268,7 +270,7 @@ TEST_P(LightCachesRows, ofOddSizesAndShort) {
         if (!kernel) continue;
         std::vector<float> found(bake.caches.count() * stride);
         const int b = static_cast<int>(bands);
-        cpu::lightCaches(kernel, LinkSet(bake.links), nodes, b, b, found, {});
+        cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, b, b, found, {});
         for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
           for (std::size_t i = 0; i < stride; ++i)
@@ -287,7 +289,8 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
   const std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), packColor(glm::vec3(kPi), 0.5f));
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
+    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma,
+                     chroma, coefficients, {});
     const CacheLight light{luma, chroma, coefficients, true};
     for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;
@@ -331,8 +334,8 @@ TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
 
 TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
   const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
-  const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
-  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order);
+  const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order, true, std::pmr::new_delete_resource());
   cpu::LightSurfelsJob job;
   surfels.describe(job);
   for (std::uint32_t i = 0; i < order.size(); ++i) {
@@ -350,11 +353,11 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
-  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order);
+  const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order, true, std::pmr::new_delete_resource());
   for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
     std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), 0);
-    std::vector<cpu::PreparedLight> prepared;
+    std::pmr::vector<cpu::PreparedLight> prepared(std::pmr::new_delete_resource());
     cpu::lightSurfels(*kernel, surfels, setup, nullptr, {}, prepared, nodes, onTwoThreads);
     std::size_t lit = 0;
     glm::dvec3 energy(0.0), wanted(0.0);

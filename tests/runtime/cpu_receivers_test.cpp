@@ -190,15 +190,16 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     for (std::size_t s = 0; s < normal.size(); s += 5)
       normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
     bake.surfels.normal = std::move(normal);
-    const std::vector<std::uint32_t> order = cpu::leafOrder(bake.hierarchy, bake.surfels.count());
-    const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, order);
+    const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
+    const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, order, true, std::pmr::new_delete_resource());
     const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
       std::vector<float> coefficients(count + 8);
-      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links), nodes, luma, chroma, coefficients, {});
+      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma,
+                       chroma, coefficients, {});
       const CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
-      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma);
+      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
       cpu::LightSurfelsJob job;
       packed.describe(job);
       job.bounceScale = 0.5f;

@@ -13,11 +13,11 @@ namespace {
 
 class GlGroups : public test::GlTest {};
 
-std::unique_ptr<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThreads threads) {
+Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThreads threads) {
   const Result<gl::Functions> functions = gl::loadFunctions(EglContext::getProcAddress);
   EXPECT_TRUE(functions) << (functions ? "" : functions.error().message);
   if (!functions) return nullptr;
-  auto made = gl::GlBackend::create(*functions, bake, luma, chroma, {}, threads);
+  auto made = gl::GlBackend::create(*functions, bake, luma, chroma, {}, std::pmr::new_delete_resource(), threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }

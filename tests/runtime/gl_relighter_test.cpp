@@ -225,7 +225,7 @@ void expectPullAgrees(const Bake& bake, const char* what) {
   const std::vector<glm::vec3> found = gl.nodeRadiosity();
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t i = 0; i < found.size(); ++i) nodes.push_back(packColor(found[i], ditherOf(i)));
-  cpu::PullTree(bake.hierarchy).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
+  cpu::PullTree(bake.hierarchy, std::pmr::new_delete_resource()).pull(*cpu::lightSurfelsKernel(Simd::best), nodes, {});
   std::vector<glm::vec3> expected;
   for (const std::uint32_t each : nodes) expected.push_back(unpackColor(each));
   // A colour may be rounded the other way, by a step of 1/128 of its largest channel.
@@ -261,8 +261,8 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
   std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
-  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links), nodes, luma, chroma, expected, {}, {},
-                   bake.caches.firstMapCache());
+  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
+                   luma, chroma, expected, {}, {}, bake.caches.firstMapCache());
   // Halves have 11 bits.
   EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3)
       << "kind " << static_cast<int>(bake.links.kind) << " l " << luma << " " << chroma;
@@ -290,7 +290,7 @@ TEST_F(GlRelighter, cachePassAgreesWithManyNodes) {
       }
     }
     bake.links.head = std::move(heads);
-    const LinkSet links(bake.links);
+    const LinkSet links(bake.links, std::pmr::new_delete_resource());
     ASSERT_EQ(links.rows().kind, kRepackedLinks);
     ASSERT_EQ(links.rows().nodeSteps, (bake.hierarchy.nodeCount() - 1) >> 16);
     expectCachesAgree(bake, 3, 2);

@@ -27,7 +27,7 @@ std::uint32_t nodeOf(const PullSchedule& schedule, const PullSchedule::Run& run,
 TEST(PullSchedule, hasEveryInnerNodeOnceWithItsNumberAndWeight) {
   for (const Case& each : kCases) {
     const Hierarchy tree = test::makeRandomTree(each.leaves, each.evenness, 7);
-    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup);
+    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup, std::pmr::new_delete_resource());
     ASSERT_EQ(schedule.word.size(), each.leaves - 1u);
     std::vector<std::uint32_t> seen;
     for (const PullSchedule::Run& run : schedule.run) {
@@ -53,7 +53,7 @@ TEST(PullSchedule, hasEveryInnerNodeOnceWithItsNumberAndWeight) {
 TEST(PullSchedule, childrenComeInAnEarlierRunOfTheGroupAndInEarlierGroupsOrRoundsOfTheTop) {
   for (const Case& each : kCases) {
     const Hierarchy tree = test::makeRandomTree(each.leaves, each.evenness, 11);
-    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup);
+    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup, std::pmr::new_delete_resource());
     constexpr std::uint32_t kNever = 0xFFFFFFFFu;
     std::vector<std::uint32_t> group(tree.nodeCount(), kNever), round(tree.nodeCount(), kNever);
     const auto pull = [&](const PullSchedule::Run& run, std::uint32_t g, std::uint32_t r) {
@@ -82,7 +82,7 @@ TEST(PullSchedule, childrenComeInAnEarlierRunOfTheGroupAndInEarlierGroupsOrRound
 TEST(PullSchedule, groupsKeepToTheirSizeAndEndOnlyWhenFullOrBelowTheTop) {
   for (const Case& each : kCases) {
     const Hierarchy tree = test::makeRandomTree(each.leaves, each.evenness, 3);
-    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup);
+    const PullSchedule schedule = makePullSchedule(tree, each.nodesPerGroup, std::pmr::new_delete_resource());
     for (std::uint32_t g = 0; g < schedule.groupCount(); ++g) {
       std::uint32_t nodes = 0;
       for (std::uint32_t r = schedule.groupBegin[g]; r < schedule.groupBegin[g + 1]; ++r)
