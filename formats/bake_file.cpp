@@ -290,14 +290,31 @@ Status checkMagic(const std::filesystem::path& path) {
   return chunks ? done() : Status(Error{chunks.error().code, path.string() + ": " + chunks.error().message});
 }
 
+// visit(chunks) for the table of a file, which is mapped meanwhile.
+template <class Visit>
+Status visitChunks(const std::filesystem::path& path, std::pmr::memory_resource* memory, const Visit& visit) {
+  if (const Status status = checkMagic(path); !status) return status.error();
+  const Result<FileBytes> file = mapFile(path, memory);
+  if (!file) return file.error();
+  const auto chunks = readChunks(file->bytes, memory);
+  if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
+  visit(*chunks);
+  return done();
+}
+
 }  // namespace
 
 Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
-  // Header and table first: what is no bake is not read into memory.
-  if (const Result<std::vector<ChunkInfo>> chunks = listChunks(path); !chunks) return chunks.error();
-  const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memoryOr(memory));
-  if (!file) return file.error();
-  return named(path, parseBake(file->bytes, file->owner, checksums, memory));
+  try {
+    memory = memoryOr(memory);
+    // Header and table first: what is no bake is not read into memory.
+    if (const Status status = visitChunks(path, memory, [](auto&&) {}); !status) return status.error();
+    const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memory);
+    if (!file) return file.error();
+    return named(path, parseBake(file->bytes, file->owner, checksums, memory));
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(e);
+  }
 }
 
 Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
@@ -320,13 +337,11 @@ Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
 }
 
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {
-  if (const Status status = checkMagic(path); !status) return status.error();
-  const Result<FileBytes> file = mapFile(path);
-  if (!file) return file.error();
-  const auto chunks = readChunks(file->bytes);
-  if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
   std::vector<ChunkInfo> list;
-  for (const Chunk& chunk : *chunks) list.push_back(chunk.info);
+  const Status status = visitChunks(path, std::pmr::new_delete_resource(), [&list](std::span<const Chunk> chunks) {
+    for (const Chunk& chunk : chunks) list.push_back(chunk.info);
+  });
+  if (!status) return status.error();
   return list;
 }
 

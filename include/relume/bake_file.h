@@ -9,9 +9,10 @@
 //
 // The last parameter of the readers that make a Bake is where memory comes from; null = the global operators new and
 // delete. What loading takes and what a bake keeps go through it: the bytes of readBake(), the list of instances, what
-// the checks need meanwhile. Exempt are the mapped file itself, and the texts of names, provenance and errors, which
-// are std::string. It must outlive the bake, every copy of one of its arrays and so every Relighter made from it, and
-// it is called on the thread that loads and on the one that destroys the last of these.
+// the checks need meanwhile. Exempt are the mapped file itself, a few hundred bytes while names are read, and the texts
+// of names, provenance and errors, which are std::string. It must outlive the bake, every copy of one of its arrays and
+// so every Relighter made from it, and it is called on the thread that loads and on the one that destroys the last of
+// these.
 #pragma once
 
 #include "relume/bake_data.h"

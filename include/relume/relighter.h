@@ -149,7 +149,7 @@ class Relighter {
   // What relight() would refuse. usage: a span of the wrong size, a direction that is not of unit length, a number that
   // is not finite, negative, or outside the range include/relume/lights.h gives; the message names light and field.
   [[nodiscard]] Status check(const LightSetup& setup) const;
-  // Forget last frame's light.
+  // Forget last frame's light. GL: throws std::bad_alloc, and forgets nothing, where there is no memory to clear with.
   void reset();
   // Hot reload: begin with the light that `previous`, a relighter of an older bake of the level, has in its grid, so
   // that the first frame is not without its bounces. `bake` is the one that this relighter was made from. Takes effect

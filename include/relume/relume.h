@@ -88,10 +88,10 @@ typedef struct relume_context_desc {
   relume_log log;                   /* NULL = no log */
   relume_parallel_for parallel_for; /* NULL = everything on the calling thread */
   /* Serve this context, its bakes and their relighters: the handles, what loading takes, what relighters keep. Both or
-   * neither; NULL = the global operators new and delete. Exempt are texts (of errors, names, provenance, GLSL), scratch
-   * of a few KiB while a file is opened and read, the OpenGL driver's own memory, and the file, which is mapped. Called
-   * on the threads that call the library, at the same time where those do; the last call is that of the last handle's
-   * destruction. After the first frame only a frame with more lights than any before allocates. */
+   * neither; NULL = the global operators new and delete. Exempt are texts (of errors, names, provenance, GLSL), a few
+   * hundred bytes while a file is opened and read, the OpenGL driver's own memory, and the file, which is mapped.
+   * Called on the threads that call the library, at the same time where those do; the last call is that of the last
+   * handle's destruction. After the first frame only a frame with more lights than any before allocates. */
   relume_allocate allocate;
   relume_deallocate deallocate;
 } relume_context_desc;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How often, and for how much, this program has called operator new, of all threads together (allocations.cpp counts). Sanitizers have an
-// operator new of their own: with them nothing is counted.
+// How often, and for how much, this program has called operator new, of all threads together (allocations.cpp counts).
+// Sanitizers have an operator new of their own: with them nothing is counted.
 #pragma once
 
 #include <cstddef>

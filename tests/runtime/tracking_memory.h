@@ -84,7 +84,9 @@ class TrackingMemory final : public std::pmr::memory_resource {
     if (block == nullptr) throw std::bad_alloc();
     return block;
   }
-  void do_deallocate(void* block, std::size_t size, std::size_t alignment) override { takeBack(block, size, alignment); }
+  void do_deallocate(void* block, std::size_t size, std::size_t alignment) override {
+    takeBack(block, size, alignment);
+  }
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override { return this == &other; }
 
   std::atomic<std::size_t> requests_{0}, refused_{0}, refuseAt_{kNever}, blocks_{0}, bytes_{0}, mostBytes_{0},
