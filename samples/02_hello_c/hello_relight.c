@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* 01_hello_relight in C: load a bake, relight it under a moving lamp and a sun, ask what light arrives at a point.
+/* 01_hello_relight in C: load a bake, relight it under a moving lamp and a sun, ask what light arrives at a point; in
+ * memory of the game's own.
  *   cc hello_relight.c $(pkg-config --cflags --libs relume) -lm
  *   hello_relight LEVEL.relume */
 #include <relume/relume.h>
@@ -7,6 +8,31 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+
+/* The game's memory: a block from malloc(), the pointer to it, and behind that what was asked for, aligned. */
+typedef struct Memory {
+  size_t bytes, most;
+} Memory;
+
+static void* allocate(void* user, size_t size, size_t alignment) {
+  Memory* memory = (Memory*)user;
+  size_t at;
+  char* block;
+  if (alignment < sizeof(void*)) alignment = sizeof(void*);
+  block = (char*)malloc(size + alignment + sizeof(void*));
+  if (block == NULL) return NULL;
+  at = ((size_t)block + sizeof(void*) + alignment - 1) / alignment * alignment;
+  ((void**)at)[-1] = block;
+  memory->bytes += size;
+  if (memory->bytes > memory->most) memory->most = memory->bytes;
+  return (void*)at;
+}
+
+static void deallocate(void* user, void* at, size_t size, size_t alignment) {
+  (void)alignment;
+  ((Memory*)user)->bytes -= size;
+  free(((void**)at)[-1]);
+}
 
 /* What the bake lights: the middle of its surfels. */
 static int middle_of(const relume_bake* bake, float middle[3]) {
@@ -62,6 +88,7 @@ static relume_status run(relume_relighter* relighter, const float point[3]) {
 }
 
 int main(int argc, char** argv) {
+  Memory memory = {0, 0};
   relume_context_desc desc = {0};
   relume_context* context = NULL;
   relume_bake* bake = NULL;
@@ -74,6 +101,9 @@ int main(int argc, char** argv) {
   }
   desc.struct_size = sizeof desc;
   desc.api_version = RELUME_API_VERSION;
+  desc.user = &memory;
+  desc.allocate = allocate; /* on one thread, as here, they need no lock */
+  desc.deallocate = deallocate;
   status = relume_context_create(&desc, &context);
   if (status != RELUME_OK) {
     fprintf(stderr, "%s\n", relume_status_text(status));
@@ -93,5 +123,6 @@ int main(int argc, char** argv) {
   relume_relighter_destroy(relighter);
   relume_bake_destroy(bake);
   relume_context_destroy(context);
+  printf("memory: %lu KiB at most, %lu bytes left\n", (unsigned long)(memory.most / 1024), (unsigned long)memory.bytes);
   return (int)status;
 }

@@ -91,7 +91,10 @@ def check_games(prefix, bake, expected, root=''):
         '-DCMAKE_PREFIX_PATH=' + where, '-DSAMPLES=' + samples, *launcher)
     run('cmake', '--build', games)
     for game in ('cpp_static', 'cpp_shared', 'c_shared'):
-        check_same(game, light(run(os.path.join(games, game), bake, env=environment)), expected)
+        said = run(os.path.join(games, game), bake, env=environment)
+        check_same(game, light(said), expected)
+        if game == 'c_shared':  # all of it in the game's memory, and all of that given back
+            check(re.search(r'^memory: [1-9]\d* KiB at most, 0 bytes left$', said, re.M), f'{game} leaks:\n{said}')
 
     # In OpenGL, whose functions the game hands over.
     for game in glob.glob(games + '/gl_*'):
