@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The pipeline, as numbered steps: every stage takes what the ones before it made and hands a plain struct on.
-#include "bake/bake.h"
+#include "relume/bake/bake.h"
 
 #include "bake/base/memory_budget.h"
 #include "bake/caches/caches.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/links.h"
-#include "bake/provenance.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/check_limits.h"
 #include "bake/stage_memory.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
 #include "formats/validate.h"
+#include "relume/bake/provenance.h"
 
 #include <algorithm>
 #include <new>

@@ -3,7 +3,7 @@
 // help are loops over it (options.cpp).
 #pragma once
 
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include <glm/vec3.hpp>
 

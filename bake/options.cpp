@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Presets, checks and JSON of the bake's options, over the table of option_table.h.
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include "bake/base/read_json.h"
 #include "bake/option_table.h"

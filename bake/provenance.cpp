@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See provenance.h.
-#include "bake/provenance.h"
+// See relume/bake/provenance.h.
+#include "relume/bake/provenance.h"
 
 #include "bake/shape_sums.h"
 

@@ -5,7 +5,7 @@
 // noise can: a difference, not a border, decides.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 
 #include <cstdint>

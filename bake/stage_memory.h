@@ -3,9 +3,9 @@
 // beyond the budget (memory_budget.h). The light map and the grid ask for themselves, once they know their texels.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/caches.h"
 #include "relume/hierarchy.h"
 #include "relume/result.h"

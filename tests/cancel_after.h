@@ -3,7 +3,7 @@
 // other programs on the machine do not add to.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <atomic>
 #include <chrono>

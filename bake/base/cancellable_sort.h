@@ -3,7 +3,7 @@
 // no two items are equal, the order is that of std::sort.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <algorithm>
 #include <cstddef>

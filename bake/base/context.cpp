@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See context.h.
-#include "bake/base/context.h"
+// See relume/bake/context.h.
+#include "relume/bake/context.h"
 
 #include <chrono>
 

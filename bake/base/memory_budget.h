@@ -4,7 +4,7 @@
 // budget only ever refuses: it changes no byte of what is made.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <cstdint>

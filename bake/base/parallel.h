@@ -3,7 +3,7 @@
 // result that depends on its chunk only is the same at any number of threads.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <cstddef>
 #include <functional>

@@ -3,7 +3,7 @@
 // along x are contiguous, so that a neighbourhood of 3x3x3 cells is nine runs of points.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <glm/vec3.hpp>
 

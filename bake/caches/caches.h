@@ -2,11 +2,11 @@
 // Places the caches: the grid and the light map (PIC 4.4).
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/caches.h"
 #include "relume/result.h"
 

@@ -9,9 +9,9 @@
 //   5. identity           which bake the coordinates belong to: asset.extras.relume.lightmap
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/export/level_document.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 

@@ -3,8 +3,8 @@
 // Written as one .glb.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/import/gltf_document.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <nlohmann/json.hpp>

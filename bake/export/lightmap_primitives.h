@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/export/level_document.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/caches.h"
 #include "relume/result.h"
 

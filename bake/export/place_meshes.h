@@ -4,7 +4,7 @@
 
 #include "bake/export/level_document.h"
 #include "bake/export/lightmap_primitives.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <nlohmann/json.hpp>

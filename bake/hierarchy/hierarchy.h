@@ -2,9 +2,9 @@
 // Clusters the senders into a binary tree (PIC 4.3).
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/hierarchy.h"
 #include "relume/result.h"
 #include "relume/surfels.h"

@@ -4,8 +4,8 @@
 // (metric.h).
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 #include "relume/surfels.h"
 
 #include <glm/vec3.hpp>

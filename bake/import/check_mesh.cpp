@@ -5,8 +5,8 @@
 #include "bake/import/check_mesh.h"
 
 #include "bake/base/cancellable_sort.h"
-#include "bake/base/context.h"
 #include "bake/base/parallel.h"
+#include "relume/bake/context.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 

@@ -3,7 +3,7 @@
 // open borders, flipped winding. Reported by node and triangle; the baker copes with all of it.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <cstdint>
 #include <string>

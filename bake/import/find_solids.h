@@ -9,7 +9,7 @@
 // no other node.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 namespace relume {
 

@@ -3,10 +3,10 @@
 // the document before, because tinygltf neither bounds them nor keeps them inside the folder.
 #include "bake/import/gltf_document.h"
 
-#include "bake/base/context.h"
 #include "bake/base/read_json.h"
 #include "bake/import/gltf_file.h"
 #include "bake/import/gltf_schema.h"
+#include "relume/bake/context.h"
 
 #include <nlohmann/json.hpp>
 

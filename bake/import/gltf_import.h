@@ -2,10 +2,10 @@
 // The importer's rooms: materials, meshes and nodes of a checked document, each appending to a Scene.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/import/gltf_accessors.h"
 #include "bake/import/gltf_document.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <array>

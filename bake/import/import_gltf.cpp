@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
-#include "bake/base/context.h"
 #include "bake/import/find_solids.h"
 #include "bake/import/gltf_import.h"
 #include "bake/scene/check_limits.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 
 #include <array>
 #include <charconv>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See load_scene.h.
-#include "bake/import/load_scene.h"
+// See relume/bake/load_scene.h.
+#include "relume/bake/load_scene.h"
 
 #include "bake/import/check_mesh.h"
 

@@ -2,7 +2,7 @@
 // Image files in memory to RGBA with mip levels. PNG and JPEG (and what else stb_image knows).
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <cstdint>

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "bake/base/random.h"
-#include "bake/scene/scene.h"
 #include "bake/surfels/surfels.h"
+#include "relume/bake/scene.h"
 
 #include <glm/vec3.hpp>
 

@@ -8,9 +8,9 @@
 
 #include "bake/links/aim.h"
 #include "bake/links/directions.h"
-#include "bake/options.h"
 #include "bake/rays/bundle/ray_fan.h"
 #include "bake/surfels/surfels.h"
+#include "relume/bake/options.h"
 #include "relume/hierarchy.h"
 
 #include <cstdint>

@@ -3,11 +3,11 @@
 // hierarchy, a cut of n_L nodes, a link for each.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/hierarchy/hierarchy.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/caches.h"
 #include "relume/hierarchy.h"
 #include "relume/links.h"

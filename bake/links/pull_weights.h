@@ -17,7 +17,7 @@
 #pragma once
 
 #include "bake/links/touched_tree.h"
-#include "bake/options.h"
+#include "relume/bake/options.h"
 #include "relume/hierarchy.h"
 
 #include <cstdint>

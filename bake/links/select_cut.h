@@ -5,7 +5,7 @@
 
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/touched_tree.h"
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include <cstdint>
 #include <span>

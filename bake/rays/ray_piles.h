@@ -4,7 +4,7 @@
 // each winding can never be hit; asked about one after the other they would cost the square of their number.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <cstdint>
 #include <span>

@@ -4,7 +4,7 @@
 // instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <cstdint>

@@ -2,10 +2,10 @@
 // What a RayTracer holds, for the files that build it and ask it. See ray_tracer.cpp.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/bundle/fan_tree.h"
 #include "bake/rays/hit_places.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 
 #include <embree3/rtcore.h>
 #if defined(__SSE2__)

@@ -4,7 +4,7 @@
 
 #include "bake/base/random.h"
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,8 @@
 // Ground truth: a plain Lambertian path tracer on the same scene, rays and radiometry as the baker.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 // and so does Embree.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 namespace relume {

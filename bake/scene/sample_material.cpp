@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Material values at a point of a surface: base colour factor x texture x vertex colour, emission, alpha test.
 // Textures are 8-bit sRGB, decoded by table; a footprint in metres becomes a mip level by the triangle's texel density.
-#include "bake/scene/scene.h"
 #include "formats/color.h"
+#include "relume/bake/scene.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

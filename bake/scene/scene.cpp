@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Questions about the scene's geometry: numbering of triangles, world corners, normals.
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>

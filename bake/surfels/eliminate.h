@@ -2,8 +2,8 @@
 // Weighted sample elimination: a blue-noise subset of candidates, in progressive order.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <span>

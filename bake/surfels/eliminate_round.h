@@ -8,9 +8,9 @@
 // points come off one by one.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/surfels/neighbours.h"
 #include "bake/surfels/surface_sampler.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <span>

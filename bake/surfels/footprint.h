@@ -2,9 +2,9 @@
 // Albedo and emission of surfels, integrated over the part of the surfaces that each stands for.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfels.h"
+#include "relume/bake/context.h"
 
 #include <span>
 #include <vector>

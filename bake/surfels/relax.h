@@ -2,10 +2,10 @@
 // The paper's relaxation: surfels repel each other along their tangent planes (PIC 4.2).
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <cstdint>

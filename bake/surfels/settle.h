@@ -3,11 +3,11 @@
 // own point, it would often stand in a shadow that nobody sees, and light would be lost (docs/DESIGN.md).
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <span>

@@ -2,8 +2,8 @@
 // How well surfels are spread.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
+#include "relume/bake/context.h"
 
 #include <span>
 

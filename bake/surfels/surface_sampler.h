@@ -8,9 +8,9 @@
 // away only get points by their share of what is seen, not by their area.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,9 +2,9 @@
 // Builds the map from hits to surfels.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfels.h"
+#include "relume/bake/context.h"
 
 #include <span>
 

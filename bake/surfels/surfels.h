@@ -2,10 +2,10 @@
 // From surfaces to surfels (PIC 4.2), and from a hit on a surface to its surfel.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/result.h"
 #include "relume/surfels.h"
 

@@ -3,9 +3,9 @@
 // a level has neither.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/base/random.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <span>

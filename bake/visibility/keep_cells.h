@@ -2,8 +2,8 @@
 // Which of the cells that walks hit are worth surfels.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/visibility/seen_cells.h"
+#include "relume/bake/context.h"
 
 #include <vector>
 

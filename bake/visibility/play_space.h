@@ -3,11 +3,11 @@
 // and note the sides of the triangles that light could come from. What no walk reaches gets no surfels and no caches.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/cell_tree.h"
 #include "bake/visibility/seen_cells.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/result.h"
 
 #include <cmath>

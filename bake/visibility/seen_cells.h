@@ -3,7 +3,7 @@
 // triangles share a cell, a large one spans many.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <glm/vec3.hpp>
 

@@ -2,10 +2,10 @@
 // Visits surface in parts small enough for the cells of seen_cells.h.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/base/parallel.h"
-#include "bake/scene/scene.h"
 #include "bake/visibility/cell_tree.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

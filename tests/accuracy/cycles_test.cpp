@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The path tracer against images of another renderer (Cycles): import, lights and radiometry are right when the mean
 // light agrees within the noise, direct and indirect, punctual and emitted.
-#include "bake/base/context.h"
 #include "bake/reference/path_tracer.h"
+#include "relume/bake/context.h"
 #include "tests/accuracy/compare_images.h"
 
 #include <gtest/gtest.h>

@@ -4,11 +4,11 @@
 #include "bake/caches/caches.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/links/links.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/scene.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 
 #include <benchmark/benchmark.h>
 

@@ -2,10 +2,10 @@
 // How fast the rays of a bake's caches are traced: in packets, with a thorough structure of Embree's, and as fans; and
 // how many of them hit another triangle. Prints the table of docs/TRACING.md, millions of rays a second on all cores.
 //   bench_ray_rate LEVEL.glb BAKE.relume [every n-th run of caches [repeats]]
-#include "bake/base/context.h"
 #include "bake/base/parallel.h"
 #include "bake/links/directions.h"
 #include "bake/rays/bundle/ray_fan.h"
+#include "relume/bake/context.h"
 #include "relume/bake_file.h"
 
 #include <glm/common.hpp>

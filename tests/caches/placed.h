@@ -2,8 +2,8 @@
 // A scene and all that cache placement needs and makes of it.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/caches/caches.h"
+#include "relume/bake/context.h"
 
 #include <gtest/gtest.h>
 #include <glm/ext/matrix_transform.hpp>

@@ -3,7 +3,7 @@
 // What both sides read there should be the same.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "tests/caches/reads.h"
 
 #include <glm/geometric.hpp>

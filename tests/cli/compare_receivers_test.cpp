@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What receivers read: bakes that hold the same light in the same caches, and hand it to other surfaces, differ.
-#include "bake/bake.h"
+#include "relume/bake/bake.h"
 #include "tools/compare/compare_light.h"
 #include "tools/compare/compare_report.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Of many surfaces in one place, rays hit the one that they hit among few: the first whose front they meet.
-#include "bake/base/context.h"
 #include "bake/base/random.h"
 #include "bake/rays/ray_piles.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>

@@ -2,12 +2,12 @@
 // A level baked, exported and read again, and what must be true of all of them.
 #pragma once
 
-#include "bake/bake.h"
 #include "bake/export/export_level.h"
 #include "bake/import/gltf_file.h"
 #include "bake/import/gltf_import.h"
-#include "bake/import/load_scene.h"
 #include "formats/pack.h"
+#include "relume/bake/bake.h"
+#include "relume/bake/load_scene.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>

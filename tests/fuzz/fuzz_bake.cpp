@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a .glb or .gltf that is imported, repaired and baked, with the smallest options. A bake
 // either is valid, which bake() sees to itself, or gives an error that blames the level.
-#include "bake/bake.h"
 #include "bake/import/check_mesh.h"
+#include "relume/bake/bake.h"
 #include "relume/bake_file.h"
 #include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a scene alone in its folder; those that begin with "glTF" as .glb, others as .gltf. Built
 // with RELUME_FUZZ_FILES also a buffer b.bin and an image i.png that lie beside the .gltf (mutate.h: FileSet).
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "tests/fuzz/memory_folder.h"
 #include "tests/fuzz/mutate.h"
 

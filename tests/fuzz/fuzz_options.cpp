@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: text that begins with '{' as an options file, other text as the value of one option of the command line,
 // which its first byte chooses. What is read must come back from its own JSON unchanged.
-#include "bake/options.h"
+#include "relume/bake/options.h"
 #include "tests/fuzz/mutate.h"
 
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // Findings on meshes whose faults are known.
 #include "bake/import/check_mesh.h"
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // Which two-sided surfaces enclose matter, on meshes with known answers.
 #include "bake/import/find_solids.h"
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "tests/caches/meshes.h"
 
 #include <gtest/gtest.h>

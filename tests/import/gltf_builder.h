@@ -2,8 +2,8 @@
 // Small glTF files for tests, built in memory and written to a folder of the test's own.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 
 #include <nlohmann/json.hpp>
 

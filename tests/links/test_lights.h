@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/scene.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/scene.h"
 
 #include <vector>
 

@@ -4,10 +4,10 @@
 // docs/BANDS.md.
 //   bench_band_error LEVEL.glb BAKE.relume [threads]
 #include "bake/import/check_mesh.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
 #include "formats/sh.h"
+#include "relume/bake/options.h"
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 

@@ -3,9 +3,9 @@
 // and memory of the runtime, from 8192 to 131072 caches on the light map. Receivers are surfels that read the light
 // map, spread evenly over its area, against path-traced light. Prints a table of docs/LINKS.md.
 //   bench_cache_error LEVEL.glb LIGHTS[;LIGHTS..] [RECEIVERS [PATHS [SURFELS [LINKS [RAYS [MOST_CACHES]]]]]]
-#include "bake/bake.h"
 #include "bake/base/parallel.h"
 #include "formats/pack.h"
+#include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "tests/measure/traced_light.h"
 

@@ -2,10 +2,10 @@
 // How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and
 // sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/GRID.md.
 //   bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
-#include "bake/bake.h"
 #include "bake/base/parallel.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "runtime/shared/resolve.h"
 #include "tests/measure/traced_light.h"

@@ -3,9 +3,9 @@
 // option that is a choice, and with others that take a path of their own; the sums of the bytes are held against
 // algorithm_version.txt, one line a set: its name, the version of the algorithm, the version of the format, the sum.
 // RELUME_STORE_ALGORITHM=1 in the environment writes that file anew; it refuses to give new sums to an old version.
-#include "bake/bake.h"
-#include "bake/provenance.h"
 #include "formats/chunks.h"
+#include "relume/bake/bake.h"
+#include "relume/bake/provenance.h"
 #include "relume/bake_file.h"
 #include "tests/pipeline/tiny_bake.h"
 
@@ -138,7 +138,7 @@ std::string judge(const Line& stored, const Line& now) {
   if (stored == now) return "";
   if (stored.algorithm != now.algorithm || stored.format != now.format)
     return "kAlgorithmVersion or kBakeFormatVersion was raised and the sums are of the old one.";
-  return "the bytes of a bake changed: raise kAlgorithmVersion (bake/provenance.h), say in CHANGELOG.md what must be "
+  return "the bytes of a bake changed: raise kAlgorithmVersion (provenance.h), say in CHANGELOG.md what must be "
          "rebaked, and store the new sums.";
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A cancel is heard wherever a bake is.
-#include "bake/bake.h"
+#include "relume/bake/bake.h"
 #include "tests/caches/big_level.h"
 #include "tests/cancel_after.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Levels whose numbers are damaged: bytes of vertex data, of indices, of matrices. Whatever they become, the bake ends,
 // with a file that is valid or with an error that says what is wrong.
-#include "bake/bake.h"
 #include "formats/validate.h"
+#include "relume/bake/bake.h"
 #include "relume/bake_file.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/long_tests.h"

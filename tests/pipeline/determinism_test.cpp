@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The whole bake, end to end: the same scene, options and seed give the same bytes at 1 and 2 threads and twice over,
 // and what comes out keeps every invariant.
-#include "bake/bake.h"
 #include "formats/validate.h"
+#include "relume/bake/bake.h"
 #include "relume/bake_file.h"
 #include "tests/cli/make_gltf.h"
 #include "tests/long_tests.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // extras.relume.bake "gridLit": such a node blocks light and sends it as a static one does, has no place on the light
 // map, and receives what the grid has.
-#include "bake/bake.h"
 #include "formats/validate.h"
+#include "relume/bake/bake.h"
 #include "relume/relighter.h"
 
 #include "tests/surfels/make_level.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The table of options: presets are valid, JSON round-trips and is canonical, every range is enforced at both ends.
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include "tests/comma_locale.h"
 

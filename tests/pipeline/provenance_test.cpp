@@ -2,9 +2,9 @@
 // What status says against what a bake gives: some twenty levels, each field of each file changed in turn. Where status
 // calls a bake up to date with the changed level, baking that level gives the same bytes. Also: exporters' noise is
 // forgiven and changes light by no more than noise, and every real change is not.
-#include "bake/provenance.h"
-#include "bake/bake.h"
+#include "relume/bake/provenance.h"
 #include "bake/shape_sums.h"
+#include "relume/bake/bake.h"
 #include "relume/bake_file.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/long_tests.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Light on what levels are made of, against path-traced irradiance: corners where closed two-sided pieces meet, and a
 // small smooth ball.
-#include "bake/bake.h"
 #include "bake/base/parallel.h"
 #include "bake/import/find_solids.h"
 #include "formats/pack.h"
+#include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"

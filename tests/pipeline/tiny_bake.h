@@ -2,7 +2,7 @@
 // The options of a bake that takes hundredths of a second, for tests that bake hundreds of levels.
 #pragma once
 
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 namespace relume::test {
 

@@ -2,7 +2,7 @@
 // Small scenes made in code, for tests with analytic answers.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bake/rays/ray_tracer.h"
 
-#include "bake/base/context.h"
 #include "bake/base/random.h"
+#include "relume/bake/context.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bake/reference/path_tracer.h"
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
-#include "bake/bake.h"
+#include "relume/bake/bake.h"
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 #include "tools/render/render_cpu.h"

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/scene.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/scene.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>

@@ -3,7 +3,7 @@
 // that are something else than what it makes. Asked before any work, and again once a scene has named its files.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <filesystem>

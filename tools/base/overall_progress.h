@@ -2,7 +2,7 @@
 // How far a command is with all of its work, from how far it is with a stage.
 #pragma once
 
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include <cstddef>
 #include <string>

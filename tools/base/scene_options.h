@@ -2,7 +2,7 @@
 // How a level is read, as the command line has it: one set of options for every command that takes a level.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <string>
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The options of a bake on a command line: one flag for each row of the table of options (bake/options.h) that has one.
+// The options of a bake on a command line: one flag for each row of the table of options (bake/option_table.h) that has
+// one.
 #pragma once
 
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include <map>
 #include <string>

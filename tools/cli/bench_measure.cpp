@@ -2,7 +2,7 @@
 // See bench_measure.h.
 #include "tools/cli/bench_measure.h"
 
-#include "bake/bake.h"
+#include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "tools/base/worker_threads.h"
 

@@ -2,9 +2,9 @@
 // What `relume bench` measures: the stages of a bake, the passes of a frame, memory.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
-// options (bake/options.h) that has a flag; preset, then options file, then flags.
-#include "bake/bake.h"
+// options (relume/bake/options.h) that has a flag; preset, then options file, then flags.
 #include "bake/export/export_level.h"
-#include "bake/import/load_scene.h"
 #include "formats/file_io.h"
+#include "relume/bake/bake.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // relume bench SCENE.glb | --bake FILE: how long each stage of a bake and each pass of a frame takes, and what memory
 // they need, as text, JSON, or the page docs/PERFORMANCE.md.
-#include "bake/import/load_scene.h"
 #include "formats/file_io.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"

@@ -3,9 +3,9 @@
 // exceeded.
 #include "bake/base/memory_budget.h"
 #include "bake/base/read_json.h"
-#include "bake/import/load_scene.h"
 #include "formats/chunks.h"
 #include "formats/validate.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume export SCENE BAKE -o LEVEL.glb: the level with its light-map coordinates, for the game.
 #include "bake/export/export_level.h"
-#include "bake/import/load_scene.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"

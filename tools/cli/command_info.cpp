@@ -2,8 +2,8 @@
 // relume info FILE [--json]: what is in a bake (sizes, table of chunks, options, statistics) or in a scene (summary and
 // mesh report).
 #include "bake/base/printed.h"
-#include "bake/import/load_scene.h"
 #include "formats/chunks.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // `relume reference`: ground truth of a camera's view by path tracing, with the channels that the accuracy tests read.
 #include "bake/base/memory_budget.h"
-#include "bake/import/load_scene.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
-#include "bake/scene/scene.h"
 #include "bake/stage_memory.h"
+#include "relume/bake/load_scene.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"

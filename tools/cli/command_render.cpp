@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // `relume render`: relight a camera's view headlessly, with Embree and the CPU backend, or with OpenGL through EGL.
 #include "bake/base/memory_budget.h"
-#include "bake/import/load_scene.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/scene.h"
 #include "bake/stage_memory.h"
+#include "relume/bake/load_scene.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_file.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/number_check.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // relume status SCENE BAKE: is the bake up to date, and what changed if not? Exit status 7 when something did.
-#include "bake/import/load_scene.h"
+#include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"

@@ -2,9 +2,9 @@
 // What `relume info` says, as JSON; the plain text is printed from the same.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
 #include "formats/chunks.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `relume`: one binary, one subcommand a file (commands.h).
 #include "bake/base/printed.h"
-#include "bake/provenance.h"
 #include "formats/chunks.h"
+#include "relume/bake/provenance.h"
 #include "tools/base/printable.h"
 #include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"

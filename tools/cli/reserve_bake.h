@@ -2,7 +2,7 @@
 // Bakes that commands look at, against --max-memory before they are mapped.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 
 #include <string>

@@ -3,7 +3,7 @@
 // go to stderr; stdout is for results.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "relume/result.h"
 #include "tools/base/overall_progress.h"
 

@@ -2,8 +2,8 @@
 // See verify_bake.h.
 #include "tools/cli/verify_bake.h"
 
-#include "bake/bake.h"
 #include "formats/chunks.h"
+#include "relume/bake/bake.h"
 #include "relume/bake_file.h"
 
 #include <string>

@@ -2,9 +2,9 @@
 // `relume bake --verify`: the same bytes again, with another number of threads?
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/options.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 
 namespace relume {

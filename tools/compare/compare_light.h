@@ -9,7 +9,7 @@
 // them: with the bands that each bake recommends, through its own light map and grid.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/compare/compare_places.h"

@@ -7,7 +7,7 @@
 // a point's place and normal come from the texels' caches, and surfaces that read the grid are sampled by surfels.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 

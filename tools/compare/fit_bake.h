@@ -2,8 +2,8 @@
 // A bake read to draw its scene with.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 

@@ -2,8 +2,8 @@
 // Where receivers are read: see compare_receivers.h.
 #include "tools/compare/compare_receivers.h"
 
-#include "bake/provenance.h"
 #include "formats/pack.h"
+#include "relume/bake/provenance.h"
 #include "runtime/shared/stencil.h"
 #include "tools/compare/compare_scene.h"
 

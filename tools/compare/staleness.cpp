@@ -2,8 +2,8 @@
 // See staleness.h.
 #include "tools/compare/staleness.h"
 
-#include "bake/provenance.h"
 #include "bake/rays/ray_tracer_name.h"
+#include "relume/bake/provenance.h"
 
 #include <algorithm>
 #include <map>

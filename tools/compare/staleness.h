@@ -3,8 +3,8 @@
 // `relume bake`, which does nothing when nothing changed.
 #pragma once
 
-#include "bake/options.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/compare/compare_scene.h"

@@ -5,7 +5,7 @@
 // Programs that draw it put levelVertexGlsl() into their vertex shader, levelMaterialGlsl() into their fragment shader.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/caches.h"
 #include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"

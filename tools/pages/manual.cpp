@@ -2,7 +2,7 @@
 // See manual.h.
 #include "tools/pages/manual.h"
 
-#include "bake/options.h"
+#include "relume/bake/options.h"
 
 #include <algorithm>
 #include <cctype>
@@ -208,7 +208,7 @@ std::string optionsMarkdown() {
       std::string("<!-- ") + kGenerated +
       " -->\n# Options of a bake\n\n"
       "Set by a file of `--options` under their names, or by flags of `relume bake`; what neither names is as in the\n"
-      "preset. The library's `BakeOptions` (`bake/options.h`) has the same names.\n";
+      "preset. The library's `BakeOptions` (`relume/bake/options.h`) has the same names.\n";
   const Preset presets[] = {Preset::draft, Preset::medium, Preset::high, Preset::best};
   std::vector<std::vector<OptionInfo>> lists;
   for (const Preset preset : presets) lists.push_back(listOptions(presetOptions(preset)));

@@ -4,9 +4,9 @@
 #include "tools/render/default_view.h"
 
 #include "bake/base/random.h"
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/find_starts.h"
+#include "relume/bake/options.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>

@@ -2,8 +2,8 @@
 // A view of a level that has no camera.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 namespace relume {

@@ -2,7 +2,7 @@
 // Lights that a level does not have, for `relume render --lights-file`.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <filesystem>

@@ -3,8 +3,8 @@
 // images that are made of them.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"

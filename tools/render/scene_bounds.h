@@ -2,7 +2,7 @@
 // The box that holds all triangles' vertices of a level, dynamic ones with them.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 namespace relume {
 

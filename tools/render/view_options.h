@@ -2,8 +2,8 @@
 // What `render` and `reference` draw: camera, size, lights and sky, the same options in both.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 // A camera that flies: a place, and a direction as two angles.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>

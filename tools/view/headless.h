@@ -2,7 +2,7 @@
 // The viewer without a window, for CI: N frames while a light moves, as PNG files.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/view/options.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // relume-view: a window onto a level that is relit every frame; or, with --headless, frames of it as pictures.
-#include "bake/base/context.h"
 #include "bake/base/printed.h"
-#include "bake/import/load_scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/load_scene.h"
 #include "tools/base/printable.h"
 #include "tools/compare/fit_bake.h"
 #include "tools/view/headless.h"

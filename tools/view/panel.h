@@ -2,7 +2,7 @@
 // The panel that changes a ViewState: lights, sky, views, overlays, pass times.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "tools/view/viewer.h"
 
 namespace relume {

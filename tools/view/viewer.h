@@ -3,7 +3,7 @@
 // whatever framebuffer is bound. Needs a current OpenGL 4.3 context for its lifetime.
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"

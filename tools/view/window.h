@@ -2,7 +2,7 @@
 // The viewer's window (GLFW) and its panel (Dear ImGui).
 #pragma once
 
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/view/options.h"

@@ -4,8 +4,8 @@
 // number of faces.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 
 #include <cstdint>
 #include <span>

@@ -9,7 +9,7 @@
 #pragma once
 
 #include "bake/caches/charts/segment.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/scene.h"
 
 #include <cstdint>
 #include <vector>

@@ -3,9 +3,9 @@
 // surfaces that are seen pass through them. Air then costs an eighth.
 #pragma once
 
-#include "bake/options.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
+#include "relume/bake/options.h"
 
 #include <cstdint>
 #include <vector>

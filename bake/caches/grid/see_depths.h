@@ -2,8 +2,8 @@
 // Measures how far grid caches see, for formats/grid_depth.h.
 #pragma once
 
-#include "bake/base/context.h"
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <span>

@@ -2,8 +2,8 @@
 // See lightmap_advice.h.
 #include "bake/caches/lightmap/lightmap_advice.h"
 
-#include "bake/base/context.h"
 #include "formats/decimal.h"
+#include "relume/bake/context.h"
 
 #include <algorithm>
 #include <cmath>

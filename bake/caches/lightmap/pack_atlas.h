@@ -2,7 +2,7 @@
 // Places rectangles and single texels on the light map, by stb_rect_pack.
 #pragma once
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <glm/vec2.hpp>
 

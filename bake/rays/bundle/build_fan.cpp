@@ -4,7 +4,7 @@
 // nodes of eight so that the areas of all nodes together are least.
 #include "bake/rays/bundle/fan_tree.h"
 
-#include "bake/base/context.h"
+#include "relume/bake/context.h"
 
 #include <glm/common.hpp>
 

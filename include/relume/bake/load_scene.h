@@ -3,8 +3,8 @@
 // everywhere, so that hashes, triangle numbers and rays agree between bake, render, reference and status.
 #pragma once
 
-#include "bake/base/context.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <string>
@@ -14,7 +14,8 @@ namespace relume {
 // Whether the meshes' findings go to the log, a line a kind, before the repair.
 enum class MeshReport { none, log };
 
-// Errors of importGltf(); failed when cancelled. A line of the log says what was repaired.
+// Errors of importGltf() (scene.h); failed when cancelled. A line of the log says what was repaired. Any thread; loads
+// that run at once need a context each.
 Result<Scene> loadScene(const std::string& path, Context& context, const ImportOptions& options = {},
                         MeshReport report = MeshReport::none);
 

@@ -32,8 +32,8 @@ class Context {
   // Called from any thread: something the user should know, with node names where there are any.
   std::function<void(Severity, std::string_view message)> onMessage;
   int threads = 0;  // [>= 0] 0 = all cores; never changes the result
-  // [byte] What the process may hold; 0 = machineMemoryBudget(). A stage that would need more fails before it allocates
-  // (memory_budget.h); never changes the result.
+  // [byte] What the process may hold; 0 = three quarters of what the machine leaves it. A stage that would need more
+  // fails before it allocates; never changes the result.
   std::uint64_t maxMemory = 0;
 
   // Report progress; false when the work should stop (then return cancelledError()).

@@ -138,8 +138,8 @@ struct Scene {
   std::vector<Camera> cameras;
   std::vector<SceneLight> lights;
   std::vector<PlayVolume> volumes;
-  std::vector<std::uint8_t> solid;  // [Size triangleCount(), or empty = none] 1 = two-sided, but encloses matter
-                                    // (find_solids.h)
+  std::vector<std::uint8_t> solid;  // [Size triangleCount(), or empty = none] 1 = two-sided, but encloses matter: the
+                                    // importer finds them
   LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric
   std::optional<std::uint64_t> exportedWith;  // level of relume export: identifyBakeFile() of the bake it was made with
   std::vector<std::filesystem::path> files;   // every file that was read, the scene's first (for dependency files)

@@ -2,8 +2,8 @@
 // What a bake was made from: content hashes of the scene's parts, the options, the versions. Nothing of the machine.
 #pragma once
 
-#include "bake/options.h"
-#include "bake/scene/scene.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 
 #include <string>
@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kAlgorithmVersion = 3;
 // once. Any thread.
 std::vector<BakedInstance> describeInstances(const Scene& scene);
 
-// Bake::shapes: the sums of all meshes (bake/shape_sums.h), in the scene's order.
+// Bake::shapes: the sums of all meshes, in the scene's order: what tells noise of an exporter from a change.
 std::vector<std::uint32_t> describeShapes(const Scene& scene);
 
 // The same entries, but where a baked part of that node and mesh has a geometry that differs by noise alone, with the
@@ -37,6 +37,7 @@ std::uint64_t hashCameras(const Scene& scene);
 // never enter a bake.
 std::uint64_t hashScene(const Scene& scene, const std::vector<BakedInstance>& instances);
 
+// The same as bake() would store it. rayTracer: its name and version, as Provenance::rayTracer of a bake has it.
 Provenance describeProvenance(const Scene& scene, const std::vector<BakedInstance>& instances,
                               const BakeOptions& options, const std::string& rayTracer);
 
