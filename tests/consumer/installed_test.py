@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Install the build, and its Debian packages, into empty folders; build games against each, in C, C++ and Python, and
-look whether all of them see the same light of the sample level.
+look whether all of them see the same light of the sample level; build a tool that bakes with relume::bake, and look whether
+it writes the bytes that the command writes.
 
     installed_test.py --build BUILD --source ROOT --relume PROGRAM --work FOLDER [--launcher PROGRAM]
 """
 import argparse
+import filecmp
 import glob
 import os
 import re
@@ -49,15 +51,21 @@ def check_same(name, found, expected):
             check(abs(x - y) <= 2e-4 + 1e-3 * abs(y), f'{name}: frame {frame}: {a}, expected {b}')
 
 
-def check_headers(include):
-    """Nothing private is installed, and nothing that is needs what is not."""
+def check_headers(include, baker):
+    """Nothing private is installed, nothing that is needs what is not, and none but GLM of other people's libraries."""
     installed = {os.path.relpath(f, include) for f in glob.glob(include + '/**/*', recursive=True) if os.path.isfile(f)}
     check('relume/relume.h' in installed and 'relume/relighter.h' in installed, f'headers are missing: {installed}')
+    bakers = {header for header in installed if header.startswith('relume/bake/')}
+    check(bool(bakers) == baker, f'headers of the baker, expected {"some" if baker else "none"}: {bakers}')
     for header in sorted(installed):
         check(header.startswith('relume/'), f'{header} is private')
         with open(os.path.join(include, header), encoding='utf8') as file:
-            for target in re.findall(r'^\s*#\s*include\s*"([^"]+)"', file.read(), re.M):
-                check(target in installed, f'{header} includes "{target}", which is not installed')
+            text = file.read()
+        for target in re.findall(r'^\s*#\s*include\s*"([^"]+)"', text, re.M):
+            check(target in installed, f'{header} includes "{target}", which is not installed')
+            check(header in bakers or target not in bakers, f'{header}, of the runtime, includes "{target}", of the baker')
+        for target in re.findall(r'^\s*#\s*include\s*<([^>]+)>', text, re.M):
+            check(re.match(r'glm/|[a-z_]+$|[a-z]+\.h$', target), f'{header} includes <{target}>')
 
 
 def check_linked(where, library):
@@ -77,18 +85,49 @@ def check_linked(where, library):
     check(not found, f'the runtime links OpenGL: {found}')
 
 
-def check_games(prefix, bake, expected, root=''):
+def configure(name, prefix, *arguments, reason=None):
+    """A project of tests/consumer, configured in an empty folder against an installation. With `reason` it must fail so."""
+    build = os.path.join(work, name)
+    shutil.rmtree(build, ignore_errors=True)
+    launcher = [f'-DCMAKE_{l}_COMPILER_LAUNCHER={options.launcher}' for l in ('C', 'CXX')] if options.launcher else []
+    command = ['cmake', '-G', 'Ninja', '-S', os.path.join(source, 'tests/consumer', name), '-B', build,
+               '-DCMAKE_PREFIX_PATH=' + prefix, *launcher, *arguments]
+    if reason is None:
+        run(*command)
+    else:
+        failed = subprocess.run(command, capture_output=True, text=True, check=False)
+        words = ' '.join((failed.stdout + failed.stderr).split())
+        check(failed.returncode != 0 and reason in words, f'{" ".join(command)}: expected "{reason}", found\n{words}')
+    return build
+
+
+def check_baker(prefix, level, bake, root=''):
+    """A tool that bakes by the library that is installed at `prefix`, below `root`: the bytes of the command's `bake`."""
+    where = root + prefix
+    check_headers(where + '/include', baker=True)
+    build = configure('baking', where)
+    run('cmake', '--build', build)
+    output = os.path.join(work, 'by_library.relume')
+    said = run(os.path.join(build, 'bake_level'), level, output, 'draft', *[f'{name}={value}' for name, _, value in sizes])
+    found = re.fullmatch(r'irradiance (\S+) (\S+) (\S+)\n', said)
+    check(found and all(float(x) > 0 for x in found.groups()), f'no light: {said}')
+    check(filecmp.cmp(output, bake, shallow=False), f'{output} and {bake}, of the command, differ')
+
+    # Without the baker's packages the component is refused by name, and who does not ask for it is served.
+    configure('baking', where, '-DCMAKE_DISABLE_FIND_PACKAGE_embree=ON',
+              reason='component bake: it needs embree, which CMake does not find')
+    configure('installed', where, '-DSAMPLES=' + samples, '-DCMAKE_DISABLE_FIND_PACKAGE_embree=ON',
+              '-DCMAKE_DISABLE_FIND_PACKAGE_TBB=ON')
+
+
+def check_games(prefix, bake, expected, root='', baker=False):
     """Games of all kinds against what is installed at `prefix`, below `root`."""
     where = root + prefix
     library = next(iter(glob.glob(where + '/lib*/**/librelume.so', recursive=True)), None)
     check(library is not None, f'no librelume.so below {where}')
-    check_headers(where + '/include')
+    check_headers(where + '/include', baker)
     environment = {**os.environ, 'LD_LIBRARY_PATH': os.path.dirname(library)}
-    games = os.path.join(work, 'games')
-    shutil.rmtree(games, ignore_errors=True)
-    launcher = [f'-DCMAKE_{l}_COMPILER_LAUNCHER={options.launcher}' for l in ('C', 'CXX')] if options.launcher else []
-    run('cmake', '-G', 'Ninja', '-S', os.path.join(source, 'tests/consumer/installed'), '-B', games,
-        '-DCMAKE_PREFIX_PATH=' + where, '-DSAMPLES=' + samples, *launcher)
+    games = configure('installed', where, '-DSAMPLES=' + samples)
     run('cmake', '--build', games)
     for game in ('cpp_static', 'cpp_shared', 'c_shared'):
         said = run(os.path.join(games, game), bake, env=environment)
@@ -127,9 +166,12 @@ def check_games(prefix, bake, expected, root=''):
 
 shutil.rmtree(work, ignore_errors=True)
 os.makedirs(work)
-bake = os.path.join(work, 'level.relume')
-run(options.relume, 'bake', os.path.join(samples, 'level/two_rooms.glb'), '-o', bake, '--preset', 'draft', '--surfels',
-    '512', '--lightmap-caches', '200', '--links', '64', '--rays', '64', '--walks', '5000', '--progress', 'none')
+bake, level = os.path.join(work, 'level.relume'), os.path.join(samples, 'level/two_rooms.glb')
+sizes = (('surfels.count', '--surfels', '512'), ('caches.lightmapCaches', '--lightmap-caches', '200'),
+         ('links.linksPerCache', '--links', '64'), ('links.raysPerCache', '--rays', '64'),
+         ('playSpace.walks', '--walks', '5000'))
+run(options.relume, 'bake', level, '-o', bake, '--preset', 'draft', '--progress', 'none',
+    *[word for _, flag, value in sizes for word in (flag, value)])
 hello = glob.glob(os.path.join(options.build, 'samples/01_hello_relight/hello_relight'))
 check(hello, 'the sample is not built')
 expected = light(run(hello[0], bake))
@@ -138,6 +180,9 @@ prefix = os.path.join(work, 'prefix')
 for component in ('runtime', 'dev'):
     run('cmake', '--install', options.build, '--prefix', prefix, '--component', component)
 check_games(prefix, bake, expected)
+configure('baking', prefix, reason='component bake: it is not installed here')
+run('cmake', '--install', options.build, '--prefix', prefix, '--component', 'bake_dev')
+check_baker(prefix, level, bake)
 
 # The packages, unpacked where a package manager would put them.
 if shutil.which('dpkg-deb') and shutil.which('cpack'):
@@ -145,16 +190,27 @@ if shutil.which('dpkg-deb') and shutil.which('cpack'):
     run('cpack', '-G', 'DEB', '-B', debs, '--config', os.path.join(options.build, 'CPackConfig.cmake'))
     packages = {run('dpkg-deb', '-f', f, 'Package').strip(): f for f in glob.glob(debs + '/*.deb')}
     names = sorted(packages)
-    check(len(names) == 3 and names[0] == 'librelume-dev' and names[2] == 'relume-tools', f'packages: {names}')
-    check('libstdc++6' in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the library depends on nothing')
-    check('libembree' in run('dpkg-deb', '-f', packages['relume-tools'], 'Depends'), 'the tools depend on no Embree')
-    check('libembree' not in run('dpkg-deb', '-f', packages[names[1]], 'Depends'), 'the runtime depends on the baker')
-    for package in names[:2]:
-        check('epoxy' not in run('dpkg-deb', '-f', packages[package], 'Depends'), f'{package} depends on libepoxy')
+    runtime = next((n for n in names if re.fullmatch(r'librelume[\d.]+', n)), None)
+    check(runtime and set(names) == {runtime, 'librelume-dev', 'librelume-bake-dev', 'relume-tools'}, f'packages: {names}')
+    needs = {name: run('dpkg-deb', '-f', packages[name], 'Depends') for name in names}
+    check('libstdc++6' in needs[runtime], 'the library depends on nothing')
+    check('libembree' in needs['relume-tools'], 'the tools depend on no Embree')
+    check('libembree-dev' in needs['librelume-bake-dev'] and 'librelume-dev' in needs['librelume-bake-dev'],
+          f'the baker\'s library depends on {needs["librelume-bake-dev"]}')
+    for name in (runtime, 'librelume-dev'):
+        check('libembree' not in needs[name], f'{name} depends on the baker')
+        check('epoxy' not in needs[name], f'{name} depends on libepoxy')
     root = os.path.join(work, 'root')
     for package in packages.values():
         run('dpkg-deb', '-x', package, root)
-    check_games('/usr', bake, expected, root)
+    check_games('/usr', bake, expected, root, baker=True)
+    check_baker('/usr', level, bake, root)
+
+    # Each package says its licence, and those with code of CGAL say that they are GPL.
+    for name in names:
+        licences = glob.glob(os.path.join(root, 'usr/share/doc', name, '*'))
+        check({os.path.basename(f) for f in licences} >= ({'LICENSE', 'LICENSE.binaries'} if 'embree' in needs[name] else
+                                                          {'LICENSE'}), f'{name}: licences {licences}')
     tool = os.path.join(root, 'usr/bin/relume')
     check('relume' in run(tool, '--version'), 'the packaged tool does not say its version')
     status = run(tool, 'validate', bake)
