@@ -4,7 +4,8 @@
 #   tests/run.sh            the release suite; the same under ASan and UBSan; runtime and formats under TSan; a short fuzzing
 #                           (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
-#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels
+#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; clang-tidy; the
+#                           packages on a bare Debian 12
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source tools/packages.sh
@@ -33,6 +34,8 @@ ctest --preset release --parallel "$(nproc)" --no-tests=error
 if [ "$long" -eq 1 ]; then
   step "clang-tidy"
   tests/tidy.sh || [ $? -eq 77 ]
+  step "packages on a bare Debian 12"
+  tests/packages_bare.sh || [ $? -eq 77 ]
 fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
