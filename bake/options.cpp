@@ -205,6 +205,9 @@ Status checkTogether(const BakeOptions& o) {
   if (o.links.maxError > 0.0f && o.links.key != LinkOptions::CutKey::readError)
     return usage(
         "option links.maxError (--max-error) needs links.key (--cut-key) readError, for other keys are no errors");
+  if (o.links.maxLinksPerCache > 0 && o.links.maxLinksPerCache < o.links.linksPerCache)
+    return usage("option links.maxLinksPerCache (--max-links) is " + std::to_string(o.links.maxLinksPerCache) +
+                 ", expected 0 or at least links.linksPerCache (--links), " + std::to_string(o.links.linksPerCache));
   if (o.links.linksPerCache > o.surfels.count)
     return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
                  ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));
@@ -236,8 +239,9 @@ Json parseText(const Field& field, const std::string& text) {
 
 }  // namespace
 
+// Sizes are chosen by error at their memory: docs/CUTS.md.
 BakeOptions presetOptions(Preset preset) {
-  BakeOptions options;  // the defaults are `high`: PIC Table 2, setting 1
+  BakeOptions options;  // the defaults are `high`
   switch (preset) {
     case Preset::draft:
       options.playSpace.walks = 1u << 16;
@@ -248,9 +252,10 @@ BakeOptions presetOptions(Preset preset) {
       options.links.raysPerCache = 512;
       options.links.bands = options.lumaBands = 3;
       break;
-    case Preset::medium:  // PIC Table 2, setting 2
+    case Preset::medium:
       options.surfels.count = 32768;
-      options.links.linksPerCache = 128;
+      options.caches.lightmapCaches = 8192;
+      options.links.linksPerCache = 96;
       options.links.bands = options.lumaBands = 3;
       break;
     case Preset::high:
@@ -259,9 +264,14 @@ BakeOptions presetOptions(Preset preset) {
       options.playSpace.walks = 1u << 22;
       options.surfels.count = 262144;
       options.caches.gridCaches = 8192;
-      options.caches.lightmapCaches = 65536;
-      options.links.linksPerCache = 1000;  // the cut is the largest error left, see docs/ACCURACY.md
+      options.caches.lightmapCaches = 98304;
+      options.links.linksPerCache = 112;
       options.links.skyPatches = 256;
+      break;
+    case Preset::paper:  // PIC Table 2, setting 1
+      options.caches.lightmapCaches = 8281;
+      options.links.linksPerCache = options.links.maxLinksPerCache = 254;
+      options.links.raysPerCache = 4096;
       break;
   }
   return options;

@@ -86,15 +86,16 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
 }
 
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context) {
-  double links = static_cast<double>(caches.count()) * std::min<double>(options.linksPerCache, hierarchy.senderCount());
-  const bool isShared = options.linksTotal > 0 && options.linksTotal < links;
-  if (isShared) links = options.linksTotal;
+  const bool hasTotal = options.linksTotal > 0;
+  const double senders = hierarchy.senderCount(), count = caches.count();
+  const double links = hasTotal ? std::min<double>(options.linksTotal, count * std::min(65535.0, senders))
+                                : count * std::min<double>(options.linksPerCache, senders);
   const double threads = context.threads > 0 ? context.threads : 2.0;
   return reserveMemory(context, "links",
                        // Rows of all chunks, and once more as they are joined
                        2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
                        number(links) + " links of " + number(caches.count()) + " caches",
-                       isShared ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
+                       hasTotal ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
 }
 
 }  // namespace relume

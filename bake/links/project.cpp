@@ -15,10 +15,10 @@ namespace {
 constexpr float kY0 = 0.28209479177387814f;
 
 // Note for every leaf which link reads it.
-void assignLeaves(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::vector<std::uint32_t>& linkOf) {
+void assignLeaves(const TouchedTree& tree, std::span<const CutLink> cut, std::vector<std::uint32_t>& linkOf) {
   linkOf.resize(tree.leaves().size());
   for (std::uint32_t link = 0; link < cut.size(); ++link) {
-    const TouchedNode& node = tree[cut[link]];
+    const TouchedNode& node = tree[cut[link].slot];
     std::fill(linkOf.begin() + node.firstLeaf, linkOf.begin() + node.endLeaf, link);
   }
 }
@@ -72,24 +72,25 @@ void sumMoments(const TouchedTree& tree, std::span<const Arrival> arrivals, std:
 
 }  // namespace
 
-void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows) {
+void appendConeRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows) {
   rows.compact.beginRow();
-  for (const std::uint32_t slot : cut) {
+  for (const auto [slot, reads] : cut) {
     const TouchedNode& node = tree[slot];
+    const std::uint32_t sender = tree[reads].node;
     // Band 1 of the rays is |mean direction| times that of a single direction; the cone's is (1 + cos alpha) / 2.
     const float length = glm::length(node.direction);
     const float mean = std::clamp(length / node.weight, 0.0f, 1.0f);
     const LinkDirection d{length > 0.0f ? node.direction / length : glm::vec3(0.0f, 0.0f, 1.0f), 2.0f * mean - 1.0f};
     if (kind == LinkKind::cone) {
-      rows.cone.push_back({node.node, packHalf(kY0 * node.weight), packHalf(d.cosAlpha), packOctahedral(d.direction)});
+      rows.cone.push_back({sender, packHalf(kY0 * node.weight), packHalf(d.cosAlpha), packOctahedral(d.direction)});
     } else {
-      rows.compact.add(node.node, kY0 * node.weight, d);
+      rows.compact.add(sender, kY0 * node.weight, d);
     }
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
-void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
+void appendShRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
   assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
@@ -101,24 +102,24 @@ void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, st
   }
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
   if (kind == LinkKind::sh) {
-    for (const std::uint32_t slot : cut) rows.shNode.push_back(tree[slot].node);
+    for (const CutLink& link : cut) rows.shNode.push_back(tree[link.reads].node);
     for (const float c : scratch.coefficients) rows.shCoefficients.push_back(packHalf(c));
     return;
   }
   rows.compact.beginRow();
   for (std::size_t i = 0; i < cut.size(); ++i) {
-    rows.compact.add(tree[cut[i]].node, std::span<const float>(scratch.coefficients).subspan(i * size, size));
+    rows.compact.add(tree[cut[i].reads].node, std::span<const float>(scratch.coefficients).subspan(i * size, size));
   }
 }
 
-void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows) {
+void appendIrradianceRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkRows& rows) {
   rows.compact.beginRow();
-  for (const std::uint32_t slot : cut) rows.compact.add(tree[slot].node, 2.0f * kY0 * tree[slot].received);
+  for (const auto [slot, reads] : cut) rows.compact.add(tree[reads].node, 2.0f * kY0 * tree[slot].received);
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
-void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
-               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+void appendRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals, bool onSurface,
+               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
   if (kind == LinkKind::sh) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
   if (kind == LinkKind::oct6) return appendShRow(tree, cut, arrivals, kind, LinkShaper::kBands, scratch, rows);
   if (kind == LinkKind::irradiance && onSurface) return appendIrradianceRow(tree, cut, rows);

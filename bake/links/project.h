@@ -3,7 +3,7 @@
 // alone, plain or packed (formats/compact_links.h).
 #pragma once
 
-#include "bake/links/touched_tree.h"
+#include "bake/links/select_cut.h"
 #include "formats/compact_links.h"
 #include "relume/links.h"
 
@@ -38,18 +38,18 @@ struct ProjectScratch {
 
 // Append a row of links with a cone (cone, irradiance in the grid): f, the mean direction of the rays, and the
 // cone whose band 1 is theirs.
-void appendConeRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkKind kind, LinkRows& rows);
+void appendConeRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows);
 
 // Append a row of links with coefficients (sh), or whose shapes are chosen by them (oct6): every ray's basis
 // functions summed into the link its leaf lies under. [bands 1..8]
-void appendShRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
+void appendShRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 // Append a row of irradiance links of a cache on a surface (formats/compact_links.h).
-void appendIrradianceRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, LinkRows& rows);
+void appendIrradianceRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkRows& rows);
 
 // Append a row of any kind.
-void appendRow(const TouchedTree& tree, std::span<const std::uint32_t> cut, std::span<const Arrival> arrivals,
-               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+void appendRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals, bool onSurface,
+               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 }  // namespace relume

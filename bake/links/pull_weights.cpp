@@ -3,7 +3,6 @@
 #include "bake/links/pull_weights.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace relume {
 namespace {
@@ -31,17 +30,16 @@ PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind) {
   cut_.resize(hierarchy.nodeCount());
 }
 
-void PullSums::add(const TouchedTree& tree, std::span<const std::uint32_t> cut) {
+void PullSums::add(const TouchedTree& tree, std::span<const CutLink> cut) {
   if (all_.empty()) return;
-  fixed_.clear();
-  for (const TouchedNode& leaf : tree.leaves()) {
-    fixed_.push_back(toFixed(leaf.received));
-    all_[leaf.node] += fixed_.back();
-  }
-  for (const std::uint32_t slot : cut) {
-    const TouchedNode& node = tree[slot];
-    cut_[node.node] +=
-        std::accumulate(fixed_.begin() + node.firstLeaf, fixed_.begin() + node.endLeaf, std::uint64_t{0});
+  for (const auto [slot, reads] : cut) {
+    const TouchedNode& target = tree[reads];
+    const float scale = slot == reads || target.received <= 0.0f ? 1.0f : tree[slot].received / target.received;
+    for (const TouchedNode& leaf : tree.leaves().subspan(target.firstLeaf, target.endLeaf - target.firstLeaf)) {
+      const std::uint64_t received = toFixed(leaf.received * scale);
+      all_[leaf.node] += received;
+      cut_[target.node] += received;
+    }
   }
 }
 

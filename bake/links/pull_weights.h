@@ -11,12 +11,15 @@
 // s are read with the total weight sum_{c in R(s)} F_{c,s}, and each level splits that total as the caches themselves
 // see it. It depends on geometry alone.
 //
+// A link that picks a node t below its own s reads t with all of F_{c,s}: it counts as one at t whose leaves send
+// F_{c,s} / F_{c,t} of what they do. So what is exact is the light of all caches together as they read it.
+//
 // read[s] = sum_{c in R(s)} F_{c,s} is what all caches receive from s less what those receive whose cut lies at or
 // below s. So a cache adds F to its leaves and subtracts it at the nodes of its cut; summing up the tree once gives
 // read[s].
 #pragma once
 
-#include "bake/links/touched_tree.h"
+#include "bake/links/select_cut.h"
 #include "relume/bake/options.h"
 #include "relume/hierarchy.h"
 
@@ -32,7 +35,7 @@ class PullSums {
   PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind);
 
   // Add what one cache sees and how its cut reads it.
-  void add(const TouchedTree& tree, std::span<const std::uint32_t> cut);
+  void add(const TouchedTree& tree, std::span<const CutLink> cut);
   void merge(const PullSums& other);
 
   // firstWeight of every node. Nodes no cut averages fall back on what all caches receive, then on equal areas.
@@ -40,9 +43,8 @@ class PullSums {
 
  private:
   // Both [Size nodes] for importance, empty for equal areas.
-  std::vector<std::uint64_t> all_;    // received by all caches; leaves only
-  std::vector<std::uint64_t> cut_;    // received through links to a node
-  std::vector<std::uint64_t> fixed_;  // scratch: received by the leaves of one cache
+  std::vector<std::uint64_t> all_;  // received by all caches; leaves only
+  std::vector<std::uint64_t> cut_;  // received through links to a node
 };
 
 }  // namespace relume

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 namespace relume {
 namespace {
@@ -65,9 +67,12 @@ double hiddenUnder(const CutNode& node, std::uint32_t child) {
   return unseen * unseen * double{node.extent};
 }
 
+// |C|² of all that a touched node sends.
+float square(const TouchedNode& node) { return square(node.received, node.weight, node.direction); }
+
 // Expected square error of reading node s as an average, from that of its two touched parts.
-float readError(const TouchedTree& tree, const TouchedNode& s, std::span<const CutNode> cutNode,
-                std::span<const float> keys) {
+float averageError(const TouchedTree& tree, const TouchedNode& s, std::span<const CutNode> cutNode,
+                   std::span<const float> averages) {
   const CutNode& average = cutNode[s.node];
   const TouchedNode& a = tree[s.child[0]];
   const float w = average.firstWeight;
@@ -77,9 +82,19 @@ float readError(const TouchedTree& tree, const TouchedNode& s, std::span<const C
     const TouchedNode& part = tree[s.child[k]];
     // Nodes between s and the part: seen through one child.
     const double between = cutNode[part.node].hidden - (average.hidden + hiddenUnder(average, k));
-    error += keys[s.child[k]] + square(part.received, part.weight, part.direction) * static_cast<float>(between);
+    error += averages[s.child[k]] + square(part) * static_cast<float>(between);
   }
   return error;
+}
+
+// Expected square error of giving all of s to one of its two parts.
+float pickError(const TouchedTree& tree, const TouchedNode& s, std::uint32_t k, float extent,
+                std::span<const float> keys) {
+  constexpr float kMaxScale = 4.0f;  // of a part's light: more would make a spot of one surfel
+  const TouchedNode &part = tree[s.child[k]], &other = tree[s.child[1 - k]];
+  const float all = square(s), own = square(part);
+  if (all > kMaxScale * kMaxScale * own) return std::numeric_limits<float>::infinity();
+  return square(other) * extent + all / own * keys[s.child[k]];
 }
 
 }  // namespace
@@ -120,25 +135,31 @@ void sumHidden(const Hierarchy& hierarchy, std::span<CutNode> nodes) {
   }
 }
 
-void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey key, std::vector<float>& keys) {
+void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey key, CutKeys& keys) {
   const std::span<const TouchedNode> nodes = tree.nodes();
-  keys.assign(nodes.size(), 0.0f);
+  keys.key.assign(nodes.size(), 0.0f);
+  keys.average.assign(nodes.size(), 0.0f);
+  keys.reads.resize(nodes.size());
+  std::iota(keys.reads.begin(), keys.reads.end(), 0u);
   // Children come before their parents.
   for (std::size_t slot = tree.leaves().size(); slot < nodes.size(); ++slot) {
     const TouchedNode& s = nodes[slot];
-    switch (key) {
-      case CutKey::transfer:
-        keys[slot] = s.weight;
-        break;
-      case CutKey::readError:
-        keys[slot] = readError(tree, s, cutNode, keys);
-        break;
+    if (key == CutKey::transfer) {
+      keys.key[slot] = s.weight;
+      continue;
+    }
+    keys.key[slot] = keys.average[slot] = averageError(tree, s, cutNode, keys.average);
+    for (const std::uint32_t k : {0u, 1u}) {
+      const float error = pickError(tree, s, k, cutNode[s.node].extent, keys.key);
+      if (error >= keys.key[slot]) continue;
+      keys.key[slot] = error;
+      keys.reads[slot] = keys.reads[s.child[k]];
     }
   }
 }
 
-void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLimit& limit,
-               std::vector<CutCandidate>& queue, std::vector<std::uint32_t>& cut) {
+void selectCut(const TouchedTree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
+               std::vector<CutLink>& cut) {
   // Largest key on top; equal keys by node.
   const auto below = [&](const CutCandidate& a, const CutCandidate& b) {
     return a.key != b.key ? a.key < b.key : tree[a.slot].node > tree[b.slot].node;
@@ -148,11 +169,11 @@ void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLi
   double keySum = 0.0;
   const auto add = [&](std::uint32_t slot) {
     if (tree.isLeaf(slot)) {
-      cut.push_back(slot);
+      cut.push_back({slot, slot});
       return;
     }
-    keySum += double{keys[slot]};
-    queue.push_back({keys[slot], slot});
+    keySum += double{keys.key[slot]};
+    queue.push_back({keys.key[slot], slot});
     std::push_heap(queue.begin(), queue.end(), below);
   };
 
@@ -167,8 +188,9 @@ void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLi
     add(tree[top.slot].child[1]);
   }
 
-  for (const CutCandidate& candidate : queue) cut.push_back(candidate.slot);
-  std::sort(cut.begin(), cut.end(), [&](std::uint32_t a, std::uint32_t b) { return tree[a].node < tree[b].node; });
+  for (const CutCandidate& candidate : queue) cut.push_back({candidate.slot, keys.reads[candidate.slot]});
+  std::sort(cut.begin(), cut.end(),
+            [&](const CutLink& a, const CutLink& b) { return tree[a.reads].node < tree[b.reads].node; });
 }
 
 }  // namespace relume

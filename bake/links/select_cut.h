@@ -42,18 +42,26 @@ inline float keySumOf(float relativeError, float levelRadius) {  // [0..1], [m]
   return modelled * modelled * levelRadius / kContrast;
 }
 
-// Keys of the touched nodes, by slot: the larger, the sooner refined. Leaves have none.
-//   transfer        f, the paper's.
-//   readError       the expected square of the error made by reading the node's average in place of its visible
-//                   leaves. A link of coefficients C_s reads children a and b with C_s w and C_s (1-w); exact would be
+// What a link at each touched node costs and reads, by slot. Memory is kept from cache to cache.
+struct CutKeys {
+  std::vector<float> key;            // the larger, the sooner refined; 0 at leaves
+  std::vector<std::uint32_t> reads;  // slot of the node that a link reads with all of its weight: its own, or one below
+  std::vector<float> average;        // readError: what reading the node's own average costs
+};
+
+// A link reads the average of nodes below it, or of those it picks:
+//   transfer        f, the paper's. Links read their own nodes.
+//   readError       the expected square of the error made by what a link reads in place of its visible leaves. A link
+//                   of coefficients C_s that averages reads children a and b with C_s w and C_s (1-w); exact would be
 //                   C_a and C_b with C_a + C_b = C_s. So the error is (C_s w - C_a)(B_a - B_b), plus what reading a
 //                   and b as averages costs; with E (B_a - B_b)² taken to grow with the distance of a and b,
-//                   e²_s = |C_a - w C_s|² extent + e²_a + e²_b.
+//                   average_s = |C_a - w C_s|² extent + average_a + average_b.
+//                   Reading a alone with all of C_s errs by B_a - B_b for b's light, and scales a's error:
+//                   pick_a = |C_b|² extent + (C_s / C_a)² key_a. The key is the least of the three, bottom up.
 //                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
 //                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
 //                   Nodes of which one child is seen are not in the tree: their sum comes from CutNode::hidden.
-void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key,
-             std::vector<float>& keys);
+void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, CutKeys& keys);
 
 struct CutCandidate {
   float key;
@@ -67,10 +75,15 @@ struct CutLimit {
   float maxKeySum = 0.0f;      // [>= 0] stop when the nodes of the cut have keys of together at most this; 0 = never
 };
 
-// The cut as slots of the touched tree, their nodes ascending. It has at most maxNodes nodes (but never fewer than
-// the touched groups), and every touched leaf lies under exactly one of them. Children no ray reached are in no cut; a
-// node with a single touched child is replaced by it, for that costs no link. `queue` is scratch.
-void selectCut(const TouchedTree& tree, std::span<const float> keys, const CutLimit& limit,
-               std::vector<CutCandidate>& queue, std::vector<std::uint32_t>& cut);
+// A link of a cut, as slots of the touched tree: it carries the light of all leaves under `slot`, and reads `reads`.
+struct CutLink {
+  std::uint32_t slot, reads;
+};
+
+// The cut, ascending by the nodes that are read. It has at most maxNodes links (but never fewer than the touched
+// groups), and every touched leaf lies under exactly one of their slots. Children no ray reached are in no cut; a node
+// with a single touched child is replaced by it, for that costs no link. `queue` is scratch.
+void selectCut(const TouchedTree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
+               std::vector<CutLink>& cut);
 
 }  // namespace relume

@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -22,7 +23,25 @@ namespace {
 
 constexpr std::size_t kGrain = 16;          // caches a chunk
 constexpr double kOverTotal = 1.05;         // a total exceeded by more than that is worth a warning
-constexpr std::size_t kAskedCaches = 1024;  // that share out linksTotal: at least these, or all
+constexpr std::size_t kAskedCaches = 1024;  // that share out the links: at least these, or all
+constexpr double kMostOfMean = 8.0;         // links of a cache at most, where options do not say, over the mean
+constexpr double kMostLinks = 65535.0;      // of a cache
+
+// How many links there are to share.
+struct LinkBudget {
+  LinkBudget(const LinkOptions& options, std::size_t caches, std::size_t groups)
+      : total(options.linksTotal > 0 ? options.linksTotal
+                                     : static_cast<double>(options.linksPerCache) * static_cast<double>(caches)) {
+    const double mean = caches > 0 ? total / static_cast<double>(caches) : 0.0;
+    const double most = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : std::ceil(kMostOfMean * mean);
+    mostPerCache = static_cast<std::uint32_t>(std::clamp(most, static_cast<double>(groups), kMostLinks));
+    isShared = caches > 0 && mostPerCache > mean;
+  }
+
+  double total;                // of all caches
+  std::uint32_t mostPerCache;  // of one
+  bool isShared;               // else every cache gets as many as it may have
+};
 
 // What one thread needs for one cache, and its share of the sums.
 struct Worker {
@@ -32,9 +51,9 @@ struct Worker {
   Gatherer::Scratch gather;
   std::vector<Arrival> arrivals;
   TouchedTree tree;
-  std::vector<float> keys;
+  CutKeys keys;
   std::vector<CutCandidate> queue;
-  std::vector<std::uint32_t> cut;
+  std::vector<CutLink> cut;
   ProjectScratch project;
   PullSums sums;
   KeyCounts keyCounts;
@@ -88,11 +107,12 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
                                        " nodes, the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
                                        "; use fewer surfels, or cone or SH links"};
   }
-  if (options.linksPerCache < hierarchy.groupRoot.size()) {
+  const std::uint32_t most = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : options.linksPerCache;
+  if (most < hierarchy.groupRoot.size()) {
     return Error{ErrorCode::usage,
                  "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
                      " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
-                     std::to_string(options.linksPerCache)};
+                     std::to_string(most)};
   }
   return done();
 }
@@ -164,10 +184,11 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
     cutKeys(w.tree, cutNode, options.key, w.keys);
   };
 
-  // 2. How far caches refine: where a total is given, ask every n-th what it would refine
-  CutLimit limit{options.linksPerCache};
+  // 2. How far caches refine: where links are shared out, ask every n-th what it would refine
+  const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
+  CutLimit limit{budget.mostPerCache};
   limit.maxKeySum = keySumOf(options.maxError, levelRadius(hierarchy, geometry));
-  if (options.linksTotal > 0 && caches.count() > 0) {
+  if (budget.isShared) {
     const std::size_t step = std::max<std::size_t>(1, caches.count() / kAskedCaches);
     parallelChunks(
         context, "links: shares", (caches.count() + step - 1) / step, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -175,15 +196,15 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
           for (std::size_t i = begin; i < end; ++i) {
             look(i * step, *worker);
             selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
-            worker->keyCounts.add(worker->tree, worker->keys, static_cast<std::uint32_t>(worker->cut.size()));
+            worker->keyCounts.add(worker->tree, worker->keys.key, static_cast<std::uint32_t>(worker->cut.size()));
           }
           pool.giveBack(std::move(worker));
         });
     if (context.cancelled()) return cancelledError();
     KeyCounts counts;
     for (const auto& worker : pool.all()) counts.merge(worker->keyCounts);
-    limit.minKey = counts.keyFor(static_cast<double>(options.linksTotal) * static_cast<double>(counts.caches()) /
-                                 static_cast<double>(caches.count()));
+    limit.minKey =
+        counts.keyFor(budget.total * static_cast<double>(counts.caches()) / static_cast<double>(caches.count()));
   }
 
   // 3. Link the caches

@@ -182,9 +182,9 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
   const std::vector<CutNode> cutNode = cutNodes(h, geometry, choice.key, level.placed.surfels.emission);
   PullSums sums(h, choice.pull);
   TouchedTree tree(order);
-  std::vector<float> keys;
+  CutKeys keys;
   std::vector<CutCandidate> queue;
-  std::vector<std::uint32_t> cut;
+  std::vector<CutLink> cut;
   CutReads result;
   result.reads.resize(level.arrivals.size());
   result.fewest = 0xFFFFFFFFu;
@@ -193,7 +193,7 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
     cutKeys(tree, cutNode, choice.key, keys);
     selectCut(tree, keys, choice.limit, queue, cut);
     sums.add(tree, cut);
-    for (const std::uint32_t slot : cut) result.reads[c].push_back({tree[slot].node, tree[slot].received});
+    for (const auto [slot, reads] : cut) result.reads[c].push_back({tree[reads].node, tree[slot].received});
     result.links += cut.size();
     result.fewest = std::min(result.fewest, cut.size());
     result.most = std::max(result.most, cut.size());

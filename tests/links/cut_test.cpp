@@ -30,14 +30,14 @@ bool holds(const std::vector<std::uint32_t>& parent, std::uint32_t node, std::ui
   return leaf == node;
 }
 
-std::vector<std::uint32_t> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uint32_t maxNodes,
-                                 LinkOptions::CutKey key = kTransfer) {
+std::vector<CutLink> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uint32_t maxNodes,
+                           LinkOptions::CutKey key = kTransfer) {
   std::vector<CutCandidate> queue;
-  std::vector<std::uint32_t> cut;
+  std::vector<CutLink> cut;
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
   sumHidden(h, cutNode);
-  std::vector<float> keys;
+  CutKeys keys;
   cutKeys(tree, cutNode, key, keys);
   selectCut(tree, keys, CutLimit{maxNodes}, queue, cut);
   return cut;
@@ -125,7 +125,7 @@ TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], random.uniform(), 0};
   sumHidden(h, cutNode);
-  std::vector<float> keys;
+  CutKeys keys;
   cutKeys(tree, cutNode, LinkOptions::CutKey::readError, keys);
 
   struct Sum {
@@ -152,7 +152,7 @@ TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
   }
   ASSERT_GT(tree.nodes().size(), tree.leaves().size());
   for (std::size_t slot = tree.leaves().size(); slot < tree.nodes().size(); ++slot) {
-    EXPECT_NEAR(keys[slot], sums[tree.nodes()[slot].node].key, 1e-4 * keys[slot]);
+    EXPECT_NEAR(keys.average[slot], sums[tree.nodes()[slot].node].key, 1e-4 * keys.average[slot]);
   }
 }
 
@@ -169,11 +169,13 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
         EXPECT_LE(cut.size(), maxNodes);
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
         for (const TouchedNode& leaf : tree.leaves()) {
-          const auto holding = std::count_if(
-              cut.begin(), cut.end(), [&](std::uint32_t slot) { return holds(parent, tree[slot].node, leaf.node); });
+          const auto holding = std::count_if(cut.begin(), cut.end(), [&](const CutLink& link) {
+            return holds(parent, tree[link.slot].node, leaf.node);
+          });
           ASSERT_EQ(holding, 1) << leaf.node;
         }
-        for (std::size_t i = 1; i < cut.size(); ++i) EXPECT_LT(tree[cut[i - 1]].node, tree[cut[i]].node);
+        for (std::size_t i = 1; i < cut.size(); ++i) EXPECT_LT(tree[cut[i - 1].reads].node, tree[cut[i].reads].node);
+        for (const auto [slot, reads] : cut) EXPECT_TRUE(holds(parent, tree[slot].node, tree[reads].node));
       }
     }
   }
@@ -186,7 +188,7 @@ TEST(SelectCut, enoughLinksGiveTheVisibleLeaves) {
   tree.build(randomArrivals(h, 400, 3), 1.0f);
   const auto cut = cutOf(tree, h, static_cast<std::uint32_t>(tree.leaves().size()));
   EXPECT_EQ(cut.size(), tree.leaves().size());
-  for (const std::uint32_t slot : cut) EXPECT_TRUE(h.isLeaf(tree[slot].node));
+  for (const CutLink& link : cut) EXPECT_TRUE(h.isLeaf(tree[link.slot].node));
 }
 
 TEST(SelectCut, refinesTheLargestTransferFirst) {
@@ -203,7 +205,7 @@ TEST(SelectCut, refinesTheLargestTransferFirst) {
   tree.build(std::vector<Arrival>{{3, 1, 1, z}, {4, 1, 1, z}, {5, 2, 1, z}, {6, 2, 1, z}}, 1.0f);
   const auto nodes = [&](std::uint32_t maxNodes) {
     std::vector<std::uint32_t> n;
-    for (const std::uint32_t slot : cutOf(tree, h, maxNodes)) n.push_back(tree[slot].node);
+    for (const CutLink& link : cutOf(tree, h, maxNodes)) n.push_back(tree[link.reads].node);
     return n;
   };
   EXPECT_EQ(nodes(1), (std::vector<std::uint32_t>{0}));
@@ -228,16 +230,79 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
   std::vector<CutNode> cutNode(h.nodeCount());
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
   sumHidden(h, cutNode);
-  std::vector<float> keys;
+  CutKeys keys;
   cutKeys(tree, cutNode, LinkOptions::CutKey::readError, keys);
-  EXPECT_EQ(keys[slotOf(tree, 1)], 0.0f);
+  EXPECT_EQ(keys.key[slotOf(tree, 1)], 0.0f);
   // Leaves 5 and 7 alike; node 6, seen by half: e² = |C_a - w C_s|² with received 1, band 0 y_0 and band 1 sqrt(3) y_0,
   // weighted 0.3.
   EXPECT_EQ(slotOf(tree, 6), kNoSlot);
-  EXPECT_NEAR(keys[slotOf(tree, 2)], 0.25 * (1 + 0.3 * (1 + 3) / (4 * 3.14159265)), 1e-5);
+  EXPECT_NEAR(keys.average[slotOf(tree, 2)], 0.25 * (1 + 0.3 * (1 + 3) / (4 * 3.14159265)), 1e-5);
   std::vector<std::uint32_t> nodes;
-  for (const std::uint32_t slot : cutOf(tree, h, 3, LinkOptions::CutKey::readError)) nodes.push_back(tree[slot].node);
+  for (const CutLink& link : cutOf(tree, h, 3, LinkOptions::CutKey::readError)) nodes.push_back(tree[link.reads].node);
   EXPECT_EQ(nodes, (std::vector<std::uint32_t>{1, 5, 7}));
+}
+
+// Where nearly all light is one child's, the link gives all of it to that child; where halves are alike, to their mean.
+TEST(SelectCut, linksPickTheChildThatErrsLessThanTheAverage) {
+  Hierarchy h;
+  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, kLeafBit | 3};
+  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0};
+  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
+  h.groupRoot = std::vector<std::uint32_t>{0};
+  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
+  const LeafOrder order(h);
+  TouchedTree tree(order);
+  const glm::vec3 z(0, 0, 1);
+  const auto readError = LinkOptions::CutKey::readError;
+  const auto reads = [&](std::uint32_t maxNodes) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> nodes;
+    for (const auto [slot, read] : cutOf(tree, h, maxNodes, readError))
+      nodes.push_back({tree[slot].node, tree[read].node});
+    return nodes;
+  };
+  using Nodes = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  tree.build(std::vector<Arrival>{{3, 10, 1, z}, {4, 1, 1, z}, {5, 1, 1, z}, {6, 1, 1, z}}, 1.0f);
+  EXPECT_EQ(reads(1), (Nodes{{0, 3}}));
+  EXPECT_EQ(reads(2), (Nodes{{2, 2}, {1, 3}}));  // ascending by what is read
+  tree.build(std::vector<Arrival>{{3, 10, 1, z}, {4, 10, 1, z}, {5, 10, 1, z}, {6, 10, 1, z}}, 1.0f);
+  EXPECT_EQ(reads(1), (Nodes{{0, 0}}));
+  // The paper's key never picks.
+  tree.build(std::vector<Arrival>{{3, 10, 1, z}, {4, 1, 1, z}, {5, 1, 1, z}, {6, 1, 1, z}}, 1.0f);
+  const auto paper = cutOf(tree, h, 1);
+  EXPECT_EQ(tree[paper[0].reads].node, 0u);
+  // A key is the error of what is read: here b's light at the distance of a and b, twice.
+  std::vector<CutNode> cutNode(h.nodeCount());
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) cutNode[node] = {h.firstWeight[node], 1.0f};
+  sumHidden(h, cutNode);
+  CutKeys keys;
+  cutKeys(tree, cutNode, readError, keys);
+  const double unit = 1 + 0.3 * (1 + 3) / (4 * 3.14159265);  // |C|² of received 1
+  EXPECT_NEAR(keys.key[slotOf(tree, 1)], unit, 1e-4);
+  EXPECT_NEAR(keys.key[slotOf(tree, 0)], 4 * unit + 13.0 * 13.0 / (11.0 * 11.0) * unit, 1e-3);
+}
+
+// A part that is given more than four times its own light would make a spot: the average is read.
+TEST(SelectCut, linksDoNotPickWhatIsTooSmall) {
+  const Hierarchy h = randomHierarchy(2000, 31);
+  const LeafOrder order(h);
+  TouchedTree tree(order);
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    tree.build(randomArrivals(h, 300, seed), 1.0f);
+    std::size_t picked = 0;
+    for (const auto [slot, read] : cutOf(tree, h, 16, LinkOptions::CutKey::readError)) {
+      picked += slot != read;
+      if (slot == read) continue;
+      // Step by step down to what is read.
+      for (std::uint32_t at = slot; at != read;) {
+        const auto [a, b] = tree[at].child;
+        const std::uint32_t next =
+            tree[a].firstLeaf <= tree[read].firstLeaf && tree[read].endLeaf <= tree[a].endLeaf ? a : b;
+        EXPECT_LE(tree[at].weight, 8.0f * tree[next].weight);  // |C| counts directions as well
+        at = next;
+      }
+    }
+    EXPECT_GT(picked, 0u);
+  }
 }
 
 TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
@@ -247,7 +312,7 @@ TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
   const auto arrivals = randomArrivals(h, 3, 4);
   tree.build(arrivals, 1.0f);
   // Three rays, links to spare: the leaves themselves, not the clusters around them.
-  for (const std::uint32_t slot : cutOf(tree, h, 254)) EXPECT_TRUE(h.isLeaf(tree[slot].node));
+  for (const CutLink& link : cutOf(tree, h, 254)) EXPECT_TRUE(h.isLeaf(tree[link.slot].node));
   tree.build({}, 1.0f);
   EXPECT_TRUE(cutOf(tree, h, 254).empty());
 }
@@ -310,37 +375,45 @@ TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
   }
 }
 
-// The light of all caches together, read through cuts and averages, is what their leaves send: under any lighting.
+// The light of all caches together, read through cuts and averages, is what the leaves that they read send, under any
+// lighting: of a link that picks, those below its pick, with the light of all its own.
 TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
   const Hierarchy h = randomHierarchy(1500, 7);
   const LeafOrder order(h);
   TouchedTree tree(order);
-  for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
-    PullSums sums(h, LinkOptions::PullWeight::importance);
-    std::vector<std::vector<std::pair<std::uint32_t, double>>> rows;
-    std::vector<std::pair<std::uint32_t, double>> leaves;
-    for (std::uint64_t cache = 0; cache < 40; ++cache) {
-      const auto arrivals = randomArrivals(h, 300, 100 + cache);
-      tree.build(arrivals, 1.0f);
-      const auto cut = cutOf(tree, h, maxNodes);
-      sums.add(tree, cut);
-      for (const std::uint32_t slot : cut) rows.emplace_back().push_back({tree[slot].node, tree[slot].received});
-      for (const TouchedNode& leaf : tree.leaves()) leaves.push_back({leaf.node, leaf.received});
-    }
-    const auto weights = sums.weights(h);
-    for (std::uint64_t light = 0; light < 4; ++light) {
-      RandomStream random(light, 3, 0);
-      std::vector<double> sender(h.senderCount());
-      for (double& b : sender) b = std::pow(random.uniform(), 8.0);
-      const auto exact = pullRadiosity(h, weights, sender), equal = pullRadiosity(h, h.firstWeight, sender);
-      double byLinks = 0, byLeaves = 0, byEqualAreas = 0;
-      for (const auto& row : rows) {
-        for (const auto& [node, f] : row) byLinks += f * exact[node], byEqualAreas += f * equal[node];
+  using Read = std::pair<std::uint32_t, double>;
+  for (const auto key : {kTransfer, LinkOptions::CutKey::readError}) {
+    for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
+      PullSums sums(h, LinkOptions::PullWeight::importance);
+      std::vector<Read> links, leaves;
+      for (std::uint64_t cache = 0; cache < 40; ++cache) {
+        tree.build(randomArrivals(h, 300, 100 + cache), 1.0f);
+        const auto cut = cutOf(tree, h, maxNodes, key);
+        sums.add(tree, cut);
+        for (const auto [slot, reads] : cut) {
+          const TouchedNode& target = tree[reads];
+          links.push_back({target.node, tree[slot].received});
+          const double scale = double{tree[slot].received} / target.received;
+          for (std::uint32_t leaf = target.firstLeaf; leaf < target.endLeaf; ++leaf)
+            leaves.push_back({tree[leaf].node, tree[leaf].received * scale});
+        }
       }
-      for (const auto& [node, f] : leaves) byLeaves += f * exact[node];
-      EXPECT_NEAR(byLinks / byLeaves, 1.0, 1e-5);
-      if (maxNodes < 60) {
-        EXPECT_GT(std::abs(byEqualAreas / byLeaves - 1.0), 1e-3);  // the test can tell
+      const auto weights = sums.weights(h);
+      for (std::uint64_t light = 0; light < 4; ++light) {
+        RandomStream random(light, 3, 0);
+        std::vector<double> sender(h.senderCount());
+        for (double& b : sender) b = std::pow(random.uniform(), 8.0);
+        const auto exact = pullRadiosity(h, weights, sender), equal = pullRadiosity(h, h.firstWeight, sender);
+        const auto total = [](const std::vector<Read>& reads, const std::vector<double>& radiosity) {
+          double sum = 0;
+          for (const auto& [node, received] : reads) sum += received * radiosity[node];
+          return sum;
+        };
+        const double byLeaves = total(leaves, exact);
+        EXPECT_NEAR(total(links, exact) / byLeaves, 1.0, 1e-5);
+        if (key == kTransfer && maxNodes < 60) {
+          EXPECT_GT(std::abs(total(links, equal) / byLeaves - 1.0), 1e-3);  // the test can tell
+        }
       }
     }
   }

@@ -35,12 +35,12 @@ struct Views {
   Cuts cut(const CutLimit& limit) const {
     Cuts cuts;
     std::vector<CutCandidate> queue;
-    std::vector<std::uint32_t> slots;
+    std::vector<CutLink> cut;
     for (std::size_t c = 0; c < tree.size(); ++c) {
-      selectCut(tree[c], keys[c], limit, queue, slots);
-      cuts.links += slots.size();
+      selectCut(tree[c], keys[c], limit, queue, cut);
+      cuts.links += cut.size();
       double error = 0;
-      for (const std::uint32_t slot : slots) error += double{keys[c][slot]};
+      for (const CutLink& link : cut) error += double{keys[c].key[link.slot]};
       cuts.error += error;
       cuts.worst = std::max(cuts.worst, error);
     }
@@ -51,14 +51,14 @@ struct Views {
   LeafOrder order;
   std::vector<CutNode> nodes;
   std::vector<TouchedTree> tree;
-  std::vector<std::vector<float>> keys;
+  std::vector<CutKeys> keys;
 };
 
 TEST(KeyCounts, theThresholdUsesTheTotalAndNoMore) {
   const Views views(60);
   for (const std::uint32_t cap : {30u, 100u, 65535u}) {
     KeyCounts even, odd;
-    for (std::size_t c = 0; c < views.tree.size(); ++c) (c % 2 ? odd : even).add(views.tree[c], views.keys[c], cap);
+    for (std::size_t c = 0; c < views.tree.size(); ++c) (c % 2 ? odd : even).add(views.tree[c], views.keys[c].key, cap);
     even.merge(odd);
     EXPECT_EQ(even.caches(), 60u);
     const std::uint64_t all = views.cut(CutLimit{cap}).links;
@@ -78,7 +78,7 @@ TEST(KeyCounts, sharedLinksLeaveLessErrorThanEqualShares) {
   for (const std::uint32_t each : {10u, 40u, 120u}) {
     const auto uniform = views.cut(CutLimit{each});
     KeyCounts counts;
-    for (std::size_t c = 0; c < views.tree.size(); ++c) counts.add(views.tree[c], views.keys[c], 65535);
+    for (std::size_t c = 0; c < views.tree.size(); ++c) counts.add(views.tree[c], views.keys[c].key, 65535);
     const auto shared = views.cut(CutLimit{65535, counts.keyFor(static_cast<double>(uniform.links))});
     EXPECT_LE(shared.links, uniform.links);
     EXPECT_LT(shared.error, 0.9 * uniform.error) << each;
@@ -132,7 +132,7 @@ TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
   const test::CellScene cells = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 1024;
-  options.linksPerCache = 600;
+  options.maxLinksPerCache = 600;
   options.linksTotal = 90 * 100;
   const auto one = trace(cells, options, 1), three = trace(cells, options, 3);
   ASSERT_TRUE(one && three);
@@ -151,10 +151,35 @@ TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
   EXPECT_EQ(one->firstWeight, three->firstWeight);
 
   options.linksTotal = 0xFFFFFFFFu;  // more than there are: the cap alone
-  options.linksPerCache = 60;
+  options.linksPerCache = options.maxLinksPerCache = 60;
   const auto capped = trace(cells, options);
   ASSERT_TRUE(capped);
   EXPECT_EQ(capped->links.count(), 90u * 60u);
+}
+
+// The mean is kept whatever the caches see, and as many for each where the most is the mean.
+TEST(TraceLinks, linksPerCacheIsTheMean) {
+  const test::CellScene cells = boxWithScreens();
+  LinkOptions options;
+  options.raysPerCache = 1024;
+  options.linksPerCache = 50;
+  const auto shared = trace(cells, options);
+  ASSERT_TRUE(shared);
+  EXPECT_NEAR(shared->links.count(), 90.0 * 50.0, 0.03 * 90.0 * 50.0);
+  std::uint32_t most = 0;
+  for (std::uint32_t c = 0; c < 90; ++c)
+    most = std::max(most, shared->links.rowBegin[c + 1] - shared->links.rowBegin[c]);
+  EXPECT_GT(most, 55u);
+  EXPECT_LE(most, 8u * 50u);
+  options.linksTotal = 90 * 30;  // in place of the mean
+  const auto total = trace(cells, options);
+  ASSERT_TRUE(total);
+  EXPECT_NEAR(total->links.count(), 90.0 * 30.0, 0.03 * 90.0 * 30.0);
+  options.linksTotal = 0;
+  options.maxLinksPerCache = 50;
+  const auto equal = trace(cells, options);
+  ASSERT_TRUE(equal);
+  for (std::uint32_t c = 0; c < 90; ++c) EXPECT_EQ(equal->links.rowBegin[c + 1] - equal->links.rowBegin[c], 50u);
 }
 
 TEST(TraceLinks, aTotalThatIsTooSmallLeavesARootEachAndSaysSo) {
@@ -173,7 +198,7 @@ TEST(TraceLinks, aLargerErrorNeedsFewerLinks) {
   const test::CellScene cells = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 1024;
-  options.linksPerCache = 600;
+  options.linksPerCache = options.maxLinksPerCache = 600;
   std::uint32_t before = 0;
   for (const float error : {1.0f, 0.25f, 0.1f}) {
     options.maxError = error;

@@ -29,7 +29,7 @@ LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
   LinkOptions o;
   o.kind = LinkKind::cone;
   o.raysPerCache = rays;
-  o.linksPerCache = links;
+  o.linksPerCache = o.maxLinksPerCache = links;
   return o;
 }
 

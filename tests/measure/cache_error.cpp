@@ -142,7 +142,7 @@ int measure(const std::string& path, const std::string& lightings, const Sizes& 
   std::printf("\n");
   BakeOptions options = presetOptions(Preset::high);
   options.surfels.count = sizes.surfels;
-  options.links.linksPerCache = sizes.links;
+  options.links.linksPerCache = options.links.maxLinksPerCache = sizes.links;
   options.links.raysPerCache = sizes.rays;
   std::vector<std::uint32_t> chosen;
   std::vector<std::vector<TracedReceiver>> receivers;

@@ -118,12 +118,12 @@ void budgetTable(const CutLevel& level, Context& context) {
   const Truth truth = untrainedTruth(level, context);
   const LeafOrder order(h);
   TouchedTree tree(order);
-  std::vector<float> keys;
+  CutKeys keys;
   KeyCounts counts;
   for (std::size_t c = 0; c < level.arrivals.size(); ++c) {
     tree.build(level.arrivals[c], level.receivedScale(c));
     cutKeys(tree, cutNode, CutKey::readError, keys);
-    counts.add(tree, keys, kMost);
+    counts.add(tree, keys.key, kMost);
   }
 
   std::printf("\n| links a cache | shared | fewest | most | suns: median RMSE %% | spots | torch | all |");

@@ -68,6 +68,7 @@ std::vector<OptionSet> optionSets() {
   sets.push_back({{"links.emitterRays", "0"}});
   sets.push_back({{"links.maxError", "0.2"}});
   sets.push_back({{"links.linksTotal", "300"}});
+  sets.push_back({{"links.maxLinksPerCache", "16"}});
   sets.push_back({{"links.skyPatches", "0"}});
   sets.push_back({{"links.kind", "sh"}, {"links.bands", "8"}, {"lumaBands", "4"}});
   sets.push_back({{"surfels.count", "2048"}, {"links.linksPerCache", "64"}, {"links.raysPerCache", "256"}});

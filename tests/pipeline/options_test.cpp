@@ -15,20 +15,37 @@ namespace {
 
 TEST(Options, presetsAreValidAndGrow) {
   std::uint32_t surfels = 0;
+  std::uint64_t links = 0;
   for (const Preset preset : {Preset::draft, Preset::medium, Preset::high, Preset::best}) {
     const BakeOptions options = presetOptions(preset);
     EXPECT_TRUE(checkOptions(options));
     EXPECT_GT(options.surfels.count, surfels);
     surfels = options.surfels.count;
+    const std::uint64_t all = std::uint64_t{options.caches.lightmapCaches} * options.links.linksPerCache;
+    EXPECT_GT(all, links);
+    links = all;
   }
-  // PIC Table 2.
-  const BakeOptions high = presetOptions(Preset::high), moderate = presetOptions(Preset::medium);
-  EXPECT_EQ(high.surfels.count, 131072u);
-  EXPECT_EQ(high.links.linksPerCache, 254u);
-  EXPECT_EQ(high.lumaBands, 4u);
-  EXPECT_EQ(moderate.surfels.count, 32768u);
-  EXPECT_EQ(moderate.links.linksPerCache, 128u);
-  EXPECT_EQ(moderate.lumaBands, 3u);
+  EXPECT_EQ(optionsToJson(presetOptions(Preset::high)), optionsToJson(BakeOptions{}));
+  // PIC Table 2: as many links for every cache.
+  const BakeOptions paper = presetOptions(Preset::paper);
+  EXPECT_TRUE(checkOptions(paper));
+  EXPECT_EQ(paper.surfels.count, 131072u);
+  EXPECT_EQ(paper.caches.lightmapCaches, 8281u);
+  EXPECT_EQ(paper.links.linksPerCache, 254u);
+  EXPECT_EQ(paper.links.maxLinksPerCache, 254u);
+  EXPECT_EQ(paper.lumaBands, 4u);
+}
+
+TEST(Options, theMostLinksAreNoFewerThanTheMean) {
+  BakeOptions options;
+  options.links.maxLinksPerCache = options.links.linksPerCache - 1;
+  const Status status = checkOptions(options);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::usage);
+  EXPECT_NE(status.error().message.find("--max-links) is 127, expected 0 or at least"), std::string::npos)
+      << status.error().message;
+  options.links.maxLinksPerCache = options.links.linksPerCache;
+  EXPECT_TRUE(checkOptions(options));
 }
 
 TEST(Options, jsonRoundTripsEveryOption) {

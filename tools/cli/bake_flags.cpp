@@ -6,6 +6,18 @@
 
 namespace relume {
 
+std::map<std::string, Preset> presetsByName() {
+  std::map<std::string, Preset> presets;
+  for (const PresetInfo& info : kPresets) presets[info.name] = info.preset;
+  return presets;
+}
+
+std::string presetNames() {
+  std::string names;
+  for (const PresetInfo& info : kPresets) names += (names.empty() ? "[" : "|") + std::string(info.name);
+  return names + "]";
+}
+
 void addBakeFlags(CLI::App& command, BakeFlags& flags) {
   const char* const group = "Options of the bake (default: of the preset; shown: high)";
   command.add_option("--bands", flags.bands, "Bands of SH links, luma and chroma together [1..8]")

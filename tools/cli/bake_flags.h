@@ -14,6 +14,10 @@ class App;
 
 namespace relume {
 
+// The presets by their names on a command line, and those names as a help text lists them: "[draft|medium|...]".
+std::map<std::string, Preset> presetsByName();
+std::string presetNames();
+
 // What the command line said. Presets are the command's own affair.
 struct BakeFlags {
   std::string bands;                           // sets links.bands, lumaBands and chromaBands together

@@ -78,7 +78,7 @@ const PaperSetting* paperSettingOf(const BakeSizes& sizes) {
 }
 
 std::string sizesText(const BakeSizes& s) {
-  return printed("n_S %u, n_C %u, n_L %u (%u %slinks), l %u", s.surfels, s.caches, s.linksPerCache, s.links,
+  return printed("n_S %u, n_C %u, n_L up to %u (%u %slinks), l %u", s.surfels, s.caches, s.linksPerCache, s.links,
                  (s.linkKind.empty() ? "" : s.linkKind + " ").c_str(), s.lumaBands) +
          (s.chromaBands != s.lumaBands ? printed(" / %u", s.chromaBands) : "");
 }

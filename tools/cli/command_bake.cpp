@@ -239,14 +239,12 @@ void addBakeCommand(CLI::App& app, Action& action) {
   scene->option_text("FILE REQUIRED")->required();
   CLI::Option* output = command->add_option("-o,--output", arguments->output, "Bake to write (.relume)");
   output->option_text("FILE REQUIRED")->required();
-  static const std::map<std::string, Preset> kPresets = {
-      {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
-  command
-      ->add_option("--preset", arguments->preset,
-                   "Where options start from: seconds, the paper's moderate or high setting, two minutes "
-                   "[draft|medium|high|best]")
+  std::string presets = "Where options start from:";
+  for (const PresetInfo& info : kPresets) presets += std::string(" ") + info.name + ", " + info.comment + ";";
+  presets.back() = ' ';
+  command->add_option("--preset", arguments->preset, presets + presetNames())
       ->option_text("NAME [high]")
-      ->transform(CLI::CheckedTransformer(kPresets).description(""));
+      ->transform(CLI::CheckedTransformer(presetsByName()).description(""));
   command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")
       ->option_text("FILE");
   // Called before what is required is looked at.

@@ -44,12 +44,10 @@ struct BenchArguments {
 
 const std::vector<std::uint32_t> kCurveSurfels = {8192, 32768, 131072, 524288, 1048576};
 const std::vector<std::uint32_t> kCurveCaches = {1000, 3000, 10000, 30000, 100000};
-const std::map<std::string, Preset> kPresets = {
-    {"draft", Preset::draft}, {"medium", Preset::medium}, {"high", Preset::high}, {"best", Preset::best}};
 
 std::string nameOf(Preset preset) {
-  for (const auto& [name, value] : kPresets) {
-    if (value == preset) return name;
+  for (const PresetInfo& info : kPresets) {
+    if (info.preset == preset) return info.name;
   }
   return "";
 }
@@ -300,11 +298,11 @@ void addBenchCommand(CLI::App& app, Action& action) {
   auto a = std::make_shared<BenchArguments>();
   command->add_option("SCENE", a->scene, "Level to bake and relight, glTF 2.0 (.glb, .gltf)")->option_text("FILE");
   command->add_option("--bake", a->bakeFile, "Bake to relight, in place of a scene (.relume)")->option_text("FILE");
-  command->add_option("--preset", a->presets, "Settings to measure, separated by commas [draft|medium|high|best]")
+  command->add_option("--preset", a->presets, "Settings to measure, separated by commas " + presetNames())
       ->delimiter(',')
       ->allow_extra_args(false)
       ->option_text("NAMES [high]")
-      ->transform(CLI::CheckedTransformer(kPresets).description(""));
+      ->transform(CLI::CheckedTransformer(presetsByName()).description(""));
   command->add_option("--repeat", a->repeat, "Frames to measure; the median and the least are told [1..100000]")
       ->check(CLI::Range(1, 100000).description(""))
       ->capture_default_str();

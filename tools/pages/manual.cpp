@@ -209,18 +209,21 @@ std::string optionsMarkdown() {
       " -->\n# Options of a bake\n\n"
       "Set by a file of `--options` under their names, or by flags of `relume bake`; what neither names is as in the\n"
       "preset. The library's `BakeOptions` (`relume/bake/options.h`) has the same names.\n";
-  const Preset presets[] = {Preset::draft, Preset::medium, Preset::high, Preset::best};
   std::vector<std::vector<OptionInfo>> lists;
-  for (const Preset preset : presets) lists.push_back(listOptions(presetOptions(preset)));
+  std::string head = "\n\n| option | flag |", rule = " |\n|---|---|";
+  for (const PresetInfo& info : kPresets) {
+    lists.push_back(listOptions(presetOptions(info.preset)));
+    head += std::string(" ") + info.name + " |";
+    rule += "---|";
+  }
+  head += " values | meaning" + rule + "---|---|\n";
   std::string group = "-";
   for (std::size_t i = 0; i < lists[0].size(); ++i) {
     const OptionInfo& option = lists[0][i];
     const std::size_t dot = option.name.find('.');
     const std::string itsGroup = dot == std::string::npos ? "" : option.name.substr(0, dot);
     if (itsGroup != group) {
-      text += "\n## " + (itsGroup.empty() ? "Of all stages" : "`" + itsGroup + "`") +
-              "\n\n| option | flag | draft | medium | high | best | values | meaning "
-              "|\n|---|---|---|---|---|---|---|---|\n";
+      text += "\n## " + (itsGroup.empty() ? "Of all stages" : "`" + itsGroup + "`") + head;
       group = itsGroup;
     }
     text += "| " + code(option.name) + " | " + code(option.flag);

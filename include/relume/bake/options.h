@@ -43,7 +43,7 @@ struct CacheOptions {
   float gridSpacing = 0.0f;         // [m] [>= 0] of points where surfaces are, twice that in air; 0 = from gridCaches
   std::uint32_t gridCaches = 2304;  // [0..1e7] target when neither is given; 0 = no grid (PIC: 24 x 8 x 12)
   std::uint32_t lightmapSize = 0;   // [0, 16..16384] texels a side; 0 = what lightmapCaches needs
-  std::uint32_t lightmapCaches = 8281;  // [0..1e8] target number of light-map caches; 0 = no light map
+  std::uint32_t lightmapCaches = 16384;  // [0..1e8] target number of light-map caches; 0 = no light map
   float minChartTexels = 1.0f;     // [>= 0] charts smaller than this many texels of area share texels or use the grid
   bool useTexcoord1 = true;        // use TEXCOORD_1 as light-map coordinates where it is valid for that
   float maxBackFaceShare = 0.25f;  // [0..1] a cache whose rays hit more back faces than this is moved or dropped
@@ -53,13 +53,15 @@ struct CacheOptions {
 struct LinkOptions {
   enum class CutKey { transfer, readError };
   enum class PullWeight { area, importance };
-  LinkKind kind = LinkKind::oct6;     // how a link stores its transfer; docs/LINKS.md compares
-  std::uint32_t linksPerCache = 254;  // [1..65535] n_L; the most a cache gets where linksTotal or maxError share links
-  std::uint32_t linksTotal = 0;  // [0..4294967295] links of all caches together, shared out by error; 0 = no limit.
-                                 // Kept to about 1 %: the share is found from every n-th cache
-  float maxError = 0.0f;         // [0..1] a cache whose expected relative error is this small gets no more links;
-                                 // 0 = all get linksPerCache. Of key readError
-  std::uint32_t raysPerCache = 4096;  // [16..1048576] K
+  LinkKind kind = LinkKind::oct6;      // how a link stores its transfer; docs/LINKS.md compares
+  std::uint32_t linksPerCache = 128;   // [1..65535] n_L, on average: shared out by error, to about 1 % of the sum (the
+                                       // share is found from every n-th cache)
+  std::uint32_t maxLinksPerCache = 0;  // [0, linksPerCache..65535] the most a cache gets; 0 = 8 linksPerCache;
+                                       // linksPerCache = as many for every cache, the paper's
+  std::uint32_t linksTotal = 0;  // [0..4294967295] links of all caches together, in place of linksPerCache; 0 = not
+  float maxError = 0.0f;  // [0..1] a cache whose expected relative error is this small gets no more links; 0 = never.
+                          // Of key readError
+  std::uint32_t raysPerCache = 2048;  // [16..1048576] K
   float emitterRays = 0.125f;         // [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
   std::uint32_t bands = 4;            // [1..8] of SH links
   CutKey key = CutKey::readError;     // transfer: the paper's f; readError: how far a node's average is from what the
@@ -80,10 +82,21 @@ struct BakeOptions {
   std::string embreeIsa = "avx2";  // Embree's isa; hits differ where triangles overlap, rarely
 };
 
-enum class Preset { draft, medium, high, best };
+enum class Preset { draft, medium, high, best, paper };
 
-// The options of a preset: draft for iteration in seconds, medium the paper's moderate setting, high the paper's high
-// setting, best what two minutes on two cores can give.
+struct PresetInfo {
+  Preset preset;
+  const char* name;     // on the command line
+  const char* comment;  // one line: what it is for
+};
+inline constexpr PresetInfo kPresets[] = {
+    {Preset::draft, "draft", "to iterate: a second or two"},
+    {Preset::medium, "medium", "about 9 MiB at run time"},
+    {Preset::high, "high", "about 20 MiB"},
+    {Preset::best, "best", "about 110 MiB"},
+    {Preset::paper, "paper", "the sizes of PIC's high setting: as many links for every cache"},
+};
+
 BakeOptions presetOptions(Preset preset);
 
 // Done, or usage: names the option, its range and the value found.
