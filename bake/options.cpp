@@ -264,8 +264,9 @@ BakeOptions presetOptions(Preset preset) {
       options.playSpace.walks = 1u << 22;
       options.surfels.count = 262144;
       options.caches.gridCaches = 8192;
-      options.caches.lightmapCaches = 98304;
-      options.links.linksPerCache = 112;
+      options.caches.lightmapCaches = 65536;
+      options.links.linksPerCache = options.links.maxLinksPerCache = 1000;
+      options.links.raysPerCache = 4096;
       options.links.skyPatches = 256;
       break;
     case Preset::paper:  // PIC Table 2, setting 1
