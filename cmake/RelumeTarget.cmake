@@ -33,19 +33,30 @@ function(relume_room target)
   relume_warnings(${target})
 endfunction()
 
-# A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them, and nothing else.
-# NUMBERS: it measures at length what code gives that other tests walk as well; the sanitizers see it in long runs alone.
+# A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them but those of
+# NUMBERS, and nothing else.
+# NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
+# sanitizers see it in long runs alone.
+# PROGRAMS: what it tests runs in programs of their own; its own code is not worth the optimiser's time under sanitizers.
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS;PROGRAMS" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${T_LIBS} GTest::gtest GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_definitions(test_${name} PRIVATE RELUME_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  # Tests are most of what is compiled and little of what runs: a third less time to build.
-  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  # Tests are most of what is compiled and little of what runs: a third less time to build. PROGRAMS under sanitizers: half.
+  if(T_PROGRAMS AND RELUME_SANITIZE)
+    target_compile_options(test_${name} PRIVATE -O0)
+  else()
+    target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
   relume_warnings(test_${name})
   add_test(NAME ${name} COMMAND test_${name})
-  add_dependencies(relume_tests test_${name})
+  if(T_NUMBERS)
+    add_dependencies(relume_numbers test_${name})
+  else()
+    add_dependencies(relume_tests test_${name})
+  endif()
   # Files of two builds' tests, which may run at once, stay apart.
   set(temporary ${PROJECT_BINARY_DIR}/temporary)
   file(MAKE_DIRECTORY ${temporary})

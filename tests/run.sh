@@ -42,16 +42,20 @@ fi
 # The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
 # measure numbers (label `numbers`).
 export RELUME_LONG_TESTS=0
-without=()
-[ "$long" -eq 1 ] || without=(--label-exclude '^numbers$')
+without=(--label-exclude '^numbers$')
+tests=(relume_tests)
+if [ "$long" -eq 1 ]; then
+  without=()
+  tests+=(relume_numbers)
+fi
 step "threads: TSan"
 cmake --preset tsan -DRELUME_BUILD_TESTS=ON
-cmake --build build/tsan --parallel "$(nproc)" --target relume_tests
+cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
 ctest --preset tsan "${without[@]}" --no-tests=error
 
 step "memory and undefined behaviour: ASan, UBSan"
 cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
-cmake --build build/dev --parallel "$(nproc)" --target relume_tests
+cmake --build build/dev --parallel "$(nproc)" --target "${tests[@]}"
 ctest --preset dev --parallel "$(nproc)" "${without[@]}" --no-tests=error
 
 # The targets that import or bake levels need the whole baker built once more: they are of the long run.
