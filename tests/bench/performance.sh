@@ -16,14 +16,14 @@ bakes=${RELUME_BENCH_BAKES:-3}  # of each setting; the least counts
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# 1. The paper's two settings, and how a bake grows
-"$build/tools/cli/relume" bench "$scene" --preset high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
+# 1. The paper's setting and ours, and how a bake grows
+"$build/tools/cli/relume" bench "$scene" --preset paper,high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
   --markdown "$work/page.md"
 "$build/tools/cli/relume" bench "$scene" --preset draft --repeat 20 --threads 2,1 --backend cpu --curve \
   --markdown "$work/curves.md"
 
 # 2. Four times the rays
-"$build/tools/cli/relume" bench "$scene" --preset high --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
+"$build/tools/cli/relume" bench "$scene" --preset paper --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
   --markdown "$work/rays.md"
 
 # 3. Stages one by one
@@ -32,7 +32,7 @@ RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0
 
 # 4. Kinds of links: what each costs and errs by, against the SH of its own rays
 for kind in sh cone; do
-  "$build/tools/cli/relume" bake "$scene" -o "$work/$kind.relume" --preset high --rays 1024 --link-kind "$kind" \
+  "$build/tools/cli/relume" bake "$scene" -o "$work/$kind.relume" --preset paper --rays 1024 --link-kind "$kind" \
     --progress none > /dev/null 2>&1
 done
 "$build/tests/bench/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
@@ -43,7 +43,7 @@ done
 {
   sed "s/^A frame is lit by/${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}&/" "$work/page.md"
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
-  printf '\n## high with 16384 rays a cache\n\n'
+  printf '\n## paper with 16384 rays a cache\n\n'
   sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
   printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
   printf 'of 8 and as fans, from %s (docs/TRACING.md).\n\n' "$(head -n 1 "$work/rates.txt")"
@@ -52,7 +52,7 @@ done
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
   sed -n '/^name,/,$p' "$work/stages.csv" | tail -n +2 |
     awk -F, '{ gsub(/"/, "", $1); sub(/\/process_time.*/, "", $1); printf "| %s | %.0f | %.0f |\n", $1, $3, $4 }'
-  printf '\n## Kinds of links\n\n`bench_link_error` on this level, preset `high` with K 1024: %s. Errors are against the SH\n' \
+  printf '\n## Kinds of links\n\n`bench_link_error` on this level, preset `paper` with K 1024: %s. Errors are against the SH\n' \
     "$(head -n 1 "$work/links.txt")"
   printf 'of the same rays; time is (4) light the caches, 4 bands of luma and chroma. docs/LINKS.md says what the columns mean.\n\n'
   grep '^|' "$work/links.txt"
