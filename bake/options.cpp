@@ -255,7 +255,7 @@ BakeOptions presetOptions(Preset preset) {
     case Preset::medium:
       options.surfels.count = 32768;
       options.caches.lightmapCaches = 8192;
-      options.links.linksPerCache = 96;
+      options.links.linksPerCache = 128;
       options.links.bands = options.lumaBands = 3;
       break;
     case Preset::high:
