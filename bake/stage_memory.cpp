@@ -4,6 +4,7 @@
 #include "bake/stage_memory.h"
 
 #include "bake/base/memory_budget.h"
+#include "bake/links/share_links.h"
 #include "bake/surfels/surface_sampler.h"
 
 #include <algorithm>
@@ -86,16 +87,16 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
 }
 
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context) {
-  const bool hasTotal = options.linksTotal > 0;
-  const double senders = hierarchy.senderCount(), count = caches.count();
-  const double links = hasTotal ? std::min<double>(options.linksTotal, count * std::min(65535.0, senders))
-                                : count * std::min<double>(options.linksPerCache, senders);
+  const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
+  const double links = std::min(budget.total, static_cast<double>(caches.count()) *
+                                                  std::min<double>(budget.mostPerCache, hierarchy.senderCount()));
   const double threads = context.threads > 0 ? context.threads : 2.0;
-  return reserveMemory(context, "links",
-                       // Rows of all chunks, and once more as they are joined
-                       2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
-                       number(links) + " links of " + number(caches.count()) + " caches",
-                       hasTotal ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
+  return reserveMemory(
+      context, "links",
+      // Rows of all chunks, and once more as they are joined
+      2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
+      number(links) + " links of " + number(caches.count()) + " caches",
+      options.linksTotal > 0 ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
 }
 
 }  // namespace relume

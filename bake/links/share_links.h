@@ -4,12 +4,22 @@
 #pragma once
 
 #include "bake/links/touched_tree.h"
+#include "relume/bake/options.h"
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
+
+// How many links there are to share.
+struct LinkBudget {
+  LinkBudget(const LinkOptions& options, std::size_t caches, std::size_t groups);
+
+  double total;                // of all caches
+  std::uint32_t mostPerCache;  // of one; at least `groups`: a cache links to each that it sees
+  bool isShared;               // else every cache gets as many as it may have
+};
 
 // Counts of refinements by key, the same in any order of the caches. Not thread-safe: one a thread, merged at the end.
 class KeyCounts {

@@ -13,7 +13,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -24,24 +23,6 @@ namespace {
 constexpr std::size_t kGrain = 16;          // caches a chunk
 constexpr double kOverTotal = 1.05;         // a total exceeded by more than that is worth a warning
 constexpr std::size_t kAskedCaches = 1024;  // that share out the links: at least these, or all
-constexpr double kMostOfMean = 8.0;         // links of a cache at most, where options do not say, over the mean
-constexpr double kMostLinks = 65535.0;      // of a cache
-
-// How many links there are to share.
-struct LinkBudget {
-  LinkBudget(const LinkOptions& options, std::size_t caches, std::size_t groups)
-      : total(options.linksTotal > 0 ? options.linksTotal
-                                     : static_cast<double>(options.linksPerCache) * static_cast<double>(caches)) {
-    const double mean = caches > 0 ? total / static_cast<double>(caches) : 0.0;
-    const double most = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : std::ceil(kMostOfMean * mean);
-    mostPerCache = static_cast<std::uint32_t>(std::clamp(most, static_cast<double>(groups), kMostLinks));
-    isShared = caches > 0 && mostPerCache > mean;
-  }
-
-  double total;                // of all caches
-  std::uint32_t mostPerCache;  // of one
-  bool isShared;               // else every cache gets as many as it may have
-};
 
 // What one thread needs for one cache, and its share of the sums.
 struct Worker {

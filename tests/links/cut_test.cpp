@@ -51,6 +51,17 @@ std::uint32_t slotOf(const TouchedTree& tree, std::uint32_t node) {
   return kNoSlot;
 }
 
+// Nodes 1 and 2 under the root, leaves 3 to 6 under them, all of equal areas.
+Hierarchy fourLeaves() {
+  Hierarchy h;
+  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, kLeafBit | 3};
+  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0};
+  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
+  h.groupRoot = std::vector<std::uint32_t>{0};
+  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
+  return h;
+}
+
 TEST(LeafOrder, leavesMeetInTheLowestNodeThatHoldsBoth) {
   for (const std::uint32_t n : {1u, 2u, 40u, 1000u, 5000u}) {
     const Hierarchy h = randomHierarchy(n, n);
@@ -193,12 +204,7 @@ TEST(SelectCut, enoughLinksGiveTheVisibleLeaves) {
 
 TEST(SelectCut, refinesTheLargestTransferFirst) {
   // Four leaves, two pairs; the second pair is twice as bright a view.
-  Hierarchy h;
-  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, kLeafBit | 3};
-  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0};
-  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
-  h.groupRoot = std::vector<std::uint32_t>{0};
-  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
+  const Hierarchy h = fourLeaves();
   const LeafOrder order(h);
   TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);
@@ -244,12 +250,7 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
 
 // Where nearly all light is one child's, the link gives all of it to that child; where halves are alike, to their mean.
 TEST(SelectCut, linksPickTheChildThatErrsLessThanTheAverage) {
-  Hierarchy h;
-  h.child = std::vector<std::uint32_t>{1, 3, 5, kLeafBit, kLeafBit | 1, kLeafBit | 2, kLeafBit | 3};
-  h.firstWeight = std::vector<float>{0.5f, 0.5f, 0.5f, 0, 0, 0, 0};
-  h.leafNode = std::vector<std::uint32_t>{3, 4, 5, 6};
-  h.groupRoot = std::vector<std::uint32_t>{0};
-  h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7};
+  const Hierarchy h = fourLeaves();
   const LeafOrder order(h);
   TouchedTree tree(order);
   const glm::vec3 z(0, 0, 1);

@@ -91,9 +91,9 @@ struct PresetInfo {
 };
 inline constexpr PresetInfo kPresets[] = {
     {Preset::draft, "draft", "to iterate: a second or two"},
-    {Preset::medium, "medium", "about 11 MiB at run time"},
-    {Preset::high, "high", "about 20 MiB"},
-    {Preset::best, "best", "about 400 MiB, to compare with"},
+    {Preset::medium, "medium", "about 9 MiB at run time"},
+    {Preset::high, "high", "about 18 MiB"},
+    {Preset::best, "best", "about 370 MiB, to compare with"},
     {Preset::paper, "paper", "the sizes of PIC's high setting: as many links for every cache"},
 };
 
