@@ -6,6 +6,7 @@
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
+#include "tests/runtime/c_lights.h"
 #include "tests/runtime/hot_reload.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -13,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -47,19 +47,7 @@ class CApi : public ::testing::Test {
     ASSERT_TRUE(bytes) << bytes.error().message;
     bytes_ = *bytes;
     lights_ = test::someLights();
-    for (const Light& light : lights_) {
-      relume_light c{};
-      c.kind = static_cast<relume_light_kind>(light.kind);
-      for (int k = 0; k < 3; ++k) {
-        c.intensity[k] = light.intensity[k];
-        c.position[k] = light.positionWorld[k];
-        c.direction[k] = light.direction[k];
-      }
-      c.range = light.range;
-      c.inner_cone_radians = light.innerConeRad;
-      c.outer_cone_radians = light.outerConeRad;
-      cLights_.push_back(c);
-    }
+    cLights_ = test::cLights(lights_);
     relume_light_setup_default(&setup_);
     setup_.lights = cLights_.data();
     setup_.light_count = cLights_.size();

@@ -4,6 +4,7 @@
 #include "relume/bake_file.h"
 #include "relume/relume.h"
 #include "tests/runtime/allocations.h"
+#include "tests/runtime/c_lights.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 #include "tests/runtime/tracking_memory.h"
@@ -11,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -63,16 +63,7 @@ class CMemory : public ::testing::Test {
     const Result<std::vector<std::byte>> bytes = serializeBake(bake);
     ASSERT_TRUE(bytes) << bytes.error().message;
     bytes_ = *bytes;
-    for (const Light& light : test::someLights()) {
-      relume_light c{};
-      c.kind = static_cast<relume_light_kind>(light.kind);
-      std::memcpy(c.intensity, &light.intensity, sizeof c.intensity);
-      std::memcpy(c.position, &light.positionWorld, sizeof c.position);
-      std::memcpy(c.direction, &light.direction, sizeof c.direction);
-      c.inner_cone_radians = light.innerConeRad;
-      c.outer_cone_radians = light.outerConeRad;
-      lights_.push_back(c);
-    }
+    lights_ = test::cLights(test::someLights());
     relume_light_setup_default(&setup_);
     setup_.lights = lights_.data();
     setup_.light_count = lights_.size();
