@@ -17,7 +17,9 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <mutex>
 #include <new>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -113,6 +115,18 @@ void removeStaleTemporaries(const fs::path& path) {
   }
 }
 
+// The temporaries of this process. Whoever holds the lock alone makes, renames or removes one.
+struct OpenTemporaries {
+  std::timed_mutex mutex;
+  std::set<fs::path> paths;
+};
+
+// Never destroyed: threads may write while the process ends.
+OpenTemporaries& openTemporaries() {
+  static OpenTemporaries* const instance = new OpenTemporaries;
+  return *instance;
+}
+
 // A file that goes with this object unless it was renamed.
 struct Temporary {
   Descriptor file;
@@ -126,7 +140,18 @@ struct Temporary {
   Temporary& operator=(const Temporary&) = delete;
   Temporary& operator=(Temporary&&) = delete;
   ~Temporary() {
-    if (isThere()) ::unlink(path.c_str());
+    if (path.empty()) return;
+    OpenTemporaries& open = openTemporaries();
+    const std::lock_guard lock(open.mutex);
+    if (open.paths.erase(path) != 0 && isThere()) ::unlink(path.c_str());
+  }
+  // Whether the file now has the name `target`; errno says why not.
+  bool renameTo(const fs::path& target) const {
+    OpenTemporaries& open = openTemporaries();
+    const std::lock_guard lock(open.mutex);
+    if (::rename(path.c_str(), target.c_str()) != 0) return false;
+    open.paths.erase(path);
+    return true;
   }
   // Whether the name still is the open file's: a clean-up may have removed it.
   bool isThere() const {
@@ -137,13 +162,30 @@ struct Temporary {
   }
 };
 
+// A new file of this name among the open temporaries; errno says why there is none.
+Descriptor openListed(const fs::path& name) {
+  OpenTemporaries& open = openTemporaries();
+  const std::lock_guard lock(open.mutex);
+  const auto [listed, isNew] = open.paths.insert(name);
+  if (!isNew) {
+    errno = EEXIST;
+    return Descriptor(-1);
+  }
+  Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (file.get() >= 0) return file;
+  const int reason = errno;
+  open.paths.erase(listed);
+  errno = reason;
+  return file;
+}
+
 // An empty temporary beside the path, locked where there are locks. Its name is tried again when another run's clean-up
 // was faster than our lock.
 Result<Temporary> createTemporary(const fs::path& path) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const fs::path name = folderOf(path) / (path.filename().string() + "." + std::to_string(::getpid()) + "-" +
                                             std::to_string(attempt) + ".tmp");
-    Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    Descriptor file = openListed(name);
     if (file.get() < 0 && errno == EEXIST) continue;
     if (file.get() < 0) return ioError(path, "cannot create a file in its folder", errno);
     Temporary temporary(std::move(file), name);
@@ -264,11 +306,17 @@ Status writeFileAtomically(const fs::path& path, const std::function<bool(const 
   const int fd = temporary->file.get();
   const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(fd, bytes)); };
   errno = 0;
-  const bool written =
-      step(body(sink)) && step(::fsync(fd) == 0) && step(::rename(temporary->path.c_str(), target->c_str()) == 0);
+  const bool written = step(body(sink)) && step(::fsync(fd) == 0) && step(temporary->renameTo(*target));
   if (!written) return ioError(path, "cannot be written", reason);
   syncFolder(folderOf(*target));
   return done();
+}
+
+void removeOpenTemporaries() {
+  OpenTemporaries& open = openTemporaries();
+  // The lock is kept, so that no thread renames or makes a file any more.
+  if (!open.mutex.try_lock_for(std::chrono::milliseconds(100))) return;
+  for (const fs::path& path : open.paths) ::unlink(path.c_str());
 }
 
 Status checkWritable(const fs::path& path, bool* locks) {

@@ -41,6 +41,11 @@ using ByteSink = std::function<bool(std::span<const std::byte>)>;
 // io: names the path and the system's reason.
 Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body);
 
+// Remove the temporaries that writeFileAtomically() is writing, in any thread of this process; files that are whole
+// stay. From then on such writes wait for ever. For a process that ends by _exit() right after, while its threads still
+// work. Waits a tenth of a second at most for a file system that does not respond. Not for signal handlers.
+void removeOpenTemporaries();
+
 // Whether writeFileAtomically() can work: the folder exists and can be written, the path is no folder. Also removes
 // stale temporaries. For commands that compute for minutes before they write. `locks`, unless null, becomes whether
 // the file system has locks (flock).

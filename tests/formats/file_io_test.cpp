@@ -11,9 +11,12 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace relume {
@@ -172,6 +175,47 @@ TEST_F(FileIo, aBodyThatThrowsLeavesNothing) {
   EXPECT_THROW((void)writeFileAtomically(path_, [](const ByteSink&) -> bool { throw std::bad_alloc(); }),
                std::bad_alloc);
   EXPECT_TRUE(names().empty());
+}
+
+// Ends the process with 0 where a write that is at its rename leaves the old file and nothing else.
+[[noreturn]] void endDuringAWrite(const fs::path& path) {
+  std::promise<void> half, removed;
+  std::thread([&] {
+    (void)writeFileAtomically(path, [&](const ByteSink& sink) {
+      const std::string text = "half";
+      sink(std::as_bytes(std::span(text)));
+      half.set_value();
+      removed.get_future().wait();
+      return true;
+    });
+  }).detach();
+  half.get_future().wait();
+  const auto files = [&] { return std::distance(fs::directory_iterator(path.parent_path()), {}); };
+  if (files() != 2) ::_exit(1);
+  removeOpenTemporaries();
+  if (files() != 1) ::_exit(2);
+  removed.set_value();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ::_exit(files() == 1 && contents(path) == "old" ? 0 : 3);
+}
+
+TEST_F(FileIo, openTemporariesAreRemovedAndNotRenamed) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  EXPECT_EXIT(endDuringAWrite(path_), testing::ExitedWithCode(0), "");
+}
+
+TEST_F(FileIo, twoThreadsWriteOneFile) {
+  Status other = done();
+  const Status status = writeFileAtomically(path_, [&](const ByteSink& sink) {
+    // A second temporary, while the first is open.
+    std::thread([&] { other = writeText(path_, "other"); }).join();
+    const std::string text = "this";
+    return names().size() == 2 && sink(std::as_bytes(std::span(text)));
+  });
+  EXPECT_TRUE(other) << other.error().message;
+  EXPECT_TRUE(status) << status.error().message;
+  EXPECT_EQ(contents(path_), "this");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
 }
 
 TEST_F(FileIo, readingAndMappingGiveTheSameBytes) {

@@ -6,7 +6,7 @@
 #include "tools/base/printable.h"
 #include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/terminal.h"
+#include "tools/cli/interrupt.h"
 
 #include <CLI/CLI.hpp>
 
@@ -26,6 +26,7 @@ namespace relume {
 
 int fail(const Error& error) {
   std::fflush(stdout);
+  if (interruptedBySignal() && !claimLastMessage()) return exitCode(error.code);
   std::fprintf(stderr, "relume: error: %s\n", printableLines(error.message).c_str());
   return exitCode(error.code);
 }

@@ -3,13 +3,13 @@
 #include "tools/cli/terminal.h"
 
 #include "tools/base/printable.h"
+#include "tools/cli/interrupt.h"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -26,16 +26,6 @@ namespace relume {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// All a signal handler may touch.
-std::atomic<bool> interrupted{false};
-
-void onSignal(int number) {
-  if (interrupted.exchange(true)) {
-    ::signal(number, SIG_DFL);
-    ::raise(number);
-  }
-}
 
 std::shared_ptr<spdlog::logger> logger() {
   static const std::shared_ptr<spdlog::logger> instance = [] {
@@ -61,8 +51,6 @@ spdlog::level::level_enum levelOf(Severity severity) {
 
 }  // namespace
 
-bool interruptedBySignal() { return interrupted.load(); }
-
 struct Terminal::State {
   Context context;
   ProgressStyle style = ProgressStyle::none;
@@ -78,9 +66,8 @@ struct Terminal::State {
   Clock::time_point begin = Clock::now();
   bool lineOpen = false;
   std::atomic<bool> stop{false};
-  std::thread watcher;  // turns the signal into a cancelled context
-  struct sigaction oldInt {
-  }, oldTerm{};
+  std::thread watcher;                    // tells of silent stages
+  std::unique_ptr<InterruptGuard> guard;  // last, so that it goes before what it cancels
 
   void closeLine() {
     if (lineOpen) std::fputs("\r\033[K", stderr);
@@ -242,7 +229,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
   s.context.maxMemory = options.maxMemory;
   s.context.onProgress = [&s](std::string_view stage, double fraction) {
     s.report(stage, fraction);
-    return !interrupted.load();
+    return !interruptedBySignal();
   };
   s.context.onMessage = [&s](Severity severity, std::string_view message) {
     if (s.style == ProgressStyle::none && severity == Severity::info) return;
@@ -255,15 +242,9 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
     std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
   };
 
-  // Stages that report rarely still see the cancellation, within 50 ms.
-  struct sigaction action {};
-  action.sa_handler = onSignal;
-  sigemptyset(&action.sa_mask);
-  ::sigaction(SIGINT, &action, &s.oldInt);
-  ::sigaction(SIGTERM, &action, &s.oldTerm);
+  s.guard = std::make_unique<InterruptGuard>(s.context, s.bar);
   s.watcher = std::thread([&s] {
     while (!s.stop.load()) {
-      if (interrupted.load()) s.context.cancel();
       s.tellOfSilentStage();
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
@@ -274,8 +255,6 @@ Terminal::~Terminal() {
   finish();
   state_->stop = true;
   state_->watcher.join();
-  ::sigaction(SIGINT, &state_->oldInt, nullptr);
-  ::sigaction(SIGTERM, &state_->oldTerm, nullptr);
 }
 
 Context& Terminal::context() { return state_->context; }

@@ -31,7 +31,7 @@ void addTerminalOptions(CLI::App& command, TerminalOptions& options);
 void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
-// warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context, a second one ends the process. One at a time.
+// warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context (interrupt.h). One at a time.
 class Terminal {
  public:
   // With a plan, progress is told of the whole work as well.
@@ -48,9 +48,6 @@ class Terminal {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-// Whether Ctrl-C, SIGINT or SIGTERM has cancelled a Terminal's context.
-bool interruptedBySignal();
 
 // A message outside of a context: "[warning] text" on stderr.
 void logMessage(Severity severity, const std::string& text);

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Ctrl-C while a package works that cannot be asked to stop: the parser of one document, which takes several seconds.
+// The command is gone within one, says once that it was cancelled, and leaves nothing.
+#include "tests/cli/cli_fixture.h"
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMostSeconds = 1.0;
+
+class Cancel : public CliFixture {
+ protected:
+  // Start a command, wait until it says `moment` and a little longer, and send the signal.
+  ProgramResult cancelAfter(const std::string& moment, const std::vector<std::string>& command, int signal = SIGINT) {
+    Program program(command, folder_);
+    EXPECT_TRUE(program.waitForStderr(moment)) << readAll(folder_ / "stderr.txt");
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const auto asked = std::chrono::steady_clock::now();
+    program.send(signal);
+    ProgramResult result = program.wait();
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
+    return result;
+  }
+  void expectCancelled(const ProgramResult& result) const {
+    EXPECT_EQ(result.status, 130) << result.err;
+    EXPECT_LT(result.seconds, kMostSeconds);
+    const std::string message = "relume: error: cancelled\n";
+    const std::size_t at = result.err.find(message);
+    ASSERT_NE(at, std::string::npos) << result.err;
+    EXPECT_EQ(at + message.size(), result.err.size()) << result.err;
+    EXPECT_TRUE(fs::is_empty(folder_ / "out"));
+  }
+
+  // The room with an extra list of 8 million numbers, which takes seconds to parse.
+  std::string putLongDocument() {
+    std::string level = readAll(room_);
+    std::string list = "{\"extras\":{\"numbers\":[0.5";
+    for (int i = 0; i < 8'000'000; ++i) list += ",0.5";
+    return put("long.gltf", level.replace(level.find('{'), 1, list + "]},"));
+  }
+};
+
+TEST_F(Cancel, isHeardWhileADocumentIsParsed) {
+  const std::vector<std::string> command = bakeArguments(putLongDocument(), out_, {"--progress", "plain"});
+  expectCancelled(cancelAfter("import: 0 %", command));
+  expectCancelled(cancelAfter("import: 0 %", command, SIGTERM));
+  // Nothing stands in the way of the next run.
+  EXPECT_EQ(run(bakeArguments(room_, out_)).status, 0);
+  EXPECT_EQ(filesIn(folder_ / "out"), 1u);
+}
+
+}  // namespace
+}  // namespace relume
