@@ -105,10 +105,12 @@ def fan(folder):
 
 
 def star(folder):
-    """3,000 triangles on one edge."""
+    """3,000 triangles of 3 m by 4 m on one edge."""
     level, n = Glb(), 3000
-    ring = [(math.cos(2 * math.pi * i / n), 0.5, math.sin(2 * math.pi * i / n)) for i in range(n)]
-    level.node(mesh=level.mesh([(0, 0, 0), (0, 1, 0)] + ring, [(0, 1, 2 + i) for i in range(n)]))
+    ring = [(3 * math.cos(2 * math.pi * i / n), 0, 3 * math.sin(2 * math.pi * i / n)) for i in range(n)]
+    level.node(mesh=level.mesh([(0, -2, 0), (0, 2, 0)] + ring, [(0, 1, 2 + i) for i in range(n)]))
+    level.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+    level.node(camera=0, translation=[0, 2, 12])
     level.write(folder / "star.glb")
 
 

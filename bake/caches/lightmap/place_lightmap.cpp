@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -28,6 +29,10 @@ constexpr double kCountPower = 1.6;
 // what caches are shared by; of a texel of the largest patch, its samples; of a texel of the light map; of a corner.
 constexpr double kTexelBytes = 2.0 * (sizeof(Cell) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
                  kAtlasBytes = 17.0, kCornerBytes = 12.0;
+// The search for the texel size gives up a trial at so many times the caches asked for. Levels as people make them stay
+// below 3 from the first guess on (63 levels); a crowd of full texels within one texel of each other may have 300, and
+// takes the square of its texels to count them.
+constexpr double kTooMany = 8.0;
 constexpr float kOftenMinTexels = 8.0f;  // beyond, few caches earn their cost and texels shrink to find them
 
 struct Texels {
@@ -94,7 +99,7 @@ class Placer {
 
  private:
   // Nothing where what it needs is beyond the budget: then refused_ says so.
-  Texels place(double texelSize) {
+  Texels place(double texelSize, std::size_t mostCaches = std::numeric_limits<std::size_t>::max()) {
     Texels texels;
     if (Status ok = reserveTexels(static_cast<float>(texelSize)); !ok) {
       refused_ = ok.error();
@@ -103,7 +108,8 @@ class Placer {
     followCurvature(set_, static_cast<float>(texelSize));
     texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
     if (context_.cancelled()) return texels;
-    texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, context_);
+    texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, mostCaches, context_);
+    pairs_ += texels.shared.statistics.pairs;
     return texels;
   }
 
@@ -143,17 +149,25 @@ class Placer {
 
   double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
 
-  // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms.
+  // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms. After a
+  // trial that was given up, halves of what lies between it and the last one that was not.
   Texels searchCount() {
     constexpr int kSteps = 7;
     constexpr double kCloseEnough = 0.03;
     const double target = options_.lightmapCaches;
+    const auto mostCaches = static_cast<std::size_t>(kTooMany * target);
     Texels best;
     double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
+    double tooFine = 0.0;  // the largest size that was given up
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
       ++steps_;
-      Texels texels = place(size);
+      Texels texels = place(size, mostCaches);
       if (refused_) return best;
+      if (texels.shared.tooMany) {
+        tooFine = size;
+        size = lastSize > size ? std::sqrt(size * lastSize) : size * std::pow(kTooMany, 1.0 / power);
+        continue;
+      }
       const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
       const double off = std::abs(std::log(count / target));
       if (lastSize > 0.0 && lastSize != size)
@@ -166,7 +180,9 @@ class Placer {
       lastSize = size;
       lastCount = count;
       size *= std::pow(count / target, 1.0 / power);
+      if (size <= tooFine) size = std::sqrt(tooFine * lastSize);
     }
+    if (bestOff == INFINITY) best = place(size);
     followCurvature(set_, best.cells.texelSize);
     return best;
   }
@@ -245,6 +261,7 @@ class Placer {
     context_.figure("chart_area_ratio", quality.areaRatioMean());
     context_.figure("chart_folded_m2", quality.folded);
     context_.figure("search_steps", steps_);
+    context_.figure("search_texel_pairs", static_cast<double>(pairs_));
     context_.figure("patches", static_cast<double>(set_.patches.size()));
     context_.figure("texel_m", texels.cells.texelSize);
     context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
@@ -279,7 +296,8 @@ class Placer {
   const std::uint32_t gutter_;
   PatchSet set_;
   std::optional<Error> refused_;
-  int steps_ = 0;  // of the search for the texel size
+  int steps_ = 0;            // of the search for the texel size
+  std::uint64_t pairs_ = 0;  // SharedCaches::Statistics::pairs of all trials
   SeamJump seams_;
 };
 

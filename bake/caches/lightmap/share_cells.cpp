@@ -67,12 +67,13 @@ struct Neighbour {
 class Sharer {
  public:
   Sharer(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
-         const CacheOptions& options)
+         const CacheOptions& options, std::size_t mostCaches)
       : scene_(scene),
         set_(set),
         cells_(cells),
         prober_(prober),
         options_(options),
+        mostCaches_(mostCaches),
         reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
         voxel_(std::max(cells.texelSize, 1e-12f)) {}
 
@@ -87,6 +88,7 @@ class Sharer {
       if (context.cancelled()) return {};
       const std::size_t before = result_.caches.size();
       openCaches(context);
+      if (result_.tooMany) return tooMany();
       if (result_.caches.size() == before && round > 0) break;
       checkCaches(before, context);
       chooseCaches(open, reach_, kGridError, context);
@@ -189,16 +191,19 @@ class Sharer {
     return kErrorPerTexel * distance / texel + kErrorPerNormal * (1.0f - agree);
   }
 
-  // Visit the points of a grid no farther than a radius. [neighbour: in the grid's order]
+  // Visit the points of a grid no farther than a radius. Returns how many were asked. [neighbour: in the grid's order]
   template <class Visit>
-  static void forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p, float radius,
-                          const Visit& visit) {
+  static std::uint64_t forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p,
+                                   float radius, const Visit& visit) {
+    std::uint64_t pairs = 0;
     grid.forEachRunIn(grid.boxAround(p, radius), [&](std::uint32_t begin, std::uint32_t end) {
+      pairs += end - begin;
       for (Neighbour& each : neighbour.subspan(begin, end - begin)) {
         const glm::vec3 way = each.spot.positionWorld - p;
         if (glm::dot(way, way) <= radius * radius) visit(each);
       }
     });
+    return pairs;
   }
 
   // Walk the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are not asked:
@@ -212,19 +217,29 @@ class Sharer {
       const SurfaceSpot& spot = unit.spot;
       served.clear();
       float saved = 0.0f;
-      forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texel, [&](Neighbour& other) {
+      const auto serve = [&](Neighbour& other) {
         const float error = errorOf(other.spot, other.texel, spot.positionWorld, spot.normal);
         if (error >= other.error) return;
         saved += other.weight * (other.error - error);
         served.emplace_back(&other, error);
-      });
+      };
+      result_.statistics.pairs += forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texel, serve);
       // Full texels earn their cache by themselves, so that what lies around them does not decide.
       if (saved < cost) continue;
       for (const auto& [other, error] : served) other->error = error;
       unit.closed = true;
       owner_.push_back(unit.cell);
       result_.caches.push_back({spot.positionWorld, spot.normal});
+      result_.tooMany = result_.caches.size() - invalidCaches_ > mostCaches_;
+      if (result_.tooMany) return;
     }
+  }
+
+  SharedCaches tooMany() const {
+    SharedCaches none;
+    none.tooMany = true;
+    none.statistics.pairs = result_.statistics.pairs;
+    return none;
   }
 
   // The first place of a cell from which few rays see the inside of things, or else the one that sees least of it, as
@@ -261,6 +276,7 @@ class Sharer {
       if (verdict[i] == 0) {
         invalid_[cell] = 1;
         owner_[cache] = kNone;
+        ++invalidCaches_;
         continue;
       }
       result_.statistics.moved += verdict[i] == 2;
@@ -338,6 +354,7 @@ class Sharer {
   const CellSet& cells_;
   const Prober& prober_;
   const CacheOptions& options_;
+  const std::size_t mostCaches_;
   const float reach_;                  // [texel] beyond which nothing is shared
   const float voxel_;                  // [m]
   std::vector<SurfaceSpot> spot_;      // of a cell
@@ -345,6 +362,7 @@ class Sharer {
   std::vector<std::uint8_t> invalid_;  // every place of the cell is behind or inside something
   std::vector<Unit> unit_;
   std::vector<std::uint32_t> owner_;  // cell of a cache; kNone = invalid
+  std::size_t invalidCaches_ = 0;     // among result_.caches
   PointGrid units_;
   std::vector<Neighbour> nearUnit_;  // the units in the grid's order
   glm::vec3 low_{0.0f};              // [m] of all cells
@@ -356,8 +374,8 @@ class Sharer {
 float ownCacheTexels(const CacheOptions& options) { return kCacheCost * options.minChartTexels / kGridError; }
 
 SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
-                        const CacheOptions& options, Context& context) {
-  return Sharer(scene, set, cells, prober, options).run(context);
+                        const CacheOptions& options, std::size_t mostCaches, Context& context) {
+  return Sharer(scene, set, cells, prober, options, mostCaches).run(context);
 }
 
 }  // namespace relume

@@ -11,6 +11,7 @@
 #include "bake/caches/grid/relocate.h"
 #include "bake/caches/lightmap/cells.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,18 +26,21 @@ struct SharedCaches {
   std::vector<SurfaceCache> caches;        // in the order they were opened
   std::vector<std::uint32_t> cacheOfCell;  // [Size cells] kNoCache = nothing valid near
   std::vector<std::uint8_t> buried;        // [Size cells] 1 = every place in it is behind or inside something
+  bool tooMany = false;                    // there would be more than mostCaches; else only statistics.pairs is filled
   struct Statistics {
     std::uint32_t shared = 0;   // cells that read another cell's cache
     std::uint32_t moved = 0;    // caches moved off the middle of their texel
     std::uint32_t dropped = 0;  // cells that read none
+    std::uint64_t pairs = 0;    // work: of a texel and one that may serve it
   } statistics;
 };
 
 // The surface, in full texels, from which on a texel opens a cache whatever is around it.
 float ownCacheTexels(const CacheOptions& options);
 
-// minChartTexels scales what a cache costs: 0 = every texel has its own. failed never; cancelled: incomplete.
+// minChartTexels scales what a cache costs: 0 = every texel has its own. Stops once more than `mostCaches` are opened.
+// failed never; cancelled: incomplete.
 SharedCaches shareCells(const Scene& scene, const PatchSet& set, const CellSet& cells, const Prober& prober,
-                        const CacheOptions& options, Context& context);
+                        const CacheOptions& options, std::size_t mostCaches, Context& context);
 
 }  // namespace relume
