@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Charts: whole, flat enough, free of overlaps, on any input.
 #include "bake/caches/caches.h"
+#include "bake/caches/charts/flatten.h"
 #include "bake/caches/charts/patches.h"
 #include "bake/caches/charts/texcoord_charts.h"
 #include "tests/caches/big_level.h"
@@ -250,6 +251,42 @@ TEST(Unwrap, PileOfCoincidentFacesEndsAndDoesNotOverlap) {
   const auto charts = unwrapMesh(mesh, 1.0f, context);
   expectEachTriangleOnce(charts, 100);
   for (const Chart& chart : charts) EXPECT_LT(overlapOf(chart), 0.01);
+}
+
+// Needles from the middle in all directions, and as many that lie half over one of them: only the samples near a needle
+// are looked at, and they tell.
+TEST(Unwrap, NeedlesOverNeedlesAreSplitOff) {
+  constexpr std::uint32_t kNeedles = 50;
+  Chart chart;
+  const auto addNeedle = [&](double angle) {
+    const auto rim = [](double a) { return glm::vec2(std::cos(a), std::sin(a)); };
+    chart.triangle.push_back(static_cast<std::uint32_t>(chart.triangle.size()));
+    chart.uv.push_back({glm::vec2(0.0f), rim(angle), rim(angle + 0.04)});
+    chart.areaUv += 0.02f;
+  };
+  for (const double turn : {0.01, 0.03}) {
+    for (std::uint32_t i = 0; i < kNeedles; ++i) addNeedle(turn + 2.0 * 3.14159265358979 * i / kNeedles);
+  }
+  const std::vector<std::uint32_t> off = splitOverlaps(chart);
+  ASSERT_EQ(off.size(), kNeedles);
+  for (std::uint32_t i = 0; i < kNeedles; ++i) {
+    EXPECT_EQ(chart.triangle[i], i);
+    EXPECT_EQ(off[i], kNeedles + i);
+  }
+}
+
+TEST(Unwrap, FanOfNeedlesIsOneChart) {
+  constexpr int kNeedles = 3000;
+  Mesh mesh;
+  const auto rim = [](int i) {
+    const double a = 2.0 * 3.14159265358979 * i / kNeedles;
+    return glm::vec3(5.0 * std::cos(a), 0.0, -5.0 * std::sin(a));
+  };
+  for (int i = 0; i < kNeedles; ++i) addTriangle(mesh, {0, 0, 0}, rim(i), rim(i + 1));
+  Context context;
+  const auto charts = unwrapMesh(mesh, 1.0f, context);
+  expectEachTriangleOnce(charts, kNeedles);
+  EXPECT_EQ(charts.size(), 1u);
 }
 
 TEST(Unwrap, SameMeshGivesSameCharts) {

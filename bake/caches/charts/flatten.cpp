@@ -34,6 +34,19 @@ void bounds(const Chart& chart, glm::vec2& low, glm::vec2& high) {
   }
 }
 
+// Least and greatest x of the triangle between two heights; empty (the least above the greatest) where it is not there.
+glm::vec2 widthBetween(const std::array<glm::vec2, 3>& t, float low, float high) {
+  glm::vec2 width(std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity());
+  const auto include = [&](float x) { width = {std::min(width.x, x), std::max(width.y, x)}; };
+  for (std::size_t k = 0; k < 3; ++k) {
+    const glm::vec2 a = t[k], b = t[(k + 1) % 3];
+    if (std::max(a.y, b.y) < low || std::min(a.y, b.y) > high) continue;
+    const auto at = [&](float y) { return a.y == b.y ? a.x : a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)); };
+    for (const glm::vec2 end : {a, b}) include(end.y < low ? at(low) : end.y > high ? at(high) : end.x);
+  }
+  return width;
+}
+
 // Convex hull, counter-clockwise (Andrew's monotone chain).
 std::vector<glm::vec2> convexHull(std::vector<glm::vec2> points) {
   std::sort(points.begin(), points.end(),
@@ -89,6 +102,7 @@ Chart projectPlanar(const Mesh& mesh, const FaceGraph& graph, std::span<const st
 }
 
 std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
+  constexpr int kWide = 8;  // [columns]
   if (chart.triangle.size() < 2) return {};
   glm::vec2 low, high;
   bounds(chart, low, high);
@@ -112,8 +126,18 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
                     to = (glm::max(t[0], glm::max(t[1], t[2])) - low) / step;
     std::size_t covered = 0;
     fresh.clear();
+    const int left = std::max(0, static_cast<int>(from.x) - 1), right = std::min(columns - 1, static_cast<int>(to.x));
     for (int y = std::max(0, static_cast<int>(from.y) - 1); y <= std::min(rows - 1, static_cast<int>(to.y)); ++y) {
-      for (int x = std::max(0, static_cast<int>(from.x) - 1); x <= std::min(columns - 1, static_cast<int>(to.x)); ++x) {
+      // Of a long triangle, only what is near it in this row: a needle across the chart has the chart for its bounds.
+      int first = left, last = right;
+      if (right - left > kWide) {
+        const float height = low.y + static_cast<float>(y) * step.y;
+        const glm::vec2 width = (widthBetween(t, height - step.y, height + 2.0f * step.y) - low.x) / step.x;
+        if (width.x > width.y) continue;
+        first = std::max(left, static_cast<int>(width.x) - 2);
+        last = std::min(right, static_cast<int>(width.y) + 2);
+      }
+      for (int x = first; x <= last; ++x) {
         const glm::vec2 p = low + (glm::vec2(x, y) + glm::vec2(0.4817f, 0.5253f)) * step;
         if (insideness(t, p) <= 1e-3f) continue;
         const std::uint32_t cell = static_cast<std::uint32_t>(y * columns + x);
@@ -146,7 +170,10 @@ void fitRectangle(Chart& chart) {
   // One side of the smallest rectangle lies along an edge of the hull.
   glm::vec2 axis(1.0f, 0.0f);
   float least = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3; ++i) {
+  // Of a hull of very many edges, every n-th is asked: they turn by less than one can see.
+  constexpr std::size_t kMostTests = 1u << 24;
+  const std::size_t stride = 1 + hull.size() * hull.size() / (kMostTests + 1);
+  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3; i += stride) {
     const glm::vec2 edge = hull[(i + 1) % hull.size()] - hull[i];
     const float length = glm::length(edge);
     if (!(length > 0.0f)) continue;
