@@ -9,9 +9,11 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <tuple>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -46,6 +48,19 @@ struct EveryHit : RTCIntersectContext {
   const Note& note_;
 };
 
+// Which vertices of a mesh very many triangles share.
+std::vector<std::uint8_t> crowdedVertices(const Mesh& mesh) {
+  constexpr std::uint32_t kCrowd = 1000;  // [triangles]
+  if (mesh.triangle.size() < kCrowd) return {};
+  std::vector<std::uint32_t> count(mesh.position.size(), 0);
+  for (const glm::uvec3& t : mesh.triangle) {
+    for (int k = 0; k < 3; ++k) ++count[t[k]];
+  }
+  std::vector<std::uint8_t> crowded(count.size());
+  std::transform(count.begin(), count.end(), crowded.begin(), [](std::uint32_t n) { return n >= kCrowd ? 1 : 0; });
+  return crowded;
+}
+
 }  // namespace
 
 // Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for
@@ -75,14 +90,20 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
   return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
 }
 
-// Mark the triangles that lie in another one: near the corners or the middle of the last edge of one of the two.
+// Mark the triangles that lie in another one: near the corners or the middle of the last edge of one of the two. Not
+// near a corner that very many share: where 100,000 needles meet, a ray meets the boxes of a quarter of them.
 void RayTracer::State::findOverlaps(Context& context) {
-  constexpr glm::vec2 kPoints[] = {{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}};
+  // Near each corner, in order, and the middle of the last edge.
+  constexpr std::array<glm::vec2, 4> kPoints = {{{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}}};
   constexpr std::size_t kGrain = 2048;  // [triangles]
   std::vector<std::size_t> first{0};    // of each geometry's triangles
+  std::vector<std::vector<std::uint8_t>> crowded(scene->meshes.size());
   for (unsigned id = 0; id < vertices.size(); ++id) {
-    if (vertices[id] != nullptr)
-      overlaps[id].resize(scene->meshes[scene->instances[instance[id]].mesh].triangle.size());
+    const std::uint32_t mesh = scene->instances[instance[id]].mesh;
+    if (vertices[id] != nullptr) {
+      overlaps[id].resize(scene->meshes[mesh].triangle.size());
+      if (crowded[mesh].empty()) crowded[mesh] = crowdedVertices(scene->meshes[mesh]);
+    }
     first.push_back(first.back() + overlaps[id].size());
   }
   parallelChunks(context, "", first.back(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -102,7 +123,11 @@ void RayTracer::State::findOverlaps(Context& context) {
       const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
       const float length = glm::length(normal);
       if (!(length > 0.0f)) continue;
-      for (const glm::vec2 at : kPoints) {
+      const std::uint32_t mesh = scene->instances[instance[id]].mesh;
+      const glm::uvec3& corners = scene->meshes[mesh].triangle[t];
+      for (int k = 0; k < 4; ++k) {
+        if (k < 3 && !crowded[mesh].empty() && crowded[mesh][corners[k]] != 0) continue;
+        const glm::vec2 at = kPoints[static_cast<std::size_t>(k)];
         Ray ray;
         ray.direction = normal / length;
         ray.origin = c[0] + (c[1] - c[0]) * at.x + (c[2] - c[0]) * at.y - rounding * ray.direction;

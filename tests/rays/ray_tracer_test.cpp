@@ -323,6 +323,39 @@ TEST(RayTracer, surfacesInOnePlaceAreToldApartByRule) {
   }
 }
 
+// The same of two fans of 2,000 triangles: overlaps are not looked for near the corner that all of a fan share.
+TEST(RayTracer, fansInOnePlaceAreToldApartByRule) {
+  constexpr std::uint32_t kTriangles = 2000;
+  const auto fan = [](float side) {
+    Mesh mesh;
+    mesh.position.emplace_back(0.0f);
+    for (std::uint32_t i = 0; i < kTriangles; ++i) {
+      const double a = 2.0 * 3.14159265358979 * i / kTriangles;
+      mesh.position.emplace_back(5.0 * std::cos(a), 0.0, -side * 5.0 * std::sin(a));
+      mesh.triangle.emplace_back(0, 1 + i, 1 + (i + 1) % kTriangles);
+    }
+    mesh.material = kNone;
+    return mesh;
+  };
+  Scene scene;
+  addInstance(scene, fan(1.0f));   // front up
+  addInstance(scene, fan(-1.0f));  // front down
+  finish(scene);
+  const RayTracer tracer = tracerOf(scene, "avx2");
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    RandomStream random(13, 5, i);
+    const glm::vec2 x = 6.0f * (random.uniform2() - 0.5f);
+    const float from = i % 2 ? 1.0f : -1.0f;
+    Ray ray;
+    ray.origin = {x.x, from, x.y};
+    ray.direction = {0.0f, -from, 0.0f};
+    const Hit hit = tracer.trace(ray);
+    ASSERT_TRUE(hit);
+    ASSERT_FALSE(hit.back);
+    ASSERT_EQ(hit.instance, from > 0.0f ? 0u : 1u);
+  }
+}
+
 TEST(RayTracer, epsilonFollowsTheSizeOfTheCoordinates) {
   // A room in millimetres, in metres, and 200 km away.
   for (const auto& [size, offset] : {std::pair{0.004f, 0.0f}, {4.0f, 0.0f}, {8.0f, 2e5f}}) {
