@@ -114,6 +114,13 @@ def star(folder):
     level.write(folder / "star.glb")
 
 
+def needle(folder):
+    """A triangle of 1 m by 100 km."""
+    level = Glb()
+    level.node(mesh=level.mesh([(0, 0, 0), (1, 0, 0), (1, 100000, 0)], [(0, 1, 2)]))
+    level.write(folder / "needle.glb")
+
+
 def soup(folder):
     """30,000 random triangles that pierce one another."""
     level, rng, n = Glb(), random.Random(1), 30000
@@ -185,8 +192,8 @@ def big_image(folder, side=11000):
     level.write(folder / "big_image.glb")
 
 
-LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, soup, teapots,
-                                  layers, layer_nodes, big_image)}
+LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, needle, soup,
+                                  teapots, layers, layer_nodes, big_image)}
 
 if __name__ == "__main__":
     if len(sys.argv) < 2:
