@@ -49,10 +49,10 @@ bool hasFixedTriangles(const Scene& scene) {
 // The links' rays are most of a bake's. Few from a cache are faster in packets (docs/TRACING.md).
 RayStructure rayStructureFor(const BakeOptions& options) {
   constexpr double kMany = 1e7;
-  constexpr std::uint32_t kFan = 256;
+  constexpr std::uint32_t kMinBundleRays = 256;
   const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
   if (caches * options.links.raysPerCache < kMany) return RayStructure::quick;
-  return options.links.raysPerCache < kFan ? RayStructure::thorough : RayStructure::fans;
+  return options.links.raysPerCache < kMinBundleRays ? RayStructure::thorough : RayStructure::bundles;
 }
 
 Status checkResult(const Bake& bake) {

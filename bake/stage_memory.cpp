@@ -55,7 +55,7 @@ Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
   double instances = 0.0;
   const double triangles = tracedTriangles(scene, geometry, instances);
   double each = kTriangleBytes + (structure == RayStructure::quick ? kTreeBytes : kThoroughBytes);
-  if (structure == RayStructure::fans) each += kBundleBytes;
+  if (structure == RayStructure::bundles) each += kBundleBytes;
   return reserveMemory(context, "rays", triangles * each + instances * kInstanceBytes,
                        number(triangles) + " triangles in " + number(instances) + " instances",
                        "mark far or small instances \"dynamic\" or \"ignore\" in extras.relume");
@@ -89,7 +89,7 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context) {
   const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
   const double links = std::min(budget.total, static_cast<double>(caches.count()) *
-                                                  std::min<double>(budget.mostPerCache, hierarchy.senderCount()));
+                                                  std::min<double>(budget.maxPerCache, hierarchy.senderCount()));
   const double threads = context.threads > 0 ? context.threads : 2.0;
   return reserveMemory(
       context, "links",

@@ -131,11 +131,11 @@ namespace {
 template <class Archive>
 void serialize(Archive& archive, InstanceList& list, std::uint32_t version) {
   checkVersion(version);
-  constexpr std::size_t kLeastBytes = 9 * sizeof(std::uint64_t);  // three sizes, five hashes and two numbers of 4
+  constexpr std::size_t kMinBytes = 9 * sizeof(std::uint64_t);  // three sizes, five hashes and two numbers of 4
   std::uint64_t count = list.instances.size();
   archive(count);
   if constexpr (std::is_same_v<Archive, MemoryInput>) {
-    archive.checkCount(count, kLeastBytes);
+    archive.checkCount(count, kMinBytes);
     list.instances.resize(static_cast<std::size_t>(count));
   }
   for (BakedInstance& i : list.instances)

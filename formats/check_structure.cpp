@@ -36,7 +36,7 @@ void checkSurfelArrays(const Bake& bake, Findings& findings) {
 // Readers turn positions into cells and directions: whole numbers and quotients that a huge one would overflow.
 void checkCoordinates(const Array<glm::vec3>& positions, const char* name, Findings& findings) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (!isWithin(positions[i], kMostCoordinate))
+    if (!isWithin(positions[i], kMaxCoordinate))
       findings.add(Check::coordinate, At{name, i}, "within 1e9 m", positions[i]);
   }
 }
@@ -158,18 +158,18 @@ void checkBricks(const Caches& c, Findings& findings) {
 void checkGrid(const Caches& c, Findings& findings) {
   const CacheGrid& g = c.grid;
   const glm::uvec3 r = g.resolution;
-  constexpr std::uint32_t kMost = 1u << 16;
-  const bool overflows = r.x > kMost || r.y > kMost || r.z > kMost;
+  constexpr std::uint32_t kMax = 1u << 16;
+  const bool overflows = r.x > kMax || r.y > kMax || r.z > kMax;
   if (overflows || std::uint64_t{r.x} * r.y * r.z != g.cache.size())
     findings.add(Check::gridSize, "grid.cache",
                  std::to_string(r.x) + " x " + std::to_string(r.y) + " x " + std::to_string(r.z), g.cache.size());
   const bool spaced = g.spacing.x > 0.0f && g.spacing.y > 0.0f && g.spacing.z > 0.0f;
   const glm::vec3 end = g.originWorld + g.spacing * glm::vec3(glm::max(r, glm::uvec3(1)) - 1u);
-  if (!isWithin(g.originWorld, kMostCoordinate))
+  if (!isWithin(g.originWorld, kMaxCoordinate))
     findings.add(Check::gridPlacement, "scalars, grid origin", "within 1e9 m", g.originWorld);
-  if (!isWithin(g.spacing, kMostCoordinate) || (!g.cache.empty() && !spaced))
+  if (!isWithin(g.spacing, kMaxCoordinate) || (!g.cache.empty() && !spaced))
     findings.add(Check::gridPlacement, "scalars, grid spacing", "above 0, at most 1e9 m", g.spacing);
-  if (!isWithin(end, kMostCoordinate))
+  if (!isWithin(end, kMaxCoordinate))
     findings.add(Check::gridPlacement, "scalars, end of the grid", "within 1e9 m", end);
   checkIndices(g.cache, "grid.cache", c.positionWorld.size(), Check::gridCacheIndex, findings);
   checkBricks(c, findings);
@@ -200,8 +200,8 @@ void checkShapes(const Bake& bake, Findings& findings) {
 
 void checkLightmap(const Bake& bake, Findings& findings) {
   const Lightmap& m = bake.caches.lightmap;
-  constexpr std::uint32_t kMost = 1u << 16;
-  if (m.width > kMost || m.height > kMost || (m.width == 0) != (m.height == 0) ||
+  constexpr std::uint32_t kMax = 1u << 16;
+  if (m.width > kMax || m.height > kMax || (m.width == 0) != (m.height == 0) ||
       std::uint64_t{m.width} * m.height != m.cache.size())
     findings.add(Check::lightmapSize, "map.cache", std::to_string(m.width) + " x " + std::to_string(m.height),
                  m.cache.size());
@@ -224,8 +224,8 @@ void checkLightmap(const Bake& bake, Findings& findings) {
 
 void checkCacheArrays(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
-  if (c.positionWorld.size() > kMostCaches)
-    findings.add(Check::cacheArraySize, "cache.position", "at most " + std::to_string(kMostCaches),
+  if (c.positionWorld.size() > kMaxCaches)
+    findings.add(Check::cacheArraySize, "cache.position", "at most " + std::to_string(kMaxCaches),
                  c.positionWorld.size());
   if (c.normal.size() != c.positionWorld.size())
     findings.add(Check::cacheArraySize, "cache.normal", c.positionWorld.size(), c.normal.size());
@@ -300,8 +300,8 @@ void checkLinkNodes(const Bake& bake, Findings& findings) {
 
 void checkBands(const Bake& bake, Findings& findings) {
   const std::uint32_t luma = bake.provenance.lumaBands, chroma = bake.provenance.chromaBands;
-  const std::uint32_t most = bake.links.kind == LinkKind::sh ? bake.links.bands : 8;
-  if (luma < 1 || luma > most) findings.add(Check::recommendedBands, "provenance, luma bands", range(1, most), luma);
+  const std::uint32_t max = bake.links.kind == LinkKind::sh ? bake.links.bands : 8;
+  if (luma < 1 || luma > max) findings.add(Check::recommendedBands, "provenance, luma bands", range(1, max), luma);
   if (chroma < 1 || chroma > luma)
     findings.add(Check::recommendedBands, "provenance, chroma bands", range(1, luma), chroma);
 }

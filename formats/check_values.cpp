@@ -114,7 +114,7 @@ void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, co
 
 // Layers upon layers have more area than the box around them, but not a million times as much.
 void checkExtent(const Bake& bake, Findings& findings) {
-  constexpr double kMostLayers = 1e6;
+  constexpr double kMaxLayers = 1e6;
   std::array<double, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   const auto add = [&](const Array<glm::vec3>& positions) {
     for (const glm::vec3& p : positions) {
@@ -130,9 +130,9 @@ void checkExtent(const Bake& bake, Findings& findings) {
   double square = 0.0;
   for (std::size_t k = 0; k < 3; ++k) square += (high[k] - low[k]) * (high[k] - low[k]);
   const double area = static_cast<double>(bake.surfels.areaEach) * bake.surfels.count();
-  if (square > 0.0 && std::isfinite(square) && std::isfinite(area) && area > kMostLayers * square)
+  if (square > 0.0 && std::isfinite(square) && std::isfinite(area) && area > kMaxLayers * square)
     findings.add(Check::surfelArea, "scalars, surfel area",
-                 "at most " + std::to_string(kMostLayers * square) + " m² of all surfels, by the places they have",
+                 "at most " + std::to_string(kMaxLayers * square) + " m² of all surfels, by the places they have",
                  area);
 }
 
@@ -149,7 +149,7 @@ void checkSurfels(const Bake& bake, Findings& findings) {
       findings);
   checkEach(
       s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr",
-      [](const glm::vec3& v) { return isWithin(v, kMostRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
+      [](const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
       findings);
   if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
     findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);

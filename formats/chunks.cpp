@@ -18,8 +18,8 @@ static_assert(std::endian::native == std::endian::little, "the file is little en
 // No text file starts so, and transfers that change line ends or strip bits destroy it.
 constexpr std::uint32_t kEndianMark = 0x01020304;
 // Bounds far above any bake's, so that a hostile table costs no time.
-constexpr std::uint64_t kMostChunks = 256;
-constexpr std::uint64_t kMostColumns = 64;
+constexpr std::uint64_t kMaxChunks = 256;
+constexpr std::uint64_t kMaxColumns = 64;
 
 struct FileHeader {
   std::array<unsigned char, 8> magic = kBakeMagic;
@@ -93,9 +93,9 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
   if (header.reserved != std::array<std::uint64_t, 3>{}) return invalid("header: reserved bytes are not zero");
-  const std::uint64_t most = std::min(kMostChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
-  if (header.chunkCount > most)
-    return expectedFound("header chunk count", "at most " + std::to_string(most), std::to_string(header.chunkCount));
+  const std::uint64_t max = std::min(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
+  if (header.chunkCount > max)
+    return expectedFound("header chunk count", "at most " + std::to_string(max), std::to_string(header.chunkCount));
   return header;
 }
 
@@ -117,7 +117,7 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
   if (row.reserved != 0) return invalid("chunk " + info.name + ": reserved bytes are not zero");
   // Multiply shape and element size without overflow.
   const std::uint64_t rows = row.shape[0], columns = row.shape[1];
-  const bool fits = columns >= 1 && columns <= kMostColumns && rows <= row.bytes / (columns * size);
+  const bool fits = columns >= 1 && columns <= kMaxColumns && rows <= row.bytes / (columns * size);
   if (!fits || rows * columns * size != row.bytes)
     return expectedFound("chunk " + info.name + " size",
                          std::to_string(rows) + " x " + std::to_string(columns) + " " + toString(info.type) + " of " +

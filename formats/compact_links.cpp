@@ -19,23 +19,23 @@ namespace {
 // Direction and cone in 2 kUvBits + kConeBits bits.
 template <int kUvBits, int kConeBits>
 struct Shape {
-  static constexpr int kMost = (1 << (kUvBits - 1)) - 1, kCones = (1 << kConeBits) - 1;
+  static constexpr int kMax = (1 << (kUvBits - 1)) - 1, kCones = (1 << kConeBits) - 1;
 
   static std::uint32_t code(int u, int v) {
     constexpr std::uint32_t kMask = (1u << kUvBits) - 1;
     return (static_cast<std::uint32_t>(u) & kMask) | (static_cast<std::uint32_t>(v) & kMask) << kUvBits;
   }
   static glm::vec3 direction(int u, int v) {
-    return fromOctahedron(glm::vec2(static_cast<float>(u), static_cast<float>(v)) / static_cast<float>(kMost));
+    return fromOctahedron(glm::vec2(static_cast<float>(u), static_cast<float>(v)) / static_cast<float>(kMax));
   }
   static std::uint32_t pack(const LinkDirection& d) {
     // The nearest of the four directions around.
-    const glm::vec2 p = toOctahedron(d.direction) * static_cast<float>(kMost);
+    const glm::vec2 p = toOctahedron(d.direction) * static_cast<float>(kMax);
     const int u = static_cast<int>(std::floor(p.x)), v = static_cast<int>(std::floor(p.y));
     std::uint32_t best = 0;
     float bestCosine = -2.0f;
     for (int corner = 0; corner < 4; ++corner) {
-      const int cu = std::clamp(u + (corner & 1), -kMost, kMost), cv = std::clamp(v + corner / 2, -kMost, kMost);
+      const int cu = std::clamp(u + (corner & 1), -kMax, kMax), cv = std::clamp(v + corner / 2, -kMax, kMax);
       const float cosine = glm::dot(direction(cu, cv), d.direction);
       if (cosine > bestCosine) {
         bestCosine = cosine;
@@ -47,7 +47,7 @@ struct Shape {
   }
   static LinkDirection unpack(std::uint32_t bits) {
     const auto part = [bits](int shift) {
-      return std::max(static_cast<std::int32_t>(bits << (32 - kUvBits - shift)) >> (32 - kUvBits), -kMost);
+      return std::max(static_cast<std::int32_t>(bits << (32 - kUvBits - shift)) >> (32 - kUvBits), -kMax);
     };
     const float q =
         static_cast<float>((bits >> (2 * kUvBits)) & static_cast<std::uint32_t>(kCones)) / static_cast<float>(kCones);
@@ -108,10 +108,10 @@ std::uint64_t countGridLinks(const Caches& caches, const Links& links) {
 }
 
 float CompactLinkWriter::addHead(std::uint32_t node, float f) {
-  const float wanted = f + owed_;
+  const float wanted = f + error_;
   const std::uint32_t bits = packTransfer(wanted);
   const float got = unpackTransfer(bits);
-  owed_ = wanted - got;
+  error_ = wanted - got;
   head.push_back(node | bits << 20);
   return got;
 }
@@ -175,10 +175,10 @@ Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links
     const glm::vec3 n = caches.normal[cache];
     for (std::uint32_t i = sh.rowBegin[cache]; i < sh.rowBegin[cache + 1]; ++i) {
       const std::uint32_t node = sh.node(i);
-      if (node != cone.node(i) || node >= kMostCompactNodes) {
+      if (node != cone.node(i) || node >= kMaxCompactNodes) {
         return Error{ErrorCode::unsupported, "link " + std::to_string(i) + " names node " + std::to_string(node) +
                                                  ", expected the same as cone and below " +
-                                                 std::to_string(kMostCompactNodes)};
+                                                 std::to_string(kMaxCompactNodes)};
       }
       if (n != glm::vec3(0.0f)) {
         linkCoefficients(sh, i, true, 2, c);
@@ -210,10 +210,9 @@ Result<Links> compactLinks(const Links& links) {
     writer.beginRow();
     for (std::uint32_t i = links.rowBegin[cache]; i < links.rowBegin[cache + 1]; ++i) {
       const std::uint32_t node = links.node(i);
-      if (node >= kMostCompactNodes) {
+      if (node >= kMaxCompactNodes) {
         return Error{ErrorCode::unsupported, "link " + std::to_string(i) + " names node " + std::to_string(node) +
-                                                 ", compact links reach up to " +
-                                                 std::to_string(kMostCompactNodes - 1)};
+                                                 ", compact links reach up to " + std::to_string(kMaxCompactNodes - 1)};
       }
       if (fromSh) {
         linkCoefficients(links, i, false, static_cast<int>(links.bands), c);

@@ -27,7 +27,7 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kMostCompactNodes = 1u << 20;
+inline constexpr std::uint32_t kMaxCompactNodes = 1u << 20;
 
 struct LinkDirection {
   glm::vec3 direction{0.0f, 0.0f, 1.0f};
@@ -54,7 +54,7 @@ class CompactLinkWriter {
  public:
   explicit CompactLinkWriter(LinkKind kind) : kind_(kind) {}
   void beginRow() {
-    owed_ = 0.0f;
+    error_ = 0.0f;
     shaper_.beginRow();
   }
   // oct6; irradiance: grid caches.
@@ -71,7 +71,7 @@ class CompactLinkWriter {
  private:
   float addHead(std::uint32_t node, float f);
   LinkKind kind_;
-  float owed_ = 0.0f;  // of f, by the links before
+  float error_ = 0.0f;  // of f, diffused from the links before
   LinkShaper shaper_;
 };
 
@@ -84,12 +84,12 @@ std::vector<std::uint32_t> joinHalves(std::span<const std::uint16_t> halves);
 void linkCoefficients(const Links& links, std::uint32_t i, bool surface, int bands, std::span<float> c);
 
 // The same links as oct6: cone links one by one, SH links of four bands and more so that a row's errors cancel
-// (shape_links.h), as the baker makes them. unsupported: other links, or nodes past kMostCompactNodes.
+// (shape_links.h), as the baker makes them. unsupported: other links, or nodes past kMaxCompactNodes.
 Result<Links> compactLinks(const Links& links);
 
 // SH links of two bands or more as irradiance links: those of caches on a surface by irradianceLinear(), exact because
 // all their light comes from above; those of the grid, which come first, from `cone`, the same links as cones.
-// unsupported: other kinds, links that are not the same, nodes past kMostCompactNodes.
+// unsupported: other kinds, links that are not the same, nodes past kMaxCompactNodes.
 Result<Links> irradianceLinks(const Caches& caches, const Links& sh, const Links& cone);
 
 }  // namespace relume

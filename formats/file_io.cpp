@@ -232,13 +232,13 @@ Result<fs::path> targetOf(const fs::path& path) {
 
 }  // namespace
 
-Result<FileBytes> readFile(const fs::path& path, std::size_t mostBytes, std::pmr::memory_resource* memory) {
+Result<FileBytes> readFile(const fs::path& path, std::size_t maxBytes, std::pmr::memory_resource* memory) {
   std::size_t size = 0;
   const Result<Descriptor> file = openRegular(path, size);
   if (!file) return file.error();
-  if (size > mostBytes)
+  if (size > maxBytes)
     return Error{ErrorCode::invalidFile, path.string() + ": has " + std::to_string(size) + " bytes, at most " +
-                                             std::to_string(mostBytes) + " expected"};
+                                             std::to_string(maxBytes) + " expected"};
   std::shared_ptr<std::pmr::vector<Block>> blocks;
   try {
     // The vector takes the resource of the allocator that makes it.
@@ -277,9 +277,9 @@ Result<FileBytes> mapFile(const fs::path& path, std::pmr::memory_resource* memor
 }
 
 Result<fs::path> followLinks(const fs::path& path) {
-  constexpr int kMostLinks = 40;  // as the kernel
+  constexpr int kMaxLinks = 40;  // as the kernel
   fs::path target = path;
-  for (int i = 0; i < kMostLinks; ++i) {
+  for (int i = 0; i < kMaxLinks; ++i) {
     std::error_code failed;
     const fs::path next = fs::read_symlink(target, failed);
     if (failed) return target;  // not a link, or nothing there yet

@@ -21,11 +21,11 @@ struct FileBytes {
   std::span<const std::byte> bytes;
 };
 
-// io: cannot be opened or read, or is not a regular file. invalidFile: larger than `mostBytes`, which is looked at
+// io: cannot be opened or read, or is not a regular file. invalidFile: larger than `maxBytes`, which is looked at
 // before anything is read. memory: there is not enough for it. Messages name the path. Memory comes from `memory` [not
 // null], which must outlive the owner.
 Result<FileBytes> readFile(const std::filesystem::path& path,
-                           std::size_t mostBytes = std::numeric_limits<std::size_t>::max(),
+                           std::size_t maxBytes = std::numeric_limits<std::size_t>::max(),
                            std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 // The same, mapped read-only. The file must not be shortened while it is mapped (replacing it by rename is safe).
 Result<FileBytes> mapFile(const std::filesystem::path& path,

@@ -58,7 +58,7 @@ inline std::uint32_t packDepth(float t) { return static_cast<std::uint32_t>(std:
 // hidden, the least hidden ones are read.
 inline constexpr float kDepthSigma = 0.02f;
 // Most of the exponent: weights stay far above the smallest float.
-inline constexpr float kDepthMostExponent = 40.0f;
+inline constexpr float kDepthMaxExponent = 40.0f;
 
 // How much of a grid cache's light a receiver reads: 1 where it lies before what the cache sees that way.
 // v [m]: from cache to receiver; map: kDepthWords words; unit [m] of t; spacing [m]: the grid's finest.
@@ -75,7 +75,7 @@ inline float depthWeight(const std::uint32_t* map, const glm::vec3& v, float uni
   const float s = l1 * t / unit;
   if (s <= 1.0f) return 1.0f;
   const float behind = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z) * (1.0f - 1.0f / s) / (kDepthSigma * spacing);
-  return std::exp(-std::min(0.5f * behind * behind, kDepthMostExponent));
+  return std::exp(-std::min(0.5f * behind * behind, kDepthMaxExponent));
 }
 
 }  // namespace relume

@@ -11,18 +11,18 @@ namespace relume {
 
 // [m] What a level may have along an axis, positions and sizes: eight times the Earth's diameter. A float is exact to
 // 4 m there. The fourth power of the widest distance, the square of a large triangle's area, is 1e34: representable.
-inline constexpr float kMostLevelCoordinate = 1e8f;
+inline constexpr float kMaxLevelCoordinate = 1e8f;
 // [m] What a bake may have along an axis: room for a grid and caches around the widest level.
-inline constexpr float kMostCoordinate = 1e9f;
+inline constexpr float kMaxCoordinate = 1e9f;
 // [W/m²/sr] Emission: pi times it, radiosity, is below the 2^32 W/m² that the runtime's packed colours hold. The sun
 // has 2e7.
-inline constexpr float kMostRadiance = 1e9f;
+inline constexpr float kMaxRadiance = 1e9f;
 // [W/sr] or [W/m²] Intensity of a punctual light. At its nearest, a tenth of a millimetre, it lights with 1e8 times it.
-inline constexpr float kMostIntensity = 1e20f;
+inline constexpr float kMaxIntensity = 1e20f;
 
 // False for NaN.
-inline bool isWithin(const glm::vec3& v, float most) {
-  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+inline bool isWithin(const glm::vec3& v, float max) {
+  return std::abs(v.x) <= max && std::abs(v.y) <= max && std::abs(v.z) <= max;
 }
 
 }  // namespace relume

@@ -13,9 +13,9 @@
 namespace relume {
 namespace {
 
-constexpr int kCones = 16, kMost = 31;
-// Share of a debt that is handed on: old ones belong to links far away.
-constexpr float kHandedOn = 0.9f;
+constexpr int kCones = 16, kMax = 31;
+// Share of the error that is diffused to the next link: old errors belong to links far away.
+constexpr float kDiffused = 0.9f;
 // How many steps of the octahedral grid around a link's own direction are tried.
 constexpr int kReach = 1;
 // Band 1 alone decides the irradiance of a light map.
@@ -29,7 +29,7 @@ constexpr std::array<std::size_t, LinkShaper::kBands + 1> kFirstFour = {0, 0, 1,
 struct LinkShaper::Shapes {
   static float sum(const Four& a) { return (a[0] + a[1]) + (a[2] + a[3]); }
   static Four lesser(const Four& a, const Four& b) { return a < b ? a : b; }
-  static float least(const std::array<Four, kCones / 4>& a) {
+  static float min(const std::array<Four, kCones / 4>& a) {
     const Four b = lesser(lesser(a[0], a[1]), lesser(a[2], a[3]));
     return std::min(std::min(b[0], b[1]), std::min(b[2], b[3]));
   }
@@ -74,11 +74,11 @@ LinkShaper::Padded LinkShaper::pad(std::span<const float> c) {
 std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
   const Shapes& table = shapes();
   Padded wanted = pad(c);
-  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] + owed_[i];
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] + error_[i];
 
   // Of |wanted - f shape|², weighed by bands, the part that depends on the shape:
   // f² square(cone) - 2 f sum_l ratio_l(cone) (wanted . y)_l.
-  const glm::vec2 centre = toOctahedron(glm::vec3(c[3], c[1], c[2])) * static_cast<float>(kMost);
+  const glm::vec2 centre = toOctahedron(glm::vec3(c[3], c[1], c[2])) * static_cast<float>(kMax);
   const int u0 = static_cast<int>(std::lrint(centre.x)), v0 = static_cast<int>(std::lrint(centre.y));
   const auto costsOf = [&](std::uint32_t direction) {
     const Padded& y = table.direction[direction];
@@ -92,13 +92,13 @@ std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
     }
     return costs;
   };
-  // The direction first, without branches that nobody can foresee.
+  // The direction first, without unpredictable branches.
   std::uint32_t direction = 0;
   float bestCost = INFINITY;
-  for (int v = std::max(v0 - kReach, -kMost); v <= std::min(v0 + kReach, kMost); ++v) {
-    for (int u = std::max(u0 - kReach, -kMost); u <= std::min(u0 + kReach, kMost); ++u) {
+  for (int v = std::max(v0 - kReach, -kMax); v <= std::min(v0 + kReach, kMax); ++v) {
+    for (int u = std::max(u0 - kReach, -kMax); u <= std::min(u0 + kReach, kMax); ++u) {
       const std::uint32_t code = (static_cast<std::uint32_t>(u) & 63u) | (static_cast<std::uint32_t>(v) & 63u) << 6;
-      const float cost = Shapes::least(costsOf(code));
+      const float cost = Shapes::min(costsOf(code));
       direction = cost < bestCost ? code : direction;
       bestCost = std::min(cost, bestCost);
     }
@@ -110,7 +110,7 @@ std::uint32_t LinkShaper::choose(std::span<const float> c, float f) {
   const Padded& y = table.direction[direction];
   for (std::size_t l = 1; l < kBands; ++l) {
     const float scale = f * table.ratio[l][cone / 4][cone % 4];
-    for (std::size_t i = kFirstFour[l]; i < kFirstFour[l + 1]; ++i) owed_[i] = kHandedOn * (wanted[i] - scale * y[i]);
+    for (std::size_t i = kFirstFour[l]; i < kFirstFour[l + 1]; ++i) error_[i] = kDiffused * (wanted[i] - scale * y[i]);
   }
   return direction | cone << 12;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Chooses the directions and cones of oct6 links so that a row as a whole, not each link, is as right as 16 bits a link
 // allow. A link of 6 + 6 + 4 bits is off by 5 % of its coefficients, and four bands of a cone are not those of what is
-// seen through it, whatever the bits (docs/LINKS.md). What a link leaves owing is asked of the next in the row, which
-// mostly lies beside it and sends similar light, as error diffusion does with the grey of pixels: the errors of a row's
+// seen through it, whatever the bits (docs/LINKS.md). The error of a link is diffused to the next in the row, which
+// mostly lies beside it and sends similar light, as in dithering of images: the errors of a row's
 // links then cancel, and its light comes out nearer to the truth than that of 12-byte cones.
 #pragma once
 
@@ -17,9 +17,9 @@ class LinkShaper {
  public:
   static constexpr int kBands = 4, kCoefficients = 16;
 
-  void beginRow() { owed_ = {}; }
+  void beginRow() { error_ = {}; }
   // Shape (packShape6()) of the next link of the row, whose coefficients should be c and whose transfer is read as f.
-  // Only the directions of c beyond coefficient 0 matter; what stays owing is remembered.
+  // Only the directions of c beyond coefficient 0 matter; the error is kept for the next link.
   std::uint32_t choose(std::span<const float> c, float f);
 
  private:
@@ -30,7 +30,7 @@ class LinkShaper {
   struct Shapes;
   static const Shapes& shapes();
 
-  Padded owed_{};
+  Padded error_{};
 };
 
 }  // namespace relume

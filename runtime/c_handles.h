@@ -161,13 +161,13 @@ inline Error nullPointer(const char* name) { return usage(std::string(name) + " 
 
 // The caller's struct over the defaults: fields that it does not have keep them. Its first member is struct_size.
 template <class T>
-Status readStruct(const T* from, std::size_t least, const char* name, T& to) {
+Status readStruct(const T* from, std::size_t min, const char* name, T& to) {
   if (from == nullptr) return nullPointer(name);
   std::size_t size = 0;
   std::memcpy(&size, from, sizeof size);
-  if (size < least) {
+  if (size < min) {
     return usage(std::string(name) + ".struct_size is " + std::to_string(size) + ", expected sizeof, at least " +
-                 std::to_string(least));
+                 std::to_string(min));
   }
   std::memcpy(&to, from, std::min(size, sizeof(T)));
   return relume::done();

@@ -43,7 +43,7 @@ Status checkFinite(const char* array, std::span<const glm::vec3> values) {
 
 Status checkCoordinates(const char* array, std::span<const glm::vec3> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!isWithin(values[i], kMostCoordinate)) {
+    if (!isWithin(values[i], kMaxCoordinate)) {
       return invalid(std::string(array) + "[" + std::to_string(i) + "] is " + toText(values[i]) +
                      ", expected coordinates within 1e9 m");
     }
@@ -78,7 +78,7 @@ Status checkSurfels(const Surfels& s) {
       return invalid("surfels.albedo[" + std::to_string(i) + "] is outside [0,1]");
     }
     if (!(e.r >= 0 && e.g >= 0 && e.b >= 0)) return invalid("surfels.emission[" + std::to_string(i) + "] is negative");
-    if (!isWithin(e, kMostRadiance)) return invalid("surfels.emission[" + std::to_string(i) + "] is above 1e9 W/m²/sr");
+    if (!isWithin(e, kMaxRadiance)) return invalid("surfels.emission[" + std::to_string(i) + "] is above 1e9 W/m²/sr");
   }
   return done();
 }
@@ -150,9 +150,9 @@ Status checkIndexTexture(const char* array, const Array<std::uint32_t>& cache, s
 }
 
 Status checkCaches(const Caches& c) {
-  if (c.positionWorld.size() > kMostCaches) {
+  if (c.positionWorld.size() > kMaxCaches) {
     return invalid("it has " + std::to_string(c.positionWorld.size()) + " caches, expected at most " +
-                   std::to_string(kMostCaches));
+                   std::to_string(kMaxCaches));
   }
   if (c.normal.size() != c.positionWorld.size())
     return wrongSize("caches.normal", c.positionWorld.size(), c.normal.size());
@@ -162,7 +162,7 @@ Status checkCaches(const Caches& c) {
   const glm::uvec3 r = g.resolution;
   const glm::vec3 end = g.originWorld + g.spacing * glm::vec3(glm::max(r, glm::uvec3(1)) - 1u);
   for (const glm::vec3& corner : {g.originWorld, g.spacing, end}) {
-    if (!isWithin(corner, kMostCoordinate))
+    if (!isWithin(corner, kMaxCoordinate))
       return invalid("caches.grid reaches " + toText(corner) + ", expected coordinates within 1e9 m");
   }
   if (!g.cache.empty() && !(g.spacing.x > 0.0f && g.spacing.y > 0.0f && g.spacing.z > 0.0f))
@@ -182,25 +182,25 @@ Status checkCaches(const Caches& c) {
                           g.brick[i]);
     }
   }
-  std::uint32_t most = 0;
-  for (const std::uint32_t cache : g.cache) most = cache == kNoCache ? most : std::max(most, cache + 1);
+  std::uint32_t max = 0;
+  for (const std::uint32_t cache : g.cache) max = cache == kNoCache ? max : std::max(max, cache + 1);
   for (std::size_t i = 0; i < g.fine.size(); ++i) {
     if (g.fine[i] >= kHangingPoint) continue;
     if (g.fine[i] >= c.count())
       return wrongElement("caches.grid.fine", i, "a cache below " + std::to_string(c.count()) + " or none", g.fine[i]);
-    most = std::max(most, g.fine[i] + 1);
+    max = std::max(max, g.fine[i] + 1);
   }
-  if (!g.depth.empty() && (g.depth.size() % kDepthWords != 0 || g.depth.size() / kDepthWords < most ||
+  if (!g.depth.empty() && (g.depth.size() % kDepthWords != 0 || g.depth.size() / kDepthWords < max ||
                            g.depth.size() / kDepthWords > c.count())) {
-    return wrongSize("caches.grid.depth", std::uint64_t{kDepthWords} * most, g.depth.size());
+    return wrongSize("caches.grid.depth", std::uint64_t{kDepthWords} * max, g.depth.size());
   }
   const Lightmap& m = c.lightmap;
   if (m.width > 65535 || m.height > 65535) return invalid("caches.lightmap is wider or higher than 65535 texels");
   if (Status ok = checkIndexTexture("caches.lightmap.cache", m.cache, std::uint64_t{m.width} * m.height, c.count());
       !ok)
     return ok;
-  if (most > c.firstMapCache()) {
-    return invalid("the grid reads cache " + std::to_string(most - 1) + ", expected those of the light map, from " +
+  if (max > c.firstMapCache()) {
+    return invalid("the grid reads cache " + std::to_string(max - 1) + ", expected those of the light map, from " +
                    std::to_string(c.firstMapCache()) + " on, to come after those of the grid");
   }
   return done();

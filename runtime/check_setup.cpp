@@ -15,7 +15,7 @@ namespace relume {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kMostLight = kMostIntensity;  // of radiances, irradiances and factors on them as well
+constexpr float kMaxLight = kMaxIntensity;  // of radiances, irradiances and factors on them as well
 
 Error refused(const std::string& what) { return Error{ErrorCode::usage, "light setup: " + what}; }
 
@@ -41,8 +41,8 @@ struct Field {
 };
 
 Status checkColor(const Field& field, const glm::vec3& color) {
-  if (within(color, 0.0f, kMostLight)) return done();
-  return refused(field.text() + " is " + text(color) + ", expected 0 to " + decimal(kMostLight) + " in each channel");
+  if (within(color, 0.0f, kMaxLight)) return done();
+  return refused(field.text() + " is " + text(color) + ", expected 0 to " + decimal(kMaxLight) + " in each channel");
 }
 
 Status checkDirection(const Field& field, const glm::vec3& direction) {
@@ -76,9 +76,9 @@ Status checkLight(const Light& light, std::size_t index) {
     if (Status ok = checkDirection(field("direction"), light.direction); !ok) return ok;
   }
   if (light.kind == LightKind::directional) return done();
-  if (!within(light.positionWorld, -kMostCoordinate, kMostCoordinate)) {
+  if (!within(light.positionWorld, -kMaxCoordinate, kMaxCoordinate)) {
     return refused(field("positionWorld").text() + " is " + text(light.positionWorld) +
-                   ", expected coordinates within " + decimal(kMostCoordinate) + " m");
+                   ", expected coordinates within " + decimal(kMaxCoordinate) + " m");
   }
   if (!(light.range >= 0.0f) || std::isinf(light.range)) {
     return refused(field("range").text() + " is " + decimal(light.range) +

@@ -74,15 +74,15 @@ Error usage(const std::string& message) { return Error{ErrorCode::usage, message
 // Bands to light with: what was asked for, or what the bake recommends, held against each other and the links.
 Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, int& chroma) {
   const bool sh = bake.links.kind == LinkKind::sh;
-  const int most = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
-  if (options.lumaBands < 0 || options.lumaBands > most) {
-    return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(most) +
+  const int max = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
+  if (options.lumaBands < 0 || options.lumaBands > max) {
+    return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(max) +
                  (sh ? ", the bands of the bake's SH links," : "") + " or 0 for the bake's choice");
   }
   const auto recommended = [](std::uint32_t bands, int limit) {
     return bands < 1 ? 1 : (bands > static_cast<std::uint32_t>(limit) ? limit : static_cast<int>(bands));
   };
-  luma = options.lumaBands > 0 ? options.lumaBands : recommended(bake.provenance.lumaBands, most);
+  luma = options.lumaBands > 0 ? options.lumaBands : recommended(bake.provenance.lumaBands, max);
   if (options.chromaBands < 0 || options.chromaBands > luma) {
     return usage("chromaBands is " + std::to_string(options.chromaBands) +
                  ", expected 1 to lumaBands = " + std::to_string(luma) + " or 0 for the bake's choice");
@@ -128,7 +128,7 @@ namespace {
 // Receivers of a task.
 constexpr std::uint32_t kReceiverGrain = 256;
 // Receivers of a call, at most: chunks of them are numbered in 32 bits.
-constexpr std::size_t kMostReceivers = std::size_t{1} << 31;
+constexpr std::size_t kMaxReceivers = std::size_t{1} << 31;
 
 Status wrongSize(const char* what, std::size_t size, std::size_t expected) {
   return usage(std::string(what) + " has " + std::to_string(size) + " elements, expected " + std::to_string(expected));
@@ -242,7 +242,7 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
   if (geometricNormal.size() != irradiance.size())
     return wrongSize("geometricNormal", geometricNormal.size(), irradiance.size());
-  if (irradiance.size() > kMostReceivers)
+  if (irradiance.size() > kMaxReceivers)
     return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
@@ -258,7 +258,7 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
   if (positionWorld.size() != irradiance.size())
     return wrongSize("positionWorld", positionWorld.size(), irradiance.size());
   if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
-  if (irradiance.size() > kMostReceivers)
+  if (irradiance.size() > kMaxReceivers)
     return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {

@@ -26,7 +26,7 @@ std::uint64_t numberIn(const std::string& path) {
 
 // The least limit of the process's control groups and of those above them, of either version.
 std::uint64_t controlGroupLimit() {
-  std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t min = std::numeric_limits<std::uint64_t>::max();
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
     // "0::/path" (version 2), "9:memory:/path" (version 1)
@@ -39,10 +39,10 @@ std::uint64_t controlGroupLimit() {
     const std::string name = unified ? "/memory.max" : "/memory.limit_in_bytes";
     // Inside a container the path is the host's, and the root is the container's own group.
     for (std::string path = line.substr(second + 1); path.starts_with('/'); path.resize(path.find_last_of('/')))
-      least = std::min(least, numberIn(root + path + name));
-    least = std::min(least, numberIn(root + name));
+      min = std::min(min, numberIn(root + path + name));
+    min = std::min(min, numberIn(root + name));
   }
-  return least;
+  return min;
 }
 
 std::uint64_t physicalMemory() {

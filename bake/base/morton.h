@@ -9,13 +9,13 @@
 
 namespace relume {
 
-inline constexpr float kMostMortonCell = 2097151.0f;  // 21 bits an axis
+inline constexpr float kMaxMortonCell = 2097151.0f;  // 21 bits an axis
 
-// Place of a cell along the curve; coordinates are clamped to 0..kMostMortonCell.
+// Place of a cell along the curve; coordinates are clamped to 0..kMaxMortonCell.
 inline std::uint64_t mortonOf(const glm::vec3& cell) {
   std::uint64_t place = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    auto v = static_cast<std::uint64_t>(std::clamp(cell[axis], 0.0f, kMostMortonCell));
+    auto v = static_cast<std::uint64_t>(std::clamp(cell[axis], 0.0f, kMaxMortonCell));
     v = (v | v << 32) & 0x1F00000000FFFFull;
     v = (v | v << 16) & 0x1F0000FF0000FFull;
     v = (v | v << 8) & 0x100F00F00F00F00Full;

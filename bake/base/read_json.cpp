@@ -54,9 +54,9 @@ Result<json> readJson(std::string_view text, JsonComments comments) {
   try {
     return json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/true, comments == JsonComments::skip);
   } catch (const json::exception& e) {
-    constexpr std::size_t kMostText = 300;  // the parser quotes what it read last, however long
+    constexpr std::size_t kMaxText = 300;  // the parser quotes what it read last, however long
     std::string what = std::string("not JSON: ") + e.what();
-    if (what.size() > kMostText) what = what.substr(0, kMostText) + "...";
+    if (what.size() > kMaxText) what = what.substr(0, kMaxText) + "...";
     return Error{ErrorCode::invalidFile, what};
   }
 }

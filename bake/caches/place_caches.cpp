@@ -75,9 +75,9 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
   caches.normal = std::move(normal);
   caches.grid = std::move(grid.grid);
   caches.lightmap = std::move(lightmap.lightmap);
-  if (caches.positionWorld.size() > kMostCaches) {
+  if (caches.positionWorld.size() > kMaxCaches) {
     return Error{ErrorCode::usage, "caches: " + std::to_string(caches.positionWorld.size()) + " are more than the " +
-                                       std::to_string(kMostCaches) +
+                                       std::to_string(kMaxCaches) +
                                        " of a bake; ask for fewer on the light map or in the grid"};
   }
   context.figure("caches", caches.count());

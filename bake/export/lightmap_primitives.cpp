@@ -72,8 +72,8 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
         turned[first][3 * k] = p.x, turned[first][3 * k + 1] = p.y, turned[first][3 * k + 2] = p.z;
       }
     }
-    const auto least = std::min_element(turned.begin(), turned.end());
-    return std::pair<Place, std::size_t>(*least, static_cast<std::size_t>(least - turned.begin()));
+    const auto min = std::min_element(turned.begin(), turned.end());
+    return std::pair<Place, std::size_t>(*min, static_cast<std::size_t>(min - turned.begin()));
   };
   std::vector<std::size_t> doubles;
   for (std::size_t t = 0; t < triangles; ++t) {

@@ -39,10 +39,10 @@ void append(std::vector<std::uint8_t>& bytes, T value) {
 
 template <class T>
 void appendRounded(std::vector<std::uint8_t>& bytes, float value, bool normalized) {
-  const double most = static_cast<double>(std::numeric_limits<T>::max()),
-               least = static_cast<double>(std::numeric_limits<T>::lowest());
-  const double scaled = normalized ? value * most : static_cast<double>(value);
-  append(bytes, static_cast<T>(std::isfinite(scaled) ? std::clamp(std::round(scaled), least, most) : 0.0));
+  const double max = static_cast<double>(std::numeric_limits<T>::max()),
+               min = static_cast<double>(std::numeric_limits<T>::lowest());
+  const double scaled = normalized ? value * max : static_cast<double>(value);
+  append(bytes, static_cast<T>(std::isfinite(scaled) ? std::clamp(std::round(scaled), min, max) : 0.0));
 }
 
 void appendComponent(std::vector<std::uint8_t>& bytes, float value, int type, bool normalized) {

@@ -53,7 +53,7 @@ ClusterMetric metricOf(const Surfels& surfels, const ClusteringOptions& options)
   metric.origin = 0.5f * (low + high);
   metric.inverseExtent = extent > 0.0f ? 1.0f / extent : 0.0f;
   metric.normalScale = std::sqrt(0.5f * options.normalWeight);
-  metric.outlookScale = std::sqrt(options.outlookWeight);
+  metric.centroidScale = std::sqrt(options.outlookWeight);
   metric.balanceWeight = options.balanceWeight;
   return metric;
 }
@@ -136,7 +136,7 @@ Candidate candidateOf(const ClusterSearch& search, std::uint32_t owner) {
 
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
                                 const ClusteringOptions& options, Context& context,
-                                std::span<const glm::vec3> outlook) {
+                                std::span<const glm::vec3> centroids) {
   if (const Status ok = checkInput(surfels, members, options); !ok) return ok.error();
   const auto leafCount = static_cast<std::uint32_t>(members.size());
   ClusterTree tree;
@@ -153,7 +153,7 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
     const glm::vec3 normal = surfels.normal[members[i]];
     const auto toExtent = [&](const glm::vec3& place) { return (place - metric.origin) * metric.inverseExtent; };
     sums[i] = {toExtent(surfels.positionWorld[members[i]]), normal, normal, 1,
-               outlook.empty() ? glm::vec3(0.0f) : toExtent(outlook[members[i]])};
+               centroids.empty() ? glm::vec3(0.0f) : toExtent(centroids[members[i]])};
     entries[i] = {clusterPoint(sums[i], metric), i};
   }
   ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight);

@@ -7,7 +7,7 @@
 // surfels see (metric.h).
 #include "bake/hierarchy/flatten.h"
 #include "bake/hierarchy/hierarchy.h"
-#include "bake/hierarchy/outlook.h"
+#include "bake/hierarchy/visible_centroid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,15 +47,15 @@ Result<ClusterTree> clusterSky(const std::vector<glm::vec3>& directions, const C
 
 Result<ClusterTree> clusterMembers(const Surfels& surfels, std::span<const std::uint32_t> members,
                                    const ClusteringOptions& options, Context& context,
-                                   std::span<const glm::vec3> outlook) {
+                                   std::span<const glm::vec3> centroids) {
   return options.method == ClusteringOptions::Method::kd ? splitMedian(surfels, members, context)
-                                                         : agglomerate(surfels, members, options, context, outlook);
+                                                         : agglomerate(surfels, members, options, context, centroids);
 }
 
 }  // namespace
 
 Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatches, const ClusteringOptions& options,
-                                 Context& context, std::span<const glm::vec3> outlook) {
+                                 Context& context, std::span<const glm::vec3> centroids) {
   if (skyPatches > kMaxSkyPatches) {
     return Error{ErrorCode::usage, "sky patches must be in [0, 4096], found " + std::to_string(skyPatches)};
   }
@@ -72,7 +72,7 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
   }
   std::erase_if(groups, [](const ClusterGroup& group) { return group.sender.empty(); });
   for (ClusterGroup& group : groups) {
-    Result<ClusterTree> tree = clusterMembers(surfels, group.sender, options, context, outlook);
+    Result<ClusterTree> tree = clusterMembers(surfels, group.sender, options, context, centroids);
     if (!tree) return tree.error();
     group.tree = std::move(*tree);
   }
@@ -97,12 +97,12 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
 
 Result<Hierarchy> clusterSurfels(const RayTracer& tracer, const Surfels& surfels, std::uint32_t skyPatches,
                                  const ClusteringOptions& options, Context& context) {
-  std::vector<glm::vec3> outlook;
+  std::vector<glm::vec3> centroids;
   if (options.method == ClusteringOptions::Method::exact && options.outlookWeight > 0.0f && surfels.count() > 0) {
-    outlook = lookOut(tracer, surfels, context);
+    centroids = visibleCentroids(tracer, surfels, context);
     if (context.cancelled()) return cancelledError();
   }
-  return clusterSurfels(surfels, skyPatches, options, context, outlook);
+  return clusterSurfels(surfels, skyPatches, options, context, centroids);
 }
 
 }  // namespace relume

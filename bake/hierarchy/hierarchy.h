@@ -31,20 +31,20 @@ struct NodeGeometry {
 };
 
 // Exact agglomerative clustering of the surfels in `members` with the metric of PIC 4.3 (bounded nearest-neighbour
-// search). Leaf i is surfel members[i]. outlook: as lookOut() has it [Size 0 or n_S]; empty = none, the paper's metric.
-// usage: weights out of range; failed: no members, cancelled.
+// search). Leaf i is surfel members[i]. centroids: as visibleCentroids() has it [Size 0 or n_S]; empty = none, the
+// paper's metric. usage: weights out of range; failed: no members, cancelled.
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
                                 const ClusteringOptions& options, Context& context,
-                                std::span<const glm::vec3> outlook = {});
+                                std::span<const glm::vec3> centroids = {});
 // Median splits along the longest axis: fast, worse. Fails as agglomerate() does.
 Result<ClusterTree> splitMedian(const Surfels& surfels, std::span<const std::uint32_t> members, Context& context);
 
 // The whole stage: groups (reflectors; emitters, those with emission > 0; sky patches), a tree for each, flattened
 // breadth first. firstWeight is the paper's equal areas (the share of the leaves); traceLinks() may replace it.
-// skyPatches [0..4096], outlook as in agglomerate(). usage: options out of range; failed: no surfels, cancelled.
+// skyPatches [0..4096], centroids as in agglomerate(). usage: options out of range; failed: no surfels, cancelled.
 Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatches, const ClusteringOptions& options,
-                                 Context& context, std::span<const glm::vec3> outlook = {});
-// The same with the outlooks that the options ask for.
+                                 Context& context, std::span<const glm::vec3> centroids = {});
+// The same with the visible centroids that the options ask for.
 Result<Hierarchy> clusterSurfels(const RayTracer& tracer, const Surfels& surfels, std::uint32_t skyPatches,
                                  const ClusteringOptions& options, Context& context);
 

@@ -7,8 +7,9 @@
 //   d(a, b) = |p_a - p_b|² + C_b (1 - min(A_a / A_b, A_b / A_a)).
 // Area is counted in leaves, which are all of one size.
 //
-// Deviation: o, the outlook, is the middle of what a surfel sees (outlook.h). PIC's metric merges surfels which cannot
-// see each other, and light bleeds (PIC Fig. 9c); surfels on two sides of a wall have their outlooks on two sides too.
+// Deviation: o, the visible centroid, is the middle of what a surfel sees (visible_centroid.h). PIC's metric merges
+// surfels which cannot see each other, and light bleeds (PIC Fig. 9c); surfels on two sides of a wall have their
+// visible centroids on two sides too.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -25,7 +26,7 @@ struct ClusterMetric {
   glm::vec3 origin{0.0f};      // [m] middle of the bounds
   float inverseExtent = 0.0f;  // [1/m] 1 / diagonal of the bounds
   float normalScale = 0.0f;    // sqrt(C_n / 2)
-  float outlookScale = 0.0f;   // sqrt(C_o)
+  float centroidScale = 0.0f;  // sqrt(C_o)
   float balanceWeight = 0.0f;  // C_b
 };
 
@@ -33,7 +34,7 @@ inline constexpr int kClusterDimensions = 9;
 
 // A cluster as the metric sees it.
 struct ClusterPoint {
-  // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * outlook / extent
+  // center / extent, sqrt(C_n / 2) * unit normal, sqrt(C_o) * visible centroid / extent
   std::array<float, kClusterDimensions> p{};
   float area = 1.0f;         // [leaves]
   float inverseArea = 1.0f;  // 1 / area
@@ -45,16 +46,16 @@ struct alignas(64) ClusterSum {
   glm::vec3 normalSum{0.0f};  // sum of the leaves' unit normals
   glm::vec3 normal{0.0f};     // unit; a child's where the leaves' normals cancel
   std::uint32_t leaves = 1;
-  glm::vec3 outlook{0.0f};  // mean of the leaves, in units of the extent around the origin
+  glm::vec3 visibleCentroid{0.0f};  // mean of the leaves, in units of the extent around the origin
 };
 
-// Center and outlook: area-weighted mean; normal: direction of the area-weighted sum.
+// Center and visible centroid: area-weighted mean; normal: direction of the area-weighted sum.
 inline ClusterSum mergeClusters(const ClusterSum& a, const ClusterSum& b) {
   ClusterSum c;
   c.leaves = a.leaves + b.leaves;
   const float share = static_cast<float>(a.leaves) / static_cast<float>(c.leaves);
   c.center = b.center + share * (a.center - b.center);
-  c.outlook = b.outlook + share * (a.outlook - b.outlook);
+  c.visibleCentroid = b.visibleCentroid + share * (a.visibleCentroid - b.visibleCentroid);
   c.normalSum = a.normalSum + b.normalSum;
   const float length = glm::length(c.normalSum);
   const bool cancelled = !(length > 1e-5f * static_cast<float>(c.leaves));
@@ -64,7 +65,7 @@ inline ClusterSum mergeClusters(const ClusterSum& a, const ClusterSum& b) {
 
 inline ClusterPoint clusterPoint(const ClusterSum& sum, const ClusterMetric& metric) {
   const glm::vec3 m = metric.normalScale * sum.normal;
-  const glm::vec3 o = metric.outlookScale * sum.outlook;
+  const glm::vec3 o = metric.centroidScale * sum.visibleCentroid;
   const float area = static_cast<float>(sum.leaves);
   return {{sum.center.x, sum.center.y, sum.center.z, m.x, m.y, m.z, o.x, o.y, o.z}, area, 1.0f / area};
 }

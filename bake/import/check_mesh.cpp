@@ -243,9 +243,9 @@ Tally collapseDuplicates(Mesh& mesh, bool masked, const Context& context) {
     Wound face{{merged[v.x], merged[v.y], merged[v.z]}, t, {v.x, v.y, v.z}};
     if (face.corners[0] == face.corners[1] || face.corners[1] == face.corners[2] || face.corners[2] == face.corners[0])
       continue;
-    const auto least = std::min_element(face.corners.begin(), face.corners.end()) - face.corners.begin();
-    std::rotate(face.vertices.begin(), face.vertices.begin() + least, face.vertices.end());
-    std::rotate(face.corners.begin(), face.corners.begin() + least, face.corners.end());
+    const auto min = std::min_element(face.corners.begin(), face.corners.end()) - face.corners.begin();
+    std::rotate(face.vertices.begin(), face.vertices.begin() + min, face.vertices.end());
+    std::rotate(face.corners.begin(), face.corners.begin() + min, face.corners.end());
     faces.push_back(face);
   }
   const auto before = [](const Wound& a, const Wound& b) {

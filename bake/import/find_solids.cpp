@@ -23,9 +23,9 @@ namespace relume {
 namespace {
 
 // Of the surface to the power 3/2; a ball has 0.094, a sheet of two equal layers what rounding leaves.
-constexpr double kLeastVolume = 1e-6;
+constexpr double kMinVolume = 1e-6;
 // Witnesses of rooms: at most so many are asked, with so many points each.
-constexpr std::size_t kMostWitnesses = 256;
+constexpr std::size_t kMaxWitnesses = 256;
 constexpr std::uint32_t kVolumePoints = 3;  // along an axis of a play volume
 constexpr std::size_t kContentPoints = 8;
 
@@ -61,9 +61,9 @@ bool hasHoles(const Scene& scene, const Mesh& mesh) {
   const std::uint32_t image = material.albedoTexture.image;
   if (image < scene.images.size() && !scene.images[image].levels.empty()) {
     const std::vector<std::uint8_t>& rgba = scene.images[image].levels[0].rgba;
-    std::uint8_t least = 255;
-    for (std::size_t i = 3; i < rgba.size(); i += 4) least = std::min(least, rgba[i]);
-    alpha *= static_cast<float>(least) / 255.0f;
+    std::uint8_t min = 255;
+    for (std::size_t i = 3; i < rgba.size(); i += 4) min = std::min(min, rgba[i]);
+    alpha *= static_cast<float>(min) / 255.0f;
   }
   return alpha < material.alphaCutoff;
 }
@@ -182,7 +182,7 @@ bool measure(const Shells& shells, Shell& shell) {
     shell.low = glm::min(shell.low, glm::min(a, glm::min(b, c)));
     shell.high = glm::max(shell.high, glm::max(a, glm::max(b, c)));
   }
-  return volume > kLeastVolume * area * std::sqrt(area);
+  return volume > kMinVolume * area * std::sqrt(area);
 }
 
 Shells findShells(const Scene& scene, const Group& meshes) {
@@ -265,13 +265,13 @@ std::vector<Witness> findWitnesses(const Scene& scene) {
   for (const PlayVolume& volume : scene.volumes) addVolume(volume, witnesses);
   if (witnesses.empty()) {
     for (const SceneLight& light : scene.lights) {
-      if (light.type != LightType::directional) witnesses.push_back({{glm::dvec3(light.positionWorld)}, 0.5, kNone});
+      if (light.kind != LightKind::directional) witnesses.push_back({{glm::dvec3(light.positionWorld)}, 0.5, kNone});
     }
     for (std::uint32_t i = 0; i < scene.instances.size(); ++i) addContents(scene, i, witnesses);
   }
-  if (witnesses.size() > kMostWitnesses) {
-    for (std::size_t i = 0; i < kMostWitnesses; ++i) witnesses[i] = witnesses[i * witnesses.size() / kMostWitnesses];
-    witnesses.resize(kMostWitnesses);
+  if (witnesses.size() > kMaxWitnesses) {
+    for (std::size_t i = 0; i < kMaxWitnesses; ++i) witnesses[i] = witnesses[i * witnesses.size() / kMaxWitnesses];
+    witnesses.resize(kMaxWitnesses);
   }
   return witnesses;
 }

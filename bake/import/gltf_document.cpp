@@ -47,10 +47,10 @@ constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punct
 
 Status checkVersion(const json& asset, const std::string& file) {
   const std::string version = asset.value("version", std::string());
-  const std::string least = asset.value("minVersion", std::string("2.0"));
-  if (!version.starts_with("2.") || least != "2.0")
+  const std::string min = asset.value("minVersion", std::string("2.0"));
+  if (!version.starts_with("2.") || min != "2.0")
     return Error{ErrorCode::unsupported,
-                 file + ": glTF version " + version + " (at least " + least + " needed to read it); expected 2.0"};
+                 file + ": glTF version " + version + " (at least " + min + " needed to read it); expected 2.0"};
   return done();
 }
 

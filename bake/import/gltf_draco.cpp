@@ -76,9 +76,9 @@ struct DracoClaims {
     refused = why;
     return false;
   }
-  bool check(std::uint64_t claimed, std::uint64_t most, const char* what) {
-    return claimed <= most ||
-           refuse("claims " + std::to_string(claimed) + " " + what + ", expected at most " + std::to_string(most));
+  bool check(std::uint64_t claimed, std::uint64_t max, const char* what) {
+    return claimed <= max ||
+           refuse("claims " + std::to_string(claimed) + " " + what + ", expected at most " + std::to_string(max));
   }
 };
 
@@ -154,10 +154,10 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
     return accessor >= 0 && index < document.model.accessors.size() ? document.model.accessors[index].count : otherwise;
   };
   DracoClaims claims;
-  const std::uint64_t most = kFreeTriangles + kMaxTrianglesPerByte * bytes;
-  claims.triangles = std::min(most, countOf(primitive.indices, 3 * most) / 3);
+  const std::uint64_t max = kFreeTriangles + kMaxTrianglesPerByte * bytes;
+  claims.triangles = std::min(max, countOf(primitive.indices, 3 * max) / 3);
   const auto position = primitive.attributes.find("POSITION");
-  claims.points = std::min(3 * most, countOf(position == primitive.attributes.end() ? -1 : position->second, 3 * most));
+  claims.points = std::min(3 * max, countOf(position == primitive.attributes.end() ? -1 : position->second, 3 * max));
   return claims;
 }
 

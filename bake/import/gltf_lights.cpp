@@ -54,7 +54,7 @@ const SceneLight* suspiciousLight(const std::vector<SceneLight>& lights, const S
   const SceneLight* found = nullptr;
   float farthest = 1.0f;
   for (const SceneLight& light : lights) {
-    const float bound = light.type == LightType::directional ? bounds.directional : bounds.pointOrSpot;
+    const float bound = light.kind == LightKind::directional ? bounds.directional : bounds.pointOrSpot;
     const float share = std::max({light.intensity.x, light.intensity.y, light.intensity.z}) / bound;
     if (share <= farthest) continue;
     farthest = share;
@@ -65,7 +65,7 @@ const SceneLight* suspiciousLight(const std::vector<SceneLight>& lights, const S
 
 std::string warningOf(const SceneLight& light, bool fromBlender) {
   const float intensity = std::max({light.intensity.x, light.intensity.y, light.intensity.z});
-  const bool directional = light.type == LightType::directional;
+  const bool directional = light.kind == LightKind::directional;
   const std::string size =
       directional ? printed("%.4g, which would be %.3g times the sun above the air as W/m^2 and %.3g W/m^2 as lux",
                             intensity, intensity / 1361.0, intensity / kLumensPerWatt)

@@ -290,7 +290,7 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
     claimed += texels;
     largest = std::max(largest, texels);
   }
-  if (claimed > mostPixels(available))
+  if (claimed > maxPixels(available))
     return document.invalid("images",
                             "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) + " bytes");
 

@@ -16,7 +16,7 @@ constexpr std::uint64_t kMaxTrianglesPerByte = 64;
 constexpr std::uint64_t kMinTriangleBudget = 1u << 20;
 
 // From here on a float has no digits left for a place within the image.
-constexpr float kMostTexcoord = 1e7f;
+constexpr float kMaxTexcoord = 1e7f;
 
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
@@ -102,7 +102,7 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     for (const std::uint32_t v : used) {
       const glm::vec2 uv(uvs->values[2 * static_cast<std::size_t>(v)],
                          uvs->values[2 * static_cast<std::size_t>(v) + 1]);
-      const bool good = std::abs(uv.x) <= kMostTexcoord && std::abs(uv.y) <= kMostTexcoord;
+      const bool good = std::abs(uv.x) <= kMaxTexcoord && std::abs(uv.y) <= kMaxTexcoord;
       mesh.uv[set].push_back(good ? uv : glm::vec2(0.0f));
       broken += !good;
     }
@@ -131,7 +131,7 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   // Gather the attributes; all have as many values as there are positions.
   struct Wanted {
     std::string name;
-    int least, most;
+    int min, max;
   };
   const Wanted wanted[] = {{"POSITION", 3, 3},
                            {"NORMAL", 3, 3},
@@ -144,10 +144,10 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     const AccessorValues* values = nullptr;
     if (const auto it = draco.attributes.find(want.name); it != draco.attributes.end()) {
       values = &it->second;
-      if (values->components < want.least || values->components > want.most)
+      if (values->components < want.min || values->components > want.max)
         return document_.invalid(at, std::to_string(values->components) + " components");
     } else if (const auto accessor = primitive.attributes.find(want.name); accessor != primitive.attributes.end()) {
-      const auto read = reader_.floats(accessor->second, want.least, want.most, at);
+      const auto read = reader_.floats(accessor->second, want.min, want.max, at);
       if (!read) return read.error();
       values = *read;
     }

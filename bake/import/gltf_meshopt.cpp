@@ -49,9 +49,9 @@ Status checkClaims(const GltfDocument& document, const Compressed& view, const s
     return document.invalid(where, "unknown mode " + view.mode);
   if (view.mode == "TRIANGLES" && view.count % 3 != 0)
     return document.invalid(where, std::to_string(view.count) + " indices are not whole triangles");
-  const std::uint64_t most = attributes ? (kMaxExpansion * view.bytes.size() + kSlackBytes) / view.stride
-                                        : 3 * static_cast<std::uint64_t>(view.bytes.size());
-  if (view.count > most)
+  const std::uint64_t max = attributes ? (kMaxExpansion * view.bytes.size() + kSlackBytes) / view.stride
+                                       : 3 * static_cast<std::uint64_t>(view.bytes.size());
+  if (view.count > max)
     return document.invalid(where, "claims " + std::to_string(view.count) + " elements in " +
                                        std::to_string(view.bytes.size()) + " compressed bytes");
   const bool quaternion = view.filter == "QUATERNION", octahedral = view.filter == "OCTAHEDRAL";

@@ -355,9 +355,9 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   SceneLight light;
   light.name = source.name.empty() ? nameOf(at.node) : source.name;
   if (source.type == "directional") {
-    light.type = LightType::directional;
+    light.kind = LightKind::directional;
   } else if (source.type == "spot") {
-    light.type = LightType::spot;
+    light.kind = LightKind::spot;
   } else if (source.type != "point") {
     return document_.invalid(path, "type '" + source.type + "'; expected directional, point or spot");
   }
@@ -371,17 +371,17 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
   light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
   if (!(light.range >= 0.0f)) return document_.invalid(path, "range is negative");
-  if (light.range >= kMostCoordinate) light.range = 0.0f;  // beyond everything: none
+  if (light.range >= kMaxCoordinate) light.range = 0.0f;  // beyond everything: none
   const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
                     light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
-  if (light.type == LightType::spot && !cone)
+  if (light.kind == LightKind::spot && !cone)
     return document_.invalid(path, "cone angles " + decimal(light.innerConeRad) + " and " +
                                        decimal(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
 
   const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
                                                    : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
   const glm::dvec3 direction = unitVector(-turn[2]);
-  if (direction == glm::dvec3(0.0) && light.type != LightType::point) {
+  if (direction == glm::dvec3(0.0) && light.kind != LightKind::point) {
     context_.message(Severity::warning, document_.at(where + ": its light '" + light.name +
                                                      "' points nowhere, as the nodes above flatten its axis; -Z is "
                                                      "taken. Give them a scale other than 0"));

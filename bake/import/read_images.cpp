@@ -227,7 +227,7 @@ Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fil
   return done();
 }
 
-std::uint64_t mostPixels(std::uint64_t bytes) { return kMaxPixelsPerByte * bytes + 4096; }
+std::uint64_t maxPixels(std::uint64_t bytes) { return kMaxPixelsPerByte * bytes + 4096; }
 
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
@@ -247,7 +247,7 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
                                              std::to_string(kMaxImageSide) + " a side and at most " +
                                              std::to_string(kMaxImagePixels) + " in all"};
   }
-  if (pixels > (isJpeg(bytes) ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : mostPixels(bytes.size()))) {
+  if (pixels > (isJpeg(bytes) ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : maxPixels(bytes.size()))) {
     return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
                                              std::to_string(bytes.size()) + " bytes"};
   }

@@ -29,7 +29,7 @@ struct ImageSize {
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where);
 
 // Texels that image data of so many bytes can hold at best.
-std::uint64_t mostPixels(std::uint64_t bytes);
+std::uint64_t maxPixels(std::uint64_t bytes);
 
 // Level 0 only. invalidFile: as peekImage, or broken.
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where);

@@ -77,8 +77,8 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
       surfelCount_(surfels.count()),
       seed_(seed),
       strata_(raysPerCache),
-      aim_(tracer.scene(), surfels, map),
-      aimedCount_(aim_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
+      sampler_(tracer.scene(), surfels, map),
+      aimedCount_(sampler_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
       sky_(hierarchy.skyDirection) {
   leafOfCell_.reserve(map.cell.size());
   for (const std::uint32_t surfel : map.cell) {
@@ -105,13 +105,13 @@ void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
   }
 }
 
-float Gatherer::weigh(std::uint32_t side, float distance, const glm::vec3& direction,
-                      const EmitterAim::Chances& chances, float even) const {
-  const float density = aim_.density(chances, side);
-  if (!(density > 0.0f)) return even;
+float Gatherer::misWeight(std::uint32_t side, float distance, const glm::vec3& direction,
+                          const EmitterSampler::Distribution& emitters, float even) const {
+  const float pdf = sampler_.pdf(emitters, side);
+  if (!(pdf > 0.0f)) return even;
   // 1 / w = 1 / w_even + pi K_e q r² / c
-  const float apart = distance * distance / std::max(aim_.cosine(side, direction), 1e-6f);
-  return even / (1.0f + even * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * density * apart);
+  const float apart = distance * distance / std::max(sampler_.cosine(side, direction), 1e-6f);
+  return even / (1.0f + even * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * pdf * apart);
 }
 
 void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
@@ -121,7 +121,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
   const glm::vec3 origin = positionWorld + normal * tracer_.epsilonAt(positionWorld);
   DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, cache));
   count.rays += strata_.count();
-  if (aimedCount_ > 0) aim_.prepare(origin, normal, scratch.chances);
+  if (aimedCount_ > 0) sampler_.prepare(origin, normal, scratch.emitters);
 
   // Cast the rays.
   scratch.samples.resize(strata_.count());
@@ -131,7 +131,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
     sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
   }
   for (std::uint32_t i = 0; i < strata_.count(); ++i) scratch.directions[i] = scratch.samples[i].direction;
-  scratch.fan.trace(tracer_, origin, normal, scratch.directions, scratch.hits);
+  scratch.bundle.trace(tracer_, origin, normal, scratch.directions, scratch.hits);
 
   // Find the sender at the end of each.
   for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
@@ -145,7 +145,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
       float weight = sample.weight;
       if (hit) {
         if (aimedCount_ > 0) {
-          weight = weigh(scratch.sides[i], hit.distance, sample.direction, scratch.chances, weight);
+          weight = misWeight(scratch.sides[i], hit.distance, sample.direction, scratch.emitters, weight);
         }
         if (scratch.cells[i] != kNone) leaf = leafOfCell_[scratch.cells[i]];
         count.backFaces += hit.back;
@@ -159,7 +159,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
     }
   }
   arrivals.resize(arrived);
-  if (aimedCount_ > 0 && !scratch.chances.upTo.empty()) {
+  if (aimedCount_ > 0 && !scratch.emitters.cdf.empty()) {
     gatherAimed(cache, origin, normal, scratch, arrivals, count);
     keepToSphere(arrivals);
   }
@@ -177,7 +177,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
     scratch.distances.clear();
     for (std::uint32_t i = begin; i < end; ++i) {
       const float u = (static_cast<float>(i) + random.uniform()) / static_cast<float>(aimedCount_);
-      const glm::vec3 to = aim_.point(scratch.chances, u, random) - origin;
+      const glm::vec3 to = sampler_.point(scratch.emitters, u, random) - origin;
       const float distance = glm::length(to);
       if (!(distance > 0.0f) || (onSurface && glm::dot(to, normal) <= 0.0f)) continue;
       scratch.rays.push_back(Ray{origin, 0.0f, to / distance});
@@ -193,7 +193,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const glm::vec3& direction = scratch.rays[i].direction;
       const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
       const float even = strata_.weight(cosine, onSurface);
-      const float weight = weigh(scratch.sides[i], hit.distance, direction, scratch.chances, even);
+      const float weight = misWeight(scratch.sides[i], hit.distance, direction, scratch.emitters, even);
       const std::uint32_t leaf = scratch.cells[i] == kNone ? kNone : leafOfCell_[scratch.cells[i]];
       if (weight == even || leaf == kNone) continue;  // not an emitter
       arrivals.push_back({leaf, weight, cosine, direction});

@@ -6,9 +6,9 @@
 // independent of n_S.
 #pragma once
 
-#include "bake/links/aim.h"
 #include "bake/links/directions.h"
-#include "bake/rays/bundle/ray_fan.h"
+#include "bake/links/emitter_sampler.h"
+#include "bake/rays/bundle/ray_bundle.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake/options.h"
 #include "relume/hierarchy.h"
@@ -54,14 +54,14 @@ class Gatherer {
 
   // Memory of one thread, kept from cache to cache.
   struct Scratch {
-    RayFan fan;
+    RayBundle bundle;
     std::vector<glm::vec3> directions;
     std::vector<Ray> rays;  // aimed
     std::vector<Hit> hits;
     std::vector<std::uint32_t> sides, cells;  // of the surfel map, that were hit
     std::vector<DirectionStrata::Sample> samples;
     std::vector<float> distances;  // [m] to the points that are aimed at
-    EmitterAim::Chances chances;
+    EmitterSampler::Distribution emitters;
   };
 
   // Replace `arrivals` by the light that reaches a cache. The random numbers depend on seed and cache index alone.
@@ -73,9 +73,10 @@ class Gatherer {
                    std::vector<Arrival>& arrivals, RayCount& count) const;
   // Find the sides and the cells of the surfel map that were hit.
   void lookUp(std::span<const Hit> hits, Scratch& scratch) const;
-  // The weight of a hit that both kinds of rays can make, which is one of an emitter; else the even one.
-  float weigh(std::uint32_t side, float distance, const glm::vec3& direction, const EmitterAim::Chances& chances,
-              float even) const;
+  // The MIS weight of a hit on an emitter, which both kinds of rays can find; `even`, the weight of a ray without aimed
+  // ones, for any other hit.
+  float misWeight(std::uint32_t side, float distance, const glm::vec3& direction,
+                  const EmitterSampler::Distribution& emitters, float even) const;
 
   const RayTracer& tracer_;
   const SurfelMap& map_;
@@ -84,7 +85,7 @@ class Gatherer {
   std::uint32_t surfelCount_;
   std::uint64_t seed_;
   DirectionStrata strata_;
-  EmitterAim aim_;
+  EmitterSampler sampler_;
   std::uint32_t aimedCount_;  // K_e
   SkyLookup sky_;
 };

@@ -15,16 +15,16 @@ namespace {
 constexpr float kY0 = 0.28209479177387814f;
 
 // Note for every leaf which link reads it.
-void assignLeaves(const TouchedTree& tree, std::span<const CutLink> cut, std::vector<std::uint32_t>& linkOf) {
+void assignLeaves(const VisibleSubtree& tree, std::span<const CutLink> cut, std::vector<std::uint32_t>& linkOf) {
   linkOf.resize(tree.leaves().size());
   for (std::uint32_t link = 0; link < cut.size(); ++link) {
-    const TouchedNode& node = tree[cut[link].slot];
+    const VisibleNode& node = tree[cut[link].slot];
     std::fill(linkOf.begin() + node.firstLeaf, linkOf.begin() + node.endLeaf, link);
   }
 }
 
 // Sums of every ray's basis functions, a link after the other.
-void sumBasis(const TouchedTree& tree, std::span<const Arrival> arrivals, std::uint32_t bands,
+void sumBasis(const VisibleSubtree& tree, std::span<const Arrival> arrivals, std::uint32_t bands,
               ProjectScratch& scratch) {
   const std::uint32_t size = bands * bands;
   std::array<float, kMaxCoefficients> y;
@@ -38,7 +38,7 @@ void sumBasis(const TouchedTree& tree, std::span<const Arrival> arrivals, std::u
 // The same for four bands, which are linear in the monomials of a unit direction up to x³: fewer operations a ray.
 constexpr std::uint32_t kMomentBands = 4;
 
-void sumMoments(const TouchedTree& tree, std::span<const Arrival> arrivals, std::size_t links,
+void sumMoments(const VisibleSubtree& tree, std::span<const Arrival> arrivals, std::size_t links,
                 ProjectScratch& scratch) {
   scratch.moments.assign(links, {});
   for (std::size_t a = 0; a < arrivals.size(); ++a) {
@@ -72,10 +72,10 @@ void sumMoments(const TouchedTree& tree, std::span<const Arrival> arrivals, std:
 
 }  // namespace
 
-void appendConeRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows) {
+void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows) {
   rows.compact.beginRow();
   for (const auto [slot, reads] : cut) {
-    const TouchedNode& node = tree[slot];
+    const VisibleNode& node = tree[slot];
     const std::uint32_t sender = tree[reads].node;
     // Band 1 of the rays is |mean direction| times that of a single direction; the cone's is (1 + cos alpha) / 2.
     const float length = glm::length(node.direction);
@@ -90,7 +90,7 @@ void appendConeRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkKi
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
-void appendShRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
+void appendShRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
   assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
@@ -112,14 +112,14 @@ void appendShRow(const TouchedTree& tree, std::span<const CutLink> cut, std::spa
   }
 }
 
-void appendIrradianceRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkRows& rows) {
+void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRows& rows) {
   rows.compact.beginRow();
   for (const auto [slot, reads] : cut) rows.compact.add(tree[reads].node, 2.0f * kY0 * tree[slot].received);
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
-void appendRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals, bool onSurface,
-               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+void appendRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
+               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
   if (kind == LinkKind::sh) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
   if (kind == LinkKind::oct6) return appendShRow(tree, cut, arrivals, kind, LinkShaper::kBands, scratch, rows);
   if (kind == LinkKind::irradiance && onSurface) return appendIrradianceRow(tree, cut, rows);

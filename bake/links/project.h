@@ -31,25 +31,25 @@ struct Moments {
 
 // Memory of one thread.
 struct ProjectScratch {
-  std::vector<std::uint32_t> linkOf;  // [Size touched leaves]
+  std::vector<std::uint32_t> linkOf;  // [Size visible leaves]
   std::vector<Moments> moments;       // [Size links]
   std::vector<float> coefficients;    // [Size links * bands²]
 };
 
 // Append a row of links with a cone (cone, irradiance in the grid): f, the mean direction of the rays, and the
 // cone whose band 1 is theirs.
-void appendConeRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows);
+void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows);
 
 // Append a row of links with coefficients (sh), or whose shapes are chosen by them (oct6): every ray's basis
 // functions summed into the link its leaf lies under. [bands 1..8]
-void appendShRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
+void appendShRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
                  LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 // Append a row of irradiance links of a cache on a surface (formats/compact_links.h).
-void appendIrradianceRow(const TouchedTree& tree, std::span<const CutLink> cut, LinkRows& rows);
+void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRows& rows);
 
 // Append a row of any kind.
-void appendRow(const TouchedTree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals, bool onSurface,
-               LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+void appendRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
+               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
 
 }  // namespace relume

@@ -30,12 +30,12 @@ PullSums::PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind) {
   cut_.resize(hierarchy.nodeCount());
 }
 
-void PullSums::add(const TouchedTree& tree, std::span<const CutLink> cut) {
+void PullSums::add(const VisibleSubtree& tree, std::span<const CutLink> cut) {
   if (all_.empty()) return;
   for (const auto [slot, reads] : cut) {
-    const TouchedNode& target = tree[reads];
+    const VisibleNode& target = tree[reads];
     const float scale = slot == reads || target.received <= 0.0f ? 1.0f : tree[slot].received / target.received;
-    for (const TouchedNode& leaf : tree.leaves().subspan(target.firstLeaf, target.endLeaf - target.firstLeaf)) {
+    for (const VisibleNode& leaf : tree.leaves().subspan(target.firstLeaf, target.endLeaf - target.firstLeaf)) {
       const std::uint64_t received = toFixed(leaf.received * scale);
       all_[leaf.node] += received;
       cut_[target.node] += received;

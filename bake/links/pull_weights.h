@@ -35,7 +35,7 @@ class PullSums {
   PullSums(const Hierarchy& hierarchy, LinkOptions::PullWeight kind);
 
   // Add what one cache sees and how its cut reads it.
-  void add(const TouchedTree& tree, std::span<const CutLink> cut);
+  void add(const VisibleSubtree& tree, std::span<const CutLink> cut);
   void merge(const PullSums& other);
 
   // firstWeight of every node. Nodes no cut averages fall back on what all caches receive, then on equal areas.

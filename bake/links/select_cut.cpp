@@ -67,19 +67,19 @@ double hiddenUnder(const CutNode& node, std::uint32_t child) {
   return unseen * unseen * double{node.extent};
 }
 
-// |C|² of all that a touched node sends.
-float square(const TouchedNode& node) { return square(node.received, node.weight, node.direction); }
+// |C|² of all that a visible node sends.
+float square(const VisibleNode& node) { return square(node.received, node.weight, node.direction); }
 
-// Expected square error of reading node s as an average, from that of its two touched parts.
-float averageError(const TouchedTree& tree, const TouchedNode& s, std::span<const CutNode> cutNode,
+// Expected square error of reading node s as an average, from that of its two visible parts.
+float averageError(const VisibleSubtree& tree, const VisibleNode& s, std::span<const CutNode> cutNode,
                    std::span<const float> averages) {
   const CutNode& average = cutNode[s.node];
-  const TouchedNode& a = tree[s.child[0]];
+  const VisibleNode& a = tree[s.child[0]];
   const float w = average.firstWeight;
   float error =
       square(a.received - w * s.received, a.weight - w * s.weight, a.direction - w * s.direction) * average.extent;
   for (const std::uint32_t k : {0u, 1u}) {
-    const TouchedNode& part = tree[s.child[k]];
+    const VisibleNode& part = tree[s.child[k]];
     // Nodes between s and the part: seen through one child.
     const double between = cutNode[part.node].hidden - (average.hidden + hiddenUnder(average, k));
     error += averages[s.child[k]] + square(part) * static_cast<float>(between);
@@ -88,10 +88,10 @@ float averageError(const TouchedTree& tree, const TouchedNode& s, std::span<cons
 }
 
 // Expected square error of giving all of s to one of its two parts.
-float pickError(const TouchedTree& tree, const TouchedNode& s, std::uint32_t k, float extent,
+float pickError(const VisibleSubtree& tree, const VisibleNode& s, std::uint32_t k, float extent,
                 std::span<const float> keys) {
   constexpr float kMaxScale = 4.0f;  // of a part's light: more would make a spot of one surfel
-  const TouchedNode &part = tree[s.child[k]], &other = tree[s.child[1 - k]];
+  const VisibleNode &part = tree[s.child[k]], &other = tree[s.child[1 - k]];
   const float all = square(s), own = square(part);
   if (all > kMaxScale * kMaxScale * own) return std::numeric_limits<float>::infinity();
   return square(other) * extent + all / own * keys[s.child[k]];
@@ -135,15 +135,15 @@ void sumHidden(const Hierarchy& hierarchy, std::span<CutNode> nodes) {
   }
 }
 
-void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey key, CutKeys& keys) {
-  const std::span<const TouchedNode> nodes = tree.nodes();
+void cutKeys(const VisibleSubtree& tree, std::span<const CutNode> cutNode, CutKey key, CutKeys& keys) {
+  const std::span<const VisibleNode> nodes = tree.nodes();
   keys.key.assign(nodes.size(), 0.0f);
   keys.average.assign(nodes.size(), 0.0f);
   keys.reads.resize(nodes.size());
   std::iota(keys.reads.begin(), keys.reads.end(), 0u);
   // Children come before their parents.
   for (std::size_t slot = tree.leaves().size(); slot < nodes.size(); ++slot) {
-    const TouchedNode& s = nodes[slot];
+    const VisibleNode& s = nodes[slot];
     if (key == CutKey::transfer) {
       keys.key[slot] = s.weight;
       continue;
@@ -158,7 +158,7 @@ void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, CutKey k
   }
 }
 
-void selectCut(const TouchedTree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
+void selectCut(const VisibleSubtree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
                std::vector<CutLink>& cut) {
   // Largest key on top; equal keys by node.
   const auto below = [&](const CutCandidate& a, const CutCandidate& b) {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/hierarchy/hierarchy.h"
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 #include "relume/bake/options.h"
 
 #include <cstdint>
@@ -42,7 +42,7 @@ inline float keySumOf(float relativeError, float levelRadius) {  // [0..1], [m]
   return modelled * modelled * levelRadius / kContrast;
 }
 
-// What a link at each touched node costs and reads, by slot. Memory is kept from cache to cache.
+// What a link at each visible node costs and reads, by slot. Memory is kept from cache to cache.
 struct CutKeys {
   std::vector<float> key;            // the larger, the sooner refined; 0 at leaves
   std::vector<std::uint32_t> reads;  // slot of the node that a link reads with all of its weight: its own, or one below
@@ -61,7 +61,7 @@ struct CutKeys {
 //                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
 //                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
 //                   Nodes of which one child is seen are not in the tree: their sum comes from CutNode::hidden.
-void cutKeys(const TouchedTree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, CutKeys& keys);
+void cutKeys(const VisibleSubtree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, CutKeys& keys);
 
 struct CutCandidate {
   float key;
@@ -75,15 +75,15 @@ struct CutLimit {
   float maxKeySum = 0.0f;      // [>= 0] stop when the nodes of the cut have keys of together at most this; 0 = never
 };
 
-// A link of a cut, as slots of the touched tree: it carries the light of all leaves under `slot`, and reads `reads`.
+// A link of a cut, as slots of the visible tree: it carries the light of all leaves under `slot`, and reads `reads`.
 struct CutLink {
   std::uint32_t slot, reads;
 };
 
-// The cut, ascending by the nodes that are read. It has at most maxNodes links (but never fewer than the touched
-// groups), and every touched leaf lies under exactly one of their slots. Children no ray reached are in no cut; a node
-// with a single touched child is replaced by it, for that costs no link. `queue` is scratch.
-void selectCut(const TouchedTree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
+// The cut, ascending by the nodes that are read. It has at most maxNodes links (but never fewer than the visible
+// groups), and every visible leaf lies under exactly one of their slots. Children no ray reached are in no cut; a node
+// with a single visible child is replaced by it, for that costs no link. `queue` is scratch.
+void selectCut(const VisibleSubtree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
                std::vector<CutLink>& cut);
 
 }  // namespace relume

@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kBins = 65536;
 constexpr std::uint32_t kShift = 15;  // bits of a positive float below its bin
 
-constexpr double kMostOfMean = 8.0;  // links of a cache at most, where options do not say, over the mean
-constexpr double kMostLinks = 65535.0;
+constexpr double kMaxOfMean = 8.0;  // links of a cache at most, where options do not say, over the mean
+constexpr double kMaxLinks = 65535.0;
 
 std::size_t binOf(float key) { return key > 0.0f ? std::bit_cast<std::uint32_t>(key) >> kShift : 0; }
 
@@ -24,12 +24,12 @@ LinkBudget::LinkBudget(const LinkOptions& options, std::size_t caches, std::size
     : total(options.linksTotal > 0 ? options.linksTotal
                                    : static_cast<double>(options.linksPerCache) * static_cast<double>(caches)) {
   const double mean = caches > 0 ? total / static_cast<double>(caches) : 0.0;
-  const double most = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : std::ceil(kMostOfMean * mean);
-  mostPerCache = static_cast<std::uint32_t>(std::clamp(most, static_cast<double>(groups), kMostLinks));
-  isShared = caches > 0 && mostPerCache > mean;
+  const double max = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : std::ceil(kMaxOfMean * mean);
+  maxPerCache = static_cast<std::uint32_t>(std::clamp(max, static_cast<double>(groups), kMaxLinks));
+  isShared = caches > 0 && maxPerCache > mean;
 }
 
-void KeyCounts::add(const TouchedTree& tree, std::span<const float> keys, std::uint32_t maxNodes) {
+void KeyCounts::add(const VisibleSubtree& tree, std::span<const float> keys, std::uint32_t maxNodes) {
   if (count_.empty()) count_.assign(kBins, 0);
   caches_ += 1;
   roots_ += tree.roots().size();

@@ -3,7 +3,7 @@
 // threshold is chosen for all. Refining the largest keys of all caches together is what leaves the least error in sum.
 #pragma once
 
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 #include "relume/bake/options.h"
 
 #include <cstdint>
@@ -16,16 +16,16 @@ namespace relume {
 struct LinkBudget {
   LinkBudget(const LinkOptions& options, std::size_t caches, std::size_t groups);
 
-  double total;                // of all caches
-  std::uint32_t mostPerCache;  // of one; at least `groups`: a cache links to each that it sees
-  bool isShared;               // else every cache gets as many as it may have
+  double total;               // of all caches
+  std::uint32_t maxPerCache;  // of one; at least `groups`: a cache links to each that it sees
+  bool isShared;              // else every cache gets as many as it may have
 };
 
 // Counts of refinements by key, the same in any order of the caches. Not thread-safe: one a thread, merged at the end.
 class KeyCounts {
  public:
   // Count what one cache refines until it has maxNodes links.
-  void add(const TouchedTree& tree, std::span<const float> keys, std::uint32_t maxNodes);
+  void add(const VisibleSubtree& tree, std::span<const float> keys, std::uint32_t maxNodes);
   void merge(const KeyCounts& other);
 
   std::uint64_t caches() const { return caches_; }

@@ -8,7 +8,7 @@
 #include "bake/links/pull_weights.h"
 #include "bake/links/select_cut.h"
 #include "bake/links/share_links.h"
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 
 #include <glm/geometric.hpp>
 
@@ -31,7 +31,7 @@ struct Worker {
 
   Gatherer::Scratch gather;
   std::vector<Arrival> arrivals;
-  TouchedTree tree;
+  VisibleSubtree tree;
   CutKeys keys;
   std::vector<CutCandidate> queue;
   std::vector<CutLink> cut;
@@ -83,17 +83,17 @@ Status checkInput(const Hierarchy& hierarchy, const Surfels& surfels, const Cach
   if (caches.normal.size() != caches.positionWorld.size()) {
     return Error{ErrorCode::failed, "links: caches have different numbers of positions and normals"};
   }
-  if (linkHasHead(options.kind) && hierarchy.nodeCount() > kMostCompactNodes) {
-    return Error{ErrorCode::usage, "links: compact kinds reach " + std::to_string(kMostCompactNodes) +
+  if (linkHasHead(options.kind) && hierarchy.nodeCount() > kMaxCompactNodes) {
+    return Error{ErrorCode::usage, "links: compact kinds reach " + std::to_string(kMaxCompactNodes) +
                                        " nodes, the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
                                        "; use fewer surfels, or cone or SH links"};
   }
-  const std::uint32_t most = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : options.linksPerCache;
-  if (most < hierarchy.groupRoot.size()) {
+  const std::uint32_t max = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : options.linksPerCache;
+  if (max < hierarchy.groupRoot.size()) {
     return Error{ErrorCode::usage,
                  "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
                      " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
-                     std::to_string(most)};
+                     std::to_string(max)};
   }
   return done();
 }
@@ -167,7 +167,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
 
   // 2. How far caches refine: where links are shared out, ask every n-th what it would refine
   const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
-  CutLimit limit{budget.mostPerCache};
+  CutLimit limit{budget.maxPerCache};
   limit.maxKeySum = keySumOf(options.maxError, levelRadius(hierarchy, geometry));
   if (budget.isShared) {
     const std::size_t step = std::max<std::size_t>(1, caches.count() / kAskedCaches);

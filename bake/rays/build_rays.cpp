@@ -22,9 +22,9 @@
 namespace relume {
 namespace {
 
-constexpr std::uint64_t kFlattenLimit = 1u << 24;      // [triangles] above it, meshes with several instances are shared
-constexpr std::uint64_t kMostFanTriangles = 1u << 22;  // 64 bytes each; levels with more trace packets
-static_assert(kMostFanTriangles <= kFlattenLimit);     // their vertices are in the world's space
+constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
+constexpr std::uint64_t kMaxBundleTriangles = 1u << 22;  // 64 bytes each; levels with more trace packets
+static_assert(kMaxBundleTriangles <= kFlattenLimit);     // their vertices are in the world's space
 constexpr float kFarCentre = 16.0f;  // a level this many of its own sizes from the origin is recentred
 
 // Let rays through the texels that the alpha test cuts out.
@@ -156,23 +156,23 @@ bool isWholly(const std::vector<std::uint8_t>& buried) {
 
 }  // namespace
 
-FanTree RayTracer::State::buildFans(const Context& context) const {
-  std::vector<FanTriangle> triangles;
+BundleTree RayTracer::State::makeBundleTree(const Context& context) const {
+  std::vector<BundleTriangle> triangles;
   for (std::uint32_t id = 0; id < instance.size() && !context.cancelled(); ++id) {
     const Instance& placed = scene->instances[instance[id]];
-    const std::uint32_t alphaTest = isMasked(*scene, placed) ? kFanMasked : 0;
+    const std::uint32_t alphaTest = isMasked(*scene, placed) ? kBundleMasked : 0;
     for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
       if (isBuried(id, t)) continue;
       triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
   }
-  return buildFanTree(device.get(), triangles, context);
+  return buildBundleTree(device.get(), triangles, context);
 }
 
-void RayTracer::State::noteOverlapsInFans() {
-  for (FanLeaf& leaf : fans.leaves) {
-    for (std::uint32_t i = 0; i < kFanLanes; ++i) {
-      if (overlaps[leaf.geometry[i] & kFanGeometry][leaf.triangle[i]] != 0) leaf.geometry[i] |= kFanOverlaps;
+void RayTracer::State::noteOverlapsInBundleTree() {
+  for (BundleLeaf& leaf : bundles.leaves) {
+    for (std::uint32_t i = 0; i < kBundleLanes; ++i) {
+      if (overlaps[leaf.geometry[i] & kBundleGeometry][leaf.triangle[i]] != 0) leaf.geometry[i] |= kBundleOverlaps;
     }
   }
 }
@@ -213,7 +213,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
 
   // Add the instances, in their order.
   const bool share = level.triangles > kFlattenLimit;
-  const bool hasFans = structure == RayStructure::fans && level.triangles <= kMostFanTriangles;
+  const bool hasBundles = structure == RayStructure::bundles && level.triangles <= kMaxBundleTriangles;
   const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality, context);
@@ -272,10 +272,10 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   if (state->error.empty()) {
     runOnOneThread([&] {
       const auto launch = context.threads == 1 ? std::launch::deferred : std::launch::async;
-      std::future<FanTree> fans;
-      if (hasFans) fans = std::async(launch, [&] { return state->buildFans(context); });
+      std::future<BundleTree> bundles;
+      if (hasBundles) bundles = std::async(launch, [&] { return state->makeBundleTree(context); });
       rtcCommitScene(state->top.get());
-      if (hasFans) state->fans = fans.get();
+      if (hasBundles) state->bundles = bundles.get();
     });
   }
   if (context.cancelled()) return cancelledError();
@@ -286,7 +286,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->overlaps.resize(state->vertices.size());
   state->findOverlaps(context);
   if (context.cancelled()) return cancelledError();
-  state->noteOverlapsInFans();
+  state->noteOverlapsInBundleTree();
   return RayTracer(std::move(state));
 }
 

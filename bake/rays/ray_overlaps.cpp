@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr float kMostPerDepth = 100.0f;  // rays that graze more are taken to tie no farther
+constexpr float kMaxPerDepth = 100.0f;  // rays that graze more are taken to tie no farther
 
 // A query whose filter notes every triangle that the ray meets, and stops at none.
 template <class Note>
@@ -65,7 +65,7 @@ std::vector<std::uint8_t> crowdedVertices(const Mesh& mesh) {
 
 // Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for
 // each side, shows each side its own.
-Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
+Hit RayTracer::State::resolveTie(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
   const auto rank = [&](unsigned anyId, std::uint32_t any) {
     const Corners c = cornersOf(anyId, any);
     return std::tuple(glm::dot(glm::cross(c[1] - c[0], c[2] - c[0]), ray.direction) > 0.0f, anyId, any);
@@ -77,7 +77,7 @@ Hit RayTracer::State::settle(const Ray& ray, unsigned id, std::uint32_t triangle
   const float perDepth =
       glm::length(normal) / std::max(std::abs(glm::dot(normal, ray.direction)), std::numeric_limits<float>::min());
   const float around = (rounding + kEpsilonUlps * std::numeric_limits<float>::epsilon() * distance) *
-                       std::clamp(perDepth, 1.0f, kMostPerDepth);
+                       std::clamp(perDepth, 1.0f, kMaxPerDepth);
   RTCRay near = toEmbree(ray, shift);
   near.tnear = std::max(near.tnear, distance - around);
   near.tfar = std::min(near.tfar, distance + around);

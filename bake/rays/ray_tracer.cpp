@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rays by Embree 3. It divides by approximate reciprocals (rcpps), whose last bits are the processor maker's own: it
 // says which triangle a ray hits, where on it is computed here. build_rays.cpp makes the structure, ray_overlaps.cpp
-// settles which of several triangles in one place is hit.
+// resolves ties: which of several triangles in one place is hit.
 #include "bake/rays/ray_tracer_state.h"
 
 #include <glm/geometric.hpp>
@@ -69,7 +69,7 @@ void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId,
     if (ids[i] == RTC_INVALID_GEOMETRY_ID) {
       hits[i] = {};
     } else if (places.edge[i] < 0.0f || (!overlaps[ids[i]].empty() && overlaps[ids[i]][triangle[i]] != 0)) {
-      hits[i] = settle(rays[i], ids[i], triangle[i], places.distance[i]);
+      hits[i] = resolveTie(rays[i], ids[i], triangle[i], places.distance[i]);
     } else {
       hits[i] = {places.distance[i], instance[ids[i]], triangle[i], places.barycentric(i), places.facing[i] > 0.0f};
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rays against the instances of a scene, by Embree, which ray_tracer_state.h and fan_tree.h include.
+// Rays against the instances of a scene, by Embree, which ray_tracer_state.h and bundle_tree.h include.
 // Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
 // instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
 #pragma once
@@ -37,9 +37,9 @@ struct Hit {
 enum class RayOrder { mixed, coherent };
 
 // How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times
-// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. fans: thorough, and a
-// structure for RayFan (0.1 s, on another thread meanwhile) unless the level is too large for that.
-enum class RayStructure { quick, thorough, fans };
+// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. bundles: thorough, and a
+// structure for RayBundle (0.1 s, on another thread meanwhile) unless the level is too large for that.
+enum class RayStructure { quick, thorough, bundles };
 
 // Which instances rays meet. fixed: those that a bake is made of; drawn: dynamic ones as well.
 enum class RayGeometry { fixed, drawn };
@@ -71,7 +71,7 @@ class RayTracer {
   float epsilonAt(const glm::vec3& positionWorld) const;
 
  private:
-  friend class RayFan;
+  friend class RayBundle;
   struct State;
   explicit RayTracer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;

@@ -2,7 +2,7 @@
 // What a RayTracer holds, for the files that build it and ask it. See ray_tracer.cpp.
 #pragma once
 
-#include "bake/rays/bundle/fan_tree.h"
+#include "bake/rays/bundle/bundle_tree.h"
 #include "bake/rays/hit_places.h"
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
@@ -95,7 +95,7 @@ struct RayTracer::State {
   float rounding = 0.0f;                       // [m] of traced coordinates
   std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
   std::vector<std::vector<std::uint8_t>> buried;  // [Size geometries][Size triangles or 0] 1: not traced (ray_piles.h)
-  FanTree fans;                                   // empty: fans are traced in packets
+  BundleTree bundles;                             // empty: bundles are traced in packets
   unsigned width = 1;                             // rays a packet
   std::string error, description;
 
@@ -115,10 +115,10 @@ struct RayTracer::State {
   template <unsigned Width>
   void toHits(std::span<const Ray> rays, const unsigned* geomId, const unsigned* instanceId, const unsigned* triangle,
               std::span<Hit> hits) const;
-  Hit settle(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
+  Hit resolveTie(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const;
   void findOverlaps(Context& context);
-  FanTree buildFans(const Context& context) const;
-  void noteOverlapsInFans();
+  BundleTree makeBundleTree(const Context& context) const;
+  void noteOverlapsInBundleTree();
 };
 
 }  // namespace relume

@@ -32,7 +32,7 @@ float spotCone(const SceneLight& light, const glm::vec3& toLight) {
 
 glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorld, const glm::vec3& normal,
                           glm::vec3& toLight, float& distance) {
-  if (light.type == LightType::directional) {
+  if (light.kind == LightKind::directional) {
     toLight = -light.direction;
     distance = std::numeric_limits<float>::infinity();
     return light.intensity * std::max(0.0f, glm::dot(normal, toLight));
@@ -46,7 +46,7 @@ glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorl
   toLight = offset / distance;
   // E = I cos / d²
   float factor = std::max(0.0f, glm::dot(normal, toLight)) / (distance * distance) * rangeWindow(distance, light.range);
-  if (light.type == LightType::spot) factor *= spotCone(light, toLight);
+  if (light.kind == LightKind::spot) factor *= spotCone(light, toLight);
   return light.intensity * factor;
 }
 

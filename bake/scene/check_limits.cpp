@@ -17,8 +17,8 @@ namespace relume {
 namespace {
 
 // Offsets and factors of a texture transform: beyond, a float has no digits left for a place within the image.
-constexpr float kMostTextureTransform = 1e6f;
-constexpr float kMostAspect = 1e4f;  // of a camera, also its inverse
+constexpr float kMaxTextureTransform = 1e6f;
+constexpr float kMaxAspect = 1e4f;  // of a camera, also its inverse
 
 std::string number(float v) {
   std::array<char, 32> text{};
@@ -28,12 +28,12 @@ std::string number(float v) {
 
 std::string vector(const glm::vec3& v) { return "(" + number(v.x) + ", " + number(v.y) + ", " + number(v.z) + ")"; }
 
-std::string coordinates(float most) { return "; expected finite coordinates within " + number(most) + " m"; }
+std::string coordinates(float max) { return "; expected finite coordinates within " + number(max) + " m"; }
 
 // True for numbers of [0, most], false for NaN.
-bool isBetween(float v, float most) { return v >= 0.0f && v <= most; }
-bool isBetween(const glm::vec3& v, float most) {
-  return isBetween(v.x, most) && isBetween(v.y, most) && isBetween(v.z, most);
+bool isBetween(float v, float max) { return v >= 0.0f && v <= max; }
+bool isBetween(const glm::vec3& v, float max) {
+  return isBetween(v.x, max) && isBetween(v.y, max) && isBetween(v.z, max);
 }
 
 // Box of a mesh's positions; nothing when one of them is beyond what a mesh may have.
@@ -47,9 +47,9 @@ using Finding = std::optional<std::string>;
 Finding checkMesh(const Mesh& mesh, Box& box) {
   for (std::size_t v = 0; v < mesh.position.size(); ++v) {
     const glm::vec3& p = mesh.position[v];
-    if (!isWithin(p, kMostCoordinate))
+    if (!isWithin(p, kMaxCoordinate))
       return "mesh '" + mesh.name + "': vertex " + std::to_string(v) + " is at " + vector(p) +
-             coordinates(kMostCoordinate);
+             coordinates(kMaxCoordinate);
     box.low = glm::min(box.low, p);
     box.high = glm::max(box.high, p);
   }
@@ -64,9 +64,9 @@ glm::vec3 cornerOf(const Box& box, int corner) {
 Finding checkTransform(const glm::mat4& m, const std::string& who) {
   constexpr const char* kAxes[] = {"x axis", "y axis", "z axis", "origin"};
   for (int c = 0; c < 4; ++c) {
-    if (!isWithin(glm::vec3(m[c]), kMostLevelCoordinate))
+    if (!isWithin(glm::vec3(m[c]), kMaxLevelCoordinate))
       return who + ": its transform to the world takes the " + kAxes[c] + " to " + vector(glm::vec3(m[c])) +
-             coordinates(kMostLevelCoordinate);
+             coordinates(kMaxLevelCoordinate);
   }
   return std::nullopt;
 }
@@ -79,12 +79,12 @@ Finding checkInstance(const Instance& instance, const Mesh& mesh, const Box& box
   const auto toWorld = [&](const glm::vec3& p) { return glm::vec3(instance.toWorld * glm::vec4(p, 1.0f)); };
   bool within = true;
   for (int corner = 0; corner < 8 && within && !mesh.position.empty(); ++corner)
-    within = isWithin(toWorld(cornerOf(box, corner)), kMostLevelCoordinate);
+    within = isWithin(toWorld(cornerOf(box, corner)), kMaxLevelCoordinate);
   for (std::size_t v = 0; v < mesh.position.size() && !within; ++v) {
     const glm::vec3 world = toWorld(mesh.position[v]);
-    if (!isWithin(world, kMostLevelCoordinate))
+    if (!isWithin(world, kMaxLevelCoordinate))
       return who + ": vertex " + std::to_string(v) + " of mesh '" + mesh.name + "' is at " + vector(world) +
-             coordinates(kMostLevelCoordinate);
+             coordinates(kMaxLevelCoordinate);
   }
   return std::nullopt;
 }
@@ -93,15 +93,15 @@ Finding checkCamera(const Camera& camera) {
   const std::string who = "camera '" + camera.name + "'";
   if (Finding found = checkTransform(camera.toWorld, who)) return found;
   const auto length = [&](const char* what, float v) -> Finding {
-    if (isBetween(v, kMostLevelCoordinate)) return std::nullopt;
-    return who + ": its " + what + " is " + number(v) + " m; expected 0 to " + number(kMostLevelCoordinate) + " m";
+    if (isBetween(v, kMaxLevelCoordinate)) return std::nullopt;
+    return who + ": its " + what + " is " + number(v) + " m; expected 0 to " + number(kMaxLevelCoordinate) + " m";
   };
   if (Finding found = length("znear", camera.znear)) return found;
   if (Finding found = camera.orthographic ? length("ymag", camera.yMag) : std::nullopt) return found;
-  const bool shaped = camera.aspect == 0.0f || (camera.aspect >= 1.0f / kMostAspect && camera.aspect <= kMostAspect);
+  const bool shaped = camera.aspect == 0.0f || (camera.aspect >= 1.0f / kMaxAspect && camera.aspect <= kMaxAspect);
   if (!shaped)
-    return who + ": it is " + number(camera.aspect) + " times as wide as high; expected " + number(1.0f / kMostAspect) +
-           " to " + number(kMostAspect);
+    return who + ": it is " + number(camera.aspect) + " times as wide as high; expected " + number(1.0f / kMaxAspect) +
+           " to " + number(kMaxAspect);
   return camera.orthographic ? length("xmag", camera.yMag * camera.aspect) : std::nullopt;
 }
 
@@ -109,35 +109,35 @@ Finding checkVolume(const PlayVolume& volume) {
   for (int corner = 0; corner < 8; ++corner) {
     const glm::vec3 unit = cornerOf({glm::vec3(-0.5f), glm::vec3(0.5f)}, corner);
     const glm::vec3 world(volume.toWorld * glm::vec4(unit, 1.0f));
-    if (!isWithin(world, kMostLevelCoordinate))
+    if (!isWithin(world, kMaxLevelCoordinate))
       return "play volume of node '" + volume.name + "': a corner is at " + vector(world) +
-             coordinates(kMostLevelCoordinate);
+             coordinates(kMaxLevelCoordinate);
   }
   return std::nullopt;
 }
 
 Finding checkLight(const SceneLight& light) {
   const std::string who = "light '" + light.name + "'";
-  if (light.type != LightType::directional && !isWithin(light.positionWorld, kMostLevelCoordinate))
-    return who + " is at " + vector(light.positionWorld) + coordinates(kMostLevelCoordinate);
-  if (!isBetween(light.intensity, kMostIntensity))
-    return who + ": its intensity is " + vector(light.intensity) + "; expected 0 to " + number(kMostIntensity);
+  if (light.kind != LightKind::directional && !isWithin(light.positionWorld, kMaxLevelCoordinate))
+    return who + " is at " + vector(light.positionWorld) + coordinates(kMaxLevelCoordinate);
+  if (!isBetween(light.intensity, kMaxIntensity))
+    return who + ": its intensity is " + vector(light.intensity) + "; expected 0 to " + number(kMaxIntensity);
   return std::nullopt;
 }
 
 Finding checkMaterial(const Material& material) {
   const std::string who = "material '" + material.name + "'";
-  if (!isBetween(material.emission, kMostRadiance))
+  if (!isBetween(material.emission, kMaxRadiance))
     return who + ": its emission, factor times strength, is " + vector(material.emission) + "; expected 0 to " +
-           number(kMostRadiance) + " W/m²/sr";
+           number(kMaxRadiance) + " W/m²/sr";
   if (!isBetween(material.albedo, 1.0f) || !isBetween(material.alpha, 1.0f))
     return who + ": its base colour is " + vector(material.albedo) + " and alpha " + number(material.alpha) +
            "; expected 0 to 1";
   for (const TextureRef* texture : {&material.albedoTexture, &material.emissionTexture}) {
     for (const float v : texture->transform) {
-      if (!isBetween(glm::abs(v), kMostTextureTransform))
+      if (!isBetween(glm::abs(v), kMaxTextureTransform))
         return who + ": its texture transform has a factor or offset of " + number(v) + "; expected at most " +
-               number(kMostTextureTransform);
+               number(kMaxTextureTransform);
     }
   }
   return std::nullopt;

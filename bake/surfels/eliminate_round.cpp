@@ -20,7 +20,7 @@ constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
 constexpr float kCellSpacings = 8.0f;         // size of a cell in spacings
 constexpr float kQuotaWeight = 1e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
 constexpr std::size_t kCellsPerChunk = 512;
-constexpr std::size_t kMostOfAStep = 10;  // one in so many points may go in a step
+constexpr std::size_t kMaxOfAStep = 10;   // one in so many points may go in a step
 constexpr std::size_t kFewPoints = 4096;  // are not worth steps
 constexpr std::size_t kLastShare = 64;    // when no more than one in so many has to go, one by one
 
@@ -78,13 +78,13 @@ std::size_t bucketOf(float excess) { return excess > 0.0f ? std::bit_cast<std::u
 // the square of the points: where a thousand layers lie in one place, the spacing that their area asks for reaches them
 // all.
 bool isCrowded(const PointGrid& grid, std::span<const glm::vec3> position) {
-  constexpr double kMostAround = 4096.0;
+  constexpr double kMaxAround = 4096.0;
   constexpr std::size_t kAsked = 1024;
   const std::size_t step = std::max<std::size_t>(1, position.size() / kAsked);
   double around = 0.0, asked = 0.0;
   for (std::size_t p = 0; p < position.size(); p += step, asked += 1.0)
     grid.forEachRun(position[p], 1, [&](std::uint32_t begin, std::uint32_t end) { around += end - begin; });
-  return around > kMostAround * asked;
+  return around > kMaxAround * asked;
 }
 
 }  // namespace
@@ -235,7 +235,7 @@ void EliminationRound::remove(std::uint32_t i) {
 }
 
 // The lowest excess above which at most `most` points are. Excesses only fall, so no more than those will go.
-float EliminationRound::chooseStep(std::size_t most, Context& context) const {
+float EliminationRound::chooseStep(std::size_t max, Context& context) const {
   constexpr std::size_t kRegionsPerChunk = 128;
   std::vector<std::vector<std::uint32_t>> parts((regions_.size() + kRegionsPerChunk - 1) / kRegionsPerChunk);
   parallelChunks(context, "", regions_.size(), kRegionsPerChunk, [&](std::size_t begin, std::size_t end) {
@@ -248,7 +248,7 @@ float EliminationRound::chooseStep(std::size_t most, Context& context) const {
   std::size_t above = 0, bucket = kExcessBuckets;
   for (; bucket > 1; --bucket) {
     for (const std::vector<std::uint32_t>& part : parts) above += part.empty() ? 0 : part[bucket - 1];
-    if (above > most) break;
+    if (above > max) break;
   }
   return std::bit_cast<float>(static_cast<std::uint32_t>(bucket << kBucketShift));
 }
@@ -355,8 +355,8 @@ std::vector<std::uint32_t> EliminationRound::run(std::vector<std::uint32_t>& rem
   // Many at a time while there are many to go.
   const double all = static_cast<double>(left_);
   while (left_ > kFewPoints && left_ - count_ > left_ / kLastShare) {
-    const std::size_t most = std::min(left_ - count_, left_ / kMostOfAStep);
-    const float step = chooseStep(most, context);
+    const std::size_t max = std::min(left_ - count_, left_ / kMaxOfAStep);
+    const float step = chooseStep(max, context);
     if (!stepDown(step, removed, context)) break;
     if (!context.progress("surfels", 0.1 + 0.4 * (1.0 - static_cast<double>(left_) / all))) return {};
   }

@@ -2,7 +2,7 @@
 // One round of sample elimination (eliminate.h): of the points it is given, removes again and again the most crowded
 // one until a wanted number is left.
 //
-// Far from each other points do not mind each other's order, so the round goes in steps down the crowding: in each, the
+// Removals that are far apart commute, so the round goes in steps down the crowding: in each, the
 // regions of space remove on their own what is above the step, regions of one colour of a 2x2x2 pattern at a time. Two
 // of one colour are farther apart than any two neighbours, so the result does not depend on the threads. The last few
 // points come off one by one.
@@ -67,7 +67,7 @@ class EliminationRound {
   void findNeighbours(std::span<const SurfaceNode> node, const PointGrid& grid, Context& context);
   float excess(const Point& point) const { return point.weight + cells_[point.cell].penalty; }
   void remove(std::uint32_t point);
-  float chooseStep(std::size_t most, Context& context) const;
+  float chooseStep(std::size_t max, Context& context) const;
   void reduceRegion(Region& region, float step);
   bool stepDown(float step, std::vector<std::uint32_t>& removed, Context& context);
 

@@ -13,10 +13,10 @@
 namespace relume {
 namespace {
 
-constexpr double kMostRootCells = 64.0;  // along an edge
-constexpr int kMostDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
+constexpr double kMaxRootCells = 64.0;  // along an edge
+constexpr int kMaxDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
 // Of a needle: its cells are as long as it is, so that it would have as many as its edge has. They stay coarser.
-constexpr std::size_t kMostNeedleCells = 1u << 18;
+constexpr std::size_t kMaxNeedleCells = 1u << 18;
 
 }  // namespace
 
@@ -32,8 +32,8 @@ NestedGrid::NestedGrid(const PlaySpace& playSpace, std::uint32_t side, const std
     longest = std::max(longest, glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k])));
   double along = std::max(1.0, longest / static_cast<double>(width));
   int depth = 0;
-  for (; along > kMostRootCells && depth < kMostDepth; ++depth) along /= SurfelMap::kInnerAlong;
-  root_ = static_cast<std::uint32_t>(std::ceil(std::min(along, kMostRootCells)));
+  for (; along > kMaxRootCells && depth < kMaxDepth; ++depth) along /= SurfelMap::kInnerAlong;
+  root_ = static_cast<std::uint32_t>(std::ceil(std::min(along, kMaxRootCells)));
   cell_.assign(std::size_t{root_} * root_, kNone);
   for (std::uint32_t i = 0; i < root_ * root_; ++i)
     divide(i, glm::dvec2(i % root_, i / root_) / static_cast<double>(root_), 1.0 / root_, depth);
@@ -55,7 +55,7 @@ bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
 
 void NestedGrid::divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth) {
   if (!wanted(at, width)) return;
-  if (depth == 0 || (isNeedle_ && cell_.size() > kMostNeedleCells)) {
+  if (depth == 0 || (isNeedle_ && cell_.size() > kMaxNeedleCells)) {
     glm::dvec2 middle = at + 0.5 * width;
     if (middle.x + middle.y > 1.0) middle /= middle.x + middle.y;
     leaf_.push_back({cell, glm::vec2(middle)});

@@ -3,8 +3,8 @@
 // albedo and emission integrated over what each surfel stands for.
 #include "bake/surfels/eliminate.h"
 #include "bake/surfels/footprint.h"
+#include "bake/surfels/move_to_visible.h"
 #include "bake/surfels/relax.h"
-#include "bake/surfels/settle.h"
 #include "bake/surfels/spacing.h"
 #include "bake/surfels/surface_sampler.h"
 #include "bake/surfels/surfel_map.h"
@@ -23,7 +23,7 @@ constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter,
 constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates a surfel are enough
 constexpr std::size_t kFootprintSamples = 8;       // a surfel
 constexpr int kMaxRedraws = 4;
-constexpr std::size_t kMostRedrawn = 16;  // times the points first wanted: masks that leave less get fewer surfels
+constexpr std::size_t kMaxRedrawn = 16;  // times the points first wanted: masks that leave less get fewer surfels
 
 Status checkOptions(const SurfelOptions& options) {
   if (options.count < 2 || options.count > kMaxSurfels) {
@@ -57,12 +57,12 @@ Drawn drawPoints(const SurfaceSampler& sampler, std::size_t count, std::uint64_t
 // At least `count` points, where there are that many; masks may cost some redraws.
 Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t count, std::uint64_t seed,
                   std::uint32_t salt, Context& context) {
-  const std::size_t most = kMostRedrawn * wanted;
+  const std::size_t max = kMaxRedrawn * wanted;
   Drawn drawn = drawPoints(sampler, wanted, seed, salt, context);
-  for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && wanted < most && !context.cancelled(); ++i) {
+  for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && wanted < max && !context.cancelled(); ++i) {
     if (drawn.samples.empty()) break;
     const double grown = 1.02 * static_cast<double>(wanted) / drawn.share;
-    wanted = std::min(most, static_cast<std::size_t>(std::ceil(std::min(grown, static_cast<double>(most)))) + 1);
+    wanted = std::min(max, static_cast<std::size_t>(std::ceil(std::min(grown, static_cast<double>(max)))) + 1);
     drawn = drawPoints(sampler, wanted, seed, salt, context);
   }
   return drawn;
@@ -175,7 +175,7 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   if (context.cancelled()) return cancelledError();
 
   // Light each surfel where it is seen.
-  result.seeds = settleSurfels(tracer, playSpace, result.map, samples, seed, context);
+  result.seeds = moveToVisible(tracer, playSpace, result.map, samples, seed, context);
   if (context.cancelled()) return cancelledError();
 
   // Hand over.

@@ -42,18 +42,18 @@ Spacing measureSpacing(std::span<const SurfaceSample> surfels, float spacing, Co
   Spacing result;
   double sum = 0.0, squares = 0.0;
   std::size_t count = 0;
-  float least = std::numeric_limits<float>::infinity();
+  float min = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const float d = std::sqrt(nearest[i]);
     if (!(d <= 2.0f * spacing) || surfels[grid.order()[i]].density > 1.0f) continue;
-    least = std::min(least, d);
+    min = std::min(min, d);
     sum += d;
     squares += double{d} * d;
     ++count;
   }
   if (count == 0) return result;
   const double mean = sum / static_cast<double>(count);
-  result.min = least;
+  result.min = min;
   result.mean = static_cast<float>(mean);
   const double variance = std::max(0.0, squares / static_cast<double>(count) - mean * mean);
   result.cv = mean > 0.0 ? static_cast<float>(std::sqrt(variance) / mean) : 0.0f;

@@ -20,7 +20,7 @@ constexpr double kMaxEmitterShare = 0.125;    // of all points, for making small
 constexpr double kMaxFarShare = 0.125;        // of all points, on sides seen from far away only
 constexpr std::size_t kSidesPerChunk = 2048;
 constexpr std::size_t kPointsPerChunk = 8192;
-constexpr double kMostTries = 1e8, kMostNeedleTries = 1e6;  // on a side
+constexpr double kMaxTries = 1e8, kMaxNeedleTries = 1e6;  // on a side
 constexpr double kMaxTriesPerPoint = 64.0;      // on a side that is seen all over; more where only a part is seen
 constexpr double kRareShare = 0.25;             // sides seen less than that are looked through for the seen parts
 constexpr std::uint32_t kMaxPartsAlong = 1024;  // more are found by the tree of the play space
@@ -61,7 +61,7 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
   const double seenShare = playSpace.seenArea[side] / area;
   if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
   const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
-  parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMost));
+  parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMax));
   if (isNeedle(corner, static_cast<float>(area))) parts.along = std::min(parts.along, kMaxPartsAlong);
   const bool large = parts.along > kMaxPartsAlong;
   if (!large && tries < 2.0 * parts.along * parts.along) return parts;
@@ -139,8 +139,8 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
 
   // Raise the density of small emitters.
   const auto emitters = std::count_if(emitterArea.begin(), emitterArea.end(), [](double a) { return a > 0.0; });
-  const double most = emitters > 0 ? kMaxEmitterShare * pointCount / static_cast<double>(emitters) : 0.0;
-  const double wanted = std::min<double>(emitterPoints, most);
+  const double max = emitters > 0 ? kMaxEmitterShare * pointCount / static_cast<double>(emitters) : 0.0;
+  const double wanted = std::min<double>(emitterPoints, max);
   for (Side& side : sides_) {
     if (side.emitter == kReflector || !(emitterArea[side.instance] > 0.0) || playSpace.isFar(side.side)) continue;
     const double expected = pointCount * emitterArea[side.instance] / seenArea_;
@@ -187,8 +187,8 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
   const double tries = static_cast<double>(last - first) * std::max(1.0, area / seen);
   const SeenParts parts = findSeenParts(*playSpace_, corner, s.side, area, tries);
-  const double mostTries = isNeedle(corner, static_cast<float>(area)) ? kMostNeedleTries : kMostTries;
-  auto triesLeft = static_cast<std::int64_t>(std::min(mostTries, kMaxTriesPerPoint * (1.0 + tries)));
+  const double maxTries = isNeedle(corner, static_cast<float>(area)) ? kMaxNeedleTries : kMaxTries;
+  auto triesLeft = static_cast<std::int64_t>(std::min(maxTries, kMaxTriesPerPoint * (1.0 + tries)));
   std::uint64_t halton = 0;
   SurfaceSample sample = sampleAt(*scene_, s.instance, s.side, glm::vec2(0.0f));
   sample.density = s.density;

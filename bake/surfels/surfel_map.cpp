@@ -64,14 +64,14 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   }
   const double area = 0.5 * glm::length(glm::cross(glm::dvec3(corner[1]) - glm::dvec3(corner[0]),
                                                    glm::dvec3(corner[2]) - glm::dvec3(corner[0])));
-  const double most = seenArea > 0.0 ? kMaxCellsPerSeenArea * seenArea / (size * size) : kMaxUnseenCells;
-  const double limit = kMinCells + std::min(kMaxCellsPerArea * area / (size * size), most);
+  const double max = seenArea > 0.0 ? kMaxCellsPerSeenArea * seenArea / (size * size) : kMaxUnseenCells;
+  const double limit = kMinCells + std::min(kMaxCellsPerArea * area / (size * size), max);
   const double shrink = std::min(1.0, std::sqrt(limit / (columns * rows)));
   const auto cells = [&](double along) {
     return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
   };
   shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyCells &&
-                 most < kMaxCellsPerArea * area / (size * size);
+                 max < kMaxCellsPerArea * area / (size * size);
   shape.columns = cells(columns);
   shape.rows = cells(rows);
   return shape;
@@ -119,31 +119,30 @@ class Block {
   void improve(const SortedSurfels& all, const MapPlace& point, float reach, std::uint32_t& found, float& bestCost) {
     const std::array<const float*, 6> f{float_[0].data(), float_[1].data(), float_[2].data(),
                                         float_[3].data(), float_[4].data(), float_[5].data()};
-    const std::uint32_t least =
-        leastCost(f, word_[0].data(), word_[1].data(), place_.size(), point, all.spacing, reach, word_[2].data());
-    const auto cost = std::bit_cast<float>(least);
+    const std::uint32_t min =
+        minCost(f, word_[0].data(), word_[1].data(), place_.size(), point, all.spacing, reach, word_[2].data());
+    const auto cost = std::bit_cast<float>(min);
     if (!(cost <= bestCost) || cost == kNoMapping) return;
     if (cost < bestCost) found = kNone;
     bestCost = cost;
     for (std::size_t i = 0; i < place_.size(); ++i) {
-      if (word_[2][i] == least && (found == kNone || all.id[place_[i]] < all.id[found])) found = place_[i];
+      if (word_[2][i] == min && (found == kNone || all.id[place_[i]] < all.id[found])) found = place_[i];
     }
   }
 
  private:
   // The costs of all of them, as bits, which compare like the costs; returns the least.
-  RELUME_WIDE_CLONES static std::uint32_t leastCost(std::array<const float*, 6> f, const std::uint32_t* instance,
-                                                    const std::uint32_t* emits, std::size_t count,
-                                                    const MapPlace& point, float spacing, float reach,
-                                                    std::uint32_t* __restrict__ cost) {
+  RELUME_WIDE_CLONES static std::uint32_t minCost(std::array<const float*, 6> f, const std::uint32_t* instance,
+                                                  const std::uint32_t* emits, std::size_t count, const MapPlace& point,
+                                                  float spacing, float reach, std::uint32_t* __restrict__ cost) {
     const MapPlace p = point;
-    std::uint32_t least = std::bit_cast<std::uint32_t>(kNoMapping);
+    std::uint32_t min = std::bit_cast<std::uint32_t>(kNoMapping);
     for (std::size_t i = 0; i < count; ++i) {
       const MapPlace surfel{{f[0][i], f[1][i], f[2][i]}, {f[3][i], f[4][i], f[5][i]}, instance[i], emits[i]};
       cost[i] = std::bit_cast<std::uint32_t>(mapCost(p, surfel, spacing, reach));
-      least = std::min(least, cost[i]);
+      min = std::min(min, cost[i]);
     }
-    return least;
+    return min;
   }
 
   PointGrid::Cell cube_{0, 0, 0};
@@ -319,13 +318,13 @@ Class sortClass(const PlaySpace& playSpace, std::span<const SurfaceSample> surfe
                 Context& context) {
   Class result{{}, spacing};
   std::vector<std::uint32_t> id;
-  float least = 1.0f;
+  float min = 1.0f;
   for (std::uint32_t i = 0; i < surfels.size(); ++i) {
     if (playSpace.isFar(surfels[i].side) != far) continue;
     id.push_back(i);
-    if (far) least = std::min(least, surfels[i].density);
+    if (far) min = std::min(min, surfels[i].density);
   }
-  result.spacing = spacing / std::sqrt(std::max(least, 1e-30f));
+  result.spacing = spacing / std::sqrt(std::max(min, 1e-30f));
   result.sorted = sortSurfels(surfels, id, result.spacing, context);
   return result;
 }

@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-constexpr int kMostLevels = 30;  // voxels are numbered within ±1e9
+constexpr int kMaxLevels = 30;  // voxels are numbered within ±1e9
 
 struct Place {
   std::uint64_t key;
@@ -24,7 +24,7 @@ CellTree::CellTree(const CellGrid& grid, std::span<const CellHits> cells, int re
   std::vector<Place> places;
   places.reserve(cells.size());
   for (const CellHits& c : cells) places.push_back({c.key, c.voxel, c.facing >> 1});
-  for (int level = 0; level < kMostLevels; ++level) {
+  for (int level = 0; level < kMaxLevels; ++level) {
     for (Place& p : places) {
       for (int a = 0; a < 3; ++a) p.voxel[a] >>= 1;
       p.key = cellKey(p.axis, p.voxel);

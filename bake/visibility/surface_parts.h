@@ -48,15 +48,15 @@ void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
 // The n² equal parts of a triangle, n along an edge, small enough for the cells. Two to a square of the barycentric
 // plane: those that point up sit at (1/3, 1/3) of it, those that point down at (2/3, 2/3).
 struct TriangleParts {
-  static constexpr double kMost = 4194304.0;  // along an edge
-  static constexpr std::uint32_t kFew = 64;   // along an edge: not worth a look at the tree
+  static constexpr double kMax = 4194304.0;  // along an edge
+  static constexpr std::uint32_t kFew = 64;  // along an edge: not worth a look at the tree
 
   std::uint32_t along = 1;
   double count() const { return static_cast<double>(along) * along; }
 
   TriangleParts(float area, float cellSize) {
     const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
-    along = static_cast<std::uint32_t>(std::clamp(static_cast<double>(wanted), 1.0, kMost));
+    along = static_cast<std::uint32_t>(std::clamp(static_cast<double>(wanted), 1.0, kMax));
   }
 
   // Barycentric centre of part k of a row, of 2 (along - row) - 1.
@@ -132,8 +132,8 @@ double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, 
     int halvings;
   };
   const glm::vec3 normal = crossOf(corners);
-  const double wanted = std::min(4.0 * area / cellSize / cellSize, TriangleParts::kMost * TriangleParts::kMost);
-  const int most = std::max(0, static_cast<int>(std::ceil(std::log2(wanted))));
+  const double wanted = std::min(4.0 * area / cellSize / cellSize, TriangleParts::kMax * TriangleParts::kMax);
+  const int max = std::max(0, static_cast<int>(std::ceil(std::log2(wanted))));
   std::vector<Piece> stack;
   stack.push_back({{glm::dvec3(corners[0]), glm::dvec3(corners[1]), glm::dvec3(corners[2])}, 0});
   while (!stack.empty()) {
@@ -142,7 +142,7 @@ double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, 
     const auto& c = piece.corner;
     const glm::vec3 low(glm::min(glm::min(c[0], c[1]), c[2])), high(glm::max(glm::max(c[0], c[1]), c[2]));
     if (!tree.meets(instance, normal, low, high)) continue;
-    if (piece.halvings == most) {
+    if (piece.halvings == max) {
       visit(glm::vec3((c[0] + c[1] + c[2]) / 3.0));
       continue;
     }
@@ -153,7 +153,7 @@ double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, 
     stack.push_back({{from, middle, across}, piece.halvings + 1});
     stack.push_back({{middle, to, across}, piece.halvings + 1});
   }
-  return std::exp2(most);
+  return std::exp2(max);
 }
 
 // Visit the centres of the parts of a triangle that may be in a cell of the tree: visit(position). Returns the number

@@ -15,7 +15,7 @@ namespace relume {
 
 inline constexpr std::uint32_t kNoCache = 0xFFFFFFFFu;
 // Caches of a bake, at most: the runtime names one in kCacheBits bits where it bounces light.
-inline constexpr std::uint32_t kCacheBits = 22, kMostCaches = 1u << kCacheBits;
+inline constexpr std::uint32_t kCacheBits = 22, kMaxCaches = 1u << kCacheBits;
 // Light-map coordinate of a triangle corner that has none: the triangle is lit by the grid.
 inline constexpr std::uint32_t kGridLit = 0xFFFFFFFFu;
 

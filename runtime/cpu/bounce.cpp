@@ -21,7 +21,7 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-static_assert(kShareShift == kCacheBits && kShareOne == kMostShare);
+static_assert(kShareShift == kCacheBits && kShareOne == kMaxShare);
 
 // surfaceLobe() by TiltedSurfel::angle.
 const float* lobesByAngle() {

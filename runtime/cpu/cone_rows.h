@@ -85,7 +85,7 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
   constexpr int kCoefficients = kBands * kBands;
   constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
   constexpr int kChunk = kWanted > 512 ? 512 : kWanted;
-  constexpr int kMost = kBlock < kCoefficients ? kBlock : kCoefficients;
+  constexpr int kMax = kBlock < kCoefficients ? kBlock : kCoefficients;
   alignas(64) float w[kCoefficients * kChunk];
   alignas(64) float b[3 * kChunk];
   alignas(64) std::uint32_t node[kChunk + kLanes];
@@ -105,8 +105,8 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
       scaledColors(gather(job.node, node + k), links.transfer(), color);
       for (int c = 0; c < 3; ++c) store(b + c * kChunk + k, color[c]);
     }
-    sumCoefficients<3, kMost>(w, kChunk, b, kChunk, count, out, 0, chroma);
-    sumCoefficients<1, kMost>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);
+    sumCoefficients<3, kMax>(w, kChunk, b, kChunk, count, out, 0, chroma);
+    sumCoefficients<1, kMax>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);
   }
   for (int i = 0; i < all; ++i) coefficients[i] *= job.coneScale[i];
 }

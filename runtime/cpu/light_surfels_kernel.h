@@ -44,15 +44,15 @@ inline Floats3 normals(const LightSurfelsJob& job, std::uint32_t first) {
 inline Floats lightFactor(const PreparedLight& light, const Floats3& p, const Floats3& n) {
   const Floats zero{}, one = splat(1.0f);
   const Floats3 direction = splat3(light.direction);
-  if (light.kind == 0) return most(-dot(direction, n), zero);
+  if (light.kind == 0) return max(-dot(direction, n), zero);
   const Floats3 toward{light.position[0] - p.x, light.position[1] - p.y, light.position[2] - p.z};
-  const Floats d2 = most(dot(toward, toward), splat(1e-12f));
-  const Floats cosineTimesD = most(dot(toward, n), zero);
+  const Floats d2 = max(dot(toward, toward), splat(1e-12f));
+  const Floats cosineTimesD = max(dot(toward, n), zero);
   const Floats inverseD = inverseSqrt(d2), share = d2 * light.inverseRange2;
-  Floats factor = cosineTimesD * inverseD / most(d2, splat(1e-8f)) * most(one - share * share, zero);
+  Floats factor = cosineTimesD * inverseD / max(d2, splat(1e-8f)) * max(one - share * share, zero);
   if (light.kind == 2) {
     const Floats cosine = -dot(direction, toward) * inverseD;
-    const Floats t = least(most((cosine - light.cosOuter) * light.coneScale, zero), one);
+    const Floats t = min(max((cosine - light.cosOuter) * light.coneScale, zero), one);
     factor *= t * t;
   }
   return factor;
@@ -111,7 +111,7 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
       }
     }
     const Floats eY = load<Floats>(e[0]), eCo = load<Floats>(e[1]), eCg = load<Floats>(e[2]), t = eY - eCg, zero{};
-    const Ints bits = packColors(most(t + eCo, zero), most(eY + eCg, zero), most(t - eCo, zero),
+    const Ints bits = packColors(max(t + eCo, zero), max(eY + eCg, zero), max(t - eCo, zero),
                                  dithers(static_cast<std::int32_t>(first) + laneNumbers()));
     __builtin_memcpy(job.color + first, &bits, sizeof(std::uint32_t) * count);
   }
@@ -149,8 +149,8 @@ struct TexelQuads {
   TexelQuads(const LightSurfelsJob& job, Ints receiver) {
     const Floats zero{}, one = splat(1.0f);
     const auto width = static_cast<float>(job.mapWidth), height = static_cast<float>(job.mapHeight);
-    const Floats x = least(most(lowHalf(receiver) * (width / 65535.0f) - 0.5f, zero), splat(width - 1.0f));
-    const Floats y = least(most(highHalf(receiver) * (height / 65535.0f) - 0.5f, zero), splat(height - 1.0f));
+    const Floats x = min(max(lowHalf(receiver) * (width / 65535.0f) - 0.5f, zero), splat(width - 1.0f));
+    const Floats y = min(max(highHalf(receiver) * (height / 65535.0f) - 0.5f, zero), splat(height - 1.0f));
     const Ints x0 = __builtin_convertvector(x, Ints), y0 = __builtin_convertvector(y, Ints);
     // One texel on, but for the last.
     const Ints right = (x0 + 1 < job.mapWidth) & 1, down = (y0 + 1 < job.mapHeight) & job.mapWidth;
@@ -172,7 +172,7 @@ inline void addFlatBounce(const LightSurfelsJob& job, std::uint32_t first, std::
     const TexelQuads quads(job, receiver);
     Floats r{}, g{}, b{}, total{};
     for (int k = 0; k < 4; ++k) addTexels(job, quads.texel[k], quads.weight[k], r, g, b, total);
-    Floats scale = job.bounceScale / most(total, splat(1e-20f));
+    Floats scale = job.bounceScale / max(total, splat(1e-20f));
     scale = asFloats(asInts(scale) & (receiver != -1) & (total > 0.0f));
     store(e + i, load<Floats>(e + i) + scale * r);
     store(e + kSurfelBlock + i, load<Floats>(e + kSurfelBlock + i) + scale * g);
@@ -283,9 +283,9 @@ __attribute__((always_inline)) inline void writeTransposed(const Floats* vectors
 // Y, Co, Cg to red, green and blue, not negative, times bounceScale.
 __attribute__((always_inline)) inline void toBouncedRgb(const LightSurfelsJob& job, float (*sum)[kLanes]) {
   const Floats y = load<Floats>(sum[0]), co = load<Floats>(sum[1]), cg = load<Floats>(sum[2]), t = y - cg, zero{};
-  store(sum[0], job.bounceScale * most(t + co, zero));
-  store(sum[1], job.bounceScale * most(y + cg, zero));
-  store(sum[2], job.bounceScale * most(t - co, zero));
+  store(sum[0], job.bounceScale * max(t + co, zero));
+  store(sum[1], job.bounceScale * max(y + cg, zero));
+  store(sum[2], job.bounceScale * max(t - co, zero));
 }
 
 // Lanes are surfels up to their lobes and caches, then one surfel at a time with coefficients as lanes.
@@ -315,7 +315,7 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
       store(weight[k], quads.weight[k]);
       total += quads.weight[k];
     }
-    const Floats share = 1.0f / most(total, splat(1e-20f));
+    const Floats share = 1.0f / max(total, splat(1e-20f));
     Floats vectors[9];
     writeLobe(true, job.thirdBand, n, asFloats(gather(lobes, angle * 2)) * share,
               asFloats(gather(lobes, angle * 2 + 1)) * share, vectors);

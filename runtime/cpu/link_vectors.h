@@ -141,8 +141,8 @@ struct CompactLinks : Heads {
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const {
     const Floats q = toFloats((shape >> (2 * kUvBits)) & ((1 << kConeBits) - 1));
-    constexpr float kMost = static_cast<float>((1 << kConeBits) - 1);
-    bandRatios<kBands>(1.0f - q * q * (2.0f / (kMost * kMost)), g);
+    constexpr float kMax = static_cast<float>((1 << kConeBits) - 1);
+    bandRatios<kBands>(1.0f - q * q * (2.0f / (kMax * kMax)), g);
   }
   __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
     unpackDirections<kUvBits>(shape, x, y, z);

@@ -11,7 +11,7 @@ namespace {
 
 // Inner nodes of a part, and parts from which on waking a thread costs less than it saves.
 constexpr std::uint32_t kPartNodes = 16384;
-constexpr std::uint32_t kFewestParts = 4, kMostParts = 64;
+constexpr std::uint32_t kMinParts = 4, kMaxParts = 64;
 
 }  // namespace
 
@@ -38,8 +38,8 @@ PullTree::PullTree(const Hierarchy& hierarchy, std::pmr::memory_resource* memory
 
 // Children of neighbours are neighbours: what lies under a run of nodes of one level is a run of every level below.
 void PullTree::cutUp(const Hierarchy& hierarchy, std::span<const std::uint32_t> innerBefore) {
-  const std::uint32_t levels = hierarchy.levelCount(), wanted = std::min(inner_.size() / kPartNodes, kMostParts);
-  if (wanted < kFewestParts) return;
+  const std::uint32_t levels = hierarchy.levelCount(), wanted = std::min(inner_.size() / kPartNodes, kMaxParts);
+  if (wanted < kMinParts) return;
   // The first level with a few nodes for every part.
   while (cut_ < levels && hierarchy.levelBegin[cut_ + 1] - hierarchy.levelBegin[cut_] < 4 * wanted) ++cut_;
   if (cut_ == levels) return;

@@ -128,7 +128,7 @@ inline Floats inverseSqrt(Floats v) {
 // Where a mask is on, a, else b.
 inline Floats choose(Ints mask, Floats a, Floats b) { return asFloats((mask & asInts(a)) | (~mask & asInts(b))); }
 
-inline Floats least(Floats a, Floats b) {
+inline Floats min(Floats a, Floats b) {
 #if RELUME_LANES == 16
   return (Floats)_mm512_maskz_min_ps(kAll, (__m512)a, (__m512)b);
 #elif RELUME_LANES == 8 && defined(__AVX__)
@@ -140,7 +140,7 @@ inline Floats least(Floats a, Floats b) {
 #endif
 }
 
-inline Floats most(Floats a, Floats b) {
+inline Floats max(Floats a, Floats b) {
 #if RELUME_LANES == 16
   return (Floats)_mm512_maskz_max_ps(kAll, (__m512)a, (__m512)b);
 #elif RELUME_LANES == 8 && defined(__AVX__)
@@ -159,7 +159,7 @@ inline Floats limitSize(Floats a, Floats limit) {
   return (Floats)_mm512_maskz_range_ps(kAll, (__m512)a, (__m512)limit, kLesserSizeSignOfFirst);
 #else
   const Ints signBit = Ints{} + INT32_MIN;
-  return asFloats(asInts(least(asFloats(asInts(a) & ~signBit), limit)) | (asInts(a) & signBit));
+  return asFloats(asInts(min(asFloats(asInts(a) & ~signBit), limit)) | (asInts(a) & signBit));
 #endif
 }
 
@@ -203,13 +203,13 @@ inline void unpackColors(Ints bits, Floats& r, Floats& g, Floats& b) {
 
 // packColor() of the colours of lanes whose dithers are given.
 inline Ints packColors(Floats r, Floats g, Floats b, Floats dither) {
-  const Floats largest = most(most(r, g), b);
+  const Floats largest = max(max(r, g), b);
   Ints exponent = (asInts(largest) >> 23) - 95;
   exponent = exponent & ~(exponent < 0);
   exponent = (exponent & (exponent < 63)) | (63 & ~(exponent < 63));
   const Floats scale = asFloats((167 - exponent) << 23);
   const auto part = [&dither](Floats v, float limit) __attribute__((always_inline)) {
-    return __builtin_convertvector(least(most(v + dither, Floats{}), splat(limit)), Ints);
+    return __builtin_convertvector(min(max(v + dither, Floats{}), splat(limit)), Ints);
   };
   return part(r * scale, 511.0f) | part(g * scale, 511.0f) << 9 | part(b * (0.5f * scale), 255.0f) << 18 |
          exponent << 26;

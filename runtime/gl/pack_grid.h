@@ -17,7 +17,7 @@
 namespace relume::gl {
 
 static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
-static_assert(RELUME_MOST_COORDINATE == kMostCoordinate && RELUME_MOST_NORMAL2 == kMostNormal2);
+static_assert(RELUME_MOST_COORDINATE == kMaxCoordinate && RELUME_MOST_NORMAL2 == kMaxNormal2);
 
 struct PackedGrid {
   std::pmr::vector<std::uint32_t> words;

@@ -15,7 +15,7 @@ namespace relume::gl {
 namespace {
 
 // Work groups of a dispatch.
-constexpr GLuint kMostGroups = 65535;
+constexpr GLuint kMaxGroups = 65535;
 
 void bindStorage(const Functions& gl, GLuint slot, const Buffer& buffer) {
   gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer.get());
@@ -238,9 +238,9 @@ void PullPass::run(const Functions& gl, const GpuBake& gpu, void (*barrier)(cons
   bindStorage(gl, RELUME_SLOT_ROUNDS, gpu.pullRounds);
   bindStorage(gl, RELUME_SLOT_NODES, gpu.nodes);
   // The number of groups of one dispatch is limited.
-  for (GLuint first = 0; first < gpu.pullGroupCount; first += kMostGroups) {
+  for (GLuint first = 0; first < gpu.pullGroupCount; first += kMaxGroups) {
     gl.ProgramUniform1ui(groups_.get(), firstGroup_, first);
-    gl.DispatchCompute(std::min(gpu.pullGroupCount - first, kMostGroups), 1, 1);
+    gl.DispatchCompute(std::min(gpu.pullGroupCount - first, kMaxGroups), 1, 1);
   }
   if (gpu.pullRoundCount == 0) return;
   barrier(gl);
@@ -328,9 +328,9 @@ void CachePass::runBatch(const Functions& gl, const Kernel& kernel, const GpuBak
   gl.ProgramUniform1ui(program, kernel.endCache, batch.endCache);
   // The number of groups of one dispatch is limited.
   const auto perGroup = static_cast<GLuint>(kernel.group.caches);
-  for (GLuint first = batch.firstCache; first < batch.endCache; first += kMostGroups * perGroup) {
+  for (GLuint first = batch.firstCache; first < batch.endCache; first += kMaxGroups * perGroup) {
     gl.ProgramUniform1ui(program, kernel.firstCache, first);
-    gl.DispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMostGroups), 1, 1);
+    gl.DispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMaxGroups), 1, 1);
   }
 }
 

@@ -41,8 +41,8 @@ struct PullSchedule {
 };
 
 // Nodes of a hierarchy and inner nodes of a group at most, so that a run fits 8 bytes.
-constexpr std::uint32_t kMostPulledNodes = 1u << kRelumePullNodeBits;
-constexpr std::uint32_t kMostGroupNodes = (1u << (64 - 2 * kRelumePullNodeBits)) - 1;
+constexpr std::uint32_t kMaxPulledNodes = 1u << kRelumePullNodeBits;
+constexpr std::uint32_t kMaxGroupNodes = (1u << (64 - 2 * kRelumePullNodeBits)) - 1;
 
 // As pull.comp reads it.
 inline std::array<std::uint32_t, 2> packRun(const PullSchedule::Run& run) {
@@ -51,7 +51,7 @@ inline std::array<std::uint32_t, 2> packRun(const PullSchedule::Run& run) {
           run.firstInner | run.count >> kLow << kRelumePullNodeBits};
 }
 
-// [nodesPerGroup 1..kMostGroupNodes] inner nodes that a group gets at most. memory: keeps the schedule.
+// [nodesPerGroup 1..kMaxGroupNodes] inner nodes that a group gets at most. memory: keeps the schedule.
 PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup,
                               std::pmr::memory_resource* memory);
 

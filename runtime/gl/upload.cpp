@@ -108,14 +108,14 @@ Result<std::pmr::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> r
                                                 std::size_t linkBytes, std::size_t shape, std::size_t limit,
                                                 std::size_t alignment, std::pmr::memory_resource* memory) {
   const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
-  const std::size_t most = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
+  const std::size_t max = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
   std::pmr::vector<LinkBatch> batches(memory);
   for (std::uint32_t cache = 0; cache < caches;) {
     LinkBatch batch;
     batch.firstCache = cache;
     batch.firstLink = rowBegin[cache];
     const std::uint32_t end = cache < cut ? std::min(cut, caches) : caches;
-    while (cache < end && rowBegin[cache + 1] - batch.firstLink <= most) ++cache;
+    while (cache < end && rowBegin[cache + 1] - batch.firstLink <= max) ++cache;
     if (cache == batch.firstCache) {
       return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
                                                std::to_string(limit) + " bytes this OpenGL binds at once"};
@@ -262,13 +262,13 @@ std::pmr::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t f
 
 Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap,
                     GpuBake& gpu, std::pmr::memory_resource* memory) {
-  GLint most = 0;
-  gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  GLint max = 0;
+  gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &max);
   const Lightmap& map = caches.lightmap;
-  if (map.width > static_cast<GLuint>(most) || map.height > static_cast<GLuint>(most)) {
+  if (map.width > static_cast<GLuint>(max) || map.height > static_cast<GLuint>(max)) {
     return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " +
                                              std::to_string(map.height) +
-                                             " texels exceeds this OpenGL's largest texture, " + std::to_string(most)};
+                                             " texels exceeds this OpenGL's largest texture, " + std::to_string(max)};
   }
   if (!map.cache.empty()) {
     gpu.mapWidth = map.width;
@@ -321,8 +321,8 @@ void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chroma
   const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const auto layersOf = [irradianceOnMap](int bands) { return wordsOf(mapBands(bands, irradianceOnMap)); };
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const std::size_t most = static_cast<std::size_t>(layersOf(std::max(lumaBands, chromaBands)));
-  const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * width * height * most, 0, memory);
+  const std::size_t max = static_cast<std::size_t>(layersOf(std::max(lumaBands, chromaBands)));
+  const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * width * height * max, 0, memory);
   const Array<std::uint32_t>& map = bake.caches.lightmap.cache;
   std::pmr::vector<std::uint32_t> texels(map.begin(), map.end(), memory);
 
@@ -376,10 +376,10 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
       !ok) {
     return ok.error();
   }
-  if (hierarchy.nodeCount() > kMostPulledNodes) {
+  if (hierarchy.nodeCount() > kMaxPulledNodes) {
     return Error{ErrorCode::unsupported, "the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
                                              " nodes, the OpenGL backend takes at most " +
-                                             std::to_string(kMostPulledNodes)};
+                                             std::to_string(kMaxPulledNodes)};
   }
   const std::size_t cachesBytes = gpu.firstMapCache * cacheBytes(lumaBands, chromaBands);
   const std::size_t largest =

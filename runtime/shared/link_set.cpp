@@ -28,9 +28,9 @@ bool canPackAgain(const Links& links) {
 // The nearest f of eight bits, as they are stored: nothing, or four places behind the leading one from 2^-14 on. (Below
 // that are denormal halves, which kernels need not know then.)
 std::uint32_t packTransfer8(float f) {
-  constexpr std::uint32_t kLeast = 16;
-  const std::uint32_t below = packTransfer(f) >> 4, low = below < kLeast ? 0 : below,
-                      high = std::clamp(low + 1, kLeast, 255u);
+  constexpr std::uint32_t kMin = 16;
+  const std::uint32_t below = packTransfer(f) >> 4, low = below < kMin ? 0 : below,
+                      high = std::clamp(low + 1, kMin, 255u);
   return f - unpackTransfer(low << 4) < unpackTransfer(high << 4) - f ? low : high;
 }
 
@@ -50,7 +50,7 @@ void LinkSet::packAgain() {
   nodeStep_.reserve(std::size_t{links_.cacheCount()} * steps_);
   for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
     const std::uint32_t begin = links_.rowBegin[c], end = links_.rowBegin[c + 1];
-    float owed = 0.0f;
+    float error = 0.0f;
     std::uint32_t step = 0;
     for (std::uint32_t i = begin; i < end; ++i) {
       const std::uint32_t node = links_.node(i);
@@ -58,9 +58,8 @@ void LinkSet::packAgain() {
       word_.push_back((node & 0xFFFFu) | ((links_.shape[i / 2] >> (16 * (i % 2))) & 0xFFFFu) << 16);
       // A link that carries nothing stays that way.
       const float baked = unpackTransfer(links_.head[i] >> 20);
-      owed += baked;
-      const std::uint32_t f = baked > 0.0f ? packTransfer8(owed) : 0u;
-      owed -= unpackTransfer(f << 4);
+      const std::uint32_t f = baked > 0.0f ? packTransfer8(baked + error) : 0u;
+      error = baked + error - unpackTransfer(f << 4);
       transfer_.push_back(static_cast<std::uint8_t>(f));
     }
     for (; step < steps_; ++step) nodeStep_.push_back(0xFFFFu);

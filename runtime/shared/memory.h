@@ -23,10 +23,10 @@ class AlignedMemory final : public std::pmr::memory_resource {
   std::pmr::memory_resource* host() const { return host_; }
 
  private:
-  static constexpr std::size_t kLeastAlignment = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
+  static constexpr std::size_t kMinAlignment = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
 
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
-    alignment = std::max(alignment, kLeastAlignment);
+    alignment = std::max(alignment, kMinAlignment);
     try {
       return host_->allocate(bytes, alignment);
     } catch (const std::bad_alloc&) {
@@ -34,7 +34,7 @@ class AlignedMemory final : public std::pmr::memory_resource {
     }
   }
   void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override {
-    host_->deallocate(block, bytes, std::max(alignment, kLeastAlignment));
+    host_->deallocate(block, bytes, std::max(alignment, kMinAlignment));
   }
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override { return this == &other; }
 

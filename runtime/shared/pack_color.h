@@ -26,8 +26,8 @@ inline std::uint32_t packColor(const glm::vec3& rgb, float dither) {
   const float largest = std::max({rgb.r, rgb.g, rgb.b});
   const int exponent = std::clamp((std::bit_cast<std::int32_t>(largest) >> 23) - 95, 0, 63);
   const float scale = std::bit_cast<float>((167 - exponent) << 23);
-  const auto part = [dither](float v, float most) {
-    return static_cast<std::uint32_t>(std::clamp(v + dither, 0.0f, most));
+  const auto part = [dither](float v, float max) {
+    return static_cast<std::uint32_t>(std::clamp(v + dither, 0.0f, max));
   };
   return part(rgb.r * scale, 511.0f) | part(rgb.g * scale, 511.0f) << 9 | part(rgb.b * (0.5f * scale), 255.0f) << 18 |
          static_cast<std::uint32_t>(exponent) << 26;

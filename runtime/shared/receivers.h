@@ -40,8 +40,8 @@ inline ReceiverKind receiverKind(const Caches& caches, const Surfels& surfels, s
   return sum >= kFlat * stencil.total() ? ReceiverKind::flat : ReceiverKind::tilted;
 }
 
-// Caches of the grid that a receiver reads: a cache in the low kCacheBits bits, its share over kMostShare above them.
-constexpr std::uint32_t kMostShare = 1023;
+// Caches of the grid that a receiver reads: a cache in the low kCacheBits bits, its share over kMaxShare above them.
+constexpr std::uint32_t kMaxShare = 1023;
 
 // Append those of surfel s, whose shares add up to 1; returns how many [0..16].
 inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s,
@@ -49,12 +49,12 @@ inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfe
   const Stencil stencil = gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();
   std::uint32_t count = 0;
-  // Hand what rounding leaves from one to the next, so that the shares add up to 1.
-  float owed = 0.5f;
+  // Diffuse the rounding error from one to the next, so that the shares add up to 1.
+  float wanted = 0.5f;
   for (std::size_t k = 0; total > 0.0f && k < static_cast<std::size_t>(stencil.count); ++k) {
-    owed += stencil.weight[k] * static_cast<float>(kMostShare) / total;
-    const auto share = static_cast<std::uint32_t>(owed);
-    owed -= static_cast<float>(share);
+    wanted += stencil.weight[k] * static_cast<float>(kMaxShare) / total;
+    const auto share = static_cast<std::uint32_t>(wanted);
+    wanted -= static_cast<float>(share);
     if (share == 0) continue;
     shares.push_back(stencil.cache[k] | share << kCacheBits);
     ++count;

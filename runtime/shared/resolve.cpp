@@ -131,7 +131,7 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 }
 
 // A receiver whose normal can shade: nothing is read for others. False for NaN.
-bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) <= kMostNormal2; }
+bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) <= kMaxNormal2; }
 
 }  // namespace
 
@@ -155,7 +155,7 @@ glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, co
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal) {
   if (!isWithin(positionWorld, std::numeric_limits<float>::max()) || !canShade(normal)) return glm::vec3(0.0f);
-  const glm::vec3 near = glm::clamp(positionWorld, -kMostCoordinate, kMostCoordinate);
+  const glm::vec3 near = glm::clamp(positionWorld, -kMaxCoordinate, kMaxCoordinate);
   const Stencil stencil = gridStencil(caches, near, normal);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);

@@ -36,7 +36,7 @@ struct CacheLight {
 
 // Square of the longest normal that receivers may have: unit ones, and what is left of them by interpolation or
 // packing.
-inline constexpr float kMostNormal2 = 4.0f;
+inline constexpr float kMaxNormal2 = 4.0f;
 
 // Irradiance [W/m²], finite and never negative; zero where there are no caches, where uv or the position is not finite,
 // and for a normal that is not finite or longer than 2. `uv` is a point of the light map, whichever of its

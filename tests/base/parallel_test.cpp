@@ -46,7 +46,7 @@ TEST(ParallelChunks, moreThreadsLastNoLongerThanTheWork) {
 }
 
 TEST(ParallelChunks, librariesOnOneThreadStayOnOne) {
-  std::size_t most = 0;
+  std::size_t max = 0;
   runOnOneThread([&] {
     Context context;
     context.threads = 7;
@@ -57,9 +57,9 @@ TEST(ParallelChunks, librariesOnOneThreadStayOnOne) {
       const std::lock_guard lock(mutex);
       ids.insert(std::this_thread::get_id());
     });
-    most = ids.size();
+    max = ids.size();
   });
-  EXPECT_EQ(most, 1u);
+  EXPECT_EQ(max, 1u);
 }
 
 // Ends the process with 42 when the caller hears that memory is out.

@@ -39,7 +39,7 @@ struct Stages {
 
 // Run every stage but the last once, for the ones after it.
 Status Stages::prepare() {
-  Result<RayTracer> rays = RayTracer::create(scene, options.embreeIsa, context, RayStructure::fans);
+  Result<RayTracer> rays = RayTracer::create(scene, options.embreeIsa, context, RayStructure::bundles);
   if (!rays) return rays.error();
   tracer.emplace(std::move(*rays));
   Result<PlaySpace> found = findPlaySpace(*tracer, options.playSpace, options.seed, context);

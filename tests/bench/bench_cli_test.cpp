@@ -45,9 +45,9 @@ TEST_F(Bench, jsonHoldsStagesPassesAndBuffers) {
   const nlohmann::json report = nlohmann::json::parse(result.out);
   const nlohmann::json& setting = report.at("settings").at(0);
   EXPECT_EQ(setting.at("sizes").at("surfels"), 1000);
-  const int most = setting.at("sizes").at("linksPerCache");  // of the fullest row; 64 is the mean
-  EXPECT_GE(most, 64);
-  EXPECT_LE(most, 8 * 64);
+  const int max = setting.at("sizes").at("linksPerCache");  // of the fullest row; 64 is the mean
+  EXPECT_GE(max, 64);
+  EXPECT_LE(max, 8 * 64);
 
   // Each stage once, however many bakes; together no more than the fastest whole bake.
   double sum = 0.0;

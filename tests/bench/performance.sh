@@ -46,7 +46,7 @@ done
   printf '\n## paper with 16384 rays a cache\n\n'
   sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
   printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
-  printf 'of 8 and as fans, from %s (docs/TRACING.md).\n\n' "$(head -n 1 "$work/rates.txt")"
+  printf 'of 8 and as bundles, from %s (docs/TRACING.md).\n\n' "$(head -n 1 "$work/rates.txt")"
   grep '^|' "$work/rates.txt"
   printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'

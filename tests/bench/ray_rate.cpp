@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// How fast the rays of a bake's caches are traced: in packets, with a thorough structure of Embree's, and as fans; and
-// how many of them hit another triangle. Prints the table of docs/TRACING.md, millions of rays a second on all cores.
+// How fast the rays of a bake's caches are traced: in packets, with a thorough structure of Embree's, and as bundles;
+// and how many of them hit another triangle. Prints the table of docs/TRACING.md, millions of rays a second on all
+// cores.
 //   bench_ray_rate LEVEL.glb BAKE.relume [every n-th run of caches [repeats]]
 #include "bake/base/parallel.h"
 #include "bake/links/directions.h"
-#include "bake/rays/bundle/ray_fan.h"
+#include "bake/rays/bundle/ray_bundle.h"
 #include "relume/bake/context.h"
 #include "relume/bake_file.h"
 
@@ -45,7 +46,7 @@ void castFrom(const Origin& origin, const DirectionStrata& strata, std::vector<g
 template <class Work>
 double secondsOf(Context& context, const std::vector<Origin>& origins, const DirectionStrata& strata, int repeats,
                  const Work& work) {
-  double least = std::numeric_limits<double>::infinity();
+  double min = std::numeric_limits<double>::infinity();
   for (int repeat = 0; repeat < repeats; ++repeat) {
     std::atomic<std::int64_t> nanoseconds{0};
     parallelChunks(context, "", origins.size(), kRun, [&](std::size_t begin, std::size_t end) {
@@ -58,9 +59,9 @@ double secondsOf(Context& context, const std::vector<Origin>& origins, const Dir
         nanoseconds += std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count();
       }
     });
-    least = std::min(least, 1e-9 * static_cast<double>(nanoseconds));
+    min = std::min(min, 1e-9 * static_cast<double>(nanoseconds));
   }
-  return least / std::max(context.threads, 1);
+  return min / std::max(context.threads, 1);
 }
 
 int run(int argc, char** argv) {
@@ -79,8 +80,8 @@ int run(int argc, char** argv) {
   if (!bake) return fail(bake.error());
   const auto packets = RayTracer::create(*scene, "avx2", context, RayStructure::thorough);
   if (!packets) return fail(packets.error());
-  const auto fans = RayTracer::create(*scene, "avx2", context, RayStructure::fans);
-  if (!fans) return fail(fans.error());
+  const auto bundles = RayTracer::create(*scene, "avx2", context, RayStructure::bundles);
+  if (!bundles) return fail(bundles.error());
   const auto step = static_cast<std::uint32_t>(std::max(1, argc > 3 ? std::atoi(argv[3]) : 8));
   const int repeats = std::max(1, argc > 4 ? std::atoi(argv[4]) : 3);
   context.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -89,10 +90,11 @@ int run(int argc, char** argv) {
   for (std::uint32_t c = 0; c < bake->caches.count(); ++c) {
     if (c / kRun % step != 0) continue;
     const glm::vec3 position = bake->caches.positionWorld[c], normal = bake->caches.normal[c];
-    origins.push_back({c, position + normal * fans->epsilonAt(position), normal});
+    origins.push_back({c, position + normal * bundles->epsilonAt(position), normal});
   }
   std::printf(
-      "%zu caches, %d threads\n\n| rays a cache | packets | fans | | another triangle |\n|---:|---:|---:|---:|---:|\n",
+      "%zu caches, %d threads\n\n| rays a cache | packets | bundles | | another triangle "
+      "|\n|---:|---:|---:|---:|---:|\n",
       origins.size(), context.threads);
   for (const std::uint32_t rays : kRays) {
     const DirectionStrata strata(rays);
@@ -104,12 +106,12 @@ int run(int argc, char** argv) {
       packets->trace(packet, hits, RayOrder::coherent);
     });
     const double together = secondsOf(context, origins, strata, repeats, [&](const Origin& o, auto& to, auto& hits) {
-      thread_local RayFan fan;
-      fan.trace(*fans, o.positionWorld, o.normal, to, hits);
+      thread_local RayBundle bundle;
+      bundle.trace(*bundles, o.positionWorld, o.normal, to, hits);
     });
     std::atomic<std::uint64_t> others{0};
     secondsOf(context, origins, strata, 1, [&](const Origin& o, auto& to, auto& hits) {
-      RayFan().trace(*fans, o.positionWorld, o.normal, to, hits);
+      RayBundle().trace(*bundles, o.positionWorld, o.normal, to, hits);
       std::vector<Ray> packet;
       for (const glm::vec3& direction : to) packet.push_back({o.positionWorld, 0.0f, direction});
       std::vector<Hit> expected(packet.size());

@@ -64,16 +64,16 @@ float leak(const Caches& caches, float wall) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   std::normal_distribution<float> gauss;
-  float most = 0.0f;
+  float max = 0.0f;
   for (int i = 0; i < 20000; ++i) {
     const glm::vec3 low(wall + kHalfWall + 0.01f, 0.01f, -2.99f), high(4.29f, 2.99f, 2.99f);
     glm::vec3 u(uniform(random), uniform(random), uniform(random));
     if (i % 2) u.x *= 0.25f;  // most of them near the wall
     const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)) + 1e-6f);
-    most = std::max(most, readGrid(caches, low + (high - low) * u, n,
-                                   [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
+    max = std::max(max, readGrid(caches, low + (high - low) * u, n,
+                                 [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
   }
-  return most;
+  return max;
 }
 
 class Wall : public testing::TestWithParam<float> {};
@@ -137,11 +137,11 @@ TEST(PlaceGrid, PointsHoldCachesOfTheirPlaces) {
   place(hall(), spaced(0.7f), caches);
   const CacheGrid& grid = caches.grid;
   const glm::uvec3 cells = grid.cells(), r = grid.resolution;
-  const auto moved = [&](std::uint32_t cache, const glm::vec3& lattice, float most) {
+  const auto moved = [&](std::uint32_t cache, const glm::vec3& lattice, float max) {
     if (cache >= kHangingPoint) return;
     const glm::vec3 away =
         glm::abs(caches.positionWorld[cache] - grid.originWorld - lattice * grid.spacing) / grid.spacing;
-    EXPECT_LT(std::max({away.x, away.y, away.z}), most + 1e-4f) << lattice.x << ' ' << lattice.y << ' ' << lattice.z;
+    EXPECT_LT(std::max({away.x, away.y, away.z}), max + 1e-4f) << lattice.x << ' ' << lattice.y << ' ' << lattice.z;
   };
   for (std::uint32_t i = 0; i < grid.cache.size(); ++i)
     moved(grid.cache[i], glm::vec3(i % r.x, i / r.x % r.y, i / r.x / r.y), 0.4f);
@@ -182,7 +182,7 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   std::normal_distribution<float> gauss;
-  float most = 0.0f;
+  float max = 0.0f;
   for (int i = 0; i < 8000; ++i) {
     glm::vec3 u = glm::vec3(uniform(random), uniform(random), uniform(random)) * glm::vec3(grid.resolution - 1u);
     const int axis = i % 3;
@@ -193,9 +193,9 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
                     n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
     // Inside the column nobody stands.
     if (std::abs(p.x + 2.6f) < 0.51f && std::abs(p.z - 1.4f) < 0.51f) continue;
-    most = std::max(most, std::abs(readGrid(caches, p - step, n, value) - readGrid(caches, p + step, n, value)));
+    max = std::max(max, std::abs(readGrid(caches, p - step, n, value) - readGrid(caches, p + step, n, value)));
   }
-  EXPECT_LT(most, 0.02f);
+  EXPECT_LT(max, 0.02f);
 }
 
 // Maps hold few directions; a wall is met exactly for all that.

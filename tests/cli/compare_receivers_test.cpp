@@ -127,7 +127,7 @@ void emptyGrid(Bake& bake) {
 struct Mutation {
   const char* name;
   void (*apply)(Bake&);
-  double least;            // change to be found, relative
+  double min;              // change to be found, relative
   bool sameCaches = true;  // the caches gather the same light: only receivers can tell
   friend std::ostream& operator<<(std::ostream& out, const Mutation& m) { return out << m.name; }
 };
@@ -139,11 +139,11 @@ TEST_P(ReceiverMutation, findsIt) {
   GetParam().apply(changed);
   for (const Scene* scene : {static_cast<const Scene*>(nullptr), &level()}) {
     const LightDifference light = difference(original(), changed, scene);
-    EXPECT_TRUE(light.receivers.unmatched || light.maxReceiverChange > GetParam().least)
+    EXPECT_TRUE(light.receivers.unmatched || light.maxReceiverChange > GetParam().min)
         << light.maxReceiverChange << (scene ? " with" : " without") << " a scene";
     EXPECT_TRUE(!GetParam().sameCaches || light.maxRmse == 0.0) << light.maxRmse;
     const LightDifference back = difference(changed, original(), scene);
-    EXPECT_TRUE(back.receivers.unmatched || back.maxReceiverChange > GetParam().least) << "the other way round";
+    EXPECT_TRUE(back.receivers.unmatched || back.maxReceiverChange > GetParam().min) << "the other way round";
   }
 }
 

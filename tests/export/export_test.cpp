@@ -121,7 +121,7 @@ TEST(ExportLevel, aPixelLooksUpWhatIsRendered) {
     Ray ray;
     ray.origin = position + normal * tracer->epsilonAt(position);
     ray.direction = -light.direction;
-    if (light.type != LightType::directional) {
+    if (light.kind != LightKind::directional) {
       ray.tMax = glm::length(light.positionWorld - ray.origin);
       if (!(ray.tMax > 0.0f)) return 1.0f;
       ray.direction = (light.positionWorld - ray.origin) / ray.tMax;

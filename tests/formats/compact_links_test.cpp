@@ -181,7 +181,7 @@ TEST(CompactLinks, otherPairsOfKindsAndTooManyNodesAreRefused) {
   EXPECT_EQ(compactLinks(randomLinks(LinkKind::sh, 3, 9)).error().code, ErrorCode::unsupported);
   EXPECT_EQ(compactLinks(*compactLinks(cone)).error().code, ErrorCode::unsupported);
   std::vector<ConeLink> links = cone.cone.toVector();
-  links.back().node = kMostCompactNodes;
+  links.back().node = kMaxCompactNodes;
   cone.cone = links;
   const Result<Links> packed = compactLinks(cone);
   ASSERT_FALSE(packed);

@@ -68,7 +68,7 @@ const std::vector<Corruption>& corruptions() {
          set(b.hierarchy.child, 3, 9u);
          set(b.hierarchy.child, 4, 7u);
        }},
-      {Check::cacheArraySize, "many", cone, [](Bake& b) { b.caches.positionWorld = std::vector<glm::vec3>(kMostCaches + 1); }},
+      {Check::cacheArraySize, "many", cone, [](Bake& b) { b.caches.positionWorld = std::vector<glm::vec3>(kMaxCaches + 1); }},
       {Check::leafSender, "range", cone, [](Bake& b) { set(b.hierarchy.child, 14, kLeafBit | 8u); }},
       {Check::leafNodeMismatch, "swapped", cone, [](Bake& b) { set(b.hierarchy.leafNode, 2, 8u); }},
       {Check::leafNodeMismatch, "range", cone, [](Bake& b) { set(b.hierarchy.leafNode, 2, 99u); }},

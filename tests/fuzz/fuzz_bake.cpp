@@ -16,14 +16,14 @@ using namespace relume;
 namespace {
 
 // What the levels may have, so that most of the time goes to many of them.
-constexpr std::uint32_t kMostTriangles = 2000;
-constexpr std::size_t kMostInstances = 64;
+constexpr std::uint32_t kMaxTriangles = 2000;
+constexpr std::size_t kMaxInstances = 64;
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max, unsigned seed) {
   fuzz::Random random(seed);
-  return fuzz::store(fuzz::mutateGltf({data, size}, most, random), data, most);
+  return fuzz::store(fuzz::mutateGltf({data, size}, max, random), data, max);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Context context;
   context.threads = 1;
   Result<Scene> scene = importGltf(fuzz::writeToMemory(binary ? "scene.glb" : "scene.gltf", {data, size}), context);
-  if (!scene || scene->triangleCount() > kMostTriangles || scene->instances.size() > kMostInstances) return 0;
+  if (!scene || scene->triangleCount() > kMaxTriangles || scene->instances.size() > kMaxInstances) return 0;
   repairMeshes(*scene, context);
   const Result<Bake> baked = bake(*scene, test::tinyBakeOptions(), context);
   if (!baked) {

@@ -10,9 +10,9 @@
 
 using namespace relume;
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max, unsigned seed) {
   fuzz::Random random(seed);
-  return fuzz::store(fuzz::mutateBake({data, size}, most, random), data, most);
+  return fuzz::store(fuzz::mutateBake({data, size}, max, random), data, max);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

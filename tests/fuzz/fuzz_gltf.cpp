@@ -34,9 +34,9 @@ void import(const fs::path& path) {
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max, unsigned seed) {
   relume::fuzz::Random random(seed);
-  if (!kWithFiles) return relume::fuzz::store(relume::fuzz::mutateGltf({data, size}, most, random), data, most);
+  if (!kWithFiles) return relume::fuzz::store(relume::fuzz::mutateGltf({data, size}, max, random), data, max);
   relume::fuzz::FileSet files = relume::fuzz::splitFiles({data, size});
   switch (random() % 8) {
     case 0:
@@ -49,7 +49,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
       files.scene = relume::fuzz::mutateGltf(files.scene, files.scene.size() + 256, random);
   }
   const Bytes joined = relume::fuzz::joinFiles(files);
-  return joined.size() <= most ? relume::fuzz::store(joined, data, most) : size;
+  return joined.size() <= max ? relume::fuzz::store(joined, data, max) : size;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

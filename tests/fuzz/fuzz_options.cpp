@@ -71,15 +71,15 @@ void readFile(const std::string& text) {
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max, unsigned seed) {
   fuzz::Random random(seed);
   if (size == 0 || data[0] != '{') {
     fuzz::Bytes bytes(data, data + size);
-    fuzz::mutateBytes(bytes, std::min<std::size_t>(most, 64));
-    return fuzz::store(bytes, data, most);
+    fuzz::mutateBytes(bytes, std::min<std::size_t>(max, 64));
+    return fuzz::store(bytes, data, max);
   }
-  const std::string text = fuzz::mutateJson({reinterpret_cast<const char*>(data), size}, most, kWords, random);
-  return fuzz::store(fuzz::Bytes(text.begin(), text.end()), data, most);
+  const std::string text = fuzz::mutateJson({reinterpret_cast<const char*>(data), size}, max, kWords, random);
+  return fuzz::store(fuzz::Bytes(text.begin(), text.end()), data, max);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

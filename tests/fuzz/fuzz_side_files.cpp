@@ -41,10 +41,10 @@ void showReport(std::string_view text) {
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max, unsigned seed) {
   fuzz::Random random(seed);
-  const std::string text = fuzz::mutateJson({reinterpret_cast<const char*>(data), size}, most, kWords, random);
-  return fuzz::store(fuzz::Bytes(text.begin(), text.end()), data, most);
+  const std::string text = fuzz::mutateJson({reinterpret_cast<const char*>(data), size}, max, kWords, random);
+  return fuzz::store(fuzz::Bytes(text.begin(), text.end()), data, max);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -8,14 +8,14 @@
 #include <cstring>
 #include <limits>
 
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max);
 
 namespace relume::fuzz {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostValues = 4000;  // of a document that are looked at
+constexpr std::size_t kMaxValues = 4000;  // of a document that are looked at
 
 // Numbers that sit on the edges of the types a reader may use.
 constexpr double kNumbers[] = {0,
@@ -221,7 +221,7 @@ struct Place {
 };
 
 void collect(json& value, json* parent, std::vector<Place>& places) {
-  if (places.size() >= kMostValues) return;
+  if (places.size() >= kMaxValues) return;
   places.push_back({&value, parent});
   if (value.is_structured()) {
     for (json& child : value) collect(child, &value, places);
@@ -376,48 +376,48 @@ Bytes bytesOf(std::span<const std::uint8_t> span) { return {span.begin(), span.e
 
 }  // namespace
 
-void mutateBytes(Bytes& bytes, std::size_t most) {
-  const std::size_t size = std::min(bytes.size(), most);
-  bytes.resize(std::max<std::size_t>(most, 1));
-  bytes.resize(LLVMFuzzerMutate(bytes.data(), size, most));
+void mutateBytes(Bytes& bytes, std::size_t max) {
+  const std::size_t size = std::min(bytes.size(), max);
+  bytes.resize(std::max<std::size_t>(max, 1));
+  bytes.resize(LLVMFuzzerMutate(bytes.data(), size, max));
 }
 
-std::string mutateJson(std::string_view text, std::size_t most, std::span<const char* const> words, Random& random) {
+std::string mutateJson(std::string_view text, std::size_t max, std::span<const char* const> words, Random& random) {
   json root = random() % 16 == 0 ? json(json::value_t::discarded) : json::parse(text, nullptr, false, true);
   std::string out;
   if (!root.is_discarded()) {
     for (unsigned left = 1 + random() % 3; left > 0; --left) changeOnce(root, words, random);
     out = root.dump(-1, ' ', false, json::error_handler_t::replace);
   }
-  if (!out.empty() && out.size() <= most) return out;
+  if (!out.empty() && out.size() <= max) return out;
   Bytes bytes(text.begin(), text.end());
-  mutateBytes(bytes, most);
+  mutateBytes(bytes, max);
   return {bytes.begin(), bytes.end()};
 }
 
-Bytes mutateGltf(std::span<const std::uint8_t> file, std::size_t most, Random& random) {
+Bytes mutateGltf(std::span<const std::uint8_t> file, std::size_t max, Random& random) {
   const std::size_t jsonBytes = u32At(file, 12);
   const bool glb = file.size() >= 20 && std::memcmp(file.data(), "glTF", 4) == 0 && jsonBytes <= file.size() - 20;
   if (random() % 32 == 0 || (!glb && (file.empty() || file[0] != '{'))) {
     Bytes bytes = bytesOf(file);
-    mutateBytes(bytes, most);
+    mutateBytes(bytes, max);
     return bytes;
   }
   const auto textBytes = glb ? file.subspan(20, jsonBytes) : file;
   std::string text(textBytes.begin(), textBytes.end());
   if (!glb) {
-    const std::string changed = mutateJson(text, most, kGltfWords, random);
+    const std::string changed = mutateJson(text, max, kGltfWords, random);
     return {changed.begin(), changed.end()};
   }
 
   // Change one of the two chunks and give both their true sizes.
   Bytes binary = file.size() >= 28 + jsonBytes ? bytesOf(file.subspan(28 + jsonBytes)) : Bytes{};
-  const std::size_t room = most > 40 + binary.size() ? most - 40 - binary.size() : 0;
+  const std::size_t room = max > 40 + binary.size() ? max - 40 - binary.size() : 0;
   const auto way = random() % 8;
   if (binary.size() >= 4 && way == 0) {
     changeFloats(binary, random);
   } else if (!binary.empty() && way == 1) {
-    mutateBytes(binary, random() % 4 == 0 && most > text.size() + 40 ? most - text.size() - 40 : binary.size());
+    mutateBytes(binary, random() % 4 == 0 && max > text.size() + 40 ? max - text.size() - 40 : binary.size());
   } else {
     text = mutateJson(text, room, kGltfWords, random);
   }
@@ -454,8 +454,8 @@ Bytes joinFiles(const FileSet& files) {
   return out;
 }
 
-std::size_t store(const Bytes& mutated, std::uint8_t* data, std::size_t most) {
-  const std::size_t size = std::min(mutated.size(), most);
+std::size_t store(const Bytes& mutated, std::uint8_t* data, std::size_t max) {
+  const std::size_t size = std::min(mutated.size(), max);
   if (size > 0) std::memcpy(data, mutated.data(), size);
   return size;
 }

@@ -105,18 +105,18 @@ void moveElements(Bytes& data, std::size_t bytes, Random& random) {
   }
 }
 
-Bytes layOut(std::span<const Chunk> chunks, std::size_t most) {
+Bytes layOut(std::span<const Chunk> chunks, std::size_t max) {
   Bytes out;
   writeChunks(chunks, [&](std::span<const std::byte> bytes) {
     const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
     out.insert(out.end(), first, first + bytes.size());
-    return out.size() <= most;
+    return out.size() <= max;
   });
   return out;
 }
 
 // Another content for one chunk, of the same size or of whole rows more or less; the file is laid out anew.
-Bytes changeChunk(std::span<const Chunk> chunks, std::size_t most, Random& random) {
+Bytes changeChunk(std::span<const Chunk> chunks, std::size_t max, Random& random) {
   std::vector<Chunk> changed(chunks.begin(), chunks.end());
   Chunk& chunk = changed[random() % changed.size()];
   const std::size_t element = elementBytes(chunk.info.type);
@@ -138,7 +138,7 @@ Bytes changeChunk(std::span<const Chunk> chunks, std::size_t most, Random& rando
   }
   chunk.data = std::as_bytes(std::span(data));
   chunk.info.shape[0] = data.size() / row;
-  return layOut(changed, most);
+  return layOut(changed, max);
 }
 
 // The JSON of the options, and names, where the bake can be read. Empty where it cannot.
@@ -162,10 +162,10 @@ Bytes changeTexts(std::span<const std::byte> file, Random& random) {
 }
 
 // Header and table, or any bytes, with the checksums made to fit more often than not.
-Bytes changeHead(std::span<const std::uint8_t> file, bool anywhere, std::size_t most, Random& random) {
+Bytes changeHead(std::span<const std::uint8_t> file, bool anywhere, std::size_t max, Random& random) {
   const std::size_t head = anywhere ? file.size() : std::min<std::size_t>(file.size(), kHeaderBytes + 30 * kRowBytes);
   Bytes front(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(head));
-  mutateBytes(front, anywhere ? most : head);
+  mutateBytes(front, anywhere ? max : head);
   Bytes raw = front;
   raw.insert(raw.end(), file.begin() + static_cast<std::ptrdiff_t>(head), file.end());
   if (random() % 4 == 0) return raw;
@@ -179,21 +179,21 @@ Bytes changeHead(std::span<const std::uint8_t> file, bool anywhere, std::size_t 
 
 }  // namespace
 
-Bytes mutateBake(std::span<const std::uint8_t> file, std::size_t most, Random& random) {
+Bytes mutateBake(std::span<const std::uint8_t> file, std::size_t max, Random& random) {
   const std::span<const std::byte> bytes = std::as_bytes(file);
   const unsigned way = static_cast<unsigned>(random() % 16);
   if (way == 3) {
     const Bytes changed = changeTexts(bytes, random);
-    if (!changed.empty() && changed.size() <= most) return changed;
+    if (!changed.empty() && changed.size() <= max) return changed;
   }
   if (way >= 3) {
     const auto chunks = readChunks(bytes);
     if (chunks && !chunks->empty()) {
-      const Bytes changed = changeChunk(*chunks, most, random);
-      if (changed.size() <= most) return changed;
+      const Bytes changed = changeChunk(*chunks, max, random);
+      if (changed.size() <= max) return changed;
     }
   }
-  return changeHead(file, way == 0, most, random);
+  return changeHead(file, way == 0, max, random);
 }
 
 }  // namespace relume::fuzz

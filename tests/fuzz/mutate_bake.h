@@ -8,6 +8,6 @@
 
 namespace relume::fuzz {
 
-Bytes mutateBake(std::span<const std::uint8_t> file, std::size_t most, Random& random);
+Bytes mutateBake(std::span<const std::uint8_t> file, std::size_t max, Random& random);
 
 }  // namespace relume::fuzz

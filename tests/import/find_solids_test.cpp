@@ -183,7 +183,7 @@ TEST(FindSolids, whatHoldsThingsIsARoomWhereNobodySaysWhereReceiversAre) {
     scene.cameras.clear();
     scene.lights.emplace_back().positionWorld = {x, 1, 0};
     EXPECT_EQ(solids(scene), solid) << "a light at " << x;
-    scene.lights[0].type = LightType::directional;
+    scene.lights[0].kind = LightKind::directional;
     EXPECT_EQ(solids(scene), 12u) << "the sun is nowhere";
   }
 }

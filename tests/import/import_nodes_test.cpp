@@ -164,7 +164,7 @@ TEST(ImportNodes, lightsHaveTheExtensionsDefaults) {
   ASSERT_TRUE(scene) << scene.error().message;
   const SceneLight& light = scene->lights.at(0);
   EXPECT_EQ(light.name, "lamp");
-  EXPECT_EQ(light.type, LightType::spot);
+  EXPECT_EQ(light.kind, LightKind::spot);
   expectNear(light.intensity, {1, 1, 1});
   expectNear(light.direction, {0, 0, -1});
   EXPECT_EQ(light.range, 0.0f);

@@ -100,7 +100,7 @@ TwoParts corridorBeside() {
   addBox(level.scene, {0, 0, kWidth}, {kLength, top, kWidth + kSlab});
   addVolume(level.scene, {0.2f, 0.2f, 0.2f}, {kLength - 0.2f, top - 0.2f, kWidth - 0.2f});
   addVolume(level.scene, {0.2f, 0.2f, kWidth + kSlab + 0.2f}, {kLength - 0.2f, top - 0.2f, end - 0.2f});
-  level.light.type = LightType::directional;
+  level.light.kind = LightKind::directional;
   level.light.direction = glm::normalize(glm::vec3(0.1f, -1.0f, 0.1f));
   return level;
 }
@@ -146,19 +146,19 @@ double bleed(const TwoParts& parts, const CutLevel& level, const CutChoice& choi
   const CutReads cut = cutCaches(level, choice);
   const std::vector<double> read = irradiance(level, cut.reads, cut.firstWeight, lit);
   const std::vector<double> exact = irradiance(level, leafReads(level), level.hierarchy.firstWeight, lit);
-  double most = 0;
+  double max = 0;
   std::size_t corridor = 0;
   for (std::size_t c = 0; c < read.size(); ++c) {
     if (level.caches.positionWorld[c][parts.across] < parts.darkFrom[parts.across]) continue;
     EXPECT_EQ(exact[c], 0.0) << c;
-    most = std::max(most, read[c]);
+    max = std::max(max, read[c]);
     ++corridor;
   }
   EXPECT_GT(corridor, 300u);
-  return most / litFloor(level, lit);
+  return max / litFloor(level, lit);
 }
 
-// Figures at hand: 0.00013 above, 3e-7 beside; 0.0083 and 0.0020 without outlooks.
+// Figures at hand: 0.00013 above, 3e-7 beside; 0.0083 and 0.0020 without visible centroids.
 TEST(Bleed, corridorNextToALitRoomStaysBlack) {
   for (TwoParts parts : {corridorAbove(), corridorBeside()}) {
     const auto level = bakeLevel(parts.scene, smallBake());
@@ -217,7 +217,7 @@ TEST(Banding, neighboursReadSmoothLightAlike) {
   EXPECT_LT(smooth, 0.015);
 
   // A lamp that lights a patch of a few dozen surfels: all of what caches read lies at its edge.
-  parts.light.type = LightType::spot;
+  parts.light.kind = LightKind::spot;
   parts.light.direction = {0, -1, 0};
   parts.light.outerConeRad = 12.0f * std::numbers::pi_v<float> / 180.0f;
   const double patch = banding(*ours, lightUp(*ours, parts.light), {});

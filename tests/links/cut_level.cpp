@@ -181,13 +181,13 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
   const NodeGeometry geometry = nodeGeometry(h, level.placed.surfels);
   const std::vector<CutNode> cutNode = cutNodes(h, geometry, choice.key, level.placed.surfels.emission);
   PullSums sums(h, choice.pull);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   CutKeys keys;
   std::vector<CutCandidate> queue;
   std::vector<CutLink> cut;
   CutReads result;
   result.reads.resize(level.arrivals.size());
-  result.fewest = 0xFFFFFFFFu;
+  result.min = 0xFFFFFFFFu;
   for (std::size_t c = 0; c < level.arrivals.size(); ++c) {
     tree.build(level.arrivals[c], level.receivedScale(c));
     cutKeys(tree, cutNode, choice.key, keys);
@@ -195,8 +195,8 @@ CutReads cutCaches(const CutLevel& level, const CutChoice& choice) {
     sums.add(tree, cut);
     for (const auto [slot, reads] : cut) result.reads[c].push_back({tree[reads].node, tree[slot].received});
     result.links += cut.size();
-    result.fewest = std::min(result.fewest, cut.size());
-    result.most = std::max(result.most, cut.size());
+    result.min = std::min(result.min, cut.size());
+    result.max = std::max(result.max, cut.size());
   }
   result.firstWeight = sums.weights(h);
   return result;

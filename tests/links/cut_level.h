@@ -64,7 +64,7 @@ struct Read {
 };
 using Reads = std::vector<std::vector<Read>>;
 
-// Every touched leaf: the truth for these rays.
+// Every visible leaf: the truth for these rays.
 Reads leafReads(const CutLevel& level);
 // Irradiance [W/m²] of every cache under every light: [cache * lights + light].
 std::vector<double> irradiance(const CutLevel& level, const Reads& reads, std::span<const float> firstWeight,
@@ -86,7 +86,7 @@ struct CutChoice {
 struct CutReads {
   Reads reads;
   std::vector<float> firstWeight;
-  std::size_t links = 0, fewest = 0, most = 0;  // of all caches, of one
+  std::size_t links = 0, min = 0, max = 0;  // of all caches, of one
 };
 // The cuts of a bake and the weights that belong to them.
 CutReads cutCaches(const CutLevel& level, const CutChoice& choice);

@@ -3,7 +3,7 @@
 #include "bake/links/project.h"
 #include "bake/links/pull_weights.h"
 #include "bake/links/select_cut.h"
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 #include "formats/sh.h"
 #include "tests/links/links_fixture.h"
 
@@ -30,7 +30,7 @@ bool holds(const std::vector<std::uint32_t>& parent, std::uint32_t node, std::ui
   return leaf == node;
 }
 
-std::vector<CutLink> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uint32_t maxNodes,
+std::vector<CutLink> cutOf(const VisibleSubtree& tree, const Hierarchy& h, std::uint32_t maxNodes,
                            LinkOptions::CutKey key = kTransfer) {
   std::vector<CutCandidate> queue;
   std::vector<CutLink> cut;
@@ -44,7 +44,7 @@ std::vector<CutLink> cutOf(const TouchedTree& tree, const Hierarchy& h, std::uin
 }
 
 // Slot of a node, kNoSlot where no ray or a single part of it is seen.
-std::uint32_t slotOf(const TouchedTree& tree, std::uint32_t node) {
+std::uint32_t slotOf(const VisibleSubtree& tree, std::uint32_t node) {
   for (std::uint32_t slot = 0; slot < tree.nodes().size(); ++slot) {
     if (tree[slot].node == node) return slot;
   }
@@ -74,16 +74,16 @@ TEST(LeafOrder, leavesMeetInTheLowestNodeThatHoldsBoth) {
       std::uint32_t x = order.leaf(a), y = order.leaf(b);
       EXPECT_EQ(order.rank(x), a);
       while (x != y) (x > y ? x : y) = parent[std::max(x, y)];
-      ASSERT_EQ(order.meet(a, b), x) << a << ' ' << b << " of " << n;
+      ASSERT_EQ(order.lowestCommonAncestor(a, b), x) << a << ' ' << b << " of " << n;
     }
   }
 }
 
-TEST(TouchedTree, sumsEqualADenseSum) {
+TEST(VisibleSubtree, sumsEqualADenseSum) {
   const Hierarchy h = randomHierarchy(3000, 1);
   const LeafOrder order(h);
   const std::vector<std::uint32_t> parent = parentsOf(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   for (std::uint64_t round = 0; round < 3; ++round) {  // the memory of one cache must not leak into the next
     const auto arrivals = randomArrivals(h, 700, round);
     tree.build(arrivals, 1.0f);
@@ -96,14 +96,14 @@ TEST(TouchedTree, sumsEqualADenseSum) {
         if (node == 0) break;
       }
     }
-    // In the tree are the touched leaves and the nodes with two touched children.
+    // In the tree are the visible leaves and the nodes with two visible children.
     std::size_t expected = 0;
     for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
       expected += h.isLeaf(node) ? weight[node] > 0 : weight[h.child[node]] > 0 && weight[h.child[node] + 1] > 0;
     }
     EXPECT_EQ(tree.nodes().size(), expected);
     for (std::uint32_t slot = 0; slot < tree.nodes().size(); ++slot) {
-      const TouchedNode& t = tree[slot];
+      const VisibleNode& t = tree[slot];
       EXPECT_NEAR(t.weight, weight[t.node], 1e-4 * weight[t.node]);
       EXPECT_NEAR(t.received, received[t.node], 1e-4 * weight[t.node]);
       EXPECT_NEAR(t.direction.x, x[t.node], 1e-4 * weight[t.node]);
@@ -114,7 +114,7 @@ TEST(TouchedTree, sumsEqualADenseSum) {
         EXPECT_TRUE(holds(parent, h.child[t.node] + k, tree[t.child[k]].node));
       }
     }
-    // With the number of nodes, that is: the touched leaves are there, and each once.
+    // With the number of nodes, that is: the visible leaves are there, and each once.
     ASSERT_EQ(tree.slotOfArrival().size(), arrivals.size());
     for (std::size_t i = 0; i < arrivals.size(); ++i) {
       ASSERT_LT(tree.slotOfArrival()[i], tree.leaves().size());
@@ -129,7 +129,7 @@ TEST(TouchedTree, sumsEqualADenseSum) {
 TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
   const Hierarchy h = randomHierarchy(800, 12);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const auto arrivals = randomArrivals(h, 60, 12);
   tree.build(arrivals, 1.0f);
   RandomStream random(12, 1, 1);
@@ -167,11 +167,11 @@ TEST(CutKeys, readErrorCountsTheNodesSeenThroughOneChild) {
   }
 }
 
-TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
+TEST(SelectCut, holdsEveryVisibleLeafExactlyOnceInAtMostTheAskedNodes) {
   const Hierarchy h = randomHierarchy(2000, 2);
   const std::vector<std::uint32_t> parent = parentsOf(h);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   for (const std::uint32_t rays : {1u, 5u, 300u, 20000u}) {
     tree.build(randomArrivals(h, rays, rays), 1.0f);
     for (const std::uint32_t maxNodes : {1u, 2u, 17u, 254u, 1999u, 65535u}) {
@@ -179,7 +179,7 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
         const auto cut = cutOf(tree, h, maxNodes, key);
         EXPECT_LE(cut.size(), maxNodes);
         EXPECT_EQ(cut.size(), std::min<std::size_t>(maxNodes, tree.leaves().size()));
-        for (const TouchedNode& leaf : tree.leaves()) {
+        for (const VisibleNode& leaf : tree.leaves()) {
           const auto holding = std::count_if(cut.begin(), cut.end(), [&](const CutLink& link) {
             return holds(parent, tree[link.slot].node, leaf.node);
           });
@@ -195,7 +195,7 @@ TEST(SelectCut, holdsEveryTouchedLeafExactlyOnceInAtMostTheAskedNodes) {
 TEST(SelectCut, enoughLinksGiveTheVisibleLeaves) {
   const Hierarchy h = randomHierarchy(500, 3);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   tree.build(randomArrivals(h, 400, 3), 1.0f);
   const auto cut = cutOf(tree, h, static_cast<std::uint32_t>(tree.leaves().size()));
   EXPECT_EQ(cut.size(), tree.leaves().size());
@@ -206,7 +206,7 @@ TEST(SelectCut, refinesTheLargestTransferFirst) {
   // Four leaves, two pairs; the second pair is twice as bright a view.
   const Hierarchy h = fourLeaves();
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const glm::vec3 z(0, 0, 1);
   tree.build(std::vector<Arrival>{{3, 1, 1, z}, {4, 1, 1, z}, {5, 2, 1, z}, {6, 2, 1, z}}, 1.0f);
   const auto nodes = [&](std::uint32_t maxNodes) {
@@ -229,7 +229,7 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
   h.groupRoot = std::vector<std::uint32_t>{0};
   h.levelBegin = std::vector<std::uint32_t>{0, 1, 3, 7, 9};
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const glm::vec3 z(0, 0, 1);
   // Node 1: both halves alike, and most of the light. Node 2: leaf 5 alike with half of node 6, the other half hidden.
   tree.build(std::vector<Arrival>{{3, 9, 1, z}, {4, 9, 1, z}, {5, 1, 1, z}, {7, 1, 1, z}}, 1.0f);
@@ -252,7 +252,7 @@ TEST(SelectCut, readErrorRefinesWhatIsSeenInPart) {
 TEST(SelectCut, linksPickTheChildThatErrsLessThanTheAverage) {
   const Hierarchy h = fourLeaves();
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const glm::vec3 z(0, 0, 1);
   const auto readError = LinkOptions::CutKey::readError;
   const auto reads = [&](std::uint32_t maxNodes) {
@@ -286,7 +286,7 @@ TEST(SelectCut, linksPickTheChildThatErrsLessThanTheAverage) {
 TEST(SelectCut, linksDoNotPickWhatIsTooSmall) {
   const Hierarchy h = randomHierarchy(2000, 31);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     tree.build(randomArrivals(h, 300, seed), 1.0f);
     std::size_t picked = 0;
@@ -309,7 +309,7 @@ TEST(SelectCut, linksDoNotPickWhatIsTooSmall) {
 TEST(SelectCut, whatNoRayReachedIsNeverLinked) {
   const Hierarchy h = randomHierarchy(1000, 4);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const auto arrivals = randomArrivals(h, 3, 4);
   tree.build(arrivals, 1.0f);
   // Three rays, links to spare: the leaves themselves, not the clusters around them.
@@ -322,7 +322,7 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
   const Hierarchy h = randomHierarchy(400, 5);
   const std::vector<std::uint32_t> parent = parentsOf(h);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const auto arrivals = randomArrivals(h, 900, 5);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
@@ -352,7 +352,7 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
 TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
   const Hierarchy h = randomHierarchy(400, 6);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   const auto arrivals = randomArrivals(h, 900, 6);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
@@ -381,7 +381,7 @@ TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
 TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
   const Hierarchy h = randomHierarchy(1500, 7);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   using Read = std::pair<std::uint32_t, double>;
   for (const auto key : {kTransfer, LinkOptions::CutKey::readError}) {
     for (const std::uint32_t maxNodes : {1u, 8u, 60u}) {
@@ -392,7 +392,7 @@ TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
         const auto cut = cutOf(tree, h, maxNodes, key);
         sums.add(tree, cut);
         for (const auto [slot, reads] : cut) {
-          const TouchedNode& target = tree[reads];
+          const VisibleNode& target = tree[reads];
           links.push_back({target.node, tree[slot].received});
           const double scale = double{tree[slot].received} / target.received;
           for (std::uint32_t leaf = target.firstLeaf; leaf < target.endLeaf; ++leaf)
@@ -423,7 +423,7 @@ TEST(PullWeights, importanceKeepsTheLightOfAllCachesTogether) {
 TEST(PullWeights, areIndependentOfHowCachesAreSharedOut) {
   const Hierarchy h = randomHierarchy(300, 8);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   constexpr auto kImportance = LinkOptions::PullWeight::importance;
   PullSums one(h, kImportance), even(h, kImportance), odd(h, kImportance);
   for (std::uint64_t cache = 0; cache < 20; ++cache) {

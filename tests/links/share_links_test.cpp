@@ -3,7 +3,7 @@
 #include "bake/links/share_links.h"
 #include "bake/links/links.h"
 #include "bake/links/select_cut.h"
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 #include "tests/links/links_fixture.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ struct Views {
   Hierarchy h;
   LeafOrder order;
   std::vector<CutNode> nodes;
-  std::vector<TouchedTree> tree;
+  std::vector<VisibleSubtree> tree;
   std::vector<CutKeys> keys;
 };
 
@@ -138,16 +138,16 @@ TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
   ASSERT_TRUE(one && three);
   EXPECT_LE(one->links.count(), options.linksTotal);
   EXPECT_GE(one->links.count(), 0.97 * options.linksTotal);
-  std::uint32_t fewest = 65535, most = 0;
+  std::uint32_t min = 65535, max = 0;
   for (std::uint32_t c = 0; c < 90; ++c) {
     const std::uint32_t length = one->links.rowBegin[c + 1] - one->links.rowBegin[c];
-    fewest = std::min(fewest, length);
-    most = std::max(most, length);
+    min = std::min(min, length);
+    max = std::max(max, length);
     EXPECT_EQ(length, three->links.rowBegin[c + 1] - three->links.rowBegin[c]);
   }
-  EXPECT_LT(fewest, 90u);
-  EXPECT_GT(most, 110u);
-  EXPECT_LE(most, 600u);
+  EXPECT_LT(min, 90u);
+  EXPECT_GT(max, 110u);
+  EXPECT_LE(max, 600u);
   EXPECT_EQ(one->firstWeight, three->firstWeight);
 
   options.linksTotal = 0xFFFFFFFFu;  // more than there are: the cap alone
@@ -166,11 +166,10 @@ TEST(TraceLinks, linksPerCacheIsTheMean) {
   const auto shared = trace(cells, options);
   ASSERT_TRUE(shared);
   EXPECT_NEAR(shared->links.count(), 90.0 * 50.0, 0.03 * 90.0 * 50.0);
-  std::uint32_t most = 0;
-  for (std::uint32_t c = 0; c < 90; ++c)
-    most = std::max(most, shared->links.rowBegin[c + 1] - shared->links.rowBegin[c]);
-  EXPECT_GT(most, 55u);
-  EXPECT_LE(most, 8u * 50u);
+  std::uint32_t max = 0;
+  for (std::uint32_t c = 0; c < 90; ++c) max = std::max(max, shared->links.rowBegin[c + 1] - shared->links.rowBegin[c]);
+  EXPECT_GT(max, 55u);
+  EXPECT_LE(max, 8u * 50u);
   options.linksTotal = 90 * 30;  // in place of the mean
   const auto total = trace(cells, options);
   ASSERT_TRUE(total);

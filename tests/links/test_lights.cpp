@@ -122,12 +122,12 @@ float directIrradiance(const RayTracer& tracer, const SceneLight& light, const g
   glm::vec3 toLight = -light.direction;
   float distance = kFar;
   double irradiance = (light.intensity.x + light.intensity.y + light.intensity.z) / 3.0;
-  if (light.type != LightType::directional) {
+  if (light.kind != LightKind::directional) {
     distance = glm::length(light.positionWorld - from);
     toLight = (light.positionWorld - from) / distance;
     irradiance /= double{distance} * distance;
   }
-  if (light.type == LightType::spot) {
+  if (light.kind == LightKind::spot) {
     const double inner = std::cos(light.innerConeRad), outer = std::cos(light.outerConeRad);
     const double t =
         std::clamp((-glm::dot(toLight, light.direction) - outer) / std::max(inner - outer, 1e-4), 0.0, 1.0);
@@ -143,7 +143,7 @@ std::vector<SceneLight> makeSuns(std::uint32_t count) {
   for (std::uint32_t i = 0; i < count; ++i) {
     // The Fibonacci lattice over the cap of heights 1/2 to 1.
     const float height = 1.0f - 0.5f * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
-    suns[i].type = LightType::directional;
+    suns[i].kind = LightKind::directional;
     suns[i].name = "sun " + std::to_string(i);
     suns[i].direction = -sphereDirection(0.5f - 0.5f * height, 0.618034f * static_cast<float>(i));
   }
@@ -156,7 +156,7 @@ std::vector<SceneLight> makeSpots(const RayTracer& tracer, const PlaySpace& spac
   for (const glm::vec3& place : openPlaces(tracer, space, count, false)) {
     SceneLight spot = pointLight("spot " + std::to_string(spots.size()), place);
     const glm::vec2 u = random.uniform2();
-    spot.type = LightType::spot;
+    spot.kind = LightKind::spot;
     spot.direction = sphereDirection(u.x, u.y);
     spot.outerConeRad = (15.0f + 25.0f * random.uniform()) * std::numbers::pi_v<float> / 180.0f;
     spot.innerConeRad = 0.8f * spot.outerConeRad;

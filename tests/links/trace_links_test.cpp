@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The whole stage on scenes with analytic answers.
 #include "bake/links/links.h"
-#include "bake/links/touched_tree.h"
+#include "bake/links/visible_subtree.h"
 #include "formats/compact_links.h"
 #include "formats/sh.h"
 #include "tests/links/links_fixture.h"

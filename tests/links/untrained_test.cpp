@@ -25,7 +25,7 @@ TEST(Untrained, cutAloneStaysWithinItsBoundsUnderSunsSpotsAndTorches) {
   const auto level = loadCutLevel(path.string(), BakeOptions{}, context);
   ASSERT_TRUE(level) << level.error().message;
   const CutReads cut = cutCaches(**level, {});
-  EXPECT_LE(cut.most, 254u);
+  EXPECT_LE(cut.max, 254u);
   const Reads leaves = leafReads(**level);
   // A spot that lights some dozen surfels has its worst case at the edge of the patch: docs/CUTS.md.
   const Bound bounds[] = {{"suns", 0.04, 0.12}, {"spots", 0.06, 0.16}, {"torch", 0.04, 0.05}};

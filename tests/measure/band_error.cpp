@@ -101,7 +101,7 @@ float penalised(int bands, const Receiver& r) {
 
 // The least lambda of the Laplacian's penalty, window 1 / (1 + lambda l² (l+1)²), that leaves no negative irradiance in
 // any direction (Sloan 2017). Kept for the cache it was found for.
-float leastWindow(int bands, const Receiver& r) {
+float minWindow(int bands, const Receiver& r) {
   static const std::vector<glm::vec3> directions = spread(128);
   static const Coefficients* last = nullptr;
   static int lastBands = 0;
@@ -166,7 +166,7 @@ const Method kMethods[] = {
     {"2 bands, clamped cosine", 4, [](const Receiver& r) { return plain(2, r); }},
     {"2 bands, as shipped", 4, [](const Receiver& r) { return shipped(2, r); }},
     {"2 bands, Hann", 4, [](const Receiver& r) { return hann(2, r); }},
-    {"2 bands, least window", 4, [](const Receiver& r) { return leastWindow(2, r); }},
+    {"2 bands, least window", 4, [](const Receiver& r) { return minWindow(2, r); }},
     {"ZH3 by the paper's fit", 4, [](const Receiver& r) { return zh3(r, false); }},
     {"ZH3, stored coefficient", 5, [](const Receiver& r) { return zh3(r, true); }},
     {"3 bands, clamped cosine", 9, [](const Receiver& r) { return plain(3, r); }},
@@ -175,9 +175,9 @@ const Method kMethods[] = {
     {"3 bands, lambda 0.005", 9, [](const Receiver& r) { return penalised<5>(3, r); }},
     {"3 bands, lambda 0.02", 9, [](const Receiver& r) { return penalised<20>(3, r); }},
     {"3 bands, Lanczos", 9, [](const Receiver& r) { return lanczos(3, r); }},
-    {"3 bands, least window", 9, [](const Receiver& r) { return leastWindow(3, r); }},
+    {"3 bands, least window", 9, [](const Receiver& r) { return minWindow(3, r); }},
     {"5 bands, clamped cosine", 25, [](const Receiver& r) { return plain(5, r); }},
-    {"5 bands, least window", 25, [](const Receiver& r) { return leastWindow(5, r); }},
+    {"5 bands, least window", 25, [](const Receiver& r) { return minWindow(5, r); }},
 };
 
 struct Score {

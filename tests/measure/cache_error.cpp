@@ -23,7 +23,7 @@ using test::errorOf, test::lightsNamed, test::shadowedLight, test::traceIrradian
 struct Sizes {
   std::size_t receivers;
   int paths;
-  std::uint32_t surfels, links, rays, mostCaches;
+  std::uint32_t surfels, links, rays, maxCaches;
 };
 
 // Surfels whose light comes from the light map, every so many.
@@ -146,7 +146,7 @@ int measure(const std::string& path, const std::string& lightings, const Sizes& 
   options.links.raysPerCache = sizes.rays;
   std::vector<std::uint32_t> chosen;
   std::vector<std::vector<TracedReceiver>> receivers;
-  for (std::uint32_t caches = 8192; caches <= sizes.mostCaches; caches *= 2) {
+  for (std::uint32_t caches = 8192; caches <= sizes.maxCaches; caches *= 2) {
     for (const LinkKind kind : {LinkKind::oct6, LinkKind::irradiance}) {
       options.caches.lightmapCaches = caches;
       options.links.kind = kind;

@@ -111,19 +111,19 @@ double printMedians(const CutLevel& level, const Truth& truth, const CutReads& c
 
 // The same number of links for every cache, and the same total shared out by error.
 void budgetTable(const CutLevel& level, Context& context) {
-  constexpr std::uint32_t kMost = 2048;
+  constexpr std::uint32_t kMax = 2048;
   const Hierarchy& h = level.hierarchy;
   const NodeGeometry geometry = nodeGeometry(h, level.placed.surfels);
   const std::vector<CutNode> cutNode = cutNodes(h, geometry, CutKey::readError, level.placed.surfels.emission);
   const Truth truth = untrainedTruth(level, context);
   const LeafOrder order(h);
-  TouchedTree tree(order);
+  VisibleSubtree tree(order);
   CutKeys keys;
   KeyCounts counts;
   for (std::size_t c = 0; c < level.arrivals.size(); ++c) {
     tree.build(level.arrivals[c], level.receivedScale(c));
     cutKeys(tree, cutNode, CutKey::readError, keys);
-    counts.add(tree, keys.key, kMost);
+    counts.add(tree, keys.key, kMax);
   }
 
   std::printf("\n| links a cache | shared | fewest | most | suns: median RMSE %% | spots | torch | all |");
@@ -131,7 +131,7 @@ void budgetTable(const CutLevel& level, Context& context) {
   const auto row = [&](const CutLimit& limit, const char* name) {
     const CutReads cut = cutCaches(level, {CutKey::readError, PullWeight::importance, limit});
     std::printf("\n| %.1f | %s | %zu | %zu |", static_cast<double>(cut.links) / static_cast<double>(cut.reads.size()),
-                name, cut.fewest, cut.most);
+                name, cut.min, cut.max);
     printMedians(level, truth, cut);
     std::fflush(stdout);
     return cut.links;
@@ -139,7 +139,7 @@ void budgetTable(const CutLevel& level, Context& context) {
   for (const std::uint32_t each : {64u, 128u, 254u, 512u}) {
     // Some caches do not see enough to use their share: the total is what is used.
     const std::size_t links = row(CutLimit{each}, "equally");
-    row(CutLimit{kMost, counts.keyFor(static_cast<double>(links))}, "by error");
+    row(CutLimit{kMax, counts.keyFor(static_cast<double>(links))}, "by error");
   }
   std::printf("\n");
 }

@@ -139,10 +139,10 @@ float brightness(const glm::vec3& e) { return e.x + e.y + e.z; }
 
 // The least of found / truth over the points.
 float darkest(const Compared& c) {
-  float least = INFINITY;
+  float min = INFINITY;
   for (std::size_t i = 0; i < c.found.size(); ++i)
-    least = std::min(least, brightness(c.found[i]) / brightness(c.truth[i].truth()));
-  return least;
+    min = std::min(min, brightness(c.found[i]) / brightness(c.truth[i].truth()));
+  return min;
 }
 
 TEST(SmallThings, cornersOfTwoSidedPiecesAreNotDark) {

@@ -49,9 +49,9 @@ Scene floorScene() {
   return scene;
 }
 
-SceneLight lightAbove(LightType type) {
+SceneLight lightAbove(LightKind kind) {
   SceneLight light;
-  light.type = type;
+  light.kind = kind;
   light.intensity = {3.0f, 2.0f, 1.0f};
   light.positionWorld = {0.3f, 2.0f, -0.2f};
   light.direction = {0, -1, 0};
@@ -62,7 +62,7 @@ const ReferenceOptions kSmall{24, 16, 4, 4, false, glm::vec3(0.0f), 1};
 
 TEST(Reference, pointLightOverAPlaneGivesICosOverDSquared) {
   const Scene scene = floorScene();
-  const auto image = render(scene, lookAt({0, 3, 3}, {0, 0, 0}), {lightAbove(LightType::point)}, kSmall);
+  const auto image = render(scene, lookAt({0, 3, 3}, {0, 0, 0}), {lightAbove(LightKind::point)}, kSmall);
   const std::size_t centre = 8 * 24 + 12;
   // Pixel means of a smooth function against its value at the pixel's centre.
   const glm::vec3 p = image.position[centre], toLight = glm::vec3(0.3f, 2.0f, -0.2f) - p;
@@ -79,13 +79,13 @@ TEST(Reference, irradianceOfEachKindOfLightIsItsFormula) {
   glm::vec3 toLight;
   float distance = 0.0f;
 
-  SceneLight sun = lightAbove(LightType::directional);
+  SceneLight sun = lightAbove(LightKind::directional);
   sun.direction = glm::normalize(glm::vec3(1, -1, 0));
   EXPECT_NEAR(lightIrradiance(sun, p, up, toLight, distance).x, 3.0f * std::sqrt(0.5f), 1e-6f);
   EXPECT_TRUE(std::isinf(distance));
   EXPECT_EQ(lightIrradiance(sun, p, -up, toLight, distance), glm::vec3(0.0f));
 
-  SceneLight point = lightAbove(LightType::point);
+  SceneLight point = lightAbove(LightKind::point);
   const glm::vec3 offset = point.positionWorld - p;
   const float d = glm::length(offset), expected = 3.0f * offset.y / (d * d * d);
   EXPECT_NEAR(lightIrradiance(point, p, up, toLight, distance).x, expected, 1e-6f);
@@ -97,7 +97,7 @@ TEST(Reference, irradianceOfEachKindOfLightIsItsFormula) {
   EXPECT_EQ(lightIrradiance(point, p, up, toLight, distance), glm::vec3(0.0f));
 
   // KHR_lights_punctual: the squared line in the cosine between outer and inner angle.
-  SceneLight spot = lightAbove(LightType::spot);
+  SceneLight spot = lightAbove(LightKind::spot);
   spot.innerConeRad = 0.1f;
   spot.outerConeRad = 0.6f;
   const float cosine = offset.y / d;
@@ -115,7 +115,7 @@ TEST(Reference, anOccluderGivesZero) {
   addInstance(scene, quad({-1, 1, 1}, {2, 0, 0}, {0, 0, -2}));
   finish(scene);
   const RayTracer tracer = tracerOf(scene);
-  const std::vector<SceneLight> lights{lightAbove(LightType::point)};
+  const std::vector<SceneLight> lights{lightAbove(LightKind::point)};
   EXPECT_EQ(directIrradiance(tracer, lights, {0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
   EXPECT_GT(directIrradiance(tracer, lights, {4, 0, 0}, {0, 1, 0}).x, 0.0f);
 }
@@ -180,7 +180,7 @@ TEST(Reference, emitterOverAFloorGivesItsFormFactorAndNothingBehindIt) {
 
 TEST(Reference, bothSidesOfAFaceReflect) {
   const Scene scene = floorScene();
-  SceneLight light = lightAbove(LightType::point);
+  SceneLight light = lightAbove(LightKind::point);
   light.positionWorld.y = -2.0f;
   const auto image = render(scene, lookAt({0, -3, 3}, {0, 0, 0}), {light}, kSmall);
   EXPECT_GT(image.direct[8 * 24 + 12].x, 0.1f);
@@ -191,7 +191,7 @@ TEST(Reference, halvesEstimateTheNoise) {
   Scene scene;
   addInstance(scene, box({-1, -1, -1}, {1, 1, 1}, true, addMaterial(scene, glm::vec3(0.6f))));
   finish(scene);
-  SceneLight light = lightAbove(LightType::point);
+  SceneLight light = lightAbove(LightKind::point);
   light.positionWorld = {0.3f, 0.4f, 0.2f};
   ReferenceOptions options = kSmall;
   options.samplesPerPixel = 64;
@@ -213,7 +213,7 @@ TEST(Reference, sameImageAtAnyThreadCountAnotherForAnotherSeed) {
   ReferenceOptions options = kSmall;
   options.skyRadiance = glm::vec3(1.0f);
   const Camera camera = lookAt({0, 3, 3}, {0, 0, 0});
-  const std::vector<SceneLight> lights{lightAbove(LightType::point)};
+  const std::vector<SceneLight> lights{lightAbove(LightKind::point)};
   const auto one = render(scene, camera, lights, options, 1), many = render(scene, camera, lights, options, 4);
   EXPECT_EQ(one.direct, many.direct);
   EXPECT_EQ(one.directError, many.directError);
@@ -246,7 +246,7 @@ TEST(Reference, dynamicInstancesAreSolidOrReceiversOnly) {
   EXPECT_NEAR(skyOf(fixed, &*drawn), 1.0, 1e-5);
   // It is seen and lit itself, and casts the lamp's shadow.
   options.skyRadiance = glm::vec3(0.0f);
-  const std::vector<SceneLight> lamp{lightAbove(LightType::point)};
+  const std::vector<SceneLight> lamp{lightAbove(LightKind::point)};
   const auto seen = renderReference(fixed, above, lamp, options, context, &*drawn);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->position[8 * 24 + 12].y, 1.1f, 1e-4f);
@@ -278,7 +278,7 @@ TEST(Reference, aCancelIsHeardWithinAPixel) {
   const Scene scene = floorScene();
   const RayTracer tracer = tracerOf(scene);
   const ReferenceOptions options{8, 4, 1000000, 12, false, glm::vec3(0.0f), 1};
-  const std::vector<SceneLight> lights(50, lightAbove(LightType::point));
+  const std::vector<SceneLight> lights(50, lightAbove(LightKind::point));
   const double after = processorSecondsAfterCancel(0.2, [&](Context& context) {
     const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), lights, options, context);
     ASSERT_FALSE(image);

@@ -193,7 +193,7 @@ TEST(RenderCpu, aBakeWithAGridAloneLightsAllFromTheGrid) {
 
 TEST(RenderCpu, aLightThatTheRelighterRefusesIsAnError) {
   RenderRequest r = request(level(), &levelBake(), "cam_hall");
-  r.lights.at(0).type = LightType::directional;
+  r.lights.at(0).kind = LightKind::directional;
   r.lights.at(0).direction = glm::vec3(0.0f);
   for (const int bounces : {0, 2}) {
     r.bounces = bounces;

@@ -111,7 +111,7 @@ TEST(Memory, lightIsThatOfOperatorNew) {
     options.memory = &memory;
     Result<Relighter> found = Relighter::create(bake, options);
     ASSERT_TRUE(expected && found);
-    EXPECT_GE(memory.leastAlignment(), alignof(void*));  // the relighter itself
+    EXPECT_GE(memory.minAlignment(), alignof(void*));  // the relighter itself
     const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;

@@ -28,12 +28,12 @@ inline Hierarchy makeRandomTree(std::uint32_t leaves, float evenness, std::uint3
       weight.push_back(0.0f);
       continue;
     }
-    const auto least = std::max(static_cast<std::uint32_t>(evenness * static_cast<float>(size[i])), 1u);
+    const auto min = std::max(static_cast<std::uint32_t>(evenness * static_cast<float>(size[i])), 1u);
     child.push_back(static_cast<std::uint32_t>(size.size()));
     // Some children count for nothing.
     weight.push_back(i % 17 == 0 ? 0.0f : uniform(random));
-    size.push_back(least);
-    size.push_back(size[i] - least);
+    size.push_back(min);
+    size.push_back(size[i] - min);
   }
   levelBegin.push_back(static_cast<std::uint32_t>(size.size()));
   Hierarchy tree;

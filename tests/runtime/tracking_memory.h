@@ -28,10 +28,10 @@ class TrackingMemory final : public std::pmr::memory_resource {
   // [byte] that are out, and how many blocks.
   std::size_t bytes() const { return bytes_; }
   std::size_t blocks() const { return blocks_; }
-  std::size_t mostBytes() const { return mostBytes_; }
+  std::size_t maxBytes() const { return maxBytes_; }
   // Blocks that came back with another size or alignment, or twice; alignments that are no powers of two or too large.
   std::size_t mistakes() const { return mistakes_; }
-  std::size_t leastAlignment() const { return leastAlignment_; }
+  std::size_t minAlignment() const { return minAlignment_; }
 
   // As the callbacks of relume.h have it: null where it is refused.
   void* give(std::size_t size, std::size_t alignment) {
@@ -39,10 +39,10 @@ class TrackingMemory final : public std::pmr::memory_resource {
       ++refused_;
       return nullptr;
     }
-    if (size == 0 || alignment == 0 || alignment > kMostAlignment || (alignment & (alignment - 1)) != 0) ++mistakes_;
-    leastAlignment_ = alignment < leastAlignment_ ? alignment : leastAlignment_.load();
+    if (size == 0 || alignment == 0 || alignment > kMaxAlignment || (alignment & (alignment - 1)) != 0) ++mistakes_;
+    minAlignment_ = alignment < minAlignment_ ? alignment : minAlignment_.load();
     // An odd multiple of the alignment, no better than what was asked for.
-    auto* const raw = static_cast<std::byte*>(std::malloc(size + sizeof(Note) + 3 * kMostAlignment));
+    auto* const raw = static_cast<std::byte*>(std::malloc(size + sizeof(Note) + 3 * kMaxAlignment));
     if (raw == nullptr) return nullptr;
     std::uintptr_t at = reinterpret_cast<std::uintptr_t>(raw) + sizeof(Note);
     at = (at + 2 * alignment - 1) / (2 * alignment) * (2 * alignment) + alignment;
@@ -52,7 +52,7 @@ class TrackingMemory final : public std::pmr::memory_resource {
     std::memset(block, 0xA5, size);
     ++blocks_;
     bytes_ += size;
-    if (bytes_ > mostBytes_) mostBytes_ = bytes_.load();
+    if (bytes_ > maxBytes_) maxBytes_ = bytes_.load();
     return block;
   }
   void takeBack(void* block, std::size_t size, std::size_t alignment) {
@@ -77,7 +77,7 @@ class TrackingMemory final : public std::pmr::memory_resource {
     std::uint64_t state;
   };
   static constexpr std::uint64_t kLive = 0x52454C554D45AA55u;
-  static constexpr std::size_t kMostAlignment = 64;
+  static constexpr std::size_t kMaxAlignment = 64;
 
   void* do_allocate(std::size_t size, std::size_t alignment) override {
     void* const block = give(size, alignment);
@@ -89,8 +89,8 @@ class TrackingMemory final : public std::pmr::memory_resource {
   }
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override { return this == &other; }
 
-  std::atomic<std::size_t> requests_{0}, refused_{0}, refuseAt_{kNever}, blocks_{0}, bytes_{0}, mostBytes_{0},
-      mistakes_{0}, leastAlignment_{kNever};
+  std::atomic<std::size_t> requests_{0}, refused_{0}, refuseAt_{kNever}, blocks_{0}, bytes_{0}, maxBytes_{0},
+      mistakes_{0}, minAlignment_{kNever};
 };
 
 }  // namespace relume::test

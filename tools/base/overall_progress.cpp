@@ -56,8 +56,8 @@ double OverallProgress::update(std::string_view stage, double fraction) {
 }
 
 double OverallProgress::secondsLeft(double elapsed) const {
-  constexpr double kLeast = 0.02;  // of the whole, before a guess is worth telling
-  return overall_ >= kLeast && overall_ < 1.0 ? elapsed * (1.0 - overall_) / overall_ : 0.0;
+  constexpr double kMin = 0.02;  // of the whole, before a guess is worth telling
+  return overall_ >= kMin && overall_ < 1.0 ? elapsed * (1.0 - overall_) / overall_ : 0.0;
 }
 
 }  // namespace relume

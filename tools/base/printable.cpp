@@ -28,9 +28,9 @@ Decoded decode(std::string_view text) {
     if ((byte(i) & 0xC0) != 0x80) return {};
     point = point << 6 | (byte(i) & 0x3F);
   }
-  constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+  constexpr std::uint32_t kMin[] = {0, 0, 0x80, 0x800, 0x10000};
   const bool surrogate = point >= 0xD800 && point <= 0xDFFF;
-  if (point < kLeast[bytes] || point > 0x10FFFF || surrogate) return {};
+  if (point < kMin[bytes] || point > 0x10FFFF || surrogate) return {};
   return {point, bytes};
 }
 

@@ -72,7 +72,7 @@ std::string unknownWord(const CLI::App& app, const CLI::App& command) {
 }
 
 // How the command is called at the least: "relume bake SCENE -o FILE".
-std::string leastCall(const CLI::App& app, const CLI::App& command) {
+std::string shortestCall(const CLI::App& app, const CLI::App& command) {
   std::string call = fullName(app, command);
   for (const bool positional : {true, false}) {
     for (const CLI::Option* option : command.get_options()) {
@@ -86,7 +86,7 @@ std::string leastCall(const CLI::App& app, const CLI::App& command) {
 std::string missing(const CLI::App& app, const CLI::App& command, const std::string& what) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->get_required() && what == option->get_name() + " is required")
-      return spellings(*option).back() + " is missing; expected: " + leastCall(app, command);
+      return spellings(*option).back() + " is missing; expected: " + shortestCall(app, command);
   }
   return what;
 }
@@ -157,12 +157,12 @@ std::string wrongValue(const CLI::Option& option) {
 std::string closestWord(std::string_view word, const std::vector<std::string>& known) {
   const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
   std::string closest;
-  std::size_t least = std::max<std::size_t>(1, letters / 3) + 1;
+  std::size_t min = std::max<std::size_t>(1, letters / 3) + 1;
   for (const std::string& candidate : known) {
     const bool begins = letters >= 3 && candidate.starts_with(word);
     const std::size_t distance = begins ? 1 : editDistance(word, candidate);
-    if (distance >= least || distance >= letters) continue;  // not where all letters would have to change
-    least = distance;
+    if (distance >= min || distance >= letters) continue;  // not where all letters would have to change
+    min = distance;
     closest = candidate;
   }
   return closest;

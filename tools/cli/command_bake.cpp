@@ -41,10 +41,10 @@ struct BakeArguments {
   TerminalOptions terminal;
 };
 
-constexpr std::size_t kMostOptionsBytes = 1 << 20;
+constexpr std::size_t kMaxOptionsBytes = 1 << 20;
 
 Result<std::string> readText(const std::string& path) {
-  const Result<FileBytes> file = readFile(path, kMostOptionsBytes);
+  const Result<FileBytes> file = readFile(path, kMaxOptionsBytes);
   if (!file) return Error{file.error().code == ErrorCode::io ? ErrorCode::io : ErrorCode::usage, file.error().message};
   return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
 }
@@ -128,12 +128,12 @@ std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& sc
     return std::nullopt;
   }
   const Staleness stale = findStaleness(scene, &options, *bake);
-  constexpr std::size_t kMostNamed = 8;
+  constexpr std::size_t kMaxNamed = 8;
   const std::vector<std::string> sentences = stale.sentences();
-  for (std::size_t i = 0; i < std::min(kMostNamed, sentences.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMaxNamed, sentences.size()); ++i)
     context.message(Severity::info, "baking: " + sentences[i]);
-  if (sentences.size() > kMostNamed)
-    context.message(Severity::info, "baking: and " + std::to_string(sentences.size() - kMostNamed) + " changes more");
+  if (sentences.size() > kMaxNamed)
+    context.message(Severity::info, "baking: and " + std::to_string(sentences.size() - kMaxNamed) + " changes more");
   if (!stale.upToDate()) return std::nullopt;
   return *bake;
 }

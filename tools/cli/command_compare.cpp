@@ -70,8 +70,8 @@ std::uint64_t sizeOf(const BakeFile& file) {
 // What `relume bake --report` wrote; null without a file.
 Result<Json> readRun(const std::string& path) {
   if (path.empty()) return Json();
-  constexpr std::size_t kMostReportBytes = 16 << 20;
-  const Result<FileBytes> file = readFile(path, kMostReportBytes);
+  constexpr std::size_t kMaxReportBytes = 16 << 20;
+  const Result<FileBytes> file = readFile(path, kMaxReportBytes);
   if (!file) return file.error();
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
   Result<Json> json = readJson({text, file->bytes.size()});

@@ -70,13 +70,13 @@ class CellGrid {
 
   // Whether a point shares its cell with very many, in the mean.
   bool isCrowded() const {
-    constexpr double kMost = 1024.0;
+    constexpr double kMax = 1024.0;
     double pairs = 0.0;
     for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
       while (end < sorted_.size() && sorted_[end] == sorted_[begin]) ++end;
       pairs += static_cast<double>(end - begin) * static_cast<double>(end - begin);
     }
-    return pairs > kMost * static_cast<double>(sorted_.size());
+    return pairs > kMax * static_cast<double>(sorted_.size());
   }
 
   glm::ivec3 cellOf(const glm::vec3& p) const {
@@ -155,11 +155,11 @@ Json describeCaches(const Caches& c) {
 }
 
 Json describeLinks(const Links& l) {
-  std::uint32_t least = std::numeric_limits<std::uint32_t>::max(), most = 0, empty = 0;
+  std::uint32_t min = std::numeric_limits<std::uint32_t>::max(), max = 0, empty = 0;
   for (std::uint32_t i = 0; i < l.cacheCount(); ++i) {
     const std::uint32_t row = l.rowBegin[i + 1] - l.rowBegin[i];
-    least = std::min(least, row);
-    most = std::max(most, row);
+    min = std::min(min, row);
+    max = std::max(max, row);
     empty += row == 0;
   }
   const std::size_t bytes = 4 * (l.shNode.size() + l.head.size() + l.shape.size()) + 2 * l.shCoefficients.size() +
@@ -168,8 +168,8 @@ Json describeLinks(const Links& l) {
           {"bands", l.bands},
           {"count", l.count()},
           {"bytesEach", l.count() > 0 ? static_cast<double>(bytes) / l.count() : 0.0},
-          {"perCacheMin", l.cacheCount() > 0 ? least : 0},
-          {"perCacheMax", most},
+          {"perCacheMin", l.cacheCount() > 0 ? min : 0},
+          {"perCacheMax", max},
           {"perCacheMean", l.cacheCount() > 0 ? static_cast<double>(l.count()) / l.cacheCount() : 0.0},
           {"cachesWithoutLinks", empty}};
 }
@@ -177,9 +177,9 @@ Json describeLinks(const Links& l) {
 // A light as it is used, and as the file has it where that is another unit.
 Json describeLight(const SceneLight& light, LightUnit inFile) {
   const char* types[] = {"directional", "point", "spot"};
-  const bool directional = light.type == LightType::directional;
+  const bool directional = light.kind == LightKind::directional;
   Json described = {{"name", light.name},
-                    {"type", types[static_cast<int>(light.type)]},
+                    {"type", types[static_cast<int>(light.kind)]},
                     {"intensity", vec3(light.intensity)},
                     {"unit", directional ? "W/m^2" : "W/sr"}};
   if (!directional) described["positionM"] = vec3(light.positionWorld);

@@ -213,8 +213,8 @@ void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
       ->option_text("SIZE [three quarters of the machine's]")
       ->transform(CLI::AsSizeValue(false))
       ->check([](const std::string& text) {
-        constexpr std::uint64_t kLeast = 1u << 20;
-        return std::strtoull(text.c_str(), nullptr, 10) >= kLeast ? std::string() : "at least 1M expected, " + text;
+        constexpr std::uint64_t kMin = 1u << 20;
+        return std::strtoull(text.c_str(), nullptr, 10) >= kMin ? std::string() : "at least 1M expected, " + text;
       });
 }
 

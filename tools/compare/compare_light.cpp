@@ -20,7 +20,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kMostWorst = 10;
+constexpr std::size_t kMaxWorst = 10;
 constexpr int kBands = 3;  // the diffuse lobe has nothing in band 3
 constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
@@ -248,7 +248,7 @@ void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDiffer
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t x, std::uint32_t y) { return d.greatestChange[x] > d.greatestChange[y]; });
   for (const std::uint32_t i : order) {
-    if (d.worst.size() == kMostWorst || !(d.greatestChange[i] > 0.0f)) break;
+    if (d.worst.size() == kMaxWorst || !(d.greatestChange[i] > 0.0f)) break;
     WorstPlace place;
     place.pair = i;
     place.positionWorld = a.caches.positionWorld[d.match.pairs[i].a];

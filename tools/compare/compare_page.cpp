@@ -155,13 +155,13 @@ std::string bakedPanel(const Json& baked) {
 }
 
 std::string sizesPanel(const Json& sizes) {
-  double most = 1.0;
-  for (const Json& s : sizes["arrays"]) most = std::max({most, number(s["a"]), number(s["b"])});
+  double max = 1.0;
+  for (const Json& s : sizes["arrays"]) max = std::max({max, number(s["a"]), number(s["b"])});
   std::string rows = row({"array", "A [KiB]", "B [KiB]", "", ""}, "th");
   for (const Json& s : sizes["arrays"]) {
     if (number(s["a"]) == 0.0 && number(s["b"]) == 0.0) continue;
     rows += row({"<code>" + textOf(s["array"]) + "</code>", kib(s["a"]), kib(s["b"]),
-                 meter(number(s["a"]) / most) + meter(number(s["b"]) / most, "b"),
+                 meter(number(s["a"]) / max) + meter(number(s["b"]) / max, "b"),
                  s["same"].get<bool>() ? "same" : "differs"});
   }
   return section("sizes", "Sizes: " + kib(sizes["a"]) + " &rarr; " + kib(sizes["b"]) + " KiB", table(rows));
@@ -191,14 +191,14 @@ std::string arraysPanel(const Json& arrays) {
 }
 
 std::string lightPanel(const Json& light) {
-  double most = 1e-9;
-  for (const Json& l : light["lightings"]) most = std::max(most, number(l["rmse"]));
+  double max = 1e-9;
+  for (const Json& l : light["lightings"]) max = std::max(max, number(l["rmse"]));
   std::string rows =
       row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])
     rows +=
         row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
-             meter(number(l["rmse"]) / most), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
+             meter(number(l["rmse"]) / max), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
              percent(l["change"]["max"]), fixed(number(l["deltaE"]["mean"]), 2), fixed(number(l["deltaE"]["max"]), 2)});
   std::string worst = row({"place [m]", "node", "lighting", "change", "&Delta;E"}, "th");
   int at = 0;
@@ -288,7 +288,7 @@ std::string stagesPanel(const RunReports& runs) {
     return section("stages", "Stage times", "<p>No reports of the bakes were given (--report-a, --report-b).</p>");
   std::vector<std::string> order;
   std::map<std::string, std::pair<double, double>> seconds;
-  double most = 1e-9;
+  double max = 1e-9;
   for (const bool second : {false, true}) {
     const Json& run = second ? runs.b : runs.a;
     if (!run.is_object() || !run.contains("stages") || !run["stages"].is_array()) continue;
@@ -299,13 +299,13 @@ std::string stagesPanel(const RunReports& runs) {
       if (!seconds.contains(name)) order.push_back(name);
       double& value = second ? seconds[name].second : seconds[name].first;
       value = std::max(value, number(stage["seconds"]));
-      most = std::max(most, value);
+      max = std::max(max, value);
     }
   }
   std::string rows = row({"stage", "A [s]", "B [s]", ""}, "th");
   for (const std::string& name : order) {
     const auto [a, b] = seconds[name];
-    rows += row({escaped(name), fixed(a, 3), fixed(b, 3), meter(a / most) + meter(b / most, "b")});
+    rows += row({escaped(name), fixed(a, 3), fixed(b, 3), meter(a / max) + meter(b / max, "b")});
   }
   return section("stages", "Stage times", table(rows));
 }

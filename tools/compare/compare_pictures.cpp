@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kMostPixels = 1024;  // a side; larger maps are drawn by every n-th texel
+constexpr std::uint32_t kMaxPixels = 1024;  // a side; larger maps are drawn by every n-th texel
 constexpr glm::vec3 kHole(0.80f, 0.82f, 0.84f), kUnmatched(0.95f, 0.80f, 0.20f);
 
 void put(RgbImage& image, std::size_t pixel, const glm::vec3& color) {
@@ -43,7 +43,7 @@ template <class Color>
 RgbImage drawTexels(const Lightmap& map, const Color& color) {
   RgbImage image;
   if (map.cache.empty()) return image;
-  const std::uint32_t step = (std::max(map.width, map.height) + kMostPixels - 1) / kMostPixels;
+  const std::uint32_t step = (std::max(map.width, map.height) + kMaxPixels - 1) / kMaxPixels;
   image.width = (map.width + step - 1) / step;
   image.height = (map.height + step - 1) / step;
   image.rgb.resize(std::size_t{3} * image.width * image.height);
@@ -130,10 +130,10 @@ std::string histogramSvg(std::span<const float> values, bool logarithmic, double
     const double at = logarithmic ? (std::log10(std::max<double>(v, 1e-9)) + 5.0) / 6.0 : v / top;
     ++bins[static_cast<std::size_t>(std::clamp(static_cast<int>(at * kBins), 0, kBins - 1))];
   }
-  const double most = static_cast<double>(std::max<std::size_t>(*std::max_element(bins.begin(), bins.end()), 1));
+  const double max = static_cast<double>(std::max<std::size_t>(*std::max_element(bins.begin(), bins.end()), 1));
   std::string svg = "<svg viewBox=\"0 0 340 170\" role=\"img\" aria-label=\"" + label + "\">";
   for (int i = 0; i < kBins; ++i) {
-    const double height = 120.0 * static_cast<double>(bins[static_cast<std::size_t>(i)]) / most;
+    const double height = 120.0 * static_cast<double>(bins[static_cast<std::size_t>(i)]) / max;
     svg += printed("<rect x=\"%.1f\" y=\"%.1f\" width=\"9.5\" height=\"%.1f\" class=\"bar\"/>", 20.0 + 10.0 * i,
                    130.0 - height, height);
   }

@@ -85,7 +85,7 @@ PointIndex::PointIndex(std::span<const glm::vec3> points, std::span<const std::u
 template <class Penalty>
 std::uint32_t PointIndex::search(const glm::vec3& p, const Penalty& penalty) const {
   std::uint32_t best = kNothing;
-  float least = cell_ * cell_;
+  float min = cell_ * cell_;
   const int x = cellOf(p.x, cell_), y = cellOf(p.y, cell_), z = cellOf(p.z, cell_);
   for (int n = 0; n < 27; ++n) {
     const auto found = cells_.find(keyOf(x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1));
@@ -95,8 +95,8 @@ std::uint32_t PointIndex::search(const glm::vec3& p, const Penalty& penalty) con
       const float distance = glm::dot(d, d);
       if (distance > cell_ * cell_) continue;
       const float cost = distance + penalty(i);
-      if (cost < least || (cost == least && i < best)) {
-        least = cost;
+      if (cost < min || (cost == min && i < best)) {
+        min = cost;
         best = i;
       }
     }

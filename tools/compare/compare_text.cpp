@@ -38,11 +38,11 @@ void printBaked(std::string& text, const Json& baked) {
     both(text, name, baked[name]);
   for (const Json& o : baked["options"])
     line(text, "  option %-15s %s -> %s", textOf(o["name"]).c_str(), textOf(o["a"]).c_str(), textOf(o["b"]).c_str());
-  constexpr std::size_t kMostNamed = 20;
+  constexpr std::size_t kMaxNamed = 20;
   const Json& parts = baked["sceneParts"];
-  for (std::size_t i = 0; i < std::min(kMostNamed, parts.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMaxNamed, parts.size()); ++i)
     line(text, "  %s", textOf(parts[i]["text"]).c_str());
-  if (parts.size() > kMostNamed) line(text, "  and %zu more changes (--json lists all)", parts.size() - kMostNamed);
+  if (parts.size() > kMaxNamed) line(text, "  and %zu more changes (--json lists all)", parts.size() - kMaxNamed);
   if (baked["viewsChanged"].get<bool>()) line(text, "  cameras or play volumes changed");
 }
 

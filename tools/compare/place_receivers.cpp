@@ -20,7 +20,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kSurfaceReceivers = 32768, kFewestOnPart = 8, kSurfels = 8192, kAirPoints = 4096;
+constexpr std::size_t kSurfaceReceivers = 32768, kMinOnPart = 8, kSurfels = 8192, kAirPoints = 4096;
 constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 using PartIndex = std::map<PartKey, std::uint32_t>;
@@ -207,8 +207,8 @@ class Placer {
         area[t] = 0.5 * glm::length(glm::cross(u, v));
       } else {
         // A small triangle's corners may share one point of the map.
-        constexpr double kLeast = 0.01;
-        area[t] = std::max(onA ? std::max(sideA.area(t), kLeast) : 0.0, onB ? std::max(sideB.area(t), kLeast) : 0.0);
+        constexpr double kMin = 0.01;
+        area[t] = std::max(onA ? std::max(sideA.area(t), kMin) : 0.0, onB ? std::max(sideB.area(t), kMin) : 0.0);
       }
       if (!std::isfinite(area[t])) area[t] = 0.0;
     }
@@ -230,7 +230,7 @@ class Placer {
         const double share = area[i][back ? 1 : 0] / total;
         if (!(share > 0.0)) continue;
         const auto count = static_cast<std::size_t>(share * static_cast<double>(kSurfaceReceivers));
-        for (const Sample& sample : spread(areasOf(pairs_[i], back), std::max(count, kFewestOnPart)))
+        for (const Sample& sample : spread(areasOf(pairs_[i], back), std::max(count, kMinOnPart)))
           addOnTriangle(pairs_[i], back, sample);
       }
     }

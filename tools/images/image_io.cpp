@@ -78,7 +78,7 @@ Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::ui
 }
 
 // How many bytes of pixels a byte of a file can stand for; 0 = no bound is known.
-double mostPacking(Imf::Compression compression) {
+double maxPacking(Imf::Compression compression) {
   switch (compression) {
     case Imf::NO_COMPRESSION:
       return 1.0;
@@ -103,7 +103,7 @@ Status checkClaim(const std::filesystem::path& path, const Imf::Header& header, 
   }
   std::error_code ec;
   const double size = static_cast<double>(std::filesystem::file_size(path, ec));
-  const double packing = mostPacking(header.compression());
+  const double packing = maxPacking(header.compression());
   if (!ec && packing > 0.0 && stored > packing * size) {
     std::array<char, 96> text;
     std::snprintf(text.data(), text.size(), "\": claims %.0f pixels of %.0f channels in %.0f bytes", pixels, count,

@@ -174,9 +174,9 @@ double hyab(const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a.x - b.
 // 4.1.3: compress large distances; the largest there is, green against blue, becomes 1.
 double redistribute(double distance) {
   constexpr double kPower = 0.7, kKnee = 0.4, kAtKnee = 0.95;
-  static const double most = std::pow(hyab(huntLab({0, 1, 0}), huntLab({0, 0, 1})), kPower);
-  const double d = std::pow(distance, kPower), knee = kKnee * most;
-  return d < knee ? kAtKnee * d / knee : kAtKnee + (1.0 - kAtKnee) * (d - knee) / (most - knee);
+  static const double max = std::pow(hyab(huntLab({0, 1, 0}), huntLab({0, 0, 1})), kPower);
+  const double d = std::pow(distance, kPower), knee = kKnee * max;
+  return d < knee ? kAtKnee * d / knee : kAtKnee + (1.0 - kAtKnee) * (d - knee) / (max - knee);
 }
 
 // FLIP of a crop of two pictures.

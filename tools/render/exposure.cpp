@@ -15,7 +15,7 @@
 namespace relume {
 namespace {
 
-constexpr float kMostStops = 30.0f;
+constexpr float kMaxStops = 30.0f;
 constexpr double kMiddleGrey = 0.18;
 constexpr double kClipped = 0.05;   // share of the pixels that may come out white
 constexpr double kBlackest = 1e-3;  // of the luminance that may clip: what is darker counts as that
@@ -25,7 +25,7 @@ constexpr double kBlackest = 1e-3;  // of the luminance that may clip: what is d
 Result<std::optional<float>> readExposure(const std::string& text) {
   if (text == "auto") return std::optional<float>();
   const std::optional<float> stops = finiteNumber(text);
-  if (!stops || std::abs(*stops) > kMostStops) {
+  if (!stops || std::abs(*stops) > kMaxStops) {
     return Error{ErrorCode::usage, "--exposure: auto or stops of -30..30 expected, \"" + text + "\" found"};
   }
   return stops;
@@ -45,7 +45,7 @@ float autoExposure(std::span<const glm::vec3> pixels) {
   for (const double light : lit) logarithms += std::log(std::max(light, kBlackest * white));
   const double middle = std::exp(logarithms / static_cast<double>(lit.size()));
   const double stops = std::min(std::log2(kMiddleGrey / middle), std::log2(1.0 / white));
-  return std::clamp(static_cast<float>(std::round(100.0 * stops) / 100.0), -kMostStops, kMostStops);
+  return std::clamp(static_cast<float>(std::round(100.0 * stops) / 100.0), -kMaxStops, kMaxStops);
 }
 
 double roundedStops(float stops) { return std::round(100.0 * static_cast<double>(stops)) / 100.0; }

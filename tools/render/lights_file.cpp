@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostLights = 4096, kMostBytes = 16 << 20;
+constexpr std::size_t kMaxLights = 4096, kMaxBytes = 16 << 20;
 
 // Reads the fields of one light; the first that is wrong is told.
 class LightReader {
@@ -42,14 +42,14 @@ class LightReader {
     SceneLight light;
     light.name = text("name");
     if (type == "point")
-      light.type = LightType::point;
+      light.kind = LightKind::point;
     else if (type == "spot")
-      light.type = LightType::spot;
+      light.kind = LightKind::spot;
     else if (type == "directional")
-      light.type = LightType::directional;
+      light.kind = LightKind::directional;
     else
       return wrong("has a \"type\" other than point, spot and directional");
-    const bool placed = light.type != LightType::directional, aimed = light.type != LightType::point;
+    const bool placed = light.kind != LightKind::directional, aimed = light.kind != LightKind::point;
 
     light.positionWorld = glm::vec3(vector("position", placed));
     const glm::dvec3 direction = aimed ? vector("direction", true) : glm::dvec3(0, 0, -1);
@@ -65,8 +65,8 @@ class LightReader {
       if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
         return wrong("is less than dark, or endless");
     }
-    if (!isWithin(light.intensity, kMostIntensity)) return wrong("has an intensity above 1e20");
-    if (!isWithin(light.positionWorld, kMostLevelCoordinate)) return wrong("has a \"position\" beyond 1e8 m");
+    if (!isWithin(light.intensity, kMaxIntensity)) return wrong("has an intensity above 1e20");
+    if (!isWithin(light.positionWorld, kMaxLevelCoordinate)) return wrong("has a \"position\" beyond 1e8 m");
     if (light.range < 0.0f) return wrong("has a negative \"range\"");
     if (!(light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
           light.outerConeRad <= glm::half_pi<float>())) {
@@ -114,16 +114,16 @@ class LightReader {
 }  // namespace
 
 Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path) {
-  const Result<FileBytes> file = readFile(path, kMostBytes);
+  const Result<FileBytes> file = readFile(path, kMaxBytes);
   if (!file) return file.error();
   const std::string name = "\"" + path.string() + "\": ";
   const auto* begin = reinterpret_cast<const char*>(file->bytes.data());
   const Result<json> list = readJson({begin, file->bytes.size()}, JsonComments::skip);
   if (!list) return Error{ErrorCode::invalidFile, name + list.error().message + "; a JSON list of lights expected"};
   if (!list->is_array()) return Error{ErrorCode::invalidFile, name + "a JSON list of lights expected"};
-  if (list->size() > kMostLights) {
+  if (list->size() > kMaxLights) {
     return Error{ErrorCode::invalidFile,
-                 name + std::to_string(list->size()) + " lights, at most " + std::to_string(kMostLights)};
+                 name + std::to_string(list->size()) + " lights, at most " + std::to_string(kMaxLights)};
   }
   std::vector<SceneLight> lights;
   for (std::size_t i = 0; i < list->size(); ++i) {

@@ -27,7 +27,7 @@ Visibility rayVisibility(const RayTracer& tracer, const std::vector<SceneLight>&
     const float epsilon = tracer.epsilonAt(position);
     Ray ray;
     ray.origin = position + normal * epsilon;
-    if (light.type == LightType::directional) {
+    if (light.kind == LightKind::directional) {
       ray.direction = -light.direction;
     } else {
       const glm::vec3 toLight = light.positionWorld - ray.origin;

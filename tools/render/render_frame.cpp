@@ -84,15 +84,14 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
   return image;
 }
 
+Light toRuntimeLight(const SceneLight& light) {
+  return {light.kind,  light.intensity,    light.positionWorld, light.direction,
+          light.range, light.innerConeRad, light.outerConeRad};
+}
+
 std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights) {
   std::vector<Light> result;
-  for (const SceneLight& light : lights) {
-    LightKind kind = LightKind::point;
-    if (light.type == LightType::directional) kind = LightKind::directional;
-    if (light.type == LightType::spot) kind = LightKind::spot;
-    result.push_back({kind, light.intensity, light.positionWorld, light.direction, light.range, light.innerConeRad,
-                      light.outerConeRad});
-  }
+  for (const SceneLight& light : lights) result.push_back(toRuntimeLight(light));
   return result;
 }
 

@@ -72,7 +72,8 @@ struct RenderedFrame {
 // The image of one layer. [Size width * height]
 std::vector<glm::vec3> composeAov(const RenderedFrame& frame, Aov aov);
 
-// Runtime lights of scene lights: the same fields.
+// The runtime light with the fields of a scene light.
+Light toRuntimeLight(const SceneLight& light);
 std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights);
 
 // The light a request asks for, after the frames it asks for; and the frame of unreflected emission and sky that

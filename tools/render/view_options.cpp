@@ -48,7 +48,7 @@ Status readSize(const std::string& text, View& view) {
 
 Result<glm::vec3> readPoint(const char* option, const std::string& text) {
   const std::optional<glm::vec3> point = threeNumbers(text);
-  if (!point || !isWithin(*point, kMostLevelCoordinate))
+  if (!point || !isWithin(*point, kMaxLevelCoordinate))
     return usage(std::string(option) + ": X,Y,Z in metres, within 1e8, expected, \"" + text + "\" found");
   return *point;
 }
@@ -162,7 +162,7 @@ Result<View> readView(const ViewOptions& options) {
   View view;
   if (Status ok = readSize(options.size, view); !ok) return ok.error();
   const std::optional<glm::vec3> sky = threeNumbers(options.sky);
-  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMostRadiance))
+  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMaxRadiance))
     return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
   view.skyRadiance = *sky;
   return view;

@@ -7,6 +7,7 @@
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"
+#include "tools/render/render_frame.h"
 #include "tools/render/view_options.h"
 #include "tools/view/display.h"
 
@@ -84,14 +85,6 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
   return moved;
 }
 
-Light toRuntime(const SceneLight& light) {
-  const LightKind kind = light.type == LightType::directional ? LightKind::directional
-                         : light.type == LightType::spot      ? LightKind::spot
-                                                              : LightKind::point;
-  return {kind,        light.intensity,    light.positionWorld, light.direction,
-          light.range, light.innerConeRad, light.outerConeRad};
-}
-
 // Which lights of the scene are on at the start.
 Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
   const auto named = [&](const std::string& name) {
@@ -100,7 +93,7 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& names, V
   state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
   for (const SceneLight& light : scene.lights)
     state.lights.push_back(
-        {light.name, toRuntime(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
+        {light.name, toRuntimeLight(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
   for (const std::string& name : names) {
     const bool known =
         name == "all" || name == "none" || name == "emissive" ||
@@ -117,7 +110,7 @@ Status addFileLights(const std::string& path, ViewState& state) {
   if (!lights) return lights.error();
   for (const SceneLight& light : *lights) {
     const std::string name = light.name.empty() ? "light " + std::to_string(state.lights.size() + 1) : light.name;
-    state.lights.push_back({name, toRuntime(light), true, 0.0f, false, light.positionWorld});
+    state.lights.push_back({name, toRuntimeLight(light), true, 0.0f, false, light.positionWorld});
   }
   return done();
 }

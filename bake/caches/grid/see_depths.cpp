@@ -7,7 +7,7 @@
 
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
-#include "bake/rays/bundle/ray_fan.h"
+#include "bake/rays/bundle/ray_bundle.h"
 #include "formats/grid_depth.h"
 
 #include <glm/geometric.hpp>
@@ -140,11 +140,11 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
   if (positionWorld.empty()) return maps;
   const Fit fit;
   parallelChunks(context, "grid depths", positionWorld.size(), 8, [&](std::size_t begin, std::size_t end) {
-    RayFan fan;
+    RayBundle bundle;
     std::vector<Hit> hits(kRays);
     std::vector<double> right(fit.unknowns());
     for (std::size_t i = begin; i < end; ++i) {
-      fan.trace(tracer, positionWorld[i], glm::vec3(0.0f), fit.directions(), hits);
+      bundle.trace(tracer, positionWorld[i], glm::vec3(0.0f), fit.directions(), hits);
       std::fill(right.begin(), right.end(), 0.0);
       for (std::size_t k = 0; k < kRays; ++k) {
         if (!hits[k]) continue;

@@ -6,6 +6,7 @@
 // Triangles are numbered through: triangle t of instance i has the scene-wide index instances[i].firstTriangle + t.
 #pragma once
 
+#include "relume/lights.h"
 #include "relume/result.h"
 
 #include <glm/mat4x4.hpp>
@@ -107,15 +108,13 @@ struct Camera {
   bool playSpace = true;  // extras.relume.playSpace: receivers can be where it stands
 };
 
-enum class LightType : std::uint8_t { directional, point, spot };
-
 // What the intensities of a file's punctual lights are: W/sr and W/m², or cd and lx, which are kLumensPerWatt as many.
 enum class LightUnit : std::uint8_t { radiometric, photometric };
 inline constexpr double kLumensPerWatt = 683.0;  // [lm/W] as Blender's exporter counts: the peak of the eye, 555 nm
 
 struct SceneLight {
   std::string name;
-  LightType type = LightType::point;
+  LightKind kind = LightKind::point;
   glm::vec3 intensity{1.0f};      // colour x intensity: W/sr (point, spot), W/m² (directional)
   glm::vec3 positionWorld{0.0f};  // [m]
   glm::vec3 direction{0, 0, -1};  // unit, the way the light travels

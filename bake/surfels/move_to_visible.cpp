@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See settle.h.
-#include "bake/surfels/settle.h"
+// See move_to_visible.h.
+#include "bake/surfels/move_to_visible.h"
 
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
@@ -15,7 +15,7 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRaysPerSurfel = 8;
-constexpr std::uint32_t kFewestHits = 3;
+constexpr std::uint32_t kMinHits = 3;
 constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move to a face that looks elsewhere
 constexpr std::size_t kChunk = 4096;
 constexpr std::uint32_t kStage = 0x5E771Eu;
@@ -86,7 +86,7 @@ std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpac
 
 }  // namespace
 
-std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                                       std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context) {
   std::vector<SurfelSeed> seeds(surfels.size());
   for (std::size_t s = 0; s < surfels.size(); ++s) {
@@ -114,7 +114,7 @@ std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& 
   std::vector<float> nearest(surfels.size(), INFINITY);
   std::vector<const Sight*> chosen(surfels.size(), nullptr);
   for (const Sight& sight : sights) {
-    if (sight.surfel == kNone || count[sight.surfel] < kFewestHits) continue;
+    if (sight.surfel == kNone || count[sight.surfel] < kMinHits) continue;
     const glm::vec3 way = sight.positionWorld - middle[sight.surfel];
     const float distance = glm::dot(way, way);
     if (!(distance < nearest[sight.surfel])) continue;

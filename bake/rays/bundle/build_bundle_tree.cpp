@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// See fan_tree.h. Embree splits in two by the surface area heuristic until a leaf's lanes hold the rest: 6.8 triangles
-// of 8 in Sponza, where a tree that is split in eight at once has 2.9 and is half as fast. Then nodes of two become
-// nodes of eight so that the areas of all nodes together are least.
-#include "bake/rays/bundle/fan_tree.h"
+// See bundle_tree.h. Embree splits in two by the surface area heuristic until a leaf's lanes hold the rest: 6.8
+// triangles of 8 in Sponza, where a tree that is split in eight at once has 2.9 and is half as fast. Then nodes of two
+// become nodes of eight so that the areas of all nodes together are least.
+#include "bake/rays/bundle/bundle_tree.h"
 
 #include "relume/bake/context.h"
 
@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr float kMostCoordinates = 1e18f;  // [m] all nine together; squares of more overflow
+constexpr float kMaxCoordinates = 1e18f;  // [m] all nine together; squares of more overflow
 
 // A node of two, or a leaf, in the memory of Embree's builder.
 struct Built {
@@ -24,9 +24,10 @@ struct Built {
   Built* child[2] = {};
   RTCBounds bounds[2] = {};
   std::uint32_t count = 0;
-  std::uint32_t triangle[kFanLanes] = {};
-  float cost[kFanLanes + 1] = {};          // of at most i nodes of eight that stand for it
-  std::uint8_t first[kFanLanes + 1] = {};  // how many of these stand for its first child; 0: one stands for all of it
+  std::uint32_t triangle[kBundleLanes] = {};
+  float cost[kBundleLanes + 1] = {};  // of at most i nodes of eight that stand for it
+  std::uint8_t first[kBundleLanes + 1] =
+      {};  // how many of these stand for its first child; 0: one stands for all of it
 };
 
 struct BvhDeleter {
@@ -63,14 +64,14 @@ RTCBounds merged(const RTCBounds& a, const RTCBounds& b) {
           std::max(a.upper_x, b.upper_x), std::max(a.upper_y, b.upper_y), std::max(a.upper_z, b.upper_z), 0.0f};
 }
 
-std::vector<RTCBuildPrimitive> primitivesOf(std::span<const FanTriangle> triangles) {
+std::vector<RTCBuildPrimitive> primitivesOf(std::span<const BundleTriangle> triangles) {
   std::vector<RTCBuildPrimitive> primitives;
   primitives.reserve(triangles.size());
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Corners& c = triangles[i].corners;
     const glm::vec3 low = glm::min(c[0], glm::min(c[1], c[2])), high = glm::max(c[0], glm::max(c[1], c[2]));
     const glm::vec3 sum = glm::abs(c[0]) + glm::abs(c[1]) + glm::abs(c[2]);
-    if (!(sum.x + sum.y + sum.z < kMostCoordinates)) continue;
+    if (!(sum.x + sum.y + sum.z < kMaxCoordinates)) continue;
     RTCBuildPrimitive p{};
     p.lower_x = low.x, p.lower_y = low.y, p.lower_z = low.z;
     p.upper_x = high.x, p.upper_y = high.y, p.upper_z = high.z;
@@ -82,7 +83,7 @@ std::vector<RTCBuildPrimitive> primitivesOf(std::span<const FanTriangle> triangl
 
 class Flatten {
  public:
-  Flatten(std::span<const FanTriangle> triangles, FanTree& tree) : triangles_(triangles), tree_(tree) {}
+  Flatten(std::span<const BundleTriangle> triangles, BundleTree& tree) : triangles_(triangles), tree_(tree) {}
 
   void addRoot(Built* root) {
     if (!root->isLeaf) {
@@ -95,7 +96,7 @@ class Flatten {
     constexpr float kAll = std::numeric_limits<float>::max() / 4;
     above.child[0] = root;
     above.bounds[0] = {-kAll, -kAll, -kAll, 0.0f, kAll, kAll, kAll, 0.0f};
-    above.first[kFanLanes] = 1;
+    above.first[kBundleLanes] = 1;
     addNode(above, 1);
   }
 
@@ -113,21 +114,21 @@ class Flatten {
     }
     const Built &a = *built.child[0], &b = *built.child[1];
     const float area = halfArea(merged(built.bounds[0], built.bounds[1]));
-    for (std::uint32_t i = kFanLanes; i >= 1; --i) {
+    for (std::uint32_t i = kBundleLanes; i >= 1; --i) {
       float& cost = built.cost[i];
       cost = std::numeric_limits<float>::infinity();
       for (std::uint32_t k = 1; k < i; ++k) {
         const float both = a.cost[k] + b.cost[i - k];
         if (both < cost) cost = both, built.first[i] = static_cast<std::uint8_t>(k);
       }
-      const float alone = area + built.cost[kFanLanes];
-      if (i < kFanLanes && alone <= cost) cost = alone, built.first[i] = 0;
+      const float alone = area + built.cost[kBundleLanes];
+      if (i < kBundleLanes && alone <= cost) cost = alone, built.first[i] = 0;
     }
   }
 
   // The children of a node of eight: at most `most` stand for `built`.
-  static void split(const Built& built, std::uint32_t most, std::vector<Child>& children) {
-    const std::uint32_t shares[2] = {built.first[most], most - built.first[most]};
+  static void split(const Built& built, std::uint32_t max, std::vector<Child>& children) {
+    const std::uint32_t shares[2] = {built.first[max], max - built.first[max]};
     for (std::uint32_t i = 0; i < 2; ++i) {
       Built* child = built.child[i];
       if (child == nullptr) continue;
@@ -145,10 +146,10 @@ class Flatten {
     tree_.nodes.emplace_back();
 
     std::vector<Child> children;
-    split(built, kFanLanes, children);
+    split(built, kBundleLanes, children);
 
-    FanNode node;
-    for (std::size_t i = 0; i < kFanLanes; ++i) {
+    BundleNode node;
+    for (std::size_t i = 0; i < kBundleLanes; ++i) {
       constexpr float kInfinity = std::numeric_limits<float>::infinity();
       const bool used = i < children.size();
       const RTCBounds b = used ? children[i].bounds
@@ -158,7 +159,7 @@ class Flatten {
       if (!used) {
         node.child[i] = 0;
       } else if (children[i].built->isLeaf) {
-        node.child[i] = kFanLeaf | addLeaf(*children[i].built);
+        node.child[i] = kBundleLeaf | addLeaf(*children[i].built);
       } else {
         node.child[i] = addNode(*children[i].built, depth + 1);
       }
@@ -168,10 +169,10 @@ class Flatten {
   }
 
   std::uint32_t addLeaf(const Built& built) {
-    FanLeaf& leaf = tree_.leaves.emplace_back();
-    for (std::uint32_t i = 0; i < kFanLanes; ++i) {
+    BundleLeaf& leaf = tree_.leaves.emplace_back();
+    for (std::uint32_t i = 0; i < kBundleLanes; ++i) {
       const bool used = i < built.count;
-      const FanTriangle& triangle = triangles_[built.triangle[used ? i : 0]];
+      const BundleTriangle& triangle = triangles_[built.triangle[used ? i : 0]];
       for (std::size_t k = 0; k < 9; ++k) {
         leaf.corner[k][i] = triangle.corners[used ? k / 3 : 0][static_cast<int>(k % 3)];
       }
@@ -181,14 +182,14 @@ class Flatten {
     return static_cast<std::uint32_t>(tree_.leaves.size() - 1);
   }
 
-  std::span<const FanTriangle> triangles_;
-  FanTree& tree_;
+  std::span<const BundleTriangle> triangles_;
+  BundleTree& tree_;
 };
 
 }  // namespace
 
-FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, const Context& context) {
-  FanTree tree;
+BundleTree buildBundleTree(RTCDevice device, std::span<const BundleTriangle> triangles, const Context& context) {
+  BundleTree tree;
   std::vector<RTCBuildPrimitive> primitives = primitivesOf(triangles);
   if (primitives.empty()) return tree;
   const std::unique_ptr<RTCBVHTy, BvhDeleter> bvh(rtcNewBVH(device));
@@ -196,9 +197,9 @@ FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, c
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
   arguments.maxBranchingFactor = 2;
   arguments.maxDepth = 64;
-  arguments.sahBlockSize = kFanLanes;
+  arguments.sahBlockSize = kBundleLanes;
   arguments.minLeafSize = 1;
-  arguments.maxLeafSize = kFanLanes;
+  arguments.maxLeafSize = kBundleLanes;
   arguments.bvh = bvh.get();
   arguments.primitives = primitives.data();
   arguments.primitiveCount = arguments.primitiveArrayCapacity = primitives.size();

@@ -11,15 +11,15 @@
 
 namespace relume {
 
-// Memory of one thread, kept from fan to fan.
-class RayFan {
+// Memory of one thread, kept from bundle to bundle.
+class RayBundle {
  public:
-  // What of the processor is used. Tests compare.
-  enum class Registers { widest, baseline };
-  explicit RayFan(Registers registers = Registers::widest) : registers_(registers) {}
+  // Which instruction set is used: the best one of this processor, or the one that every processor has (for tests).
+  enum class Simd { best, baseline };
+  explicit RayBundle(Simd simd = Simd::best) : simd_(simd) {}
 
   // Nearest hits of rays from `origin`. axis: zero, or directions all lie in its hemisphere (a hint: what is below is
-  // not looked at). A tracer without a structure for fans (RayStructure) traces packets. [Size hits >= directions]
+  // not looked at). A tracer without a structure for bundles (RayStructure) traces packets. [Size hits >= directions]
   void trace(const RayTracer& tracer, const glm::vec3& origin, const glm::vec3& axis,
              std::span<const glm::vec3> directions, std::span<Hit> hits);
 
@@ -28,7 +28,7 @@ class RayFan {
     std::byte bytes[64];
   };
 
-  Registers registers_;
+  Simd simd_;
   std::vector<Line> memory_;
   std::vector<Ray> rays_;
 };

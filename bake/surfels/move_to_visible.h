@@ -18,7 +18,7 @@ namespace relume {
 // For each surfel the point of its cell nearest to the middle of what receivers see of the cell, found by random rays
 // from where receivers can be; the surfel's own point where too few rays find the cell. [Size surfels]
 // Same result at any thread count; empty when the context was cancelled.
-std::vector<SurfelSeed> settleSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                                       std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context);
 
 }  // namespace relume

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bake/rays/bundle/ray_fan.h"
+#include "bake/rays/bundle/ray_bundle.h"
 
 #include "bake/base/random.h"
 #include "relume/bake/context.h"
@@ -19,7 +19,7 @@ namespace {
 
 using namespace test;
 
-RayTracer tracerOf(const Scene& scene, RayStructure structure = RayStructure::fans) {
+RayTracer tracerOf(const Scene& scene, RayStructure structure = RayStructure::bundles) {
   Context context;
   auto tracer = RayTracer::create(scene, "avx2", context, structure);
   EXPECT_TRUE(tracer) << (tracer ? "" : tracer.error().message);
@@ -62,15 +62,15 @@ Scene confetti(std::size_t count, float size, std::uint32_t material = kNone) {
   return scene;
 }
 
-// Hits that differ between a fan and packets. Rays that end at an edge may end on either side.
+// Hits that differ between a bundle and packets. Rays that end at an edge may end on either side.
 std::size_t countOthers(const RayTracer& tracer, const glm::vec3& origin, const glm::vec3& axis, std::size_t count) {
   const std::vector<glm::vec3> directions = directionsOf(count, axis, 5);
   std::vector<Hit> hits(count), expected(count);
   std::vector<Ray> rays;
   for (const glm::vec3& direction : directions) rays.push_back({origin, 0.0f, direction});
   tracer.trace(rays, expected, RayOrder::coherent);
-  RayFan fan;
-  fan.trace(tracer, origin, axis, directions, hits);
+  RayBundle bundle;
+  bundle.trace(tracer, origin, axis, directions, hits);
   std::size_t others = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Hit &hit = hits[i], &other = expected[i];
@@ -86,7 +86,7 @@ std::size_t countOthers(const RayTracer& tracer, const glm::vec3& origin, const 
   return others;
 }
 
-TEST(RayFan, hitsWhatPacketsHit) {
+TEST(RayBundle, hitsWhatPacketsHit) {
   for (const auto& [count, size] : {std::pair{100u, 4.0f}, {3000u, 0.6f}, {40000u, 0.08f}}) {
     const Scene scene = confetti(count, size);
     const RayTracer tracer = tracerOf(scene);
@@ -99,7 +99,7 @@ TEST(RayFan, hitsWhatPacketsHit) {
   }
 }
 
-TEST(RayFan, alphaMaskLetsRaysThroughWhatItCutsOut) {
+TEST(RayBundle, alphaMaskLetsRaysThroughWhatItCutsOut) {
   Scene scene = confetti(3000, 0.6f, 0);
   addHalfMask(scene);
   const RayTracer tracer = tracerOf(scene);
@@ -115,7 +115,7 @@ TEST(RayFan, alphaMaskLetsRaysThroughWhatItCutsOut) {
 }
 
 // A dented ball from within: neighbours share their edges, and no ray may pass between them.
-TEST(RayFan, noRaySlipsThroughAnEdge) {
+TEST(RayBundle, noRaySlipsThroughAnEdge) {
   constexpr std::uint32_t kRows = 120, kColumns = 240;
   Mesh ball;
   for (std::uint32_t y = 0; y <= kRows; ++y) {
@@ -138,7 +138,7 @@ TEST(RayFan, noRaySlipsThroughAnEdge) {
   addInstance(scene, ball);
   finish(scene);
   const RayTracer tracer = tracerOf(scene);
-  RayFan fan;
+  RayBundle bundle;
   for (const glm::vec3 origin : {glm::vec3(0.0f), glm::vec3(0.5f, -1.0f, 2.0f), glm::vec3(0, 0, 2.5f)}) {
     // Rays at edges, too. (Within a rounding of a corner one in 300 does slip through.)
     std::vector<glm::vec3> directions = directionsOf(200000, glm::vec3(0.0f), 11);
@@ -147,14 +147,14 @@ TEST(RayFan, noRaySlipsThroughAnEdge) {
       for (const float along : {0.1f, 0.5f, 0.7f}) directions.push_back(glm::normalize(glm::mix(a, b, along)));
     }
     std::vector<Hit> hits(directions.size());
-    fan.trace(tracer, origin, glm::vec3(0.0f), directions, hits);
+    bundle.trace(tracer, origin, glm::vec3(0.0f), directions, hits);
     std::size_t missed = 0;
     for (const Hit& hit : hits) missed += !hit;
     EXPECT_EQ(missed, 0u);
   }
 }
 
-TEST(RayFan, directionsAlongAxesAndCubeEdges) {
+TEST(RayBundle, directionsAlongAxesAndCubeEdges) {
   Scene scene;
   addInstance(scene, box({-4, -4, -4}, {4, 4, 4}, true));
   finish(scene);
@@ -168,19 +168,19 @@ TEST(RayFan, directionsAlongAxesAndCubeEdges) {
     }
   }
   std::vector<Hit> hits(directions.size());
-  RayFan fan;
-  fan.trace(tracer, {0.5f, 0.25f, 0.125f}, glm::vec3(0.0f), directions, hits);
+  RayBundle bundle;
+  bundle.trace(tracer, {0.5f, 0.25f, 0.125f}, glm::vec3(0.0f), directions, hits);
   for (const Hit& hit : hits) EXPECT_TRUE(hit);
 }
 
-TEST(RayFan, everyProcessorGivesTheSameBits) {
+TEST(RayBundle, everyProcessorGivesTheSameBits) {
   const Scene scene = confetti(20000, 0.2f);
   const RayTracer tracer = tracerOf(scene);
   const std::vector<glm::vec3> directions = directionsOf(20000, glm::vec3(0.0f), 6);
   std::array<std::vector<Hit>, 2> hits{std::vector<Hit>(directions.size()), std::vector<Hit>(directions.size())};
-  RayFan baseline(RayFan::Registers::baseline), widest;
+  RayBundle baseline(RayBundle::Simd::baseline), best;
   baseline.trace(tracer, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), directions, hits[0]);
-  widest.trace(tracer, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), directions, hits[1]);
+  best.trace(tracer, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), directions, hits[1]);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     ASSERT_EQ(hits[0][i].instance, hits[1][i].instance);
     ASSERT_EQ(hits[0][i].triangle, hits[1][i].triangle);
@@ -190,7 +190,7 @@ TEST(RayFan, everyProcessorGivesTheSameBits) {
   }
 }
 
-TEST(RayFan, aTracerWithoutAStructureForFansTracesPackets) {
+TEST(RayBundle, aTracerWithoutABundleTreeTracesPackets) {
   const Scene scene = confetti(3000, 0.6f);
   const RayTracer packets = tracerOf(scene, RayStructure::quick);
   EXPECT_EQ(countOthers(packets, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), 4096), 0u);
@@ -198,7 +198,7 @@ TEST(RayFan, aTracerWithoutAStructureForFansTracesPackets) {
 
 // Origins in the plane of a triangle, on its edge, at its corner; triangles that are points, lines, or not finite;
 // nothing to hit; one triangle; a level far from the origin.
-TEST(RayFan, copesWithDegenerateTrianglesAndOrigins) {
+TEST(RayBundle, copesWithDegenerateTrianglesAndOrigins) {
   Scene scene = confetti(3000, 0.6f);
   Mesh& mesh = scene.meshes[1];
   mesh.position[0] = glm::vec3(std::numeric_limits<float>::quiet_NaN());
@@ -211,7 +211,7 @@ TEST(RayFan, copesWithDegenerateTrianglesAndOrigins) {
     // Whether a ray meets the triangle that it starts on is up to rounding.
     const std::vector<glm::vec3> directions = directionsOf(4096, glm::vec3(0.0f), 5);
     std::vector<Hit> hits(directions.size());
-    RayFan().trace(tracer, origin, glm::vec3(0.0f), directions, hits);
+    RayBundle().trace(tracer, origin, glm::vec3(0.0f), directions, hits);
     for (const Hit& hit : hits) EXPECT_TRUE(hit && hit.distance > 0.0f && hit.distance < 20.0f);
   }
 
@@ -226,8 +226,8 @@ TEST(RayFan, copesWithDegenerateTrianglesAndOrigins) {
   finish(nothing);
   const RayTracer empty = tracerOf(nothing);
   EXPECT_EQ(countOthers(empty, glm::vec3(0.0f), glm::vec3(0.0f), 100), 0u);
-  RayFan fan;
-  fan.trace(tracer, glm::vec3(0.0f), glm::vec3(0.0f), {}, {});
+  RayBundle bundle;
+  bundle.trace(tracer, glm::vec3(0.0f), glm::vec3(0.0f), {}, {});
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a surfel sees, and that clusters keep apart what does not see the same.
-#include "bake/hierarchy/outlook.h"
+#include "bake/hierarchy/visible_centroid.h"
 #include "bake/hierarchy/hierarchy.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ Scene hallWithWall() {
   return scene;
 }
 
-TEST(Outlook, isThePlaneAboveForASurfelUnderACeiling) {
+TEST(VisibleCentroid, isThePlaneAboveForASurfelUnderACeiling) {
   // Under an endless ceiling at height h every direction ends on it: the mean of the ends is straight above, at h.
   Scene scene;
   addQuad(scene, {-500, 3, -500}, {1000, 0, 0}, {0, 0, 1000});
@@ -59,15 +59,15 @@ TEST(Outlook, isThePlaneAboveForASurfelUnderACeiling) {
   auto tracer = RayTracer::create(scene, "avx2", context);
   ASSERT_TRUE(tracer);
   Surfels surfels = floorSurfels(2);
-  const std::vector<glm::vec3> outlook = lookOut(*tracer, surfels, context);
+  const std::vector<glm::vec3> centroids = visibleCentroids(*tracer, surfels, context);
   for (std::uint32_t i = 0; i < surfels.count(); ++i) {
     // Cosine-weighted over the height: all 3 m; sideways the few directions do not quite cancel.
-    EXPECT_NEAR(outlook[i].y, 3.0f, 1e-2f);
-    EXPECT_LT(glm::length(glm::vec3(outlook[i] - surfels.positionWorld[i]) * glm::vec3(1, 0, 1)), 1.0f);
+    EXPECT_NEAR(centroids[i].y, 3.0f, 1e-2f);
+    EXPECT_LT(glm::length(glm::vec3(centroids[i] - surfels.positionWorld[i]) * glm::vec3(1, 0, 1)), 1.0f);
   }
 }
 
-TEST(Outlook, isOnTheSurfelsOwnSideOfAWall) {
+TEST(VisibleCentroid, isOnTheSurfelsOwnSideOfAWall) {
   const Scene scene = hallWithWall();
   Context one, two;
   one.threads = 1;
@@ -75,12 +75,12 @@ TEST(Outlook, isOnTheSurfelsOwnSideOfAWall) {
   auto tracer = RayTracer::create(scene, "avx2", one);
   ASSERT_TRUE(tracer);
   const Surfels surfels = floorSurfels(40);
-  const std::vector<glm::vec3> outlook = lookOut(*tracer, surfels, one);
+  const std::vector<glm::vec3> centroids = visibleCentroids(*tracer, surfels, one);
   for (std::uint32_t i = 0; i < surfels.count(); ++i) {
     if (std::abs(surfels.positionWorld[i].x) > 2.0f) continue;
-    EXPECT_GT(outlook[i].x * surfels.positionWorld[i].x, 0.0f) << i;
+    EXPECT_GT(centroids[i].x * surfels.positionWorld[i].x, 0.0f) << i;
   }
-  EXPECT_EQ(lookOut(*tracer, surfels, two), outlook);
+  EXPECT_EQ(visibleCentroids(*tracer, surfels, two), centroids);
 }
 
 // How many nodes of at least that many leaves hold surfels of both sides of the wall.
@@ -99,7 +99,7 @@ int straddling(const Hierarchy& h, const Surfels& surfels, int leavesAtLeast) {
   return count;
 }
 
-TEST(Outlook, clustersDoNotReachThroughAWall) {
+TEST(VisibleCentroid, clustersDoNotReachThroughAWall) {
   const Scene scene = hallWithWall();
   Context context;
   auto tracer = RayTracer::create(scene, "avx2", context);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Hands a fan of rays to the walk (fan_walk.h) and its hits back in the order of the rays.
-#include "bake/rays/bundle/ray_fan.h"
+// Hands a bundle of rays to the walk (bundle_walk.h) and its hits back in the order of the rays.
+#include "bake/rays/bundle/ray_bundle.h"
 
 #include "bake/rays/ray_tracer_state.h"
 
@@ -15,39 +15,39 @@ constexpr double kRaysPerBlock = 48.0;  // wished: six registers
 std::uint32_t blocksFor(std::size_t rays, bool hemisphere) {
   const double all = static_cast<double>(rays) * (hemisphere ? 2.0 : 1.0);
   const double side = std::round(std::sqrt(all / (6.0 * kRaysPerBlock)));
-  return static_cast<std::uint32_t>(std::clamp(side, 1.0, static_cast<double>(kMostFanBlocks)));
+  return static_cast<std::uint32_t>(std::clamp(side, 1.0, static_cast<double>(kMaxBundleBlocks)));
 }
 
-void walk(const FanJob& job, [[maybe_unused]] RayFan::Registers registers) {
-#if defined(RELUME_X86_FANS)
-  if (registers == RayFan::Registers::widest && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt") &&
+void walk(const BundleJob& job, [[maybe_unused]] RayBundle::Simd simd) {
+#if defined(RELUME_X86_BUNDLES)
+  if (simd == RayBundle::Simd::best && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt") &&
       __builtin_cpu_supports("bmi")) {
-    return traceFanAvx2(job);
+    return traceBundleAvx2(job);
   }
 #endif
-  traceFanBaseline(job);
+  traceBundleBaseline(job);
 }
 
 }  // namespace
 
-void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::vec3& axis,
-                   std::span<const glm::vec3> directions, std::span<Hit> hits) {
+void RayBundle::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::vec3& axis,
+                      std::span<const glm::vec3> directions, std::span<Hit> hits) {
   const RayTracer::State& state = *tracer.state_;
   const std::size_t count = directions.size();
   if (count == 0) return;
-  if (state.fans.nodes.empty()) {
+  if (state.bundles.nodes.empty()) {
     rays_.resize(count);
     for (std::size_t i = 0; i < count; ++i) rays_[i] = Ray{origin, 0.0f, directions[i]};
     tracer.trace(rays_, hits, RayOrder::coherent);
     return;
   }
 
-  FanJob job{};
-  job.nodes = state.fans.nodes.data();
-  job.leaves = state.fans.leaves.data();
+  BundleJob job{};
+  job.nodes = state.bundles.nodes.data();
+  job.leaves = state.bundles.leaves.data();
   job.opaque = [](const void* self, std::uint32_t geometry, std::uint32_t triangle, float b, float c) {
     const auto& s = *static_cast<const RayTracer::State*>(self);
-    return opaqueAt(*s.scene, {s.instance[geometry & kFanGeometry], triangle, {b, c}});
+    return opaqueAt(*s.scene, {s.instance[geometry & kBundleGeometry], triangle, {b, c}});
   };
   job.self = &state;
   for (int k = 0; k < 3; ++k) job.origin[k] = origin[k] - state.shift[k], job.axis[k] = axis[k];
@@ -55,8 +55,8 @@ void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::
   job.direction = &directions.data()->x;
   job.blocks = blocksFor(count, axis != glm::vec3(0.0f));
   // Lay out the arrays, twice: how much they need, and where they are.
-  const std::size_t cells = 6 * std::size_t{job.blocks} * job.blocks * kFanStrip * kFanStrip;
-  const std::size_t padded = (count + kFanLanes - 1) / kFanLanes * kFanLanes, depth = state.fans.depth;
+  const std::size_t cells = 6 * std::size_t{job.blocks} * job.blocks * kBundleStrip * kBundleStrip;
+  const std::size_t padded = (count + kBundleLanes - 1) / kBundleLanes * kBundleLanes, depth = state.bundles.depth;
   for (const bool counting : {true, false}) {
     std::size_t lines = 0;
     const auto take = [&]<class T>(T*& array, std::size_t size) {
@@ -71,31 +71,31 @@ void RayFan::trace(const RayTracer& tracer, const glm::vec3& origin, const glm::
     take(job.block, padded);
     take(job.begin, cells + 1);
     take(job.cursor, cells);
-    take(job.farthest, fanPyramidSize(job.blocks));
+    take(job.farthest, bundlePyramidSize(job.blocks));
     take(job.frames, depth);
-    take(job.stack, 7 * depth + kFanLanes);
+    take(job.stack, 7 * depth + kBundleLanes);
     if (counting && memory_.size() < lines) memory_.resize(lines);
   }
 
-  walk(job, registers_);
+  walk(job, simd_);
 
   // Name what was hit.
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t at = job.place[i], word = job.hit[at];
-    if (word == kFanNone) {
+    if (word == kBundleNone) {
       hits[i] = {};
       continue;
     }
-    const std::uint32_t lane = word & ~kFanBack;
-    const FanLeaf& leaf = state.fans.leaves[lane / kFanLanes];
-    const std::uint32_t flags = leaf.geometry[lane % kFanLanes], triangle = leaf.triangle[lane % kFanLanes];
-    const std::uint32_t id = flags & kFanGeometry;
-    if ((flags & kFanOverlaps) != 0) {
+    const std::uint32_t lane = word & ~kBundleBack;
+    const BundleLeaf& leaf = state.bundles.leaves[lane / kBundleLanes];
+    const std::uint32_t flags = leaf.geometry[lane % kBundleLanes], triangle = leaf.triangle[lane % kBundleLanes];
+    const std::uint32_t id = flags & kBundleGeometry;
+    if ((flags & kBundleOverlaps) != 0) {
       const FlushDenormals flush;
-      hits[i] = state.settle(Ray{origin, 0.0f, directions[i]}, id, triangle, job.t[at]);
+      hits[i] = state.resolveTie(Ray{origin, 0.0f, directions[i]}, id, triangle, job.t[at]);
     } else {
       const float b = std::clamp(job.b[at], 0.0f, 1.0f), c = std::clamp(job.c[at], 0.0f, 1.0f - b);
-      hits[i] = {job.t[at], state.instance[id], triangle, {b, c}, (word & kFanBack) != 0};
+      hits[i] = {job.t[at], state.instance[id], triangle, {b, c}, (word & kBundleBack) != 0};
     }
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The tree that fans of rays walk: eight children a node, up to eight triangles a leaf. Immutable, shared by threads.
+// The tree that bundles of rays walk: eight children a node, up to eight triangles a leaf. Immutable, shared by
+// threads.
 #pragma once
 
-#include "bake/rays/bundle/fan_kernel.h"
+#include "bake/rays/bundle/bundle_kernel.h"
 #include "bake/rays/hit_places.h"
 
 #include <embree3/rtcore.h>
@@ -15,22 +16,22 @@ namespace relume {
 
 class Context;
 
-struct FanTree {
-  std::vector<FanNode> nodes;  // [0] the root
-  std::vector<FanLeaf> leaves;
+struct BundleTree {
+  std::vector<BundleNode> nodes;  // [0] the root
+  std::vector<BundleLeaf> leaves;
   std::uint32_t depth = 0;  // levels of nodes
 };
 
 // A triangle on its way into the tree.
-struct FanTriangle {
+struct BundleTriangle {
   Corners corners;         // [m] as traced
-  std::uint32_t geometry;  // with kFanMasked
+  std::uint32_t geometry;  // with kBundleMasked
   std::uint32_t triangle;
 };
 
 // Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
 // finite, or farther than 1e17 m, are left out. Empty on failure, which the device reports.
 // Empty when cancelled.
-FanTree buildFanTree(RTCDevice device, std::span<const FanTriangle> triangles, const Context& context);
+BundleTree buildBundleTree(RTCDevice device, std::span<const BundleTriangle> triangles, const Context& context);
 
 }  // namespace relume

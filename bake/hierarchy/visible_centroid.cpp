@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See outlook.h. Surfels that are near each other look together, a direction at a time, so that rays stay in packets.
-#include "bake/hierarchy/outlook.h"
+// See visible_centroid.h. Surfels that are near each other look together, a direction at a time, so that rays stay in
+// packets.
+#include "bake/hierarchy/visible_centroid.h"
 
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
@@ -19,7 +20,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kDirections = 32;  // over the sphere; a surfel uses those above its plane
-constexpr float kLeastCosine = 0.05f;      // of a direction with the normal
+constexpr float kMinCosine = 0.05f;        // of a direction with the normal
 constexpr std::size_t kTogether = 64;      // surfels that look together
 constexpr float kCells = 1023.0f;          // of space along an axis, for the order
 
@@ -59,12 +60,12 @@ struct Looking {
 
 }  // namespace
 
-std::vector<glm::vec3> lookOut(const RayTracer& tracer, const Surfels& surfels, Context& context) {
+std::vector<glm::vec3> visibleCentroids(const RayTracer& tracer, const Surfels& surfels, Context& context) {
   const std::array<glm::vec3, kDirections> directions = lookDirections();
   const glm::vec3 low = tracer.boundsMin(), high = tracer.boundsMax();
-  const float reach = kOutlookReach * glm::length(high - low);
+  const float reach = kCentroidReach * glm::length(high - low);
   const std::vector<std::uint32_t> order = alongCurve(surfels, low, high);
-  std::vector<glm::vec3> outlook(surfels.count());
+  std::vector<glm::vec3> centroids(surfels.count());
 
   parallelChunks(context, "", order.size(), kTogether, [&](std::size_t begin, std::size_t end) {
     const std::size_t count = end - begin;
@@ -80,7 +81,7 @@ std::vector<glm::vec3> lookOut(const RayTracer& tracer, const Surfels& surfels, 
     for (const glm::vec3& direction : directions) {
       std::size_t rayCount = 0;
       for (std::size_t i = 0; i < count; ++i) {
-        if (!(glm::dot(direction, surfels.normal[order[begin + i]]) > kLeastCosine)) continue;
+        if (!(glm::dot(direction, surfels.normal[order[begin + i]]) > kMinCosine)) continue;
         rays[rayCount] = Ray{looking[i].from, 0.0f, direction, reach};
         who[rayCount++] = static_cast<std::uint32_t>(i);
       }
@@ -93,11 +94,11 @@ std::vector<glm::vec3> lookOut(const RayTracer& tracer, const Surfels& surfels, 
       }
     }
     for (std::size_t i = 0; i < count; ++i) {
-      outlook[order[begin + i]] = looking[i].from + looking[i].offset / std::max(looking[i].weight, 1e-6f);
+      centroids[order[begin + i]] = looking[i].from + looking[i].offset / std::max(looking[i].weight, 1e-6f);
     }
   });
   if (context.cancelled()) return {};
-  return outlook;
+  return centroids;
 }
 
 }  // namespace relume

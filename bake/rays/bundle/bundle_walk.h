@@ -6,19 +6,19 @@
 // the rectangle is small). Where few rays pass a node they are listed, and below it only these are asked. Packets of
 // rays walk the same tree once each.
 //
-// Included by fan_baseline.cpp and fan_avx2.cpp; what fan_vectors.h says of functions holds here, too. (The rays and
-// their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
-#include "bake/rays/bundle/fan_cells.h"
+// Included by bundle_baseline.cpp and bundle_avx2.cpp; what bundle_vectors.h says of functions holds here, too. (The
+// rays and their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
+#include "bake/rays/bundle/bundle_cells.h"
 
 namespace relume {
 namespace {
 
-constexpr float kLeastDepth = 1e-30f;  // [m] nearer is beside the point itself
-constexpr float kNearer = 0.99999f;    // of squared distances to boxes, which round
+constexpr float kMinDepth = 1e-30f;  // [m] nearer is beside the point itself
+constexpr float kNearer = 0.99999f;  // of squared distances to boxes, which round
 
 class Walk {
  public:
-  explicit Walk(const FanJob& job)
+  explicit Walk(const BundleJob& job)
       : job_(job),
         cells_(job.blocks),
         edges_(cells_),
@@ -49,7 +49,7 @@ class Walk {
     float distance2, u0, u1, v0, v1;
     std::uint32_t x0, y0, x1, y1;  // cells, first and last
   };
-  static Box boxOf(const FanFrame& f, std::uint32_t i) {
+  static Box boxOf(const BundleFrame& f, std::uint32_t i) {
     const std::uint32_t cells = f.cells[i];
     return {f.distance2[i], f.u0[i],          f.u1[i],           f.v0[i],    f.v1[i],
             cells & 255,    cells >> 8 & 255, cells >> 16 & 255, cells >> 24};
@@ -68,19 +68,19 @@ class Walk {
   float farthestBelow(std::uint32_t level, std::uint32_t x, std::uint32_t y) const {
     const std::uint32_t side = levelSide_[level - 1];
     const float* below = job_.farthest + levelBegin_[level - 1];
-    const std::uint32_t x0 = 2 * x, x1 = leastOf(x0 + 1, side - 1), y0 = 2 * y * side;
-    const std::uint32_t y1 = leastOf(2 * y + 1, side - 1) * side;
-    return most(most(below[y0 + x0], below[y0 + x1]), most(below[y1 + x0], below[y1 + x1]));
+    const std::uint32_t x0 = 2 * x, x1 = minOf(x0 + 1, side - 1), y0 = 2 * y * side;
+    const std::uint32_t y1 = minOf(2 * y + 1, side - 1) * side;
+    return max(max(below[y0 + x0], below[y0 + x1]), max(below[y1 + x0], below[y1 + x1]));
   }
 
   // The rays of a block were shortened.
   void lower(std::uint32_t block) {
     const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
     Floats all{};
-    for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
-      all = most(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
+    for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
+      all = max(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
     }
-    float farthest = mostLane(all);
+    float farthest = maxLane(all);
     if (!(farthest < job_.farthest[block])) return;
     job_.farthest[block] = farthest;
     std::uint32_t x = block % cells_.blocks, y = block / cells_.blocks;
@@ -111,37 +111,37 @@ class Walk {
     visitNode<false>(0, 0);
     while (top_ != job_.stack) {
       const std::uint32_t waiting = *--top_;
-      const FanFrame& frame = job_.frames[waiting / kFanLanes];
-      const std::uint32_t lane = waiting % kFanLanes;
+      const BundleFrame& frame = job_.frames[waiting / kBundleLanes];
+      const std::uint32_t lane = waiting % kBundleLanes;
       const std::uint32_t child = frame.child[lane];
-      const bool isLeaf = (child & kFanLeaf) != 0;
+      const bool isLeaf = (child & kBundleLeaf) != 0;
       if (frame.count > 0) {
         listPassing(frame, lane);
         if (passing_ == 0) continue;
         if (isLeaf) {
-          visitLeaf(Box{}, child & ~kFanLeaf);
+          visitLeaf(Box{}, child & ~kBundleLeaf);
         } else {
-          visitNode<true>(child, waiting / kFanLanes + 1);
+          visitNode<true>(child, waiting / kBundleLanes + 1);
         }
         continue;
       }
       const Box box = boxOf(frame, lane);
       if (!isSeen(box, isLeaf)) continue;
       if (isLeaf) {
-        visitLeaf(box, child & ~kFanLeaf);
-      } else if (passing_ > 0 && passing_ <= kFewFanRays) {
-        visitNode<true>(child, waiting / kFanLanes + 1);
+        visitLeaf(box, child & ~kBundleLeaf);
+      } else if (passing_ > 0 && passing_ <= kFewBundleRays) {
+        visitNode<true>(child, waiting / kBundleLanes + 1);
       } else {
-        visitNode<false>(child, waiting / kFanLanes + 1);
+        visitNode<false>(child, waiting / kBundleLanes + 1);
       }
     }
   }
 
   // Of the rays that pass a child, list in ray_ those that may still end in it.
-  void listPassing(const FanFrame& frame, std::uint32_t lane) {
+  void listPassing(const BundleFrame& frame, std::uint32_t lane) {
     const Floats near = splat(frame.distance2[lane]);
     passing_ = 0;
-    for (std::uint32_t first = 0; first < frame.count; first += kFanLanes) {
+    for (std::uint32_t first = 0; first < frame.count; first += kBundleLanes) {
       const unsigned bits = frame.passing[first / 32][lane] >> first % 32 & 0xFFu;
       if (bits == 0) continue;
       const Ints ray = loadInts(frame.ray + first);
@@ -150,9 +150,10 @@ class Walk {
     }
   }
 
-  // Whether any ray may end in a box. Of small boxes, list the rays in ray_, up to the first few beyond kFewFanRays.
+  // Whether any ray may end in a box. Of small boxes, list the rays in ray_, up to the first few beyond kFewBundleRays.
   bool isSeen(const Box& e, bool isLeaf) {
-    const std::uint32_t x0 = e.x0 / kFanStrip, x1 = e.x1 / kFanStrip, y0 = e.y0 / kFanStrip, y1 = e.y1 / kFanStrip;
+    const std::uint32_t x0 = e.x0 / kBundleStrip, x1 = e.x1 / kBundleStrip, y0 = e.y0 / kBundleStrip,
+                        y1 = e.y1 / kBundleStrip;
     const std::uint32_t extent = (x1 - x0) | (y1 - y0);
     passing_ = 0;
     if (extent > 1) {
@@ -160,21 +161,21 @@ class Walk {
       const float* farthest = job_.farthest + levelBegin_[level];
       float all = 0.0f;
       for (std::uint32_t y = y0 >> level; y <= y1 >> level; ++y) {
-        for (std::uint32_t x = x0 >> level; x <= x1 >> level; ++x) all = most(all, farthest[y * levelSide_[level] + x]);
+        for (std::uint32_t x = x0 >> level; x <= x1 >> level; ++x) all = max(all, farthest[y * levelSide_[level] + x]);
       }
       if (!isLeaf || e.distance2 >= all * all) return e.distance2 < all * all;
     }
 
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
-      const std::uint32_t* row = begin_ + strip * kFanStrip * cells_.side;
-      const std::uint32_t begin = row[e.x0 * kFanStrip], end = row[(e.x1 + 1) * kFanStrip];
-      for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
+      const std::uint32_t* row = begin_ + strip * kBundleStrip * cells_.side;
+      const std::uint32_t begin = row[e.x0 * kBundleStrip], end = row[(e.x1 + 1) * kBundleStrip];
+      for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
         const Ints lanes = lanesWithin(i, begin, end);
         const unsigned bits = bitsOf((u >= u0) & (u <= u1) & (v >= v0) & (v <= v1) & (near < t * t) & lanes);
         passing_ += append(ray_ + passing_, kLane + static_cast<std::int32_t>(i), bits);
-        if (passing_ > kFewFanRays) return true;
+        if (passing_ > kFewBundleRays) return true;
       }
     }
     return passing_ > 0;
@@ -183,7 +184,7 @@ class Walk {
   // Lets those children wait that rays may meet. kFew: the rays in ray_ are all that pass the node.
   template <bool kFew>
   void visitNode(std::uint32_t index, std::uint32_t depth) {
-    const FanNode& node = job_.nodes[index];
+    const BundleNode& node = job_.nodes[index];
     const float* origin = job_.origin;
     const Floats low = load(node.low[depth_]) - origin[depth_], high = load(node.high[depth_]) - origin[depth_];
     const Floats near = backward_ ? -high : low, far = backward_ ? -low : high;
@@ -191,21 +192,21 @@ class Walk {
     const Floats b0 = load(node.low[up_]) - origin[up_], b1 = load(node.high[up_]) - origin[up_];
 
     // Project the boxes, and leave out those beside the face or below the horizon.
-    const Floats perNear = 1.0f / most(near, splat(kLeastDepth)), perFar = 1.0f / most(far, splat(kLeastDepth));
+    const Floats perNear = 1.0f / max(near, splat(kMinDepth)), perFar = 1.0f / max(far, splat(kMinDepth));
     Rectangle r;
     r.u0 = a0 * (a0 < 0.0f ? perNear : perFar), r.u1 = a1 * (a1 < 0.0f ? perFar : perNear);
     r.v0 = b0 * (b0 < 0.0f ? perNear : perFar), r.v1 = b1 * (b1 < 0.0f ? perFar : perNear);
     Ints seen = (far > 0.0f) & onFace(r);
     if (hemisphere_) {
       const float* axis = job_.axis;
-      const Floats height = most(a0 * axis[across_], a1 * axis[across_]) + most(b0 * axis[up_], b1 * axis[up_]) +
-                            most(low * axis[depth_], high * axis[depth_]);
+      const Floats height = max(a0 * axis[across_], a1 * axis[across_]) + max(b0 * axis[up_], b1 * axis[up_]) +
+                            max(low * axis[depth_], high * axis[depth_]);
       seen &= height > 0.0f;
     }
-    const Floats da = most(most(a0, -a1), Floats{}), db = most(most(b0, -b1), Floats{}), dd = most(near, Floats{});
+    const Floats da = max(max(a0, -a1), Floats{}), db = max(max(b0, -b1), Floats{}), dd = max(near, Floats{});
     const Floats distance2 = ((da * da + db * db) + dd * dd) * kNearer;
     r.u0 -= kSlack, r.u1 += kSlack, r.v0 -= kSlack, r.v1 += kSlack;
-    FanFrame& frame = job_.frames[depth];
+    BundleFrame& frame = job_.frames[depth];
     if constexpr (kFew) seen &= findPassing(r, distance2, frame);
     unsigned bits = bitsOf(seen);
     if (bits == 0) return;
@@ -219,7 +220,7 @@ class Walk {
     storeInts(frame.child, loadInts(node.child));
     const Floats ma = a0 + a1, mb = b0 + b1, md = low + high;
     const Floats middle2 = (ma * ma + mb * mb) + md * md;
-    alignas(32) float middle[kFanLanes];
+    alignas(32) float middle[kBundleLanes];
     store(middle, middle2);
 
     // The one with the nearest middle comes to the top (3 % faster than the nearest box): as many lie below as are
@@ -231,13 +232,13 @@ class Walk {
       fetch(frame.child[i]);
       const Floats own = splat(middle[i]);
       const Ints below = (middle2 > own) | ((middle2 == own) & (kLane < static_cast<std::int32_t>(i)));
-      bottom[__builtin_popcount(bitsOf(below) & all)] = depth * kFanLanes + i;
+      bottom[__builtin_popcount(bitsOf(below) & all)] = depth * kBundleLanes + i;
     }
     top_ += __builtin_popcount(all);
   }
 
   // Which children the listed rays pass, before they end: all ones. Keeps the list.
-  Ints findPassing(const Rectangle& r, Floats distance2, FanFrame& frame) const {
+  Ints findPassing(const Rectangle& r, Floats distance2, BundleFrame& frame) const {
     const auto passingOf = [&](std::uint32_t first, std::uint32_t end) {
       Ints all{}, bit = splatInt(1u);
       for (std::uint32_t k = first; k < end; ++k, bit <<= 1) {
@@ -248,43 +249,43 @@ class Walk {
       return all;
     };
     frame.count = passing_;
-    for (std::uint32_t k = 0; k < passing_; k += kFanLanes) storeInts(frame.ray + k, loadInts(ray_ + k));
-    const Ints low = passingOf(0, leastOf(32, passing_));
+    for (std::uint32_t k = 0; k < passing_; k += kBundleLanes) storeInts(frame.ray + k, loadInts(ray_ + k));
+    const Ints low = passingOf(0, minOf(32, passing_));
     const Ints high = passing_ > 32 ? passingOf(32, passing_) : Ints{};
     storeInts(frame.passing[0], low), storeInts(frame.passing[1], high);
     return (low | high) != 0;
   }
 
   void fetch(std::uint32_t child) const {
-    const bool isLeaf = (child & kFanLeaf) != 0;
-    const char* from = isLeaf ? reinterpret_cast<const char*>(job_.leaves + (child & ~kFanLeaf))
+    const bool isLeaf = (child & kBundleLeaf) != 0;
+    const char* from = isLeaf ? reinterpret_cast<const char*>(job_.leaves + (child & ~kBundleLeaf))
                               : reinterpret_cast<const char*>(job_.nodes + child);
-    const std::size_t size = isLeaf ? sizeof(FanLeaf) : sizeof(FanNode);
+    const std::size_t size = isLeaf ? sizeof(BundleLeaf) : sizeof(BundleNode);
     for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(from + line);
   }
 
   void visitLeaf(const Box& box, std::uint32_t index) {
-    const FanLeaf& leaf = job_.leaves[index];
+    const BundleLeaf& leaf = job_.leaves[index];
     const Vectors from = splat(job_.origin[0], job_.origin[1], job_.origin[2]);
     const auto corner = [&](int k) {
       return Vectors{load(leaf.corner[k]), load(leaf.corner[k + 1]), load(leaf.corner[k + 2])} - from;
     };
     const Vectors a = corner(0), b = corner(3), c = corner(6);
     const Triangles triangles = seenFrom(a, b, c);
-    if (passing_ <= kFewFanRays) {
+    if (passing_ <= kFewBundleRays) {
       crossRays(leaf, index, triangles);
     } else {
       crossTriangles(box, leaf, index, triangles, a, b, c);
     }
   }
 
-  bool isOpaque(const FanLeaf& leaf, unsigned lane, float b, float c) const {
-    return (leaf.geometry[lane] & kFanMasked) == 0 ||
+  bool isOpaque(const BundleLeaf& leaf, unsigned lane, float b, float c) const {
+    return (leaf.geometry[lane] & kBundleMasked) == 0 ||
            job_.opaque(job_.self, leaf.geometry[lane], leaf.triangle[lane], b, c);
   }
 
   // One ray after the other, all triangles of the leaf at once.
-  void crossRays(const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles) {
+  void crossRays(const BundleLeaf& leaf, std::uint32_t index, const Triangles& triangles) {
     constexpr std::uint32_t kNoBlock = 0xFFFFFFFFu;
     std::uint32_t shortened = kNoBlock;
     for (std::uint32_t k = 0; k < passing_; ++k) {
@@ -294,7 +295,8 @@ class Walk {
       const Meeting meeting = meet(triangles, direction);
       unsigned bits = bitsOf(passing.inside & (meeting.distance > 0.0f) & (meeting.distance < job_.t[ray]));
       if (bits == 0) continue;
-      alignas(32) float distance[kFanLanes], facing[kFanLanes], first[kFanLanes], second[kFanLanes], third[kFanLanes];
+      alignas(32) float distance[kBundleLanes], facing[kBundleLanes], first[kBundleLanes], second[kBundleLanes],
+          third[kBundleLanes];
       store(distance, meeting.distance), store(facing, meeting.facing);
       store(first, passing.first), store(second, passing.second), store(third, passing.third);
       const float before = job_.t[ray];
@@ -306,7 +308,7 @@ class Walk {
         if (!isOpaque(leaf, i, b, c)) continue;
         nearest = distance[i];
         job_.b[ray] = b, job_.c[ray] = c;
-        job_.hit[ray] = (kFanLanes * index + i) | (facing[i] > 0.0f ? kFanBack : 0u);
+        job_.hit[ray] = (kBundleLanes * index + i) | (facing[i] > 0.0f ? kBundleBack : 0u);
       }
       if (!(nearest < before)) continue;
       float* t = job_.t + firstOf(ray);
@@ -319,23 +321,23 @@ class Walk {
   }
 
   // One triangle after the other, the rays of each block that it may cover.
-  void crossTriangles(const Box& entry, const FanLeaf& leaf, std::uint32_t index, const Triangles& triangles,
+  void crossTriangles(const Box& entry, const BundleLeaf& leaf, std::uint32_t index, const Triangles& triangles,
                       const Vectors& a, const Vectors& b, const Vectors& c) {
     // Project the corners; triangles that reach behind the point may cover all that the leaf covers.
     const float sign = backward_ ? -1.0f : 1.0f;
     const Floats aDepth = along(a, depth_) * sign, bDepth = along(b, depth_) * sign, cDepth = along(c, depth_) * sign;
-    const Ints behind = least(aDepth, least(bDepth, cDepth)) <= kLeastDepth;
+    const Ints behind = min(aDepth, min(bDepth, cDepth)) <= kMinDepth;
     const Floats perA = 1.0f / aDepth, perB = 1.0f / bDepth, perC = 1.0f / cDepth;
     const Floats ua = along(a, across_) * perA, ub = along(b, across_) * perB, uc = along(c, across_) * perC;
     const Floats va = along(a, up_) * perA, vb = along(b, up_) * perB, vc = along(c, up_) * perC;
     Rectangle r;
-    r.u0 = behind ? splat(-2.0f) : least(ua, least(ub, uc)), r.u1 = behind ? splat(2.0f) : most(ua, most(ub, uc));
-    r.v0 = behind ? splat(-2.0f) : least(va, least(vb, vc)), r.v1 = behind ? splat(2.0f) : most(va, most(vb, vc));
+    r.u0 = behind ? splat(-2.0f) : min(ua, min(ub, uc)), r.u1 = behind ? splat(2.0f) : max(ua, max(ub, uc));
+    r.v0 = behind ? splat(-2.0f) : min(va, min(vb, vc)), r.v1 = behind ? splat(2.0f) : max(va, max(vb, vc));
     // Planes through the point, as those of missing triangles, are never hit.
-    Ints seen = (most(aDepth, most(bDepth, cDepth)) > 0.0f) & onFace(r) & (triangles.plane != 0.0f);
+    Ints seen = (max(aDepth, max(bDepth, cDepth)) > 0.0f) & onFace(r) & (triangles.plane != 0.0f);
     if (hemisphere_) {
       const Vectors axis = splat(job_.axis[0], job_.axis[1], job_.axis[2]);
-      seen &= most(dot(a, axis), most(dot(b, axis), dot(c, axis))) > 0.0f;
+      seen &= max(dot(a, axis), max(dot(b, axis), dot(c, axis))) > 0.0f;
     }
     findCells(r);
     const auto within = [](Ints first, std::uint32_t low, Ints last, std::uint32_t high) {
@@ -344,10 +346,10 @@ class Walk {
     unsigned bits = bitsOf(seen & within(r.x0, entry.x0, r.x1, entry.x1) & within(r.y0, entry.y0, r.y1, entry.y1));
     if (bits == 0) return;
     const auto apart = [](Floats p, Floats q, Floats s) {
-      return most(most(least(p, least(q, s)), -most(p, most(q, s))), Floats{});
+      return max(max(min(p, min(q, s)), -max(p, max(q, s))), Floats{});
     };
     const Floats dx = apart(a.x, b.x, c.x), dy = apart(a.y, b.y, c.y), dz = apart(a.z, b.z, c.z);
-    alignas(32) float distance2[kFanLanes];
+    alignas(32) float distance2[kBundleLanes];
     store(distance2, ((dx * dx + dy * dy) + dz * dz) * kNearer);
 
     for (; bits != 0; bits &= bits - 1) {
@@ -359,10 +361,10 @@ class Walk {
       const Vectors& n = triangles.normal;
       const Triangles one{{edge(0), edge(1), edge(2)}, splat(n.x[i], n.y[i], n.z[i]), splat(triangles.plane[i])};
       const auto first = [](std::int32_t cell, std::uint32_t limit) {
-        return (static_cast<std::uint32_t>(cell) > limit ? static_cast<std::uint32_t>(cell) : limit) / kFanStrip;
+        return (static_cast<std::uint32_t>(cell) > limit ? static_cast<std::uint32_t>(cell) : limit) / kBundleStrip;
       };
       const auto last = [](std::int32_t cell, std::uint32_t limit) {
-        return leastOf(static_cast<std::uint32_t>(cell), limit) / kFanStrip;
+        return minOf(static_cast<std::uint32_t>(cell), limit) / kBundleStrip;
       };
       const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
       const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
@@ -379,7 +381,7 @@ class Walk {
         Floats row[3];
         for (int k = 0; k < 3; ++k)
           row[k] = splat(perV[k] * (perV[k] < 0.0f ? edges_.begin : edges_.end)[y] + constant[k]);
-        for (std::uint32_t x = x0; x <= x1; x += kFanLanes) {
+        for (std::uint32_t x = x0; x <= x1; x += kBundleLanes) {
           const auto reaches = [&](int k) {
             return load((perU[k] < 0.0f ? edges_.begin : edges_.end) + x) * perU[k] + row[k] >= 0.0f;
           };
@@ -396,10 +398,11 @@ class Walk {
   }
 
   // Whether any ray of a block was shortened.
-  bool crossBlock(const FanLeaf& leaf, std::uint32_t index, unsigned lane, const Triangles& one, std::uint32_t block) {
+  bool crossBlock(const BundleLeaf& leaf, std::uint32_t index, unsigned lane, const Triangles& one,
+                  std::uint32_t block) {
     const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
     bool any = false;
-    for (std::uint32_t i = firstOf(begin); i < end; i += kFanLanes) {
+    for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
       const Vectors direction{load(job_.x + i), load(job_.y + i), load(job_.z + i)};
       const Passing passing = pass(one, direction);
       const Ints inside = passing.inside & lanesWithin(i, begin, end);
@@ -411,7 +414,7 @@ class Walk {
       if (bits == 0) continue;
       const Floats sum = (passing.first + passing.second) + passing.third;
       const Floats b = passing.second / sum, c = passing.third / sum;
-      if ((leaf.geometry[lane] & kFanMasked) != 0) {
+      if ((leaf.geometry[lane] & kBundleMasked) != 0) {
         unsigned left = 0;
         for (; bits != 0; bits &= bits - 1) {
           const unsigned k = lowest(bits);
@@ -423,7 +426,7 @@ class Walk {
         }
         if (left == 0) continue;
       }
-      const Ints hit = splatInt(kFanLanes * index + lane) | (meeting.facing > 0.0f ? splatInt(kFanBack) : Ints{});
+      const Ints hit = splatInt(kBundleLanes * index + lane) | (meeting.facing > 0.0f ? splatInt(kBundleBack) : Ints{});
       store(job_.t + i, nearer ? meeting.distance : t);
       store(job_.b + i, nearer ? b : load(job_.b + i));
       store(job_.c + i, nearer ? c : load(job_.c + i));
@@ -433,7 +436,7 @@ class Walk {
     return any;
   }
 
-  const FanJob& job_;
+  const BundleJob& job_;
   FaceCells cells_;
   BlockEdges edges_;
   bool hemisphere_;
@@ -445,7 +448,7 @@ class Walk {
   const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
   std::uint32_t passing_ = 0;  // rays in ray_, that may end in the box
-  std::uint32_t ray_[kFewFanRays + 2 * kFanLanes] = {};
+  std::uint32_t ray_[kFewBundleRays + 2 * kBundleLanes] = {};
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See aim.h.
-#include "bake/links/aim.h"
+#include "bake/links/emitter_sampler.h"
 
 #include <glm/geometric.hpp>
 
@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kMostBundles = 512;  // each is looked at for each cache
+constexpr std::size_t kMaxBatches = 512;  // each is looked at for each cache
 
 // Mean emission of what a cell of the map holds: a surfel, or cells.
 double meanEmission(const Surfels& surfels, const std::vector<std::uint32_t>& cell, std::uint32_t content) {
@@ -43,7 +43,7 @@ float meanEmission(const Surfels& surfels, const SurfelMap& map, std::uint32_t s
 
 }  // namespace
 
-EmitterAim::EmitterAim(const Scene& scene, const Surfels& surfels, const SurfelMap& map) {
+EmitterSampler::EmitterSampler(const Scene& scene, const Surfels& surfels, const SurfelMap& map) {
   const auto emits = [](const glm::vec3& e) { return e.x + e.y + e.z > 0.0f; };
   if (std::none_of(surfels.emission.begin(), surfels.emission.end(), emits)) return;
   indexOf_.assign(map.sides.size(), kNone);
@@ -65,14 +65,14 @@ EmitterAim::EmitterAim(const Scene& scene, const Surfels& surfels, const SurfelM
       side_.push_back(side);
     }
   }
-  bundleUp();
+  makeBatches();
 }
 
-void EmitterAim::bundleUp() {
-  const std::size_t each = (side_.size() + kMostBundles - 1) / kMostBundles;
+void EmitterSampler::makeBatches() {
+  const std::size_t each = (side_.size() + kMaxBatches - 1) / kMaxBatches;
   for (std::size_t begin = 0; begin < side_.size(); begin += each) {
     const std::size_t end = std::min(side_.size(), begin + each);
-    Bundle bundle{static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), glm::vec3(0.0f), 0.0f, 0.0f};
+    Batch batch{static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), glm::vec3(0.0f), 0.0f, 0.0f};
     glm::vec3 low(std::numeric_limits<float>::infinity()), high(-low);
     for (std::size_t i = begin; i < end; ++i) {
       Side& side = side_[i];
@@ -80,47 +80,47 @@ void EmitterAim::bundleUp() {
         low = glm::min(low, p);
         high = glm::max(high, p);
       }
-      bundle.power += side.powerUpTo;
-      side.powerUpTo = bundle.power;
-      side.bundle = static_cast<std::uint32_t>(bundle_.size());
+      batch.power += side.powerUpTo;
+      side.powerUpTo = batch.power;
+      side.batch = static_cast<std::uint32_t>(batch_.size());
     }
-    bundle.center = 0.5f * (low + high);
-    bundle.radius = 0.5f * glm::length(high - low);
-    bundle_.push_back(bundle);
+    batch.center = 0.5f * (low + high);
+    batch.radius = 0.5f * glm::length(high - low);
+    batch_.push_back(batch);
   }
 }
 
-void EmitterAim::prepare(const glm::vec3& positionWorld, const glm::vec3& normal, Chances& chances) const {
-  chances.upTo.clear();
+void EmitterSampler::prepare(const glm::vec3& positionWorld, const glm::vec3& normal, Distribution& emitters) const {
+  emitters.cdf.clear();
   double sum = 0.0;
   const bool onSurface = glm::dot(normal, normal) > 0.0f;
-  for (const Bundle& bundle : bundle_) {
-    const glm::vec3 to = bundle.center - positionWorld;
-    const float distance = glm::length(to), reach = distance + bundle.radius;
+  for (const Batch& batch : batch_) {
+    const glm::vec3 to = batch.center - positionWorld;
+    const float distance = glm::length(to), reach = distance + batch.radius;
     // Nothing arrives from below the horizon, or from the back of a side.
-    float facing = onSurface ? std::min((glm::dot(normal, to) + bundle.radius) / reach, 1.0f) : 1.0f;
-    if (bundle.end - bundle.begin == 1) facing *= -glm::dot(side_[bundle.begin].normal, to) / reach;
+    float facing = onSurface ? std::min((glm::dot(normal, to) + batch.radius) / reach, 1.0f) : 1.0f;
+    if (batch.end - batch.begin == 1) facing *= -glm::dot(side_[batch.begin].normal, to) / reach;
     if (facing > 0.0f) {
-      sum += double{bundle.power} * double{facing} /
-             (double{distance} * double{distance} + double{bundle.radius} * double{bundle.radius});
+      sum += double{batch.power} * double{facing} /
+             (double{distance} * double{distance} + double{batch.radius} * double{batch.radius});
     }
-    chances.upTo.push_back(static_cast<float>(sum));
+    emitters.cdf.push_back(static_cast<float>(sum));
   }
   if (!(sum > 0.0) || !std::isfinite(sum)) {
-    chances.upTo.clear();
+    emitters.cdf.clear();
     return;
   }
-  for (float& c : chances.upTo) c = static_cast<float>(double{c} / sum);
-  chances.upTo.back() = 1.0f;
+  for (float& c : emitters.cdf) c = static_cast<float>(double{c} / sum);
+  emitters.cdf.back() = 1.0f;
 }
 
-glm::vec3 EmitterAim::point(const Chances& chances, float u, RandomStream& random) const {
+glm::vec3 EmitterSampler::point(const Distribution& emitters, float u, RandomStream& random) const {
   const auto chosen =
-      std::min<std::ptrdiff_t>(std::upper_bound(chances.upTo.begin(), chances.upTo.end(), u) - chances.upTo.begin(),
-                               static_cast<std::ptrdiff_t>(bundle_.size()) - 1);
-  const Bundle& bundle = bundle_[static_cast<std::size_t>(chosen)];
-  const float power = random.uniform() * bundle.power;
-  const auto found = std::partition_point(side_.begin() + bundle.begin, side_.begin() + bundle.end - 1,
+      std::min<std::ptrdiff_t>(std::upper_bound(emitters.cdf.begin(), emitters.cdf.end(), u) - emitters.cdf.begin(),
+                               static_cast<std::ptrdiff_t>(batch_.size()) - 1);
+  const Batch& batch = batch_[static_cast<std::size_t>(chosen)];
+  const float power = random.uniform() * batch.power;
+  const auto found = std::partition_point(side_.begin() + batch.begin, side_.begin() + batch.end - 1,
                                           [&](const Side& s) { return s.powerUpTo <= power; });
   // Even over the triangle.
   const glm::vec2 r = random.uniform2();
@@ -128,13 +128,13 @@ glm::vec3 EmitterAim::point(const Chances& chances, float u, RandomStream& rando
   return found->corner + (1.0f - root) * found->edge1 + (r.y * root) * found->edge2;
 }
 
-float EmitterAim::densityOf(const Chances& chances, std::uint32_t index) const {
+float EmitterSampler::pdfOf(const Distribution& emitters, std::uint32_t index) const {
   const Side& side = side_[index];
-  const float chance = chances.upTo[side.bundle] - (side.bundle > 0 ? chances.upTo[side.bundle - 1] : 0.0f);
-  return chance * side.radiance / bundle_[side.bundle].power;
+  const float chance = emitters.cdf[side.batch] - (side.batch > 0 ? emitters.cdf[side.batch - 1] : 0.0f);
+  return chance * side.radiance / batch_[side.batch].power;
 }
 
-float EmitterAim::cosine(std::uint32_t side, const glm::vec3& direction) const {
+float EmitterSampler::cosine(std::uint32_t side, const glm::vec3& direction) const {
   return std::abs(glm::dot(side_[indexOf_[side]].normal, direction));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Rays aimed at emitters: the right energy from small and distant ones, and no change to what is not noise.
-#include "bake/links/aim.h"
+#include "bake/links/emitter_sampler.h"
 #include "bake/links/gather.h"
 #include "tests/links/links_fixture.h"
 
@@ -45,7 +45,7 @@ FromEmitters gatherEmitters(const CellScene& cells, const glm::vec3& position, c
   return sum;
 }
 
-TEST(EmitterAim, aSmallDistantEmitterHasItsFormFactor) {
+TEST(EmitterSampler, aSmallDistantEmitterHasItsFormFactor) {
   CellScene cells;
   cells.addRectangle({-0.05f, 10, -0.05f}, {0.1f, 0, 0}, {0, 0, 0.1f}, 1, false, true, glm::vec3(5.0f));
   cells.addRectangle({-20, 0, -20}, {0, 0, 40}, {40, 0, 0}, 4);
@@ -60,7 +60,7 @@ TEST(EmitterAim, aSmallDistantEmitterHasItsFormFactor) {
   }
 }
 
-TEST(EmitterAim, largeNearEmittersKeepTheirFormFactor) {
+TEST(EmitterSampler, largeNearEmittersKeepTheirFormFactor) {
   CellScene cells;
   cells.addRectangle({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, 8, false, true, glm::vec3(1.0f));
   cells.addRectangle({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 4);
@@ -75,7 +75,7 @@ TEST(EmitterAim, largeNearEmittersKeepTheirFormFactor) {
   EXPECT_NEAR(sum, expected, 0.003 * expected);
 }
 
-TEST(EmitterAim, anOccluderAndTheHorizonLeaveNothing) {
+TEST(EmitterSampler, anOccluderAndTheHorizonLeaveNothing) {
   CellScene cells;
   cells.addRectangle({-0.5f, 2, -0.5f}, {1, 0, 0}, {0, 0, 1}, 2, false, true, glm::vec3(5.0f));
   cells.addRectangle({-2, 1, -2}, {4, 0, 0}, {0, 0, 4}, 1, true);
@@ -86,40 +86,40 @@ TEST(EmitterAim, anOccluderAndTheHorizonLeaveNothing) {
   EXPECT_GT(gatherEmitters(cells, {0, 1.5f, 0}, {0, 1, 0}, 1024, 1.0f).arrivals, 0u);
 }
 
-// Many emitters share bundles: the density is one over all of them together.
-TEST(EmitterAim, densitiesAddUpToOneOverTheArea) {
+// Many emitters share batches: the density is one over all of them together.
+TEST(EmitterSampler, densitiesAddUpToOneOverTheArea) {
   for (const std::uint32_t cellsAlong : {1u, 40u}) {
     CellScene cells;
     cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, cellsAlong, false, true, glm::vec3(1.0f));
     cells.addRectangle({5, 3, -1}, {2, 0, 0}, {0, 0, 2}, cellsAlong, true, true, glm::vec3(4.0f));
     cells.addRectangle({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, 2);
     const SurfelMap map = cells.map();
-    const EmitterAim aim(cells.scene(), cells.surfels(), map);
-    ASSERT_FALSE(aim.empty());
-    EmitterAim::Chances chances;
-    aim.prepare({0, 0, 0}, {0, 1, 0}, chances);
+    const EmitterSampler sampler(cells.scene(), cells.surfels(), map);
+    ASSERT_FALSE(sampler.empty());
+    EmitterSampler::Distribution emitters;
+    sampler.prepare({0, 0, 0}, {0, 1, 0}, emitters);
     const float area = 4.0f / static_cast<float>(cellsAlong * cellsAlong) / 2.0f;  // of a triangle
     double sum = 0;
-    for (std::uint32_t side = 0; side < map.sides.size(); ++side) sum += double{aim.density(chances, side)} * area;
+    for (std::uint32_t side = 0; side < map.sides.size(); ++side) sum += double{sampler.pdf(emitters, side)} * area;
     EXPECT_NEAR(sum, 1.0, 1e-4);
 
     // And point() follows it: the share of points on the nearer panel.
     double near = 0, expected = 0;
     RandomStream random(1, 1, 1);
     for (int i = 0; i < 4000; ++i)
-      near += aim.point(chances, (static_cast<float>(i) + 0.5f) / 4000, random).x < 2 ? 1.0 / 4000 : 0;
+      near += sampler.point(emitters, (static_cast<float>(i) + 0.5f) / 4000, random).x < 2 ? 1.0 / 4000 : 0;
     const std::uint32_t nearSides = 4 * cellsAlong * cellsAlong;
-    for (std::uint32_t side = 0; side < nearSides; ++side) expected += double{aim.density(chances, side)} * area;
+    for (std::uint32_t side = 0; side < nearSides; ++side) expected += double{sampler.pdf(emitters, side)} * area;
     EXPECT_NEAR(near, expected, 0.02);
     EXPECT_GT(expected, 0.1);
     EXPECT_LT(expected, 0.95);
   }
 }
 
-TEST(EmitterAim, levelsWithoutEmittersAimNowhere) {
+TEST(EmitterSampler, levelsWithoutEmittersSampleNothing) {
   CellScene cells;
   cells.addBox(1.0f, 4);
-  EXPECT_TRUE(EmitterAim(cells.scene(), cells.surfels(), cells.map()).empty());
+  EXPECT_TRUE(EmitterSampler(cells.scene(), cells.surfels(), cells.map()).empty());
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Surfels move to where they are seen, and only there.
-#include "bake/surfels/settle.h"
+#include "bake/surfels/move_to_visible.h"
 #include "bake/surfels/surfel_map.h"
 #include "tests/surfels/make_level.h"
 
@@ -26,12 +26,12 @@ struct HalfCoveredFloor {
   PlaySpace space;
 };
 
-std::vector<SurfelSeed> settle(const HalfCoveredFloor& scene, std::span<const SurfaceSample> surfels, int threads) {
+std::vector<SurfelSeed> movedSeeds(const HalfCoveredFloor& scene, std::span<const SurfaceSample> surfels, int threads) {
   Context context;
   context.threads = threads;
   const RayTracer tracer = scene.level.tracer(context);
   const SurfelMap map = buildSurfelMap(tracer.scene(), scene.space, surfels, 0.25f, context);
-  return settleSurfels(tracer, scene.space, map, surfels, 1, context);
+  return moveToVisible(tracer, scene.space, map, surfels, 1, context);
 }
 
 // One surfel for the floor under the shelf, and enough on the shelf that rays are cast.
@@ -42,11 +42,11 @@ std::vector<SurfaceSample> surfelsOf(HalfCoveredFloor& scene) {
   return surfels;
 }
 
-TEST(SettleSurfels, aHiddenSurfelMovesToTheSeenPartOfItsCell) {
+TEST(MoveToVisible, aHiddenSurfelMovesToTheSeenPartOfItsCell) {
   HalfCoveredFloor scene;
   const std::vector<SurfaceSample> surfels = surfelsOf(scene);
   ASSERT_LT(surfels[0].positionWorld.x, 0.5f);
-  const std::vector<SurfelSeed> seeds = settle(scene, surfels, 1);
+  const std::vector<SurfelSeed> seeds = movedSeeds(scene, surfels, 1);
   ASSERT_EQ(seeds.size(), surfels.size());
   EXPECT_GT(seeds[0].positionWorld.x, 0.5f);
   EXPECT_NEAR(seeds[0].positionWorld.y, 0.0f, 1e-6);
@@ -54,17 +54,17 @@ TEST(SettleSurfels, aHiddenSurfelMovesToTheSeenPartOfItsCell) {
   EXPECT_NEAR(seeds[0].normal.y, 1.0f, 1e-6);
 }
 
-TEST(SettleSurfels, withoutReceiversNothingMoves) {
+TEST(MoveToVisible, withoutReceiversNothingMoves) {
   HalfCoveredFloor scene;
   scene.space.receivers.clear();
   const std::vector<SurfaceSample> surfels = surfelsOf(scene);
-  EXPECT_EQ(settle(scene, surfels, 1)[0].positionWorld, surfels[0].positionWorld);
+  EXPECT_EQ(movedSeeds(scene, surfels, 1)[0].positionWorld, surfels[0].positionWorld);
 }
 
-TEST(SettleSurfels, threadCountDoesNotChangeThePlaces) {
+TEST(MoveToVisible, threadCountDoesNotChangeThePlaces) {
   HalfCoveredFloor scene;
   const std::vector<SurfaceSample> surfels = surfelsOf(scene);
-  const std::vector<SurfelSeed> one = settle(scene, surfels, 1), two = settle(scene, surfels, 2);
+  const std::vector<SurfelSeed> one = movedSeeds(scene, surfels, 1), two = movedSeeds(scene, surfels, 2);
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].positionWorld, two[i].positionWorld);
 }
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The cells of a cube's faces, into which a fan's rays are sorted: by face, strip of kFanStrip rows of cells, column
-// and row. A rectangle's rays are one range a strip, a block's (kFanStrip² cells) one range.
+// The cells of a cube's faces, into which a bundle's rays are sorted: by face, strip of kBundleStrip rows of cells,
+// column and row. A rectangle's rays are one range a strip, a block's (kBundleStrip² cells) one range.
 #pragma once
 
-#include "bake/rays/bundle/fan_vectors.h"
+#include "bake/rays/bundle/bundle_vectors.h"
 
 namespace relume {
 namespace {
 
 constexpr float kSlack = 1e-5f;       // of coordinates on a face
 constexpr float kSlackCells = 1e-3f;  // of cells
-constexpr std::uint32_t kBlockCells = kFanStrip * kFanStrip;
+constexpr std::uint32_t kBlockCells = kBundleStrip * kBundleStrip;
 
 // Coordinates on a face, tangents, become nearly angles, so that rays are nearly as dense everywhere: 4 / pi atan(u).
 // Odd and monotonic on [-1, 1].
@@ -32,12 +32,12 @@ inline Floats unevenOut(Floats even) {
 // Coordinates on a face go from -1 to 1, its cells from 0 to side - 1.
 struct FaceCells {
   explicit FaceCells(std::uint32_t blocksASide)
-      : blocks(blocksASide), side(kFanStrip * blocks), count(side * side), half(0.5f * static_cast<float>(side)) {}
+      : blocks(blocksASide), side(kBundleStrip * blocks), count(side * side), half(0.5f * static_cast<float>(side)) {}
 
   Ints of(Floats u, float shift = 0.0f) const {
-    const Floats inside = least(most(u, splat(-1.0f)), splat(1.0f));
+    const Floats inside = min(max(u, splat(-1.0f)), splat(1.0f));
     const Floats cell = evenOut(inside) * half + (half + shift);
-    return __builtin_convertvector(least(most(cell, Floats{}), splat(static_cast<float>(side - 1))), Ints);
+    return __builtin_convertvector(min(max(cell, Floats{}), splat(static_cast<float>(side - 1))), Ints);
   }
 
   std::uint32_t blocks, side, count;  // blocks a side, cells a side, cells
@@ -49,33 +49,33 @@ struct BlockEdges {
   explicit BlockEdges(const FaceCells& cells) {
     const float slack = kSlack + 4.0f * kSlackCells / static_cast<float>(cells.side);
     const float block = 2.0f / static_cast<float>(cells.blocks);
-    for (std::uint32_t x = 0; x < cells.blocks; x += kFanLanes) {
+    for (std::uint32_t x = 0; x < cells.blocks; x += kBundleLanes) {
       const Floats from = __builtin_convertvector(kLane + static_cast<std::int32_t>(x), Floats) * block - 1.0f;
-      store(begin + x, unevenOut(least(from, splat(1.0f))) - slack);
-      store(end + x, unevenOut(least(from + block, splat(1.0f))) + slack);
+      store(begin + x, unevenOut(min(from, splat(1.0f))) - slack);
+      store(end + x, unevenOut(min(from + block, splat(1.0f))) + slack);
     }
   }
 
-  float begin[kMostFanBlocks + kFanLanes] = {}, end[kMostFanBlocks + kFanLanes] = {};
+  float begin[kMaxBundleBlocks + kBundleLanes] = {}, end[kMaxBundleBlocks + kBundleLanes] = {};
 };
 
 // The registers of rays are aligned: what was stored as one is read as one.
-constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kFanLanes - 1); }
+constexpr std::uint32_t firstOf(std::uint32_t ray) { return ray & ~(kBundleLanes - 1); }
 inline Ints lanesWithin(std::uint32_t first, std::uint32_t begin, std::uint32_t end) {
   return (kLane >= static_cast<std::int32_t>(begin - first)) & (kLane < static_cast<std::int32_t>(end - first));
 }
 
 // Puts the rays into the order of their cells, none of them with a hit yet.
-inline void sortRays(const FanJob& job, const FaceCells& cells) {
+inline void sortRays(const BundleJob& job, const FaceCells& cells) {
   const std::uint32_t count = job.count, blocksAFace = cells.blocks * cells.blocks;
   for (std::uint32_t i = 0; i <= 6 * cells.count; ++i) job.begin[i] = 0;
 
   // Find each ray's face and cell.
-  for (std::uint32_t first = 0; first < count; first += kFanLanes) {
-    const std::uint32_t lanes = leastOf(kFanLanes, count - first);
-    alignas(32) float lane[3][kFanLanes];
-    for (std::uint32_t i = 0; i < kFanLanes; ++i) {
-      const float* from = job.direction + 3 * (first + leastOf(i, lanes - 1));
+  for (std::uint32_t first = 0; first < count; first += kBundleLanes) {
+    const std::uint32_t lanes = minOf(kBundleLanes, count - first);
+    alignas(32) float lane[3][kBundleLanes];
+    for (std::uint32_t i = 0; i < kBundleLanes; ++i) {
+      const float* from = job.direction + 3 * (first + minOf(i, lanes - 1));
       lane[0][i] = from[0], lane[1][i] = from[1], lane[2][i] = from[2];
     }
     const Vectors d{load(lane[0]), load(lane[1]), load(lane[2])};
@@ -86,7 +86,7 @@ inline void sortRays(const FanJob& job, const FaceCells& cells) {
     const Floats u = (alongX ? d.y : alongY ? d.z : d.x) * scale, v = (alongX ? d.z : alongY ? d.x : d.y) * scale;
     const Ints column = cells.of(u), row = cells.of(v);
     const Ints face = (alongX ? Ints{} : alongY ? Ints{} + 2 : Ints{} + 4) + (depth < 0.0f ? Ints{} + 1 : Ints{});
-    constexpr auto kStrip = static_cast<std::int32_t>(kFanStrip);
+    constexpr auto kStrip = static_cast<std::int32_t>(kBundleStrip);
     const auto side = static_cast<std::int32_t>(cells.side);
     const Ints cell = face * (side * side) + row / kStrip * (kStrip * side) + column * kStrip + row % kStrip;
     store(job.faceU + first, u);
@@ -111,7 +111,7 @@ inline void sortRays(const FanJob& job, const FaceCells& cells) {
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     job.t[i] = kInfinity;
-    job.hit[i] = kFanNone;
+    job.hit[i] = kBundleNone;
   }
   for (std::uint32_t i = 0; i < 6 * blocksAFace; ++i) {
     const std::uint32_t end = job.begin[(i + 1) * kBlockCells];

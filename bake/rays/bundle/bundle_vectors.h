@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Eight floats at a time for the walk of a fan (fan_walk.h): vectors of three, and triangles seen from a point.
+// Eight floats at a time for the walk of a bundle (bundle_walk.h): vectors of three, and triangles seen from a point.
 // Everything is in an anonymous namespace and nothing comes from other headers' inline functions, so that no code for a
 // newer processor is linked into an older's path.
 #pragma once
 
-#include "bake/rays/bundle/fan_kernel.h"
+#include "bake/rays/bundle/bundle_kernel.h"
 
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -33,10 +33,10 @@ inline Ints loadInts(const std::uint32_t* from) {
 inline void storeInts(std::uint32_t* to, Ints v) { __builtin_memcpy(to, &v, sizeof v); }
 inline Floats splat(float v) { return v - Floats{}; }
 inline Ints splatInt(std::uint32_t v) { return static_cast<std::int32_t>(v) - Ints{}; }
-inline Floats least(Floats a, Floats b) { return a < b ? a : b; }
-inline Floats most(Floats a, Floats b) { return a > b ? a : b; }
-inline float most(float a, float b) { return a > b ? a : b; }
-inline std::uint32_t leastOf(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
+inline Floats min(Floats a, Floats b) { return a < b ? a : b; }
+inline Floats max(Floats a, Floats b) { return a > b ? a : b; }
+inline float max(float a, float b) { return a > b ? a : b; }
+inline std::uint32_t minOf(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 inline Floats magnitude(Floats v) { return v < 0.0f ? -v : v; }
 inline float magnitude(float v) { return v < 0.0f ? -v : v; }
 inline unsigned lowest(unsigned bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
@@ -47,7 +47,7 @@ inline unsigned bitsOf(Ints mask) {
   return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 #else
   unsigned bits = 0;
-  for (unsigned i = 0; i < kFanLanes; ++i) bits |= (static_cast<unsigned>(mask[i]) >> 31) << i;
+  for (unsigned i = 0; i < kBundleLanes; ++i) bits |= (static_cast<unsigned>(mask[i]) >> 31) << i;
   return bits;
 #endif
 }
@@ -86,19 +86,19 @@ inline Floats gather(const float* from, Ints at) {
   return (Floats)_mm256_i32gather_ps(from, (__m256i)at, 4);
 #else
   Floats v;
-  for (unsigned i = 0; i < kFanLanes; ++i) v[i] = from[at[i]];
+  for (unsigned i = 0; i < kBundleLanes; ++i) v[i] = from[at[i]];
   return v;
 #endif
 }
 
-inline float mostLane(Floats v) {
+inline float maxLane(Floats v) {
 #if defined(__AVX2__)
   const __m128 half = _mm_max_ps(_mm256_castps256_ps128((__m256)v), _mm256_extractf128_ps((__m256)v, 1));
   const __m128 two = _mm_max_ps(half, _mm_movehl_ps(half, half));
   return _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps(two, two, 1)));
 #else
   float m = v[0];
-  for (unsigned i = 1; i < kFanLanes; ++i) m = most(m, v[i]);
+  for (unsigned i = 1; i < kBundleLanes; ++i) m = max(m, v[i]);
   return m;
 #endif
 }
@@ -141,7 +141,7 @@ inline Passing pass(const Triangles& triangle, const Vectors& direction) {
   r.first = dot(triangle.edge[0], direction);
   r.second = dot(triangle.edge[1], direction);
   r.third = dot(triangle.edge[2], direction);
-  r.inside = (least(r.first, least(r.second, r.third)) >= 0.0f) | (most(r.first, most(r.second, r.third)) <= 0.0f);
+  r.inside = (min(r.first, min(r.second, r.third)) >= 0.0f) | (max(r.first, max(r.second, r.third)) <= 0.0f);
   return r;
 }
 
