@@ -102,7 +102,7 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
       links.unpackDirection(x, y, z);
       links.template ratios<kBands>(ratio);
       writeOrders<kBands, 0>(ratio, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
-      scaledColors(gather(job.node, node + k), links.transfer(), color);
+      scaledColors(gatherAt<Ints>(job.node, node + k), links.transfer(), color);
       for (int c = 0; c < 3; ++c) store(b + c * kChunk + k, color[c]);
     }
     sumCoefficients<3, kMax>(w, kChunk, b, kChunk, count, out, 0, chroma);

@@ -11,12 +11,6 @@
 namespace relume::cpu {
 namespace {
 
-struct Floats3 {
-  Floats x, y, z;
-};
-
-inline Floats dot(const Floats3& a, const Floats3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 inline Floats3 splat3(const float* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
 
 inline Ints loadWord(const LightSurfelsJob& job, int word, std::uint32_t first) {
@@ -77,7 +71,7 @@ inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::
 
 // ditherOf() of runtime/shared/pack_color.h.
 inline Floats dithers(Ints index) {
-  typedef std::uint32_t Words __attribute__((vector_size(4 * RELUME_LANES)));
+  using Words = VectorOf<std::uint32_t, kLanes>::type;
   const Words hash = load<Words>(&index) * 2654435769u;
   return toFloats(load<Ints>(&hash) >> 8 & 0xFFFFFF) * 0x1p-24f;
 }
@@ -112,7 +106,7 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
     }
     const Floats eY = load<Floats>(e[0]), eCo = load<Floats>(e[1]), eCg = load<Floats>(e[2]), t = eY - eCg, zero{};
     const Ints bits = packColors(max(t + eCo, zero), max(eY + eCg, zero), max(t - eCo, zero),
-                                 dithers(static_cast<std::int32_t>(first) + laneNumbers()));
+                                 dithers(static_cast<std::int32_t>(first) + laneNumbers<Ints>()));
     __builtin_memcpy(job.color + first, &bits, sizeof(std::uint32_t) * count);
   }
 }
@@ -180,12 +174,7 @@ inline void addFlatBounce(const LightSurfelsJob& job, std::uint32_t first, std::
   }
 }
 
-typedef float Eight __attribute__((vector_size(32)));
-
-inline float sumEight(Eight v) {
-  const Float4 half = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
-  return (half[0] + half[2]) + (half[1] + half[3]);
-}
+using Eight = FloatsOf<8>;
 
 // Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more.
 struct LobeSum {
@@ -206,15 +195,15 @@ struct LobeSum {
   __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y,
                                              float& co, float& cg) const {
     const Eight others = load<Eight>(lobe + 1);
-    y = lobe[0] * first[0] + sumEight(others * rest[0]);
+    y = lobe[0] * first[0] + sumLanes(others * rest[0]);
     if (job.chromaCount == 1 && job.lumaCount > 1) {
       // Chroma follows luma.
       const float ratio = first[0] > 0.0f ? y / first[0] : 0.0f;
       co = ratio * first[1];
       cg = ratio * first[2];
     } else {
-      co = lobe[0] * first[1] + sumEight(others * chroma * rest[1]);
-      cg = lobe[0] * first[2] + sumEight(others * chroma * rest[2]);
+      co = lobe[0] * first[1] + sumLanes(others * chroma * rest[1]);
+      cg = lobe[0] * first[2] + sumLanes(others * chroma * rest[2]);
     }
   }
 };
@@ -387,7 +376,7 @@ inline void listBits(const std::uint64_t* bits, std::uint32_t first, std::uint32
 #if RELUME_LANES == 16
     for (std::uint32_t part = 0; part < 64; part += 16) {
       const auto here = static_cast<std::uint32_t>(word >> part) & 0xFFFFu;
-      const Ints numbers = static_cast<std::int32_t>(number + part) + laneNumbers();
+      const Ints numbers = static_cast<std::int32_t>(number + part) + laneNumbers<Ints>();
       _mm512_storeu_si512(at, _mm512_maskz_compress_epi32(static_cast<__mmask16>(here), (__m512i)numbers));
       at += __builtin_popcount(here);
       if (at >= end) return;
@@ -448,7 +437,7 @@ inline void pullNodes(const std::uint32_t* child, const std::uint16_t* weight, c
                       std::uint32_t count, std::uint32_t* node) {
   for (std::uint32_t i = 0; i < count; i += kLanes) {
     Ints pair[2] = {};
-    Halves share{};
+    HalvesOf<kLanes> share{};
     if (count - i >= kLanes) {
       __builtin_memcpy(pair, child + 2 * i, sizeof pair);
       __builtin_memcpy(&share, weight + i, sizeof share);

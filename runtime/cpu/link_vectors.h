@@ -135,7 +135,7 @@ struct CompactLinks : Heads {
 
   __attribute__((always_inline)) CompactLinks(const LightCachesJob& job, std::size_t at, int count)
       : Heads(job, at, count) {
-    typedef Word Words __attribute__((vector_size(sizeof(Word) * RELUME_LANES)));
+    using Words = typename VectorOf<Word, kLanes>::type;
     shape = __builtin_convertvector(loadFirst<Words>(reinterpret_cast<const Word*>(job.shape) + at, count), Ints);
   }
   template <int kBands>
@@ -175,7 +175,7 @@ struct RepackedLinks {
 
   // LinkSet has room behind the last link.
   __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
-      : word(load<Ints>(job.word + at)), f(loadFirstBytes(job.transfer + at, count)) {}
+      : word(load<Ints>(job.word + at)), f(loadFirstBytes<Bytes>(job.transfer + at, count)) {}
   static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
                          std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
@@ -209,7 +209,7 @@ struct RepackedLinks {
     __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t place) {
       Ints node = low | high;
       while (next < place + kLanes) {
-        const Ints reached = (laneNumbers() + place >= next) & (1 << 16);
+        const Ints reached = (laneNumbers<Ints>() + place >= next) & (1 << 16);
         node += reached;
         high += 1 << 16;
         next = ++step < end ? *step : kNever;

@@ -32,9 +32,9 @@ inline void lightIrradianceRow(const LightCachesJob& job, std::uint32_t begin, s
 
 // kLanes halves from `at` on, widened; reads no half at or beyond `end`.
 inline Floats loadHalves(const std::uint16_t* at, const std::uint16_t* end) {
-  Halves halves{};
+  HalvesOf<kLanes> halves{};
   if (end - at >= kLanes) {
-    halves = load<Halves>(at);
+    halves = load<HalvesOf<kLanes>>(at);
   } else {
     __builtin_memcpy(&halves, at, sizeof(std::uint16_t) * static_cast<std::size_t>(end - at));
   }

@@ -72,10 +72,10 @@ inline void sortRays(const BundleJob& job, const FaceCells& cells) {
 
   // Find each ray's face and cell.
   for (std::uint32_t first = 0; first < count; first += kBundleLanes) {
-    const std::uint32_t lanes = minOf(kBundleLanes, count - first);
+    const std::uint32_t lanes = min(kBundleLanes, count - first);
     alignas(32) float lane[3][kBundleLanes];
     for (std::uint32_t i = 0; i < kBundleLanes; ++i) {
-      const float* from = job.direction + 3 * (first + minOf(i, lanes - 1));
+      const float* from = job.direction + 3 * (first + min(i, lanes - 1));
       lane[0][i] = from[0], lane[1][i] = from[1], lane[2][i] = from[2];
     }
     const Vectors d{load(lane[0]), load(lane[1]), load(lane[2])};
@@ -91,7 +91,7 @@ inline void sortRays(const BundleJob& job, const FaceCells& cells) {
     const Ints cell = face * (side * side) + row / kStrip * (kStrip * side) + column * kStrip + row % kStrip;
     store(job.faceU + first, u);
     store(job.faceV + first, v);
-    storeInts(job.place + first, cell);
+    store(job.place + first, cell);
     for (std::uint32_t i = 0; i < lanes; ++i) ++job.begin[job.place[first + i] + 1];
   }
 

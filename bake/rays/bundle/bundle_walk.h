@@ -68,8 +68,8 @@ class Walk {
   float farthestBelow(std::uint32_t level, std::uint32_t x, std::uint32_t y) const {
     const std::uint32_t side = levelSide_[level - 1];
     const float* below = job_.farthest + levelBegin_[level - 1];
-    const std::uint32_t x0 = 2 * x, x1 = minOf(x0 + 1, side - 1), y0 = 2 * y * side;
-    const std::uint32_t y1 = minOf(2 * y + 1, side - 1) * side;
+    const std::uint32_t x0 = 2 * x, x1 = min(x0 + 1, side - 1), y0 = 2 * y * side;
+    const std::uint32_t y1 = min(2 * y + 1, side - 1) * side;
     return max(max(below[y0 + x0], below[y0 + x1]), max(below[y1 + x0], below[y1 + x1]));
   }
 
@@ -213,11 +213,11 @@ class Walk {
     if constexpr (!kFew) {
       findCells(r);
       store(frame.u0, r.u0), store(frame.u1, r.u1), store(frame.v0, r.v0), store(frame.v1, r.v1);
-      storeInts(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
+      store(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
       frame.count = 0;
     }
     store(frame.distance2, distance2);
-    storeInts(frame.child, loadInts(node.child));
+    store(frame.child, loadInts(node.child));
     const Floats ma = a0 + a1, mb = b0 + b1, md = low + high;
     const Floats middle2 = (ma * ma + mb * mb) + md * md;
     alignas(32) float middle[kBundleLanes];
@@ -228,7 +228,7 @@ class Walk {
     const unsigned all = bits;
     std::uint32_t* bottom = top_;
     for (; bits != 0; bits &= bits - 1) {
-      const unsigned i = lowest(bits);
+      const unsigned i = lowestBit(bits);
       fetch(frame.child[i]);
       const Floats own = splat(middle[i]);
       const Ints below = (middle2 > own) | ((middle2 == own) & (kLane < static_cast<std::int32_t>(i)));
@@ -249,10 +249,10 @@ class Walk {
       return all;
     };
     frame.count = passing_;
-    for (std::uint32_t k = 0; k < passing_; k += kBundleLanes) storeInts(frame.ray + k, loadInts(ray_ + k));
-    const Ints low = passingOf(0, minOf(32, passing_));
+    for (std::uint32_t k = 0; k < passing_; k += kBundleLanes) store(frame.ray + k, loadInts(ray_ + k));
+    const Ints low = passingOf(0, min(32u, passing_));
     const Ints high = passing_ > 32 ? passingOf(32, passing_) : Ints{};
-    storeInts(frame.passing[0], low), storeInts(frame.passing[1], high);
+    store(frame.passing[0], low), store(frame.passing[1], high);
     return (low | high) != 0;
   }
 
@@ -302,7 +302,7 @@ class Walk {
       const float before = job_.t[ray];
       float nearest = before;
       for (; bits != 0; bits &= bits - 1) {
-        const unsigned i = lowest(bits);
+        const unsigned i = lowestBit(bits);
         if (!(distance[i] < nearest)) continue;
         const float sum = (first[i] + second[i]) + third[i], b = second[i] / sum, c = third[i] / sum;
         if (!isOpaque(leaf, i, b, c)) continue;
@@ -353,7 +353,7 @@ class Walk {
     store(distance2, ((dx * dx + dy * dy) + dz * dz) * kNearer);
 
     for (; bits != 0; bits &= bits - 1) {
-      const unsigned i = lowest(bits);
+      const unsigned i = lowestBit(bits);
       const auto edge = [&](int k) {
         const Vectors& e = triangles.edge[k];
         return splat(e.x[i], e.y[i], e.z[i]);
@@ -364,7 +364,7 @@ class Walk {
         return (static_cast<std::uint32_t>(cell) > limit ? static_cast<std::uint32_t>(cell) : limit) / kBundleStrip;
       };
       const auto last = [](std::int32_t cell, std::uint32_t limit) {
-        return minOf(static_cast<std::uint32_t>(cell), limit) / kBundleStrip;
+        return min(static_cast<std::uint32_t>(cell), limit) / kBundleStrip;
       };
       const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
       const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
@@ -389,7 +389,7 @@ class Walk {
           unsigned blocks = bitsOf((kLane <= static_cast<std::int32_t>(x1 - x)) & (distance2[i] < farthest * farthest) &
                                    reaches(0) & reaches(1) & reaches(2));
           for (; blocks != 0; blocks &= blocks - 1) {
-            const std::uint32_t block = y * cells_.blocks + x + lowest(blocks);
+            const std::uint32_t block = y * cells_.blocks + x + lowestBit(blocks);
             if (crossBlock(leaf, index, i, one, block)) lower(block);
           }
         }
@@ -417,7 +417,7 @@ class Walk {
       if ((leaf.geometry[lane] & kBundleMasked) != 0) {
         unsigned left = 0;
         for (; bits != 0; bits &= bits - 1) {
-          const unsigned k = lowest(bits);
+          const unsigned k = lowestBit(bits);
           if (isOpaque(leaf, lane, b[k], c[k])) {
             left |= 1u << k;
           } else {
@@ -430,7 +430,7 @@ class Walk {
       store(job_.t + i, nearer ? meeting.distance : t);
       store(job_.b + i, nearer ? b : load(job_.b + i));
       store(job_.c + i, nearer ? c : load(job_.c + i));
-      storeInts(job_.hit + i, nearer ? hit : loadInts(job_.hit + i));
+      store(job_.hit + i, nearer ? hit : loadInts(job_.hit + i));
       any = true;
     }
     return any;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many rays from one point, traced together: up to twice as fast as in packets (docs/TRACING.md), with the same
+// Many rays from one point, traced together: up to twice as fast as in packets (docs/notes/tracing.md), with the same
 // hits on any processor.
 #pragma once
 
