@@ -158,7 +158,7 @@ void checkBricks(const Caches& c, Findings& findings) {
 void checkGrid(const Caches& c, Findings& findings) {
   const CacheGrid& g = c.grid;
   const glm::uvec3 r = g.resolution;
-  constexpr std::uint32_t kMax = 1u << 16;
+  constexpr std::uint32_t kMax = 65535;
   const bool overflows = r.x > kMax || r.y > kMax || r.z > kMax;
   if (overflows || std::uint64_t{r.x} * r.y * r.z != g.cache.size())
     findings.add(Check::gridSize, "grid.cache",
@@ -200,7 +200,7 @@ void checkShapes(const Bake& bake, Findings& findings) {
 
 void checkLightmap(const Bake& bake, Findings& findings) {
   const Lightmap& m = bake.caches.lightmap;
-  constexpr std::uint32_t kMax = 1u << 16;
+  constexpr std::uint32_t kMax = 65535;
   if (m.width > kMax || m.height > kMax || (m.width == 0) != (m.height == 0) ||
       std::uint64_t{m.width} * m.height != m.cache.size())
     findings.add(Check::lightmapSize, "map.cache", std::to_string(m.width) + " x " + std::to_string(m.height),

@@ -51,10 +51,7 @@ void checkWeights(const Bake& bake, const LeafRanges& ranges, Findings& findings
   const bool equalAreas = bake.provenance.optionsJson.find("\"pull\":\"area\"") != std::string::npos;
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
     const float weight = h.firstWeight[node];
-    if (!(weight >= 0.0f && weight <= 1.0f)) {
-      findings.add(Check::firstWeightRange, At{"node.weight", node}, "0..1", weight);
-      continue;
-    }
+    if (!(weight >= 0.0f && weight <= 1.0f)) continue;  // checkNumbers()
     if (h.isLeaf(node)) {
       if (weight != 0.0f) findings.add(Check::firstWeightLeaf, At{"node.weight", node}, 0, weight);
       continue;
@@ -157,11 +154,6 @@ void checkHierarchy(const Bake& bake, Findings& findings) {
   const LeafRanges ranges = leafRanges(bake.hierarchy);
   checkWeights(bake, ranges, findings);
   checkGroups(bake, ranges, findings);
-  for (std::size_t i = 0; i < bake.hierarchy.skyDirection.size(); ++i) {
-    const glm::vec3& d = bake.hierarchy.skyDirection[i];
-    if (!(std::abs(d.x * d.x + d.y * d.y + d.z * d.z - 1.0f) < 2e-3f))
-      findings.add(Check::skyDirection, At{"sky.direction", i}, "length 1", d);
-  }
 }
 
 void checkLinks(const Bake& bake, Findings& findings) {

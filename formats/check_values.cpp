@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The 2xx and 4xx checks: numbers of surfels, caches and light map. The bake is safe to index (1xx found nothing).
+// The checks of the numbers that light is computed with (of 2xx, 3xx and 4xx), and the other 2xx and 4xx checks:
+// surfels, caches and light map. The bake is safe to index (1xx found nothing).
 #include "formats/findings.h"
 #include "formats/limits.h"
 #include "formats/pack.h"
@@ -138,7 +139,7 @@ void checkExtent(const Bake& bake, Findings& findings) {
 
 }  // namespace
 
-void checkSurfels(const Bake& bake, Findings& findings) {
+void checkNumbers(const Bake& bake, Findings& findings) {
   const Surfels& s = bake.surfels;
   checkEach(s.normal, "surfel.normal", Check::surfelNormal, "length 1", isUnit, findings);
   checkEach(
@@ -151,6 +152,19 @@ void checkSurfels(const Bake& bake, Findings& findings) {
       s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr",
       [](const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
       findings);
+  const Hierarchy& h = bake.hierarchy;
+  checkEach(h.skyDirection, "sky.direction", Check::skyDirection, "length 1", isUnit, findings);
+  for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
+    if (!(h.firstWeight[node] >= 0.0f && h.firstWeight[node] <= 1.0f))
+      findings.add(Check::firstWeightRange, At{"node.weight", node}, "0..1", h.firstWeight[node]);
+  }
+  checkEach(
+      bake.caches.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
+      [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
+}
+
+void checkSurfels(const Bake& bake, Findings& findings) {
+  const Surfels& s = bake.surfels;
   if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
     findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
   checkExtent(bake, findings);
@@ -162,10 +176,6 @@ void checkSurfels(const Bake& bake, Findings& findings) {
 
 void checkCaches(const Bake& bake, Findings& findings) {
   const Caches& c = bake.caches;
-  checkEach(
-      c.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
-      [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
-
   // Grid caches gather the sphere, light-map caches the hemisphere above their surface; each cache is read somewhere.
   std::vector<bool> used(c.count(), false);
   for (std::size_t i = 0; i < c.grid.cache.size(); ++i) {

@@ -48,6 +48,7 @@ std::vector<Finding> validateBake(const Bake& bake) {
   Findings findings;
   checkStructureInto(bake, findings, std::pmr::new_delete_resource());
   if (!findings.empty()) return findings.takeSorted();
+  checkNumbers(bake, findings);
   checkSurfels(bake, findings);
   checkHierarchy(bake, findings);
   checkCaches(bake, findings);
@@ -59,6 +60,14 @@ std::vector<Finding> validateBake(const Bake& bake) {
 Status checkStructure(const Bake& bake, std::pmr::memory_resource* memory) {
   Findings findings;
   checkStructureInto(bake, findings, memory);
+  if (findings.empty()) return done();
+  return Error{ErrorCode::invalidFile, toString(findings.list().front())};
+}
+
+Status checkBake(const Bake& bake, std::pmr::memory_resource* memory) {
+  if (Status status = checkStructure(bake, memory); !status) return status;
+  Findings findings;
+  checkNumbers(bake, findings);
   if (findings.empty()) return done();
   return Error{ErrorCode::invalidFile, toString(findings.list().front())};
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The public door of the runtime: checks what comes in and hands it to a backend. See relighter.h.
+// The entry point of the runtime: checks what comes in and hands it to a backend. See relighter.h.
 #include "relume/relighter.h"
 
 #include "formats/decimal.h"
 #include "formats/sh.h"
+#include "formats/validate.h"
 #include "runtime/backend.h"
-#include "runtime/check_bake.h"
 #include "runtime/check_setup.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/memory.h"
@@ -94,8 +94,10 @@ Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, i
 }  // namespace
 
 Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) try {
-  if (Status ok = checkBake(bake); !ok) return ok.error();
   std::pmr::memory_resource* host = memoryOr(options.memory);
+  if (const Status ok = checkBake(bake, host); !ok) {
+    return Error{ok.error().code, "bake cannot be lit: " + ok.error().message};
+  }
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
   if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
   const Bake shared = shareArrays(bake);

@@ -185,7 +185,8 @@ TEST(RenderCpu, drawsDynamicInstancesLitByTheGrid) {
 
 TEST(RenderCpu, aBakeWithAGridAloneLightsAllFromTheGrid) {
   Bake gridOnly = levelBake();
-  gridOnly.caches.lightmap.parts = {};
+  gridOnly.caches.lightmap = {};
+  gridOnly.surfels.receiver = std::vector<std::uint32_t>(gridOnly.surfels.count(), kGridReceiver);
   const auto frame = drawCpu(level(), request(level(), &gridOnly, "cam_hall"));
   ASSERT_TRUE(frame) << frame.error().message;
   EXPECT_GT(total(frame->indirect), 0.0);

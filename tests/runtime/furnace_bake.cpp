@@ -57,6 +57,8 @@ Bake makeFurnaceBake(float albedo, float emission, std::uint32_t bands) {
   bake.surfels.receiver = receiver;
   bake.surfels.instance = std::vector<std::uint32_t>(6, 0u);
   bake.surfels.areaEach = 4.0f;
+  bake.instances = std::vector<BakedInstance>{{.node = "walls", .mesh = "walls", .material = ""}};
+  bake.caches.lightmap.parts = std::vector<LightmapPart>(1);
   position.insert(position.begin(), glm::vec3(0.0f));
   normal.insert(normal.begin(), glm::vec3(0.0f));
   bake.caches.positionWorld = position;

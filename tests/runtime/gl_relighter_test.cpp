@@ -284,9 +284,12 @@ TEST_F(GlRelighter, cachePassAgreesWithManyNodes) {
     std::vector<std::uint32_t> heads = bake.links.head.toVector();
     for (std::uint32_t c = 0; c < bake.links.cacheCount(); ++c) {
       const std::uint32_t begin = bake.links.rowBegin[c], end = bake.links.rowBegin[c + 1];
+      std::uint32_t next = 0;  // nodes ascend
       for (std::uint32_t i = begin; i < end; ++i) {
         const double share = std::pow((i - begin + 0.5) / (end - begin), 0.3 + c % 5);
-        heads[i] = (heads[i] & 0xFFF00000u) | static_cast<std::uint32_t>(share * bake.hierarchy.nodeCount());
+        const std::uint32_t node = std::max(next, static_cast<std::uint32_t>(share * bake.hierarchy.nodeCount()));
+        heads[i] = (heads[i] & 0xFFF00000u) | node;
+        next = node + 1;
       }
     }
     bake.links.head = std::move(heads);

@@ -254,7 +254,7 @@ TEST(Memory, errorsOfARelighterNameTheSize) {
   TrackingMemory memory;
   RelightOptions options;
   options.memory = &memory;
-  memory.refuse(1);
+  memory.refuse(2);
   const Result<Relighter> none = Relighter::create(bake, options);
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::memory);

@@ -352,6 +352,8 @@ Bake makeSyntheticBake(const SyntheticOptions& options) {
   Bake bake;
   placeCaches(options, bake.caches);
   placeSurfels(options, bake.caches, bake.surfels);
+  bake.instances = std::vector<BakedInstance>{{.node = "rooms", .mesh = "rooms", .material = ""}};
+  bake.caches.lightmap.parts = std::vector<LightmapPart>(1);
   const std::vector<Cluster> clusters = buildHierarchy(bake.surfels, options.skyPatches, bake.hierarchy);
   makeLinks(options, clusters, bake.hierarchy, bake.caches, bake.links);
   bake.provenance.lumaBands = bake.provenance.chromaBands = options.bands;
