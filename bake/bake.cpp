@@ -46,7 +46,7 @@ bool hasFixedTriangles(const Scene& scene) {
   });
 }
 
-// The links' rays are most of a bake's. Few from a cache are faster in packets (docs/TRACING.md).
+// The links' rays are most of a bake's. Few from a cache are faster in packets (docs/notes/tracing.md).
 RayStructure rayStructureFor(const BakeOptions& options) {
   constexpr double kMany = 1e7;
   constexpr std::uint32_t kMinBundleRays = 256;

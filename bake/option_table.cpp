@@ -147,7 +147,8 @@ std::vector<Field> fields(BakeOptions& o) {
       {"caches.gutterTexels", "", &o.caches.gutterTexels, 0, 8, {}, "texel", "between charts, for wider filters"},
 
       {"links.kind", "--link-kind", choice(o.links.kind), 0, 0, linkKindNames(), "",
-       "how a link stores its transfer (docs/LINKS.md): SH coefficients, a cone in 12 or 6 bytes, or irradiance alone "
+       "how a link stores its transfer (docs/notes/links.md): SH coefficients, a cone in 12 or 6 bytes, or irradiance "
+       "alone "
        "on "
        "the light map"},
       {"links.linksPerCache",

@@ -239,7 +239,7 @@ Json parseText(const Field& field, const std::string& text) {
 
 }  // namespace
 
-// Sizes are chosen by error at their memory: docs/CUTS.md.
+// Sizes are chosen by error at their memory: docs/notes/cuts.md.
 BakeOptions presetOptions(Preset preset) {
   BakeOptions options;  // the defaults are `high`
   switch (preset) {

@@ -43,8 +43,8 @@ float irradianceLinear(std::span<const float> c, const glm::vec3& n);
 
 // What the clamped cosine's third band would add to two bands of radiance, guessed: zonal around band 1's direction
 // (ZH3: Roughton et al. 2024, Section 4), with a coefficient that follows from the ratio of the two bands. Exact for
-// light from one direction and for uniform light; docs/BANDS.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a vector
-// along the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
+// light from one direction and for uniform light; docs/notes/bands.md has its error. linear: (c_1^1, c_1^-1, c_1^0), a
+// vector along the light. n is unit. [W/m²] for coefficients [W/m²/sr]; 0 without direction or light.
 float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n);
 
 // Irradiance at a surface cache with unit normal cacheNormal for a shading normal n: irradianceLinear() and

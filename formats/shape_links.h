@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Chooses the directions and cones of oct6 links so that a row as a whole, not each link, is as right as 16 bits a link
 // allow. A link of 6 + 6 + 4 bits is off by 5 % of its coefficients, and four bands of a cone are not those of what is
-// seen through it, whatever the bits (docs/LINKS.md). The error of a link is diffused to the next in the row, which
-// mostly lies beside it and sends similar light, as in dithering of images: the errors of a row's
-// links then cancel, and its light comes out nearer to the truth than that of 12-byte cones.
+// seen through it, whatever the bits (docs/notes/links.md). The error of a link is diffused to the next in the row,
+// which mostly lies beside it and sends similar light, as in dithering of images: the errors of a row's links then
+// cancel, and its light comes out nearer to the truth than that of 12-byte cones.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@
 namespace relume {
 
 // What part of a surface cache's rays is spread evenly over the solid angle; the rest follows the cosine. Even rays
-// serve the coefficients of the radiance, cosine rays the irradiance: docs/CUTS.md has the noise of both.
+// serve the coefficients of the radiance, cosine rays the irradiance: docs/notes/cuts.md has the noise of both.
 inline constexpr float kEvenShare = 0.5f;
 
 class DirectionStrata {

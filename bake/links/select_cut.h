@@ -35,7 +35,7 @@ float levelRadius(const Hierarchy& hierarchy, const NodeGeometry& geometry);
 
 // readError's model takes E (B_a - B_b)² to be kContrast B² x distance / levelRadius(), so keys of a cut that add up to
 // this much leave about that relative error e of a cache's light. Errors saturate where neighbours are not independent:
-// the model's is e / (1 - e). docs/CUTS.md has what lights that no bake knew find of what is asked for.
+// the model's is e / (1 - e). docs/notes/cuts.md has what lights that no bake knew find of what is asked for.
 inline constexpr float kContrast = 28.0f;
 inline float keySumOf(float relativeError, float levelRadius) {  // [0..1], [m]
   const float modelled = relativeError / (1.0f - relativeError);
@@ -59,8 +59,8 @@ struct CutKeys {
 //                   Reading a alone with all of C_s errs by B_a - B_b for b's light, and scales a's error:
 //                   pick_a = |C_b|² extent + (C_s / C_a)² key_a. The key is the least of the three, bottom up.
 //                   It refines where a node is seen in part: there light leaks. C is the received irradiance, and with
-//                   less weight bands 0 and 1, for other normals than the cache's. docs/CUTS.md compares the keys.
-//                   Nodes of which one child is seen are not in the tree: their sum comes from CutNode::hidden.
+//                   less weight bands 0 and 1, for other normals than the cache's. docs/notes/cuts.md compares the
+//                   keys. Nodes of which one child is seen are not in the tree: their sum comes from CutNode::hidden.
 void cutKeys(const VisibleSubtree& tree, std::span<const CutNode> cutNode, LinkOptions::CutKey key, CutKeys& keys);
 
 struct CutCandidate {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Rays against the instances of a scene, by Embree, which ray_tracer_state.h and bundle_tree.h include.
 // Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
-// instruction set, in packets and alone, but for some millionth where small triangles overlap (docs/DETERMINISM.md).
+// instruction set, in packets and alone, but for some millionth where small triangles overlap
+// (docs/notes/determinism.md).
 #pragma once
 
 #include "relume/bake/scene.h"

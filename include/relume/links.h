@@ -5,7 +5,7 @@
 //
 // A link's transfer f = c_{s,0} is the SH coefficient 0 of visibility over pi: f = y_0 * visible solid angle / pi.
 // Nodes hold radiosity, so transfers are not divided by an area. formats/compact_links.h packs and unpacks the kinds
-// that have a head; docs/LINKS.md compares size, error and speed.
+// that have a head; docs/notes/links.md compares size, error and speed.
 #pragma once
 
 #include "relume/array.h"

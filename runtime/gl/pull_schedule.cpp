@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See pull_schedule.h. What is above the groups' subtrees goes in rounds by the nodes' height over them, not by depth:
-// a good half of what is left is ready each time (docs/GPU.md).
+// a good half of what is left is ready each time (docs/notes/gpu.md).
 #include "runtime/gl/pull_schedule.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // PIC Table 3: milliseconds of cache lighting and resolve for every pair of luma and chroma bands, least of some
-// frames, on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/BANDS.md.
+// frames, on one CPU thread and in OpenGL, beside the paper's. Prints a table of docs/notes/bands.md.
 //   bench_band_times BAKE.relume [frames [receivers]]
 #include "relume/bake_file.h"
 #include "relume/relighter.h"

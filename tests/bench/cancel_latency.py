@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""How long a command goes on after it is asked to stop: the table of docs/SCALE.md.
+"""How long a command goes on after it is asked to stop: the table of docs/notes/scale.md.
 
 Runs the command once to learn how long it takes, then again and again, each time with SIGINT at another moment, evenly
 spread over the run. Prints the seconds from the signal until the process is gone and the stage it was in.

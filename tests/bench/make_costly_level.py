@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Make a small file that is costly to bake by its shape: the table of docs/SCALE.md ("Small files").
+"""Make a small file that is costly to bake by its shape: the table of docs/notes/scale.md ("Small files").
 
     tests/bench/make_costly_level.py KIND OUTPUT.gltf [--count N]
 

@@ -46,7 +46,7 @@ done
   printf '\n## paper with 16384 rays a cache\n\n'
   sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
   printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
-  printf 'of 8 and as bundles, from %s (docs/TRACING.md).\n\n' "$(head -n 1 "$work/rates.txt")"
+  printf 'of 8 and as bundles, from %s (docs/notes/tracing.md).\n\n' "$(head -n 1 "$work/rates.txt")"
   grep '^|' "$work/rates.txt"
   printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
@@ -54,7 +54,7 @@ done
     awk -F, '{ gsub(/"/, "", $1); sub(/\/process_time.*/, "", $1); printf "| %s | %.0f | %.0f |\n", $1, $3, $4 }'
   printf '\n## Kinds of links\n\n`bench_link_error` on this level, preset `paper` with K 1024: %s. Errors are against the SH\n' \
     "$(head -n 1 "$work/links.txt")"
-  printf 'of the same rays; time is (4) light the caches, 4 bands of luma and chroma. docs/LINKS.md says what the columns mean.\n\n'
+  printf 'of the same rays; time is (4) light the caches, 4 bands of luma and chroma. docs/notes/links.md says what the columns mean.\n\n'
   grep '^|' "$work/links.txt"
 } > "$work/all.md"
 mv "$work/all.md" "$page"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How fast the rays of a bake's caches are traced: in packets, with a thorough structure of Embree's, and as bundles;
-// and how many of them hit another triangle. Prints the table of docs/TRACING.md, millions of rays a second on all
-// cores.
+// and how many of them hit another triangle. Prints the table of docs/notes/tracing.md, millions of rays a second on
+// all cores.
 //   bench_ray_rate LEVEL.glb BAKE.relume [every n-th run of caches [repeats]]
 #include "bake/base/parallel.h"
 #include "bake/links/directions.h"

@@ -34,7 +34,7 @@ TEST_F(SameBytes, threadsProcessesAndAddressesDoNotMatter) {
 
 // Embree's approximate reciprocals differ between instruction sets as they do between makers of processors. All that
 // differs is what the bake says of itself. One ray in ten million slips through an edge in one of them only
-// (docs/DETERMINISM.md): of the three million cast here none does.
+// (docs/notes/determinism.md): of the three million cast here none does.
 TEST_F(SameBytes, instructionSetsOfTheRayTracerDoNotMatter) {
   const auto chunksOf = [&](const std::string& isa) {
     const ProgramResult result =

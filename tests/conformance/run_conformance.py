@@ -3,7 +3,7 @@
 """Bake every .glb and .gltf under a folder at the draft preset and write the outcome as a Markdown table.
 
     tests/conformance/run_conformance.py --relume build/release/tools/cli/relume --scenes FOLDER \\
-        [--output docs/CONFORMANCE.md] [--timeout 120] [--only PART] [--jobs 1]
+        [--output docs/notes/conformance.md] [--timeout 120] [--only PART] [--jobs 1]
 
 A file passes when it bakes, or when it is refused with one of the documented exit codes and a message that names the
 file. Exit status: 0 all pass; 1 wrong arguments; 7 some file crashed, hung, was refused without a name, or was not
@@ -11,7 +11,9 @@ baked or refused as EXPECTED_REFUSED says.
 """
 import argparse
 import concurrent.futures
+import datetime
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -100,14 +102,17 @@ def judge(name, row):
     return row
 
 
-def table(rows, folder_name):
+def table(rows, folder_name, program):
     def cell(text):
         return str(text).replace("|", "\\|").replace("\n", " ")
 
     counts = {}
     for _, row in rows:
         counts[row["what"]] = counts.get(row["what"], 0) + 1
-    out = ["# Conformance", "",
+    bad = sum(n for what, n in counts.items() if what not in ("baked", "refused"))
+    verdict = "Every test scene bakes or is refused by name" if bad == 0 else f"{bad} of the test scenes fail"
+    out = ["# Conformance", "", f"**Verdict.** {verdict}.", "",
+           f"*Measured {datetime.date.today()}; {program}; {os.cpu_count()} cores; `tests/conformance/run_conformance.py`.*", "",
            "Every `.glb` and `.gltf` of the test scenes, baked by `relume bake FILE -o OUT --preset draft` or refused by",
            "name. Made by `tests/conformance/run_conformance.py`; do not edit.", "",
            f"{len(rows)} files of `{folder_name}`: " + ", ".join(f"{n} {what}" for what, n in sorted(counts.items())) + ".",
@@ -143,7 +148,8 @@ def main():
     for file, row in zip(files, baked):
         name = str(file.relative_to(options.scenes))
         rows.append((name, judge(name, row)))
-    text = table(rows, options.scenes.name)
+    version = subprocess.run([options.relume, "--version"], capture_output=True, text=True, check=True).stdout
+    text = table(rows, options.scenes.name, version.strip().splitlines()[-1])
     if options.output:
         options.output.write_text(text)
     else:

@@ -106,7 +106,7 @@ def main():
             print("\n".join(log))
             failures += found
             not_run += skipped
-    for page in pages:
+    for page in [*pages, *sorted((source / "docs/notes").glob("*.md"))]:
         failures += broken_links(page)
     for picture in sorted((source / "docs/guide/pictures").glob("*.png")):
         if picture.stat().st_size > 150 * 1024:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A level baked as far as the leaves that its caches see, and lit by lights that the bake knew nothing of: what cuts,
-// pull weights and budgets are measured against. For the long tests of the links and the tables of docs/CUTS.md.
+// pull weights and budgets are measured against. For the long tests of the links and the tables of docs/notes/cuts.md.
 #pragma once
 
 #include "bake/caches/caches.h"

@@ -27,7 +27,7 @@ TEST(Untrained, cutAloneStaysWithinItsBoundsUnderSunsSpotsAndTorches) {
   const CutReads cut = cutCaches(**level, {});
   EXPECT_LE(cut.max, 254u);
   const Reads leaves = leafReads(**level);
-  // A spot that lights some dozen surfels has its worst case at the edge of the patch: docs/CUTS.md.
+  // A spot that lights some dozen surfels has its worst case at the edge of the patch: docs/notes/cuts.md.
   const Bound bounds[] = {{"suns", 0.04, 0.12}, {"spots", 0.06, 0.16}, {"torch", 0.04, 0.05}};
   const std::vector<LightSuite> suites = untrainedLights(**level, context);
   ASSERT_EQ(suites.size(), std::size(bounds));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What few bands of spherical harmonics cost: irradiance from the first bands of every cache of a bake against that
 // from eight, by receivers of many normals, for plain series, windowed ones, and zonal bands (ZH3). Prints a table of
-// docs/BANDS.md.
+// docs/notes/bands.md.
 //   bench_band_error LEVEL.glb BAKE.relume [threads]
 #include "bake/import/check_mesh.h"
 #include "bake/rays/ray_tracer.h"

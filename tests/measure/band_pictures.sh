@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The table of docs/BANDS.md that compares pictures lit with fewer chroma bands with uncompressed ones.
+# The table of docs/notes/bands.md that compares pictures lit with fewer chroma bands with uncompressed ones.
 #   band_pictures.sh RELUME BENCH_PICTURE_ERROR SCENES WORK
 # SCENES holds cornell/cornell.glb and so on; WORK gets bakes (kept for the next time) and pictures.
 set -eu

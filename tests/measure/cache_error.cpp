@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Caches with directions against caches of irradiance alone, many of them: error of indirect light on surfaces, time
 // and memory of the runtime, from 8192 to 131072 caches on the light map. Receivers are surfels that read the light
-// map, spread evenly over its area, against path-traced light. Prints a table of docs/LINKS.md.
+// map, spread evenly over its area, against path-traced light. Prints a table of docs/notes/links.md.
 //   bench_cache_error LEVEL.glb LIGHTS[;LIGHTS..] [RECEIVERS [PATHS [SURFELS [LINKS [RAYS [MOST_CACHES]]]]]]
 #include "bake/base/parallel.h"
 #include "formats/pack.h"

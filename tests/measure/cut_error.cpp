@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How far light read through cuts and averages is from light read leaf by leaf, for every cut key, pull weight and n_L,
 // under the level's own lights and under others; what a budget of links brings; and how noisy the rays themselves are.
-// Prints the tables of docs/CUTS.md.
+// Prints the tables of docs/notes/cuts.md.
 //   bench_cut_error LEVEL.glb [surfels [caches [rays [cuts|lights|budget|error|noise]]]]
 #include "bake/links/links.h"
 #include "bake/links/share_links.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and
-// sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/GRID.md.
+// sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/notes/grid.md.
 //   bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
 #include "bake/base/parallel.h"
 #include "bake/rays/ray_tracer.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the kinds of links cost in error, bytes and time, on the same links of one level. Prints the table of
-// docs/LINKS.md.
+// docs/notes/links.md.
 //   bench_link_error SH.relume CONE.relume [repetitions]
 // Two bakes of one scene by the same options and seed but --link-kind sh (4 bands) and cone. The other kinds are packed
 // from these. Light: a sun, a point light and three bounces, then all else is still.

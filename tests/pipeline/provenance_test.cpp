@@ -461,7 +461,7 @@ TEST(ShapeSums, noiseOfExportersIsForgiven) {
   }
 }
 
-// How often a level's status would flip: over all its meshes, for many exports. docs/COMPARE.md has the figure.
+// How often a level's status would flip: over all its meshes, for many exports. docs/notes/compare.md has the figure.
 TEST(ShapeSums, noiseOfExportersIsForgivenOnLevels) {
   std::vector<std::string> levels = {RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"};
   const std::string sponza = RELUME_SHARED_DIR "/scenes/sponza/sponza.glb";

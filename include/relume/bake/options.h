@@ -53,7 +53,7 @@ struct CacheOptions {
 struct LinkOptions {
   enum class CutKey { transfer, readError };
   enum class PullWeight { area, importance };
-  LinkKind kind = LinkKind::oct6;      // how a link stores its transfer; docs/LINKS.md compares
+  LinkKind kind = LinkKind::oct6;      // how a link stores its transfer; docs/notes/links.md compares
   std::uint32_t linksPerCache = 128;   // [1..65535] n_L, on average: shared out by error, to about 1 % of the sum (the
                                        // share is found from every n-th cache)
   std::uint32_t maxLinksPerCache = 0;  // [0, linksPerCache..65535] the most a cache gets; 0 = 8 linksPerCache;
@@ -77,7 +77,7 @@ struct BakeOptions {
   CacheOptions caches;
   LinkOptions links;
   std::uint32_t lumaBands = 4;     // [1..8] recommended to the runtime
-  std::uint32_t chromaBands = 2;   // [1..lumaBands] more cannot be seen (docs/BANDS.md)
+  std::uint32_t chromaBands = 2;   // [1..lumaBands] more cannot be seen (docs/notes/bands.md)
   std::uint64_t seed = 1;          // any
   std::string embreeIsa = "avx2";  // Embree's isa; hits differ where triangles overlap, rarely
 };
