@@ -25,6 +25,11 @@ function(relume_warnings target)
   endif()
 endfunction()
 
+# For what goes into a game: numbers change their type by casts alone, which say so.
+function(relume_conversion_warnings target)
+  target_compile_options(${target} PRIVATE -Wconversion -Wsign-conversion)
+endfunction()
+
 # A room of the house: a static library whose headers are included from the project's root.
 function(relume_room target)
   add_library(${target} STATIC ${ARGN})

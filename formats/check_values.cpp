@@ -50,7 +50,7 @@ bool readsUnfilled(const Lightmap& map, const glm::vec2& uv) {
 // Scan a triangle's points at most a texel apart (at most 64 an edge).
 bool triangleReadsUnfilled(const Lightmap& map, const std::array<glm::vec2, 3>& uv) {
   float extent = 0.0f;
-  for (int edge = 0; edge < 3; ++edge) {
+  for (std::size_t edge = 0; edge < 3; ++edge) {
     const glm::vec2 d = uv[(edge + 1) % 3] - uv[edge];
     extent = std::max(
         {extent, std::abs(d.x) * static_cast<float>(map.width), std::abs(d.y) * static_cast<float>(map.height)});

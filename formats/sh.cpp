@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 #include <glm/geometric.hpp>
@@ -21,7 +22,7 @@ std::array<float, 64> makeNormalisation() {
     for (int m = 0; m <= l; ++m) {
       double ratio = 1.0;
       for (int i = l - m + 1; i <= l + m; ++i) ratio /= i;
-      k[l * 8 + m] =
+      k[static_cast<std::size_t>(l * 8 + m)] =
           static_cast<float>(std::sqrt((2 * l + 1) / (4 * kPi) * ratio) * (m > 0 ? std::numbers::sqrt2 : 1.0));
     }
   }
@@ -67,15 +68,16 @@ void evaluateSh(int bands, const glm::vec3& d, std::span<float> y) {
   for (int m = 0; m < bands; ++m) {
     float previous = 0.0f, p = pmm;
     for (int l = m; l < bands; ++l) {
-      const float k = kNormalisation[l * 8 + m] * p;
-      const int centre = l * l + l;
+      const float k = kNormalisation[static_cast<std::size_t>(l * 8 + m)] * p;
+      const auto centre = static_cast<std::size_t>(l * l + l), order = static_cast<std::size_t>(m);
       if (m == 0) {
         y[centre] = k;
       } else {
-        y[centre + m] = k * c;
-        y[centre - m] = k * s;
+        y[centre + order] = k * c;
+        y[centre - order] = k * s;
       }
-      const float next = ((2 * l + 1) * d.z * p - (l + m) * previous) / static_cast<float>(l + 1 - m);
+      const float next = (static_cast<float>(2 * l + 1) * d.z * p - static_cast<float>(l + m) * previous) /
+                         static_cast<float>(l + 1 - m);
       previous = p;
       p = next;
     }
@@ -107,7 +109,7 @@ std::span<const float> clampedCosineFactors() { return kCosine; }
 void cosineLobeFactors(int bands, float n, std::span<float> s) {
   s[0] = 1.0f;
   if (bands > 1) s[1] = (n + 1.0f) / (n + 2.0f);
-  for (int l = 2; l < bands; ++l)
+  for (std::size_t l = 2; l < static_cast<std::size_t>(bands); ++l)
     s[l] = s[l - 2] * (n + 2.0f - static_cast<float>(l)) / (n + 1.0f + static_cast<float>(l));
 }
 
@@ -115,9 +117,9 @@ float irradianceClamped(int bands, std::span<const float> c, const glm::vec3& n)
   std::array<float, kMaxCoefficients> y;
   evaluateSh(bands, n, y);
   float e = 0.0f;
-  for (int l = 0; l < bands; ++l) {
+  for (std::size_t l = 0; l < static_cast<std::size_t>(bands); ++l) {
     float band = 0.0f;
-    for (int i = l * l; i < (l + 1) * (l + 1); ++i) band += c[i] * y[i];
+    for (std::size_t i = l * l; i < (l + 1) * (l + 1); ++i) band += c[i] * y[i];
     e += kCosine[l] * band;
   }
   return e;
