@@ -70,7 +70,7 @@ bool before(const Candidate& a, const Candidate& b) {
   return a.low != b.low ? a.low < b.low : a.high < b.high;
 }
 
-// A heap of four children a node with the first candidate on top. Siblings share a cache line, and the lines of all
+// A heap of four children per node with the first candidate on top. Siblings share a cache line, and the lines of all
 // that may come next are asked for before the comparisons that choose one.
 class CandidateHeap {
  public:

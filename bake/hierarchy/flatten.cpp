@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lays the tree out breadth first, so that the runtime's pull (PIC Fig. 2, step 3) is one pass a level over contiguous
-// memory, and knows each node's geometry.
+// Lays the tree out breadth first, so that the runtime's pull (PIC Fig. 2, step 3) is one pass per level over
+// contiguous memory, and knows each node's geometry.
 #include "bake/hierarchy/flatten.h"
 
 #include <glm/geometric.hpp>

@@ -21,7 +21,7 @@ struct ClusterTree {
   std::vector<std::uint32_t> first, second;  // [Size n-1] children of inner node n+k; the last one is the root
 };
 
-// What the baker knows of a node beside the file's Hierarchy: its geometry.
+// The geometry of a node, which the baker needs in addition to what the file's Hierarchy says.
 struct NodeGeometry {
   std::vector<glm::vec3> center;  // [m] [Size nodes] mean of the leaves; sky: mean of the unit directions
   std::vector<glm::vec3> normal;  // unit mean normal (zero for sky, and where the leaves' normals cancel)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Casts a cache's rays and finds the sender at the end of each: rays to leaf transfers (PIC 4.5, App. A).
 //
-// Deviation: the paper samples every sender from every cache; here K rays a cache find the senders that are visible.
+// Deviation: the paper samples every sender from every cache; here K rays per cache find the senders that are visible.
 // It is the same estimate of c_{s,i} (PIC Eq. (8), the rays that miss s add zero to it), linear in what is visible and
 // independent of n_S.
 #pragma once
@@ -26,10 +26,10 @@ struct Arrival {
   glm::vec3 direction;  // unit, cache toward sender
 };
 
-// How the rays ended. Integers, so that sums over caches do not depend on their order.
+// Counts of how the rays ended. They are integers, so that sums over caches do not depend on the order.
 struct RayCount {
   std::uint64_t rays = 0, backFaces = 0, misses = 0, unmapped = 0;
-  std::uint64_t aimed = 0;  // at emitters, beside `rays`
+  std::uint64_t aimed = 0;  // at emitters, in addition to `rays`
   RayCount& operator+=(const RayCount& other);
 };
 
@@ -48,7 +48,7 @@ class SkyLookup {
 // Immutable, shared by all threads; keeps references to what it is made from.
 class Gatherer {
  public:
-  // emitterRays: [0..1] rays aimed at emitters, as a share of raysPerCache and beside them
+  // emitterRays: [0..1] rays aimed at emitters in addition to raysPerCache, as a share of it
   Gatherer(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map, const Hierarchy& hierarchy,
            std::uint32_t raysPerCache, float emitterRays, std::uint64_t seed);
 

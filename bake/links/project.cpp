@@ -35,7 +35,7 @@ void sumBasis(const VisibleSubtree& tree, std::span<const Arrival> arrivals, std
   }
 }
 
-// The same for four bands, which are linear in the monomials of a unit direction up to x³: fewer operations a ray.
+// The same for four bands, which are linear in the monomials of a unit direction up to x³: fewer operations per ray.
 constexpr std::uint32_t kMomentBands = 4;
 
 void sumMoments(const VisibleSubtree& tree, std::span<const Arrival> arrivals, std::size_t links,

@@ -52,7 +52,7 @@ std::vector<float> PullSums::weights(const Hierarchy& hierarchy) const {
   if (all_.empty()) return hierarchy.firstWeight.toVector();
   std::vector<std::uint64_t> all = all_, cut = cut_;
   sumUp(hierarchy, all);
-  // Links at or below a node: inner nodes have their own beside their children's.
+  // Count the links at or below each node: an inner node adds its own to its children's.
   for (std::uint32_t node = hierarchy.nodeCount(); node-- > 0;) {
     if (!hierarchy.isLeaf(node)) cut[node] += cut[hierarchy.child[node]] + cut[hierarchy.child[node] + 1];
   }

@@ -56,7 +56,7 @@ std::vector<std::uint8_t> emittingNodes(const Hierarchy& hierarchy, std::span<co
 
 // |C|² of readError.
 float square(float received, float weight, const glm::vec3& direction) {
-  constexpr float kOtherNormals = 0.3f;  // weight of bands 0 and 1 beside the irradiance
+  constexpr float kOtherNormals = 0.3f;  // weight of bands 0 and 1, added to the irradiance
   constexpr float kBand0 = 1.0f / 12.566371f, kBand1 = 3.0f / 12.566371f;  // squares of y_0 and of y_1's constant
   return received * received + kOtherNormals * (kBand0 * weight * weight + kBand1 * glm::dot(direction, direction));
 }

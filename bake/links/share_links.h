@@ -21,7 +21,8 @@ struct LinkBudget {
   bool isShared;              // else every cache gets as many as it may have
 };
 
-// Counts of refinements by key, the same in any order of the caches. Not thread-safe: one a thread, merged at the end.
+// Counts of refinements by key, the same in any order of the caches. Not thread-safe: use one per thread, merged at the
+// end.
 class KeyCounts {
  public:
   // Count what one cache refines until it has maxNodes links.

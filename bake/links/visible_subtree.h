@@ -63,7 +63,7 @@ class VisibleSubtree {
   std::vector<VisibleNode> nodes_;
   std::vector<std::uint32_t> slotOf_;  // [Size leaves] by rank; valid for the visible ones
   std::vector<std::uint32_t> slotOfArrival_;
-  std::vector<std::uint64_t> visibleLeaf_;  // a bit a rank; all zero between builds
+  std::vector<std::uint64_t> visibleLeaf_;  // a bit per rank; all zero between builds
   std::vector<std::uint32_t> roots_;
   std::vector<Open> open_;
   std::uint32_t leafCount_ = 0;

@@ -87,16 +87,16 @@ struct RayTracer::State {
   std::vector<ScenePtr> shared;
   ScenePtr top;
   std::vector<std::unique_ptr<MaskedMesh>> masked;
-  std::vector<std::uint32_t> instance;         // [Size geometries] instance of a geometry id of the top scene
-  std::vector<const float*> vertices;          // [Size geometries] Embree's, as traced, 9 a triangle; null where shared
-  glm::vec3 shift{0.0f};                       // [m] traced coordinates are world minus shift
-  glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};  // [m]
-  float epsilonFloor = 0.0f;                   // [m]
-  float rounding = 0.0f;                       // [m] of traced coordinates
+  std::vector<std::uint32_t> instance;  // [Size geometries] instance of a geometry id of the top scene
+  std::vector<const float*> vertices;   // [Size geometries] Embree's, as traced, 9 per triangle; null where shared
+  glm::vec3 shift{0.0f};                // [m] traced coordinates are world minus shift
+  glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};       // [m]
+  float epsilonFloor = 0.0f;                        // [m]
+  float rounding = 0.0f;                            // [m] of traced coordinates
   std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
   std::vector<std::vector<std::uint8_t>> buried;  // [Size geometries][Size triangles or 0] 1: not traced (ray_piles.h)
   BundleTree bundles;                             // empty: bundles are traced in packets
-  unsigned width = 1;                             // rays a packet
+  unsigned width = 1;                             // rays per packet
   std::string error, description;
 
   static void onError(void* self, RTCError, const char* text) {

@@ -31,7 +31,7 @@ class EliminationRound {
   std::vector<std::uint32_t> run(std::vector<std::uint32_t>& removed, Context& context);
 
  private:
-  // What removing a point changes of its neighbours and needs of them, in half a cache line.
+  // What the removal of a point reads and changes of its neighbours, in half a cache line.
   struct alignas(32) Point {
     glm::vec3 positionWorld{0.0f};
     float weight = 0.0f;  // crowding by its neighbours

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where a surfel is lit. Its cell may be half behind a column or under a leaf; receivers only see the rest. Lit at its
-// own point, it would often stand in a shadow that nobody sees, and light would be lost (docs/DESIGN.md).
+// Moves each surfel to the point at which it is lit. Its cell may be half behind a column or under a leaf, and
+// receivers see only the rest. A surfel lit at its own point would often be in a shadow that no receiver sees, and its
+// light would be lost (docs/DESIGN.md).
 #pragma once
 
 #include "bake/rays/ray_tracer.h"

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint32_t kMaxSurfels = 1u << 24;
 constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter, where the count allows
-constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates a surfel are enough
+constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates per surfel are enough
 constexpr std::size_t kFootprintSamples = 8;       // a surfel
 constexpr int kMaxRedraws = 4;
 constexpr std::size_t kMaxRedrawn = 16;  // times the points first wanted: masks that leave less get fewer surfels

@@ -10,7 +10,7 @@
 
 namespace relume {
 
-// The map of the surfels: about four cells a surfel, at least one a seen side. A cell holds the surfel of least
+// The map of the surfels: about four cells per surfel, and at least one per seen side. A cell holds the surfel of least
 // mapCost() for the cell's centre: within kSeenReach spacings on sides that the play space sees, within kUnseenReach on
 // others. spacing [m]: of the densest packing.
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,

@@ -35,9 +35,9 @@ constexpr std::size_t kReceivers = 1u << 14;  // points handed over
 constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
 constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
 constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
-constexpr float kFarLooks = 64.0f;            // times that distance is far: nobody goes there
-constexpr double kOutermostHits = 0.01;       // left out of the box around what is looked at, at each end
-constexpr double kMinFarShare = 1e-4;         // of all hits, that make a far side matter
+constexpr float kFarLooks = 64.0f;       // a hit beyond this multiple of that distance is far: no walk continues there
+constexpr double kOutermostHits = 0.01;  // left out of the box around what is looked at, at each end
+constexpr double kMinFarShare = 1e-4;    // of all hits, that make a far side matter
 
 // One walk on its way.
 struct Walker {
@@ -226,7 +226,7 @@ void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
   });
 }
 
-// Sides that are seen from far away only, all of each: nobody comes near enough to tell their parts apart.
+// Mark sides that are seen only from far away as seen whole: no receiver comes near enough to tell their parts apart.
 void addFarSides(const std::vector<float>& area, const Counts& counts, double nearHits, PlaySpace& space) {
   double all = nearHits;
   for (const auto& hits : counts.farHits) all += hits.load();

@@ -29,7 +29,7 @@ struct CellGrid {
   float size = 1.0f;       // [m]
 
   glm::ivec3 voxelOf(const glm::vec3& positionWorld) const;
-  // The instance, and which axis the side's normal follows most: what a cell has beside its voxel.
+  // What a cell has in addition to its voxel: the instance, and the axis that the side's normal follows most.
   static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide);
   // The cell of a point, without hits.
   CellHits cell(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
@@ -44,7 +44,7 @@ struct CellGrid {
                                           const glm::vec3& normalOfSide) const;
 };
 
-// Key of a cell. A 64-bit hash stands for it: two of a million cells meet with probability 3e-8.
+// Key of a cell. A 64-bit hash stands for it: two of a million cells collide with probability 3e-8.
 std::uint64_t cellKey(std::uint32_t facing, const glm::ivec3& voxel);
 
 // Finds cells by their keys, in about one step: keys are hashes, so their leading bits say where they stand.

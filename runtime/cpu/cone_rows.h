@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Rows of links with a cone, of any number of bands, many links at a time (PIC 4.6, Eq. (5), (6)). A row is cut into
 // chunks; for each chunk
-//   A. lanes are links: w_i = band ratio(cos alpha) * y_i(direction), monic polynomials, into a buffer in L1, and f
-//   times
-//      the nodes' radiosity b = (4 Y, 2 Co, 4 Cg) beside it;
+//   A. lanes are links: w_i = band ratio(cos alpha) * y_i(direction), monic polynomials, go into a buffer in L1, and so
+//      does f times the nodes' radiosity, b = (4 Y, 2 Co, 4 Cg);
 //   B. sums L_i += w_i * b, a small matrix product, several coefficients at a time in registers.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernels with 4 floats a vector; see vectors.h.
+// The kernels with 4 floats per vector; see vectors.h.
 #define RELUME_LANES 4
 #include "runtime/cpu/light_caches_kernel.h"
 #include "runtime/cpu/light_surfels_kernel.h"

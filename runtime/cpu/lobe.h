@@ -6,7 +6,7 @@
 namespace relume::cpu {
 namespace {
 
-// Float: a number, or a vector of one a lane; n: its x, y, z; linear, clamped: SurfaceLobe.
+// Float: a number, or a vector with one number per lane; n: its x, y, z; linear, clamped: SurfaceLobe.
 template <class Float, class Normal>
 inline void writeLobe(bool hasBand1, bool hasBand2, const Normal& n, Float linear, Float clamped, Float* lobe) {
   constexpr float kPi = 3.14159265f;

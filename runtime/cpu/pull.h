@@ -2,7 +2,7 @@
 // Step 3 on the CPU: radiosity averaged up the hierarchy (PIC 4.1, 4.3).
 //
 // Breadth first, the children of the inner nodes lie in a row behind the root: the k-th inner node's are 1 + 2 k and
-// 2 + 2 k. So a bit a node, and a weight of 16 bits an inner node, are all of the tree.
+// 2 + 2 k. So the whole tree is one bit per node and a weight of 16 bits per inner node.
 #pragma once
 
 #include "relume/hierarchy.h"

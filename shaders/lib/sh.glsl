@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Real spherical harmonics, 1 to 8 bands: the arithmetic of formats/sh.h, as polynomials, because loops over arrays are
-// not unrolled by every driver. A test runs both. Include with RELUME_SH_BANDS defined. Four coefficients a vector.
+// not unrolled by every driver. A test runs both. Include with RELUME_SH_BANDS defined. Four coefficients per vector.
+// The bands are written out here and not generated: a generator would be as long as what it writes and harder to read,
+// and the test that compares every coefficient with formats/sh.cpp finds a wrong constant.
 #define RELUME_SH_WORDS ((RELUME_SH_BANDS * RELUME_SH_BANDS + 3) / 4)
 
 // Values of the basis functions in unit direction d, each times its band's scale; components past the last are zero.

@@ -40,7 +40,7 @@ struct FaceCells {
     return __builtin_convertvector(min(max(cell, Floats{}), splat(static_cast<float>(side - 1))), Ints);
   }
 
-  std::uint32_t blocks, side, count;  // blocks a side, cells a side, cells
+  std::uint32_t blocks, side, count;  // blocks along a side, cells along a side, cells of a face
   float half;
 };
 

@@ -16,7 +16,7 @@ constexpr std::uint32_t kBundleOverlaps =
 constexpr std::uint32_t kBundleGeometry = 0x3FFFFFFFu;  // the rest of BundleLeaf::geometry
 constexpr std::uint32_t kBundleBack = 0x80000000u;      // in BundleJob::hit: the back was hit
 constexpr std::uint32_t kBundleNone = 0xFFFFFFFFu;      // in BundleJob::hit: nothing was hit
-constexpr std::uint32_t kBundleStrip = 4;               // cells a side of a block
+constexpr std::uint32_t kBundleStrip = 4;               // cells along a side of a block
 constexpr std::uint32_t kFewBundleRays = 64;            // that pass a box are listed
 constexpr std::uint32_t kMaxBundleBlocks = 63;          // a side of a face: a cell's coordinate fits into a byte
 
@@ -66,7 +66,7 @@ struct BundleJob {
   float *x, *y, *z, *u, *v;  // [Size K'] by place
   std::uint16_t* block;      // [Size K'] by place
   float* farthest;           // [Size bundlePyramidSize(blocks)]
-  BundleFrame* frames;       // [Size depth] one a level
+  BundleFrame* frames;       // [Size depth] one per level
   std::uint32_t* stack;      // [Size 7 depth + 8] boxes that wait for their turn: kBundleLanes x level + lane
 
   // The hits

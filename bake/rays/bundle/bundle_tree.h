@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tree that bundles of rays walk: eight children a node, up to eight triangles a leaf. Immutable, shared by
+// The tree that bundles of rays walk: eight children per node, up to eight triangles per leaf. Immutable, shared by
 // threads.
 #pragma once
 
