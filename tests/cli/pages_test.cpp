@@ -173,14 +173,17 @@ TEST_F(Pages, zshReadsItsScript) {
 TEST_F(Pages, fishCompletes) {
   if (!has("fish")) GTEST_SKIP() << "no fish";
   std::string out;
+  std::string script = "pages/completion/fish/relume.fish";
   const auto offers = [&](const std::string& words) {
-    EXPECT_EQ(shell("HOME=. fish -c 'source pages/completion/fish/relume.fish; complete -C \"" + words + "\"'", out),
-              0);
+    EXPECT_EQ(shell("HOME=. fish -c 'source " + script + "; complete -C \"" + words + "\"'", out), 0);
     return out;
   };
   EXPECT_TRUE(offers("relume ba").starts_with("bake\t")) << out;
   EXPECT_TRUE(offers("relume bake --preset d").starts_with("draft")) << out;
   EXPECT_TRUE(offers("relume bake --surf").starts_with("--surfels\t")) << out;
+  script = "pages/completion/fish/relume-view.fish";
+  if (!fs::exists(folder_ / script)) return;
+  EXPECT_TRUE(offers("relume-view --light-unit p").starts_with("photometric\t")) << out;
 }
 
 TEST_F(Pages, manualPagesAreWellFormed) {
