@@ -6,7 +6,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/reference/path_tracer.h"
-#include "formats/pack.h"
+#include "tools/render/seen_surface.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
@@ -46,41 +46,6 @@ ParallelFor parallelFor(Context& context) {
       for (std::size_t i = begin; i < end; ++i) body(static_cast<std::uint32_t>(i));
     });
   };
-}
-
-// A point of the level as the camera sees it.
-struct Seen {
-  SurfacePoint point;
-  glm::vec3 position, normal, planeNormal;  // normals toward the viewer
-  bool back;
-};
-
-Seen seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
-  Seen seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()),
-            geometricNormal(scene, hit.point()), hit.back};
-  if (hit.back) seen.normal = -seen.normal, seen.planeNormal = -seen.planeNormal;
-  return seen;
-}
-
-// Irradiance [W/m²] over links at a point: from the light map where its side of the triangle is on it, else from the
-// grid.
-glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const Seen& seen) {
-  const Lightmap& map = bake.caches.lightmap;
-  // What moves reads the grid, and all does where a bake has a grid alone, and no parts.
-  const Instance& instance = scene.instances[seen.point.instance];
-  const bool onMap = instance.charted() && seen.point.instance < map.parts.size();
-  const LightmapPart part = onMap ? map.parts[seen.point.instance] : LightmapPart{};
-  const Array<std::uint32_t>& corners = seen.back ? map.backCornerUv : map.cornerUv;
-  const std::uint64_t corner = part.firstCorner + 3ull * seen.point.triangle;
-  if (seen.point.triangle < part.triangleCount && corner + 2 < corners.size() && corners[corner] != kGridLit) {
-    // The light map has corners in glTF order; a mirrored instance's points count them the other way round.
-    const bool mirrored = instance.flipped;
-    const glm::vec2 a = unpackUnorm16x2(corners[corner]), b = unpackUnorm16x2(corners[corner + (mirrored ? 2 : 1)]),
-                    c = unpackUnorm16x2(corners[corner + (mirrored ? 1 : 2)]);
-    const glm::vec2 uv = a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;
-    return relighter.irradianceOnLightmap(uv, seen.normal, seen.planeNormal);
-  }
-  return relighter.irradianceInGrid(seen.position, seen.normal);
 }
 
 class CpuRenderer {
@@ -134,11 +99,11 @@ class CpuRenderer {
       return;
     }
     const Scene& scene = tracer_.scene();
-    const Seen seen = seenAt(scene, ray, hit);
+    const SeenSurface seen = seenAt(scene, ray, hit);
     const glm::vec3 albedo = albedoAt(scene, seen.point);
     const glm::vec3 reflected = weight * kInvPi * albedo;
     frame_.albedo[pixel] += weight * albedo;
-    frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.position, seen.normal);
+    frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
     if (relit_.straight)
       frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
@@ -152,11 +117,11 @@ class CpuRenderer {
       const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const Hit hit = tracer_.trace(r);
       if (!hit) continue;
-      const Seen seen = seenAt(tracer_.scene(), r, hit);
+      const SeenSurface seen = seenAt(tracer_.scene(), r, hit);
       const std::size_t pixel = std::size_t{y} * request_.width + x;
       frame_.normal[pixel] = seen.normal;
-      frame_.position[pixel] = seen.position;
-      frame_.depth[pixel] = glm::dot(seen.position - rays_.origin, rays_.forward);
+      frame_.position[pixel] = seen.positionWorld;
+      frame_.depth[pixel] = glm::dot(seen.positionWorld - rays_.origin, rays_.forward);
     }
   }
 
