@@ -69,6 +69,13 @@ glm::vec3 startOf(const Renderer& r, const Vertex& v) {
   return v.position + v.geometric * r.tracer.epsilonAt(v.position);
 }
 
+bool isSkyDark(const Renderer& r) { return r.options.skyMap == nullptr && r.options.skyRadiance == glm::vec3(0.0f); }
+
+// Radiance of the sky from a direction.
+glm::vec3 skyAlong(const Renderer& r, const glm::vec3& direction) {
+  return r.options.skyMap != nullptr ? r.options.skyMap->radiance(direction) : r.options.skyRadiance;
+}
+
 // Irradiance / pi at a vertex by the punctual lights.
 glm::vec3 fromPunctual(const Renderer& r, const Vertex& v) {
   const glm::vec3 origin = startOf(r, v);
@@ -138,12 +145,12 @@ Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
     if (r.context.cancelled()) return light;
     glm::vec3& layer = k == 0 ? light.direct : light.indirect;
     const bool last = k == r.options.maxBounces;
-    if (last && r.emitters == nullptr && r.options.skyRadiance == glm::vec3(0.0f)) return light;
+    if (last && r.emitters == nullptr && isSkyDark(r)) return light;
     const glm::vec3 origin = startOf(r, v), direction = cosineDirection(v.shading, random.uniform2());
     if (glm::dot(direction, v.geometric) <= 0.0f) return light;
     const Hit hit = r.tracer.trace({origin, 0.0f, direction});
     if (!hit) {
-      layer += throughput * r.options.skyRadiance;
+      layer += throughput * skyAlong(r, direction);
       return light;
     }
 
@@ -200,9 +207,10 @@ glm::vec3 divideOut(const glm::vec3& radiance, const glm::vec3& albedo) {
 void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint64_t item, Sums& sums) {
   RandomStream random(r.options.seed, kStage, item);
   const glm::vec2 pixel = glm::vec2(x, y) + random.uniform2();
-  const Hit hit = r.drawn.trace(cameraRay(r, pixel));
+  const Ray ray = cameraRay(r, pixel);
+  const Hit hit = r.drawn.trace(ray);
   if (!hit) {
-    sums.emission += r.options.skyRadiance;
+    sums.emission += skyAlong(r, ray.direction);
     return;
   }
   const Vertex v = vertexAt(r, hit);

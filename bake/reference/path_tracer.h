@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
+#include "bake/scene/sky_map.h"
 #include "relume/bake/context.h"
 #include "relume/result.h"
 
@@ -18,6 +19,7 @@ struct ReferenceOptions {
   std::uint32_t maxBounces = 12;            // [0..1024] reflections before the light arrives
   bool emissive = false;                    // emitting surfaces are on
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  const SkyMap* skyMap = nullptr;           // in place of skyRadiance
   std::uint64_t seed = 1;
 };
 

@@ -280,6 +280,43 @@ TEST_F(RenderCommand, addsTheLightsOfAFile) {
   expectRefused(render({"--aov", "direct", "--lights-file", "nowhere.json"}), 2, {"nowhere.json"});
 }
 
+TEST_F(RenderCommand, aSkyMapLightsWhatASkyOfItsRadianceDoes) {
+  const std::string sky = (folder_ / "sky.exr").string();
+  ChannelImage map{4, 2, {}};
+  const std::vector<glm::vec3> even(8, glm::vec3(1.0f, 2.0f, 3.0f));
+  map.setLayer("", even);
+  ASSERT_TRUE(writeExr(sky, map));
+  const auto drawn = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--bake", bake_, "--lights", "none", "--force"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult r = render(arguments);
+    EXPECT_EQ(r.status, 0) << r.err;
+    const auto picture = readExr(image());
+    return picture ? picture->layer("") : std::vector<glm::vec3>();
+  };
+  const auto constant = drawn({"--sky", "1,2,3"}), mapped = drawn({"--sky-map", sky, "--sky-rotation", "33"});
+  ASSERT_EQ(constant.size(), 32u * 18u);
+  ASSERT_EQ(mapped.size(), constant.size());
+  float brightest = 0.0f;
+  for (std::size_t i = 0; i < constant.size(); ++i) {
+    EXPECT_NEAR(mapped[i].y, constant[i].y, 1e-4f * (1.0f + constant[i].y)) << i;
+    brightest = std::max(brightest, constant[i].y);
+  }
+  EXPECT_GT(brightest, 0.0f);
+
+  // Light from one side: the picture changes with the turn.
+  std::vector<glm::vec3> oneSide(8, glm::vec3(0.0f));
+  oneSide[0] = oneSide[4] = glm::vec3(8.0f);
+  map.setLayer("", oneSide);
+  ASSERT_TRUE(writeExr(sky, map));
+  EXPECT_NE(drawn({"--sky-map", sky}), drawn({"--sky-map", sky, "--sky-rotation", "180"}));
+
+  expectRefused(render({"--bake", bake_, "--sky-map", sky, "--sky", "1,1,1"}), 1, {"--sky", "--sky-map"});
+  expectRefused(render({"--bake", bake_, "--sky-map", sky, "--sky-rotation", "nan"}), 1, {"--sky-rotation", "nan"});
+  expectRefused(render({"--bake", bake_, "--sky-map", kLevel}), 3, {"two_rooms.glb", "neither"});
+  expectRefused(render({"--bake", bake_, "--sky-map", sky, "--force", "-o", sky}), 1, {"--sky-map"});
+}
+
 TEST_F(RenderCommand, knowsOnlyDirectLightWithoutABake) {
   expectRefused(render({"--aov", "indirect"}), 1, {"--bake"});
   EXPECT_EQ(render({"--aov", "direct"}).status, 0);

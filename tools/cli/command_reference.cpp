@@ -82,6 +82,7 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const Referen
   options.height = view.height;
   options.emissive = view.emissive;
   options.skyRadiance = view.skyRadiance;
+  options.skyMap = view.skyMap.get();
   const auto tracerOf = [&](RayGeometry geometry) -> Result<RayTracer> {
     if (Status ok = reserveRays(scene, RayStructure::thorough, context, geometry); !ok) return ok.error();
     return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, geometry);
@@ -126,6 +127,7 @@ int runReference(const ReferenceArguments& arguments) {
   CommandFiles files;
   files.read("the scene", arguments.scene);
   files.read("the file of --lights-file", arguments.view.lightsFile);
+  files.read("the file of --sky-map", arguments.view.skyMap);
   files.write("-o", arguments.output, imageKind(arguments.output));
   files.force = arguments.force;
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());

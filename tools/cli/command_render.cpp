@@ -99,6 +99,7 @@ void setView(const View& view, RenderRequest& request) {
   request.lights = view.lights;
   request.emissive = view.emissive;
   request.skyRadiance = view.skyRadiance;
+  request.skyMap = view.skyMap;
 }
 
 std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
@@ -112,6 +113,7 @@ CommandFiles filesOf(const RenderArguments& arguments, const std::vector<Aov>& a
   files.read("the scene", arguments.scene);
   files.read("the bake", arguments.bake);
   files.read("the file of --lights-file", arguments.view.lightsFile);
+  files.read("the file of --sky-map", arguments.view.skyMap);
   const bool several = aovs.size() > 1 && !arguments.sideBySide;
   for (const Aov aov : aovs) {
     const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several);

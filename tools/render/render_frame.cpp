@@ -2,6 +2,8 @@
 // See render_frame.h.
 #include "tools/render/render_frame.h"
 
+#include "tools/render/read_sky_map.h"
+
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
@@ -105,6 +107,9 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.visibility = visibility;
   setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
   setup.skyRadiance = request.skyRadiance;
+  std::vector<glm::vec3> patches;
+  if (request.skyMap) patches = skyPatchesOf(*request.skyMap, request.bake->hierarchy.skyDirection.span());
+  setup.skyPatches = patches;
 
   // All light, after the frames asked for
   auto all = Relighter::create(*request.bake, options);

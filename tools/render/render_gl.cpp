@@ -198,15 +198,21 @@ class GlRenderer {
 
   // The sky's radiance where nothing is hit.
   void addSky(const Tile& tile) {
-    if (request_.skyRadiance == glm::vec3(0.0f)) return;
+    if (!request_.skyMap && request_.skyRadiance == glm::vec3(0.0f)) return;
     const std::uint32_t samples = request_.samples, width = tile.width * samples, height = tile.height * samples;
     targets_.read(0, width, height, pixels_);
-    const float weight = 1.0f / static_cast<float>(samples * samples);
+    const float step = 1.0f / static_cast<float>(samples), weight = step * step;
+    const CameraRays rays(request_.camera, request_.width, request_.height);
     for (std::uint32_t y = 0; y < height; ++y) {
-      const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
+      const std::uint32_t fromTop = height - 1 - y;
+      const std::size_t row = std::size_t{tile.y + fromTop / samples} * request_.width + tile.x;
       for (std::uint32_t x = 0; x < width; ++x) {
-        frame_.emission[row + x / samples] +=
-            weight * (1.0f - pixels_[std::size_t{y} * width + x].w) * request_.skyRadiance;
+        const float seen = 1.0f - pixels_[std::size_t{y} * width + x].w;
+        if (seen == 0.0f) continue;
+        glm::vec3 origin, direction;
+        rays.at(static_cast<float>(tile.x) + (static_cast<float>(x) + 0.5f) * step,
+                static_cast<float>(tile.y) + (static_cast<float>(fromTop) + 0.5f) * step, origin, direction);
+        frame_.emission[row + x / samples] += weight * seen * request_.sky(direction);
       }
     }
   }

@@ -2,12 +2,14 @@
 // See view_options.h.
 #include "tools/render/view_options.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/base/printed.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
 #include "tools/base/parse_numbers.h"
 #include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"
+#include "tools/render/read_sky_map.h"
 
 #include <CLI/CLI.hpp>
 
@@ -15,7 +17,9 @@
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -155,6 +159,15 @@ void addViewOptions(CLI::App& command, ViewOptions& options) {
                   "--light-unit says")
       ->type_name("FILE");
   command.add_option("--sky", options.sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")->capture_default_str();
+  command
+      .add_option("--sky-map", options.skyMap,
+                  "radiance of the sky by direction: an equirectangular OpenEXR or Radiance HDR file [W/m^2/sr], its "
+                  "middle toward -Z; a sun in it is better a directional light")
+      ->type_name("FILE");
+  command
+      .add_option("--sky-rotation", options.skyRotation,
+                  "turn the sky map about +Y, counter-clockwise seen from above [degrees], -360..360")
+      ->capture_default_str();
   command.add_option("--size", options.size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
 }
 
@@ -165,6 +178,11 @@ Result<View> readView(const ViewOptions& options) {
   if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMaxRadiance))
     return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
   view.skyRadiance = *sky;
+  if (!options.skyMap.empty() && view.skyRadiance != glm::vec3(0.0f))
+    return usage("--sky and --sky-map: one of them expected, both found");
+  const std::optional<float> rotation = finiteNumber(options.skyRotation);
+  if (!rotation || std::abs(*rotation) > 360.0f)
+    return usage("--sky-rotation: degrees of -360 to 360 expected, \"" + options.skyRotation + "\" found");
   return view;
 }
 
@@ -173,6 +191,14 @@ Status completeView(const ViewOptions& options, const Scene& scene, Context& con
   if (!camera) return camera.error();
   view.camera = *camera;
   if (Status ok = chooseLights(options.lights, scene, view); !ok) return ok;
+  if (!options.skyMap.empty()) {
+    auto map = readSkyMap(options.skyMap, [&context](double bytes, const std::string& what) {
+      return reserveMemory(context, "sky map", bytes, what, "use a smaller one");
+    });
+    if (!map) return map.error();
+    map->rotationDeg = *finiteNumber(options.skyRotation);
+    view.skyMap = std::make_shared<const SkyMap>(std::move(*map));
+  }
   if (options.lightsFile.empty()) return done();
   const auto more = readLightsFile(options.lightsFile);
   if (!more) return more.error();

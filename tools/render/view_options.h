@@ -2,11 +2,13 @@
 // What `render` and `reference` draw: camera, size, lights and sky, the same options in both.
 #pragma once
 
+#include "bake/scene/sky_map.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,7 +20,7 @@ namespace relume {
 
 // As on the command line.
 struct ViewOptions {
-  std::string camera, eye, target, fov, size = "320x180", sky = "0,0,0", lightsFile;
+  std::string camera, eye, target, fov, size = "320x180", sky = "0,0,0", skyMap, skyRotation = "0", lightsFile;
   std::vector<std::string> lights{"all"};
 };
 
@@ -28,6 +30,7 @@ struct View {
   std::vector<SceneLight> lights;           // punctual lights that are on
   bool emissive = false;                    // emitting surfaces are on
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  std::shared_ptr<const SkyMap> skyMap;     // in place of skyRadiance; null = none
 };
 
 void addViewOptions(CLI::App& command, ViewOptions& options);
@@ -35,9 +38,9 @@ void addViewOptions(CLI::App& command, ViewOptions& options);
 // Everything that can be known without the scene: size and sky. usage: the option that cannot be read.
 Result<View> readView(const ViewOptions& options);
 
-// Camera and lights of the scene. Where there is no camera, neither there nor in the options, the level is framed, and
-// a message says how to ask for the same view. usage: a name that the scene does not know, with those it knows; errors
-// of readLightsFile().
+// Camera, lights of the scene and sky map. Where there is no camera, neither there nor in the options, the level is
+// framed, and a message says how to ask for the same view. usage: a name that the scene does not know, with those it
+// knows; errors of readLightsFile() and readSkyMap().
 Status completeView(const ViewOptions& options, const Scene& scene, Context& context, View& view);
 
 // A camera at `eye` that looks at `target`, upright. They must differ.

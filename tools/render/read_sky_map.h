@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Sky maps from files, and the light of a bake's sky patches by them.
+#pragma once
+
+#include "bake/scene/sky_map.h"
+#include "relume/result.h"
+#include "tools/images/image_io.h"
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// An equirectangular OpenEXR (channels R, G, B) or Radiance HDR file, whichever its first bytes say, in W/m²/sr.
+// io: not readable; invalidFile: neither, broken, or a texel that is not within 0..1e9, by its place; errors of `fits`.
+Result<SkyMap> readSkyMap(const std::filesystem::path& path, const MemoryCheck& fits = {});
+
+// Mean radiance of each sky patch (LightSetup::skyPatches). [Size skyDirection]
+std::vector<glm::vec3> skyPatchesOf(const SkyMap& map, std::span<const glm::vec3> skyDirection);
+
+}  // namespace relume
