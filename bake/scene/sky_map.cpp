@@ -47,8 +47,8 @@ glm::vec3 SkyMap::radiance(const glm::vec3& direction) const {
                   glm::mix(texel(x.first, y.second), texel(x.second, y.second), x.share), y.share);
 }
 
-SkyMap reducedSky(const SkyMap& map, std::uint32_t mostWidth) {
-  const std::uint32_t factor = (map.width + mostWidth - 1) / mostWidth;
+SkyMap reducedSky(const SkyMap& map, std::uint32_t maxWidth) {
+  const std::uint32_t factor = (map.width + maxWidth - 1) / maxWidth;
   if (factor <= 1) return map;
   SkyMap small{(map.width + factor - 1) / factor, (map.height + factor - 1) / factor, {}, map.rotationDeg};
   small.texels.resize(std::size_t{small.width} * small.height);

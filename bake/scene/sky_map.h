@@ -20,7 +20,7 @@ struct SkyMap {
 };
 
 // Box filter down to at most so many columns, by whole factors; as it is where it has no more.
-SkyMap reducedSky(const SkyMap& map, std::uint32_t mostWidth);
+SkyMap reducedSky(const SkyMap& map, std::uint32_t maxWidth);
 
 // The map as it would be with rotationDeg 0: `width` columns, half as many rows.
 SkyMap unrotatedSky(const SkyMap& map, std::uint32_t width);

@@ -166,15 +166,15 @@ double percent(double meanSquare, double mean) { return 100.0 * std::sqrt(std::m
 
 void printTable(const char* title, const std::vector<const Pixel*>& pixels,
                 const std::function<std::string(const Pixel&)>& classOf) {
-  constexpr std::size_t kMostRows = 12;
+  constexpr std::size_t kMaxRows = 12;
   std::map<std::string, Sums> classes;
   Sums all;
   for (const Pixel* p : pixels) classes[classOf(*p)].add(*p), all.add(*p);
   const double mean = all.truth / all.channels;
   std::vector<std::pair<std::string, Sums>> rows(classes.begin(), classes.end());
-  if (rows.size() > kMostRows) {
+  if (rows.size() > kMaxRows) {
     std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.second.square > b.second.square; });
-    rows.resize(kMostRows);
+    rows.resize(kMaxRows);
   }
   rows.emplace_back("all", all);
   std::printf(

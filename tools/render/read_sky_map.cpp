@@ -31,9 +31,9 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kMostBytes = 0x7FFFFFFF;  // stb_image counts them in an int
+constexpr std::size_t kMaxBytes = 0x7FFFFFFF;  // stb_image counts them in an int
 // A run of 127 equal texels takes two bytes in each of four channels.
-constexpr std::uint64_t kMostTexelsPerByte = 16;
+constexpr std::uint64_t kMaxTexelsPerByte = 16;
 
 // Columns from which sky patches are made: finer than 4096 patches by far.
 constexpr std::uint32_t kPatchColumns = 512;
@@ -69,7 +69,7 @@ constexpr stbi_io_callbacks kSourceCallbacks = {
     }};
 
 Result<SkyMap> readHdr(const std::filesystem::path& path, const MemoryCheck& fits) {
-  const auto file = readFile(path, kMostBytes);
+  const auto file = readFile(path, kMaxBytes);
   if (!file) return file.error();
   const auto* bytes = reinterpret_cast<const stbi_uc*>(file->bytes.data());
   const auto size = static_cast<int>(file->bytes.size());
@@ -77,7 +77,7 @@ Result<SkyMap> readHdr(const std::filesystem::path& path, const MemoryCheck& fit
   if (stbi_info_from_memory(bytes, size, &width, &height, &channels) == 0 || width < 1 || height < 1)
     return invalid(path, "neither an OpenEXR nor a Radiance HDR file of up to 16384 x 16384 texels");
   const std::uint64_t texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-  if (texels > kMostTexelsPerByte * file->bytes.size())
+  if (texels > kMaxTexelsPerByte * file->bytes.size())
     return invalid(path, "claims " + std::to_string(width) + " x " + std::to_string(height) +
                              " texels, more than its " + std::to_string(file->bytes.size()) + " bytes can hold");
   if (fits) {
@@ -110,7 +110,7 @@ const char* faultOf(const glm::vec3& texel) {
   for (int c = 0; c < 3; ++c) {
     if (std::isnan(texel[c])) return "NaN";
     if (texel[c] < 0.0f) return "negative";
-    if (texel[c] > kMostRadiance) return "over 1e9";
+    if (texel[c] > kMaxRadiance) return "over 1e9";
   }
   return nullptr;
 }
