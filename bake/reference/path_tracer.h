@@ -19,8 +19,8 @@ struct ReferenceOptions {
   std::uint32_t maxBounces = 12;            // [0..1024] reflections before the light arrives
   bool emissive = false;                    // emitting surfaces are on
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
-  const SkyMap* skyMap = nullptr;           // in place of skyRadiance
   std::uint64_t seed = 1;
+  const SkyMap* skyMap = nullptr;  // in place of skyRadiance; null = none
 };
 
 // Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:
