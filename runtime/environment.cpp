@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sky maps and convergence: see relighter.h.
+#include "formats/equirectangular.h"
 #include "relume/relighter.h"
 
 #include <glm/common.hpp>
@@ -29,10 +30,9 @@ std::uint32_t nearestPatch(std::span<const glm::vec3> centre, const glm::vec3& d
 
 // The texel a direction falls into.
 std::size_t texelAt(const glm::vec3& d, std::uint32_t width, std::uint32_t height) {
-  const double u = 0.5 + std::atan2(static_cast<double>(d.x), -static_cast<double>(d.z)) / (2 * kPi);
-  const double v = std::acos(std::clamp(static_cast<double>(d.y), -1.0, 1.0)) / kPi;
-  const auto column = std::min(static_cast<std::uint32_t>(std::max(u * width, 0.0)), width - 1);
-  const auto row = std::min(static_cast<std::uint32_t>(v * height), height - 1);
+  const glm::dvec2 place = toEquirectangular(d);
+  const auto column = std::min(static_cast<std::uint32_t>(std::max(place.x * width, 0.0)), width - 1);
+  const auto row = std::min(static_cast<std::uint32_t>(place.y * height), height - 1);
   return std::size_t{row} * width + column;
 }
 
@@ -46,11 +46,9 @@ std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirectio
   for (std::uint32_t row = 0; row < height; ++row) {
     // A row's texels cover equal solid angles: the difference of the cosines of its borders.
     const double solidAngle = std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height);
-    const double polar = kPi * (row + 0.5) / height;
     for (std::uint32_t column = 0; column < width; ++column) {
-      const double azimuth = 2 * kPi * ((column + 0.5) / width - 0.5);
-      const glm::vec3 d(std::sin(polar) * std::sin(azimuth), std::cos(polar), -std::sin(polar) * std::cos(azimuth));
-      const std::uint32_t patch = nearestPatch(skyDirection, d);
+      const glm::dvec2 place((column + 0.5) / width, (row + 0.5) / height);
+      const std::uint32_t patch = nearestPatch(skyDirection, fromEquirectangular(place));
       sum[patch] += solidAngle * glm::dvec3(texels[std::size_t{row} * width + column]);
       weight[patch] += solidAngle;
     }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <memory>
 
@@ -31,10 +32,9 @@ void* noted(void* memory, std::size_t bytes) {
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
-#define STBI_NO_HDR
-#define STBI_NO_LINEAR
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_PNG
+#define STBI_ONLY_HDR
 #define STBI_MAX_DIMENSIONS 16384
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
@@ -54,10 +54,16 @@ namespace {
 // least one bit.
 constexpr std::uint64_t kMaxPixelsPerByte = 8 * 1032;
 constexpr std::uint64_t kMaxJpegPixelsPerByte = 512;
-constexpr int kMaxJpegScans = 128;  // a progressive file decodes every scan over the whole image
+constexpr std::uint64_t kMaxHdrPixelsPerByte = 16;  // runs of 127 texels take two bytes in each of four channels
+constexpr int kMaxJpegScans = 128;                  // a progressive file decodes every scan over the whole image
 
 std::string sized(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
+}
+
+bool isPng(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 4> kMagic = {0x89, 'P', 'N', 'G'};
+  return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
 }
 
 bool isJpeg(std::span<const std::uint8_t> bytes) { return !bytes.empty() && bytes[0] == 0xFF; }
@@ -126,6 +132,32 @@ Error decodingError(const std::string& where, const std::string& what) {
   const char* reason = stbi_failure_reason();
   return {ErrorCode::invalidFile, where + ": " + what + (reason != nullptr ? std::string(" (") + reason + ")" : "")};
 }
+
+// stb_image takes what lies behind the end of an HDR file for zeros: note that it asked.
+struct Source {
+  std::span<const std::uint8_t> bytes;
+  std::size_t at = 0;
+  bool ranOut = false;
+};
+
+constexpr stbi_io_callbacks kSourceCallbacks = {
+    [](void* user, char* data, int size) {
+      Source& s = *static_cast<Source*>(user);
+      const std::size_t count = std::min(static_cast<std::size_t>(size), s.bytes.size() - s.at);
+      if (count == 0) s.ranOut = true;
+      std::memcpy(data, s.bytes.data() + s.at, count);
+      s.at += count;
+      return static_cast<int>(count);
+    },
+    [](void* user, int count) {
+      Source& s = *static_cast<Source*>(user);
+      s.at = static_cast<std::size_t>(std::clamp<std::int64_t>(static_cast<std::int64_t>(s.at) + count, 0,
+                                                               static_cast<std::int64_t>(s.bytes.size())));
+    },
+    [](void* user) {
+      const Source& s = *static_cast<Source*>(user);
+      return s.at == s.bytes.size() ? 1 : 0;
+    }};
 
 // Share of each source texel in one destination texel along an axis; at most three where a size is odd.
 struct BoxTaps {
@@ -217,9 +249,7 @@ Image::Level halve(const Image::Level& source, bool weighByAlpha) {
 }  // namespace
 
 Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fileBytes, const std::string& where) {
-  constexpr std::array<std::uint8_t, 4> kPng = {0x89, 'P', 'N', 'G'};
-  const bool png = beginning.size() >= kPng.size() && std::equal(kPng.begin(), kPng.end(), beginning.begin());
-  if (!png && !isJpeg(beginning))
+  if (!isPng(beginning) && !isJpeg(beginning))
     return Error{ErrorCode::invalidFile, where + ": not a PNG or JPEG image, or an empty file"};
   if (fileBytes > kMaxImageBytes)
     return Error{ErrorCode::invalidFile, where + ": an image of " + std::to_string(fileBytes) + " bytes, at most " +
@@ -237,7 +267,8 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
     return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
   int width = 0, height = 0, channels = 0;
   resetReason();
-  if (bytes.empty() || !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels))
+  if ((!isPng(bytes) && !isJpeg(bytes)) ||
+      !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels))
     return decodingError(where, "not a PNG or JPEG image that can be read");
   const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
   const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * size.height;
@@ -275,6 +306,38 @@ Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string
                       wanted != 0 ? wanted : stored);
   image.levels.push_back(std::move(level));
   return image;
+}
+
+Result<ImageSize> peekHdr(std::span<const std::uint8_t> bytes, const std::string& where) {
+  int width = 0, height = 0, channels = 0;
+  resetReason();
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    return Error{ErrorCode::invalidFile, where + ": more than 2 GiB of image data"};
+  const int count = static_cast<int>(bytes.size());
+  if (!stbi_is_hdr_from_memory(bytes.data(), count) ||
+      !stbi_info_from_memory(bytes.data(), count, &width, &height, &channels) || width < 1 || height < 1)
+    return decodingError(where, "not a Radiance HDR image of up to 16384 x 16384 texels");
+  const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  if (static_cast<std::uint64_t>(size.width) * size.height > kMaxHdrPixelsPerByte * bytes.size()) {
+    return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
+                                             std::to_string(bytes.size()) + " bytes"};
+  }
+  return size;
+}
+
+Result<std::vector<glm::vec3>> decodeHdr(std::span<const std::uint8_t> bytes, const std::string& where) {
+  const Result<ImageSize> size = peekHdr(bytes, where);
+  if (!size) return size.error();
+  Source source{bytes};
+  int width = 0, height = 0, channels = 0;
+  resetReason();
+  const std::unique_ptr<float, void (*)(void*)> decoded(
+      stbi_loadf_from_callbacks(&kSourceCallbacks, &source, &width, &height, &channels, 3), stbi_image_free);
+  if (!decoded) return decodingError(where, "broken image");
+  if (source.ranOut) return Error{ErrorCode::invalidFile, where + ": ends before its last texel"};
+  std::vector<glm::vec3> texels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  std::memcpy(texels.data(), decoded.get(), texels.size() * sizeof(glm::vec3));
+  return texels;
 }
 
 void buildMipLevels(Image& image, bool weighByAlpha) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace relume {
 
@@ -33,6 +34,11 @@ std::uint64_t maxPixels(std::uint64_t bytes);
 
 // Level 0 only. invalidFile: as peekImage, or broken.
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where);
+
+// The same of Radiance HDR images, which no level has: their size from the header alone, and their texels, row 0 on
+// top. invalidFile: no such image, one that claims more than it can hold, broken, or cut off.
+Result<ImageSize> peekHdr(std::span<const std::uint8_t> bytes, const std::string& where);
+Result<std::vector<glm::vec3>> decodeHdr(std::span<const std::uint8_t> bytes, const std::string& where);
 
 // Append levels down to 1 x 1 by box filter in linear light. weighByAlpha: colours count by their alpha, so that what
 // an alpha mask cuts away does not tint what stays.

@@ -69,13 +69,6 @@ glm::vec3 startOf(const Renderer& r, const Vertex& v) {
   return v.position + v.geometric * r.tracer.epsilonAt(v.position);
 }
 
-bool isSkyDark(const Renderer& r) { return r.options.skyMap == nullptr && r.options.skyRadiance == glm::vec3(0.0f); }
-
-// Radiance of the sky from a direction.
-glm::vec3 skyAlong(const Renderer& r, const glm::vec3& direction) {
-  return r.options.skyMap != nullptr ? r.options.skyMap->radiance(direction) : r.options.skyRadiance;
-}
-
 // Irradiance / pi at a vertex by the punctual lights.
 glm::vec3 fromPunctual(const Renderer& r, const Vertex& v) {
   const glm::vec3 origin = startOf(r, v);
@@ -145,12 +138,12 @@ Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
     if (r.context.cancelled()) return light;
     glm::vec3& layer = k == 0 ? light.direct : light.indirect;
     const bool last = k == r.options.maxBounces;
-    if (last && r.emitters == nullptr && isSkyDark(r)) return light;
+    if (last && r.emitters == nullptr && r.options.sky.isDark()) return light;
     const glm::vec3 origin = startOf(r, v), direction = cosineDirection(v.shading, random.uniform2());
     if (glm::dot(direction, v.geometric) <= 0.0f) return light;
     const Hit hit = r.tracer.trace({origin, 0.0f, direction});
     if (!hit) {
-      layer += throughput * skyAlong(r, direction);
+      layer += throughput * r.options.sky.along(direction);
       return light;
     }
 
@@ -210,7 +203,7 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
   const Ray ray = cameraRay(r, pixel);
   const Hit hit = r.drawn.trace(ray);
   if (!hit) {
-    sums.emission += skyAlong(r, ray.direction);
+    sums.emission += r.options.sky.along(ray.direction);
     return;
   }
   const Vertex v = vertexAt(r, hit);

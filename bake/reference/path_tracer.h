@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
-#include "bake/scene/sky_map.h"
+#include "bake/scene/sky.h"
 #include "relume/bake/context.h"
 #include "relume/result.h"
 
@@ -18,9 +18,8 @@ struct ReferenceOptions {
   std::uint32_t samplesPerPixel = 256;      // [1..1e6]
   std::uint32_t maxBounces = 12;            // [0..1024] reflections before the light arrives
   bool emissive = false;                    // emitting surfaces are on
-  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
+  Sky sky;
   std::uint64_t seed = 1;
-  const SkyMap* skyMap = nullptr;  // in place of skyRadiance; null = none
 };
 
 // Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:

@@ -145,7 +145,7 @@ TEST(ExportLevelInOpenGl, aGamesPixelsAreThoseOfRender) {
   RenderRequest request;
   request.bake = &e.bake;
   request.emissive = true;
-  request.skyRadiance = {1.0f, 1.3f, 2.0f};
+  request.sky.radiance = {1.0f, 1.3f, 2.0f};
   request.width = 160;
   request.height = 90;
   request.samples = 1;

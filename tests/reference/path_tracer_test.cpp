@@ -58,7 +58,7 @@ SceneLight lightAbove(LightKind kind) {
   return light;
 }
 
-const ReferenceOptions kSmall{24, 16, 4, 4, false, glm::vec3(0.0f), 1};
+const ReferenceOptions kSmall{24, 16, 4, 4, false, {}, 1};
 
 TEST(Reference, pointLightOverAPlaneGivesICosOverDSquared) {
   const Scene scene = floorScene();
@@ -122,7 +122,7 @@ TEST(Reference, anOccluderGivesZero) {
 
 TEST(Reference, constantSkyLightsAnOpenPlaneByItsRadiance) {
   ReferenceOptions options = kSmall;
-  options.skyRadiance = {0.5f, 1.0f, 2.0f};
+  options.sky.radiance = {0.5f, 1.0f, 2.0f};
   const auto image = render(floorScene(), lookAt({0, 3, 0.1f}, {0, 0, 0}), {}, options);
   for (const glm::vec3& e : image.direct) {
     EXPECT_NEAR(e.x, 0.5f, 1e-5f);
@@ -211,7 +211,7 @@ TEST(Reference, halvesEstimateTheNoise) {
 TEST(Reference, sameImageAtAnyThreadCountAnotherForAnotherSeed) {
   const Scene scene = floorScene();
   ReferenceOptions options = kSmall;
-  options.skyRadiance = glm::vec3(1.0f);
+  options.sky.radiance = glm::vec3(1.0f);
   const Camera camera = lookAt({0, 3, 3}, {0, 0, 0});
   const std::vector<SceneLight> lights{lightAbove(LightKind::point)};
   const auto one = render(scene, camera, lights, options, 1), many = render(scene, camera, lights, options, 4);
@@ -236,7 +236,7 @@ TEST(Reference, dynamicInstancesAreSolidOrReceiversOnly) {
   options.samplesPerPixel = 16;
 
   // Sky: a solid plate keeps nearly all of it from the floor below; as a receiver it keeps nothing.
-  options.skyRadiance = glm::vec3(1.0f);
+  options.sky.radiance = glm::vec3(1.0f);
   const auto skyOf = [&](const RayTracer& tracer, const RayTracer* seen) {
     const auto image = renderReference(tracer, below, {}, options, context, seen);
     EXPECT_TRUE(image);
@@ -245,7 +245,7 @@ TEST(Reference, dynamicInstancesAreSolidOrReceiversOnly) {
   EXPECT_LT(skyOf(*drawn, nullptr), 0.2);
   EXPECT_NEAR(skyOf(fixed, &*drawn), 1.0, 1e-5);
   // It is seen and lit itself, and casts the lamp's shadow.
-  options.skyRadiance = glm::vec3(0.0f);
+  options.sky.radiance = glm::vec3(0.0f);
   const std::vector<SceneLight> lamp{lightAbove(LightKind::point)};
   const auto seen = renderReference(fixed, above, lamp, options, context, &*drawn);
   ASSERT_TRUE(seen);
@@ -277,7 +277,7 @@ TEST(Reference, optionsOutOfRangeAreRefused) {
 TEST(Reference, aCancelIsHeardWithinAPixel) {
   const Scene scene = floorScene();
   const RayTracer tracer = tracerOf(scene);
-  const ReferenceOptions options{8, 4, 1000000, 12, false, glm::vec3(0.0f), 1};
+  const ReferenceOptions options{8, 4, 1000000, 12, false, {}, 1};
   const std::vector<SceneLight> lights(50, lightAbove(LightKind::point));
   const double after = processorSecondsAfterCancel(0.2, [&](Context& context) {
     const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), lights, options, context);

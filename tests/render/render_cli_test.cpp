@@ -317,6 +317,17 @@ TEST_F(RenderCommand, aSkyMapLightsWhatASkyOfItsRadianceDoes) {
   expectRefused(render({"--bake", bake_, "--sky-map", sky, "--force", "-o", sky}), 1, {"--sky-map"});
 }
 
+TEST_F(RenderCommand, saysThatABakeSeesNoSky) {
+  const std::string blind = (folder_ / "blind.relume").string();
+  const ProgramResult baked = runProgram({"bake", kLevel, "-o", blind, "--preset", "draft", "--surfels", "2000",
+                                          "--sky-patches", "0", "--progress", "none"},
+                                         folder_);
+  ASSERT_EQ(baked.status, 0) << baked.err;
+  EXPECT_NE(render({"--bake", blind, "--sky", "1,1,1", "--force"}).err.find("--sky-patches"), std::string::npos);
+  EXPECT_EQ(render({"--bake", blind, "--force"}).err.find("--sky-patches"), std::string::npos);
+  EXPECT_EQ(render({"--bake", bake_, "--sky", "1,1,1", "--force"}).err.find("--sky-patches"), std::string::npos);
+}
+
 TEST_F(RenderCommand, knowsOnlyDirectLightWithoutABake) {
   expectRefused(render({"--aov", "indirect"}), 1, {"--bake"});
   EXPECT_EQ(render({"--aov", "direct"}).status, 0);

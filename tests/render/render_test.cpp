@@ -54,7 +54,7 @@ RenderRequest request(const Scene& scene, const Bake* made, const std::string& c
   r.camera = camera(scene, cameraName);
   r.lights = scene.lights;
   r.emissive = true;
-  r.skyRadiance = {0.5f, 0.7f, 1.0f};
+  r.sky.radiance = {0.5f, 0.7f, 1.0f};
   r.width = 128;
   r.height = 72;
   r.samples = 2;
@@ -218,7 +218,7 @@ TEST(RenderCpu, emittersAloneHaveNothingBouncedInTheFirstFrame) {
 TEST(RenderCpu, everyBounceAddsLessLightThanTheOneBefore) {
   RenderRequest r = request(level(), &levelBake(), "cam_living");
   r.emissive = false;
-  r.skyRadiance = glm::vec3(0.0f);
+  r.sky.radiance = glm::vec3(0.0f);
   double before = 0.0, gain = 0.0;
   for (const int bounces : {1, 2, 3, 4}) {
     r.bounces = bounces;

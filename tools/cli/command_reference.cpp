@@ -14,6 +14,7 @@
 #include "tools/cli/terminal.h"
 #include "tools/images/image_io.h"
 #include "tools/render/exposure.h"
+#include "tools/render/reference_layers.h"
 #include "tools/render/view_options.h"
 
 #include <CLI/CLI.hpp>
@@ -45,29 +46,6 @@ bool isPng(const ReferenceArguments& arguments) {
   return std::filesystem::path(arguments.output).extension() == ".png";
 }
 
-// Radiance toward the camera.
-std::vector<glm::vec3> radianceOf(const ReferenceImage& image) {
-  std::vector<glm::vec3> radiance(image.albedo.size());
-  for (std::size_t i = 0; i < radiance.size(); ++i)
-    radiance[i] = (image.direct[i] + image.indirect[i]) * image.albedo[i] + image.emission[i];
-  return radiance;
-}
-
-ChannelImage toChannels(const ReferenceImage& image) {
-  ChannelImage file{image.width, image.height, {}};
-  file.setLayer("", radianceOf(image));
-  file.setLayer("DiffInd", image.indirect);
-  file.setLayer("DiffDir", image.direct);
-  file.setLayer("DiffIndErr", image.indirectError);
-  file.setLayer("DiffDirErr", image.directError);
-  file.setLayer("DiffCol", image.albedo);
-  file.setLayer("Emit", image.emission);
-  file.setLayer("Position", image.position, "XYZ");
-  file.setLayer("Normal", image.normal, "XYZ");
-  file.channels["Depth.Z"] = image.depth;
-  return file;
-}
-
 // Layers as they are traced, and once more as channels on their way to the file.
 Status reserveImage(const View& view, Context& context) {
   constexpr double kPixelBytes = 2 * (8 * 12 + 4) + 4;
@@ -81,8 +59,7 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const Referen
   options.width = view.width;
   options.height = view.height;
   options.emissive = view.emissive;
-  options.skyRadiance = view.skyRadiance;
-  options.skyMap = view.skyMap.get();
+  options.sky = view.sky;
   const auto tracerOf = [&](RayGeometry geometry) -> Result<RayTracer> {
     if (Status ok = reserveRays(scene, RayStructure::thorough, context, geometry); !ok) return ok.error();
     return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, geometry);

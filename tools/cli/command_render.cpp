@@ -98,8 +98,7 @@ void setView(const View& view, RenderRequest& request) {
   request.height = view.height;
   request.lights = view.lights;
   request.emissive = view.emissive;
-  request.skyRadiance = view.skyRadiance;
-  request.skyMap = view.skyMap;
+  request.sky = view.sky;
 }
 
 std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
@@ -280,6 +279,10 @@ int runRender(const RenderArguments& arguments) {
     if (!loaded) return fail(loaded.error());
     bake.emplace(std::move(*loaded));
     request.bake = &*bake;
+    if (!request.sky.isDark() && bake->hierarchy.skyDirection.empty())
+      context.message(Severity::warning, arguments.bake +
+                                             ": has no patches of sky, so the sky lights nothing here; bake "
+                                             "with --sky-patches 64");
   }
 
   // 3. Draw and write

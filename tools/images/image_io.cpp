@@ -30,6 +30,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <new>
@@ -131,6 +132,11 @@ std::vector<glm::vec3> ChannelImage::layer(const std::string& name, const char* 
     for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i][c] = found->second[i];
   }
   return pixels;
+}
+
+bool isExr(std::span<const std::byte> beginning) {
+  constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2F, 0x31, 0x01};
+  return beginning.size() >= kMagic.size() && std::memcmp(beginning.data(), kMagic.data(), kMagic.size()) == 0;
 }
 
 Result<ChannelImage> readExr(const std::filesystem::path& path, const MemoryCheck& fits) {

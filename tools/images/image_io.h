@@ -30,6 +30,9 @@ struct ChannelImage {
 // Asked before so many bytes are allocated for something; its error ends the reading. Empty = there is memory enough.
 using MemoryCheck = std::function<Status(double bytes, const std::string& what)>;
 
+// Whether a file with this beginning is an OpenEXR.
+bool isExr(std::span<const std::byte> beginning);
+
 // Read a single-part scan-line or tiled OpenEXR; half channels are widened to float. io: not readable;
 // invalidFile: not an OpenEXR, broken, larger than 16384 x 16384 pixels or 1024 channels, or of more pixels than a file
 // of its size can hold; errors of `fits`.

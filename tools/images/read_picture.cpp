@@ -16,7 +16,6 @@
 namespace relume {
 namespace {
 
-constexpr std::array<unsigned char, 4> kExrMagic{0x76, 0x2F, 0x31, 0x01};
 constexpr std::array<unsigned char, 4> kPngMagic{0x89, 'P', 'N', 'G'};
 
 Error invalid(const std::string& path, const std::string& what) {
@@ -105,7 +104,8 @@ Result<PictureFile> readPicture(const std::string& path, const std::string& laye
   std::ifstream in(path, std::ios::binary);
   if (!in) return Error{ErrorCode::io, "cannot read \"" + path + "\""};
   in.read(reinterpret_cast<char*>(magic.data()), magic.size());
-  if (in.gcount() == magic.size() && magic == kExrMagic) return readExrPicture(path, layers, fits);
+  if (isExr(std::as_bytes(std::span(magic).first(static_cast<std::size_t>(in.gcount())))))
+    return readExrPicture(path, layers, fits);
   if (in.gcount() == magic.size() && magic == kPngMagic) return readPngPicture(path, fits);
   return invalid(path, "is neither an OpenEXR nor a PNG image");
 }

@@ -2,7 +2,7 @@
 // Sky maps from files, and the light of a bake's sky patches by them.
 #pragma once
 
-#include "bake/scene/sky_map.h"
+#include "bake/scene/sky.h"
 #include "relume/result.h"
 #include "tools/images/image_io.h"
 
@@ -16,7 +16,7 @@ namespace relume {
 // io: not readable; invalidFile: neither, broken, or a texel that is not within 0..1e9, by its place; errors of `fits`.
 Result<SkyMap> readSkyMap(const std::filesystem::path& path, const MemoryCheck& fits = {});
 
-// Mean radiance of each sky patch (LightSetup::skyPatches). [Size skyDirection]
-std::vector<glm::vec3> skyPatchesOf(const SkyMap& map, std::span<const glm::vec3> skyDirection);
+// Mean radiance of each sky patch under a sky that has a map (LightSetup::skyPatches). [Size skyDirection]
+std::vector<glm::vec3> skyPatchesOf(const Sky& sky, std::span<const glm::vec3> skyDirection);
 
 }  // namespace relume

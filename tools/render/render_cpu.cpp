@@ -95,7 +95,7 @@ class CpuRenderer {
   void addSample(std::size_t pixel, const Ray& ray, const Hit& hit) const {
     const float weight = 1.0f / static_cast<float>(request_.samples * request_.samples);
     if (!hit) {
-      frame_.emission[pixel] += weight * request_.sky(ray.direction);
+      frame_.emission[pixel] += weight * request_.sky.along(ray.direction);
       return;
     }
     const Scene& scene = tracer_.scene();

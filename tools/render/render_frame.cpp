@@ -106,9 +106,9 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.lights = lights;
   setup.visibility = visibility;
   setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
-  setup.skyRadiance = request.skyRadiance;
+  setup.skyRadiance = request.sky.radiance;
   std::vector<glm::vec3> patches;
-  if (request.skyMap) patches = skyPatchesOf(*request.skyMap, request.bake->hierarchy.skyDirection.span());
+  if (request.sky.map) patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
   setup.skyPatches = patches;
 
   // All light, after the frames asked for

@@ -3,7 +3,7 @@
 // images that are made of them.
 #pragma once
 
-#include "bake/scene/sky_map.h"
+#include "bake/scene/sky.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
@@ -12,7 +12,6 @@
 #include "runtime/shared/bands.h"
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -42,10 +41,9 @@ bool needsBake(Aov aov);
 struct RenderRequest {
   const Bake* bake = nullptr;  // null: no light over links
   Camera camera;
-  std::vector<SceneLight> lights;           // the punctual lights that are on
-  bool emissive = false;                    // emitting surfaces are on
-  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
-  std::shared_ptr<const SkyMap> skyMap;     // in place of skyRadiance; null = none
+  std::vector<SceneLight> lights;  // the punctual lights that are on
+  bool emissive = false;           // emitting surfaces are on
+  Sky sky;
   int bounces = 0;                          // [0..] frames from reset: light reflected so many times; 0 = converged
   std::uint32_t width = 320, height = 180;  // [1..16384]
   std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
@@ -53,9 +51,6 @@ struct RenderRequest {
   Bands bands;                              // as RelightOptions
   bool straight = false;                    // bounced or unbounced is wanted
   bool centres = false;                     // normal, position or depth is wanted
-
-  // Radiance of the sky from a direction.
-  glm::vec3 sky(const glm::vec3& direction) const { return skyMap ? skyMap->radiance(direction) : skyRadiance; }
 };
 
 // Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.

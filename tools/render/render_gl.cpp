@@ -198,7 +198,7 @@ class GlRenderer {
 
   // The sky's radiance where nothing is hit.
   void addSky(const Tile& tile) {
-    if (!request_.skyMap && request_.skyRadiance == glm::vec3(0.0f)) return;
+    if (request_.sky.isDark()) return;
     const std::uint32_t samples = request_.samples, width = tile.width * samples, height = tile.height * samples;
     targets_.read(0, width, height, pixels_);
     const float step = 1.0f / static_cast<float>(samples), weight = step * step;
@@ -212,7 +212,7 @@ class GlRenderer {
         glm::vec3 origin, direction;
         rays.at(static_cast<float>(tile.x) + (static_cast<float>(x) + 0.5f) * step,
                 static_cast<float>(tile.y) + (static_cast<float>(fromTop) + 0.5f) * step, origin, direction);
-        frame_.emission[row + x / samples] += weight * seen * request_.sky(direction);
+        frame_.emission[row + x / samples] += weight * seen * request_.sky.along(direction);
       }
     }
   }

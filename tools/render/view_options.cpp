@@ -177,12 +177,13 @@ Result<View> readView(const ViewOptions& options) {
   const std::optional<glm::vec3> sky = threeNumbers(options.sky);
   if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMaxRadiance))
     return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
-  view.skyRadiance = *sky;
-  if (!options.skyMap.empty() && view.skyRadiance != glm::vec3(0.0f))
+  view.sky.radiance = *sky;
+  if (!options.skyMap.empty() && !view.sky.isDark())
     return usage("--sky and --sky-map: one of them expected, both found");
   const std::optional<float> rotation = finiteNumber(options.skyRotation);
   if (!rotation || std::abs(*rotation) > 360.0f)
     return usage("--sky-rotation: degrees of -360 to 360 expected, \"" + options.skyRotation + "\" found");
+  view.sky.rotationDeg = *rotation;
   return view;
 }
 
@@ -196,8 +197,7 @@ Status completeView(const ViewOptions& options, const Scene& scene, Context& con
       return reserveMemory(context, "sky map", bytes, what, "use a smaller one");
     });
     if (!map) return map.error();
-    map->rotationDeg = *finiteNumber(options.skyRotation);
-    view.skyMap = std::make_shared<const SkyMap>(std::move(*map));
+    view.sky.map = std::make_shared<const SkyMap>(std::move(*map));
   }
   if (options.lightsFile.empty()) return done();
   const auto more = readLightsFile(options.lightsFile);

@@ -2,13 +2,12 @@
 // What `render` and `reference` draw: camera, size, lights and sky, the same options in both.
 #pragma once
 
-#include "bake/scene/sky_map.h"
+#include "bake/scene/sky.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,8 +28,7 @@ struct View {
   std::uint32_t width = 320, height = 180;  // [1..16384]
   std::vector<SceneLight> lights;           // punctual lights that are on
   bool emissive = false;                    // emitting surfaces are on
-  glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
-  std::shared_ptr<const SkyMap> skyMap;     // in place of skyRadiance; null = none
+  Sky sky;
 };
 
 void addViewOptions(CLI::App& command, ViewOptions& options);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// See sky_map.h.
-#include "bake/scene/sky_map.h"
+// See sky.h.
+#include "bake/scene/sky.h"
+
+#include "formats/equirectangular.h"
 
 #include <glm/common.hpp>
-#include <glm/gtc/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -35,22 +36,10 @@ Between rowsAt(double at, std::uint32_t height) {
 
 }  // namespace
 
-glm::vec3 SkyMap::radiance(const glm::vec3& direction) const {
-  constexpr double kPi = glm::pi<double>();
-  const double azimuth = std::atan2(static_cast<double>(direction.x), -static_cast<double>(direction.z));
-  const double polar = std::acos(std::clamp(static_cast<double>(direction.y), -1.0, 1.0));
-  // A turn counter-clockwise about +Y lowers the azimuth, which grows from -Z toward +X.
-  const double column = (0.5 + azimuth / (2 * kPi) + static_cast<double>(rotationDeg) / 360.0) * width - 0.5;
-  const Between x = columnsAt(column, width), y = rowsAt(polar / kPi * height - 0.5, height);
-  const auto texel = [&](std::uint32_t tx, std::uint32_t ty) { return texels[std::size_t{ty} * width + tx]; };
-  return glm::mix(glm::mix(texel(x.first, y.first), texel(x.second, y.first), x.share),
-                  glm::mix(texel(x.first, y.second), texel(x.second, y.second), x.share), y.share);
-}
-
 SkyMap reducedSky(const SkyMap& map, std::uint32_t maxWidth) {
   const std::uint32_t factor = (map.width + maxWidth - 1) / maxWidth;
   if (factor <= 1) return map;
-  SkyMap small{(map.width + factor - 1) / factor, (map.height + factor - 1) / factor, {}, map.rotationDeg};
+  SkyMap small{(map.width + factor - 1) / factor, (map.height + factor - 1) / factor, {}};
   small.texels.resize(std::size_t{small.width} * small.height);
   for (std::uint32_t y = 0; y < small.height; ++y) {
     for (std::uint32_t x = 0; x < small.width; ++x) {
@@ -68,19 +57,16 @@ SkyMap reducedSky(const SkyMap& map, std::uint32_t maxWidth) {
   return small;
 }
 
-SkyMap unrotatedSky(const SkyMap& map, std::uint32_t width) {
-  constexpr double kPi = glm::pi<double>();
-  SkyMap even{width, std::max(1u, width / 2), {}, 0.0f};
-  even.texels.reserve(std::size_t{even.width} * even.height);
-  for (std::uint32_t y = 0; y < even.height; ++y) {
-    const double polar = kPi * (y + 0.5) / even.height;
-    for (std::uint32_t x = 0; x < even.width; ++x) {
-      const double azimuth = 2 * kPi * ((x + 0.5) / even.width - 0.5);
-      even.texels.push_back(map.radiance(
-          glm::vec3(std::sin(polar) * std::sin(azimuth), std::cos(polar), -std::sin(polar) * std::cos(azimuth))));
-    }
-  }
-  return even;
+glm::vec3 Sky::along(const glm::vec3& direction) const {
+  if (!map) return radiance;
+  const std::uint32_t width = map->width;
+  const glm::dvec2 place = toEquirectangular(direction);
+  // A turn counter-clockwise about +Y brings what lies farther along the row.
+  const Between x = columnsAt((place.x + static_cast<double>(rotationDeg) / 360.0) * width - 0.5, width),
+                y = rowsAt(place.y * map->height - 0.5, map->height);
+  const auto texel = [&](std::uint32_t tx, std::uint32_t ty) { return map->texels[std::size_t{ty} * width + tx]; };
+  return glm::mix(glm::mix(texel(x.first, y.first), texel(x.second, y.first), x.share),
+                  glm::mix(texel(x.first, y.second), texel(x.second, y.second), x.share), y.share);
 }
 
 }  // namespace relume
