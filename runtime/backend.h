@@ -6,6 +6,7 @@
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
+#include "runtime/shared/bands.h"
 #include "runtime/shared/memory.h"
 
 #include <cstddef>
@@ -32,7 +33,7 @@ class Backend {
   // Forget last frame's light.
   virtual void reset() = 0;
 
-  // [W/m²/sr] [Size n_C * CacheLight::stride()] of the last frame, valid until the next one. GL: read back once a
+  // [W/m²/sr] [Size n_C * CacheBands::stride()] of the last frame, valid until the next one. GL: read back once a
   // frame.
   virtual std::span<const float> coefficients() const = 0;
   // [W/m²] [Size nodes] radiosity of the last frame. GL: reads back.
@@ -46,7 +47,7 @@ class Backend {
 
 // What a backend is made for: the bake's recommendation and the host's wishes, settled.
 struct BackendRequest {
-  int lumaBands = 1, chromaBands = 1;  // [1..8]
+  CacheBands bands;
   const RelightOptions& options;
   std::pmr::memory_resource* memory;  // [not null] must outlive the backend
 };

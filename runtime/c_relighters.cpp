@@ -52,6 +52,7 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.backend = read.backend == RELUME_BACKEND_GL ? relume::BackendKind::gl : relume::BackendKind::cpu;
     options.lumaBands = read.luma_bands;
     options.chromaBands = read.chroma_bands;
+    options.glossy = read.glossy != 0;
     options.parallelFor = parallelForOf(*bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {
@@ -161,6 +162,34 @@ relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_
     if (irradiance == nullptr) return nullPointer("irradiance");
     return relighter->relighter.irradianceInGrid(vectors(positions, count), vectors(normals, count),
                                                  vectors(irradiance, count));
+  });
+}
+
+relume_status relume_glossy_on_lightmap(const relume_relighter* relighter, size_t count, const float* uvs,
+                                        const float* reflected, const float* exponents, float* radiance) {
+  return run(relighter, [&]() -> Status {
+    if (count == 0) return relume::done();
+    if (uvs == nullptr) return nullPointer("uvs");
+    if (reflected == nullptr) return nullPointer("reflected");
+    if (exponents == nullptr) return nullPointer("exponents");
+    if (radiance == nullptr) return nullPointer("radiance");
+    return relighter->relighter.glossyOnLightmap(points(uvs, count), vectors(reflected, count), {exponents, count},
+                                                 vectors(radiance, count));
+  });
+}
+
+relume_status relume_glossy_in_grid(const relume_relighter* relighter, size_t count, const float* positions,
+                                    const float* normals, const float* reflected, const float* exponents,
+                                    float* radiance) {
+  return run(relighter, [&]() -> Status {
+    if (count == 0) return relume::done();
+    if (positions == nullptr) return nullPointer("positions");
+    if (normals == nullptr) return nullPointer("normals");
+    if (reflected == nullptr) return nullPointer("reflected");
+    if (exponents == nullptr) return nullPointer("exponents");
+    if (radiance == nullptr) return nullPointer("radiance");
+    return relighter->relighter.glossyInGrid(vectors(positions, count), vectors(normals, count),
+                                             vectors(reflected, count), {exponents, count}, vectors(radiance, count));
   });
 }
 

@@ -8,12 +8,14 @@
 #include "runtime/backend.h"
 #include "runtime/check_setup.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/glossy.h"
 #include "runtime/shared/memory.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -25,11 +27,10 @@ struct Relighter::State {
 
   AlignedMemory memory;  // of all that follows
   Caches caches;         // what look-ups read; shares the bake's arrays
-  LinkKind linkKind = LinkKind::cone;
   std::uint64_t sceneHash = 0;
   std::size_t surfelCount = 0, skyPatchCount = 0;
   bool surfelArrays = true;
-  int lumaBands = 1, chromaBands = 1;
+  CacheBands bands;
   BackendKind kind = BackendKind::cpu;
   ParallelFor parallelFor;
   Owned<Backend> backend;
@@ -47,10 +48,7 @@ struct Relighter::State {
   } inherited;
 
   CacheLight cacheLight() const {
-    CacheLight light{lumaBands, chromaBands, backend->coefficients()};
-    light.irradianceOnMap = linkKind == LinkKind::irradiance;
-    light.guessBands = true;
-    return light;
+    return {bands, backend->coefficients(), true};
   }
 };
 
@@ -99,17 +97,18 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
     return Error{ok.error().code, "bake cannot be lit: " + ok.error().message};
   }
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
-  if (Status ok = chooseBands(bake, options, state->lumaBands, state->chromaBands); !ok) return ok.error();
+  if (Status ok = chooseBands(bake, options, state->bands.lumaBands, state->bands.chromaBands); !ok) return ok.error();
   const Bake shared = shareArrays(bake);
   state->caches = shared.caches;
-  state->linkKind = bake.links.kind;
+  state->bands.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
+  state->bands.glossy = options.glossy;
   state->sceneHash = bake.provenance.sceneHash;
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
   state->kind = options.backend;
   state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
-  const BackendRequest request{state->lumaBands, state->chromaBands, options, &state->memory};
+  const BackendRequest request{state->bands, options, &state->memory};
   Result<Owned<Backend>> backend =
       options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
   if (!backend) return backend.error();
@@ -134,6 +133,15 @@ constexpr std::size_t kMaxReceivers = std::size_t{1} << 31;
 
 Status wrongSize(const char* what, std::size_t size, std::size_t expected) {
   return usage(std::string(what) + " has " + std::to_string(size) + " elements, expected " + std::to_string(expected));
+}
+
+// Every input has as many elements as the output, which one call may have.
+Status checkReceivers(std::size_t count, std::initializer_list<std::pair<const char*, std::size_t>> inputs) {
+  for (const auto& [name, size] : inputs) {
+    if (size != count) return wrongSize(name, size, count);
+  }
+  if (count > kMaxReceivers) return usage(std::to_string(count) + " receivers in one call, expected at most 2^31");
+  return done();
 }
 
 // body(i) for each of `count` receivers.
@@ -240,12 +248,11 @@ glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm:
 Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
                                        std::span<const glm::vec3> geometricNormal,
                                        std::span<glm::vec3> irradiance) const try {
-  if (lightmapUv.size() != irradiance.size()) return wrongSize("lightmapUv", lightmapUv.size(), irradiance.size());
-  if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
-  if (geometricNormal.size() != irradiance.size())
-    return wrongSize("geometricNormal", geometricNormal.size(), irradiance.size());
-  if (irradiance.size() > kMaxReceivers)
-    return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
+  if (Status ok = checkReceivers(irradiance.size(), {{"lightmapUv", lightmapUv.size()},
+                                                     {"normal", normal.size()},
+                                                     {"geometricNormal", geometricNormal.size()}});
+      !ok)
+    return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
     irradiance[i] = relume::irradianceOnLightmap(state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
@@ -257,14 +264,57 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
 
 Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
                                    std::span<glm::vec3> irradiance) const try {
-  if (positionWorld.size() != irradiance.size())
-    return wrongSize("positionWorld", positionWorld.size(), irradiance.size());
-  if (normal.size() != irradiance.size()) return wrongSize("normal", normal.size(), irradiance.size());
-  if (irradiance.size() > kMaxReceivers)
-    return usage(std::to_string(irradiance.size()) + " receivers in one call, expected at most 2^31");
+  if (Status ok = checkReceivers(irradiance.size(),
+                                 {{"positionWorld", positionWorld.size()}, {"normal", normal.size()}});
+      !ok)
+    return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
     irradiance[i] = relume::irradianceInGrid(state_->caches, light, positionWorld[i], normal[i]);
+  });
+  return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+glm::vec3 Relighter::glossyOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& reflected, float exponent) const {
+  return relume::glossyOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, reflected, exponent);
+}
+
+glm::vec3 Relighter::glossyInGrid(const glm::vec3& positionWorld, const glm::vec3& normal, const glm::vec3& reflected,
+                                  float exponent) const {
+  return relume::glossyInGrid(state_->caches, state_->cacheLight(), positionWorld, normal, reflected, exponent);
+}
+
+Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> reflected,
+                                   std::span<const float> exponent, std::span<glm::vec3> radiance) const try {
+  if (Status ok = checkReceivers(radiance.size(), {{"lightmapUv", lightmapUv.size()},
+                                                   {"reflected", reflected.size()},
+                                                   {"exponent", exponent.size()}});
+      !ok)
+    return ok;
+  const CacheLight light = state_->cacheLight();
+  forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
+    radiance[i] = relume::glossyOnLightmap(state_->caches, light, lightmapUv[i], reflected[i], exponent[i]);
+  });
+  return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+Status Relighter::glossyInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                               std::span<const glm::vec3> reflected, std::span<const float> exponent,
+                               std::span<glm::vec3> radiance) const try {
+  if (Status ok = checkReceivers(radiance.size(), {{"positionWorld", positionWorld.size()},
+                                                   {"normal", normal.size()},
+                                                   {"reflected", reflected.size()},
+                                                   {"exponent", exponent.size()}});
+      !ok)
+    return ok;
+  const CacheLight light = state_->cacheLight();
+  forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
+    radiance[i] =
+        relume::glossyInGrid(state_->caches, light, positionWorld[i], normal[i], reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -334,11 +384,11 @@ Status Relighter::cacheCoefficients(std::span<float> coefficients) const try {
 std::vector<glm::vec3> Relighter::nodeRadiosity() const { return state_->backend->nodeRadiosity(); }
 
 std::uint64_t Relighter::sceneHash() const { return state_->sceneHash; }
-int Relighter::lumaBands() const { return state_->lumaBands; }
-int Relighter::chromaBands() const { return state_->chromaBands; }
+int Relighter::lumaBands() const { return state_->bands.lumaBands; }
+int Relighter::chromaBands() const { return state_->bands.chromaBands; }
 
 int Relighter::coefficientsPerCache() const {
-  return static_cast<int>(CacheLight{state_->lumaBands, state_->chromaBands, {}}.stride());
+  return static_cast<int>(state_->bands.stride());
 }
 
 BackendKind Relighter::backend() const { return state_->kind; }

@@ -24,7 +24,7 @@ vec3 bounce(uint s, vec3 normal, uint receiver) {
   uint i = s - relumeFirstSurfel, end = griddedWord[i + 1u];
   for (uint k = griddedWord[i]; k < end; ++k) {
     uint share = griddedWord[k];
-    relumeAddWeighted(share & ((1u << kRelumeCacheBits) - 1u), float(share >> kRelumeCacheBits) / 1023.0, lobe, sum);
+    relumeAddWeighted(share & ((1u << kRelumeCacheBits) - 1u), float(share >> kRelumeCacheBits) / 1023.0, false, lobe, sum);
   }
   return relumeFinish(sum.e, sum.first, sum.upper, normal, 1.0);
 }

@@ -4,6 +4,7 @@
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n)            uv of Lightmap::cornerUv, front or back set
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal)
 //   vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n)
+// and the glossy light of lib/glossy.glsl.
 // n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for reflected radiance. Needs RELUME_LUMA_BANDS and
 // RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
 #include "shared/layout.h"
@@ -11,8 +12,9 @@
 #include "lib/sh.glsl"
 #include "lib/color.glsl"
 
-#define RELUME_LUMA_LAYERS ((RELUME_LUMA_BANDS * RELUME_LUMA_BANDS + 3) / 4)
-#define RELUME_CHROMA_LAYERS ((RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS + 3) / 4)
+#define RELUME_LAYERS(bands) (((bands) * (bands) + 3) / 4)
+#define RELUME_LUMA_LAYERS RELUME_LAYERS(RELUME_LUMA_BANDS)
+#define RELUME_CHROMA_LAYERS RELUME_LAYERS(RELUME_CHROMA_BANDS)
 #define RELUME_CACHE_WORDS (RELUME_LUMA_LAYERS + 2 * RELUME_CHROMA_LAYERS)
 // Layers that the clamped cosine needs: its bands 3, 5 and 7 are zero.
 #define RELUME_LAYER_USED(layer) ((layer) != 3 && (layer) != 7 && (layer) != 8 && (layer) < 13)
@@ -21,6 +23,10 @@
 // RELUME_GUESS_BANDS: guess what two bands lack (runtime/shared/resolve.h). Bounces do without.
 #ifndef RELUME_GUESS_BANDS
 #define RELUME_GUESS_BANDS 0
+#endif
+// RELUME_GLOSSY: with what glossy receivers call.
+#ifndef RELUME_GLOSSY
+#define RELUME_GLOSSY 0
 #endif
 
 layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
@@ -34,7 +40,7 @@ layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBloc
 // Receivers that are read for, as in runtime/cpu/resolve.h; by bits, for GLSL may take it that nothing is NaN.
 bool relumeFinite(float v) { return (floatBitsToUint(v) & 0x7F800000u) != 0x7F800000u; }
 bool relumeFinite(vec3 v) { return relumeFinite(v.x) && relumeFinite(v.y) && relumeFinite(v.z); }
-bool relumeCanShade(vec3 n) { return relumeFinite(n) && dot(n, n) <= RELUME_MOST_NORMAL2; }
+bool relumeCanShade(vec3 n) { return relumeFinite(n) && dot(n, n) <= RELUME_MAX_NORMAL2; }
 
 // Factors of the linear (x) and the clamped form (y) at a surface cache: formats/sh.h, surfaceLobe().
 vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
@@ -171,28 +177,35 @@ void relumeTrilinear(vec3 f, out vec4 low, out vec4 high) {
   high = xy * f.z;
 }
 
+// 1 for those coefficients of a layer that so many bands of chroma have not.
+vec4 relumePastChroma(int layer, int bands) {
+  return step(vec4(float(bands * bands)), float(4 * layer) + vec4(0.0, 1.0, 2.0, 3.0));
+}
+
 struct RelumeGridSum {
   vec3 e;
-  float upper;   // of e.x, by bands 2 and up
+  float upper;   // of e.x, by bands 2 and up; glossy: by bands that chroma lacks
   mat3x4 first;  // coefficients 0 to 3 of Y, Co, Cg
   float total;
 };
 
-// Add a cache with weight w. The lobe is inout because Mesa 22.3 loses part of an array of one vector that is passed by value.
-void relumeAddWeighted(uint cache, float w, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
+// Add a cache with weight w. glossy, a constant: the lobe is no clamped cosine, and has all bands. The lobe is inout because Mesa
+// 22.3 loses part of an array of one vector that is passed by value.
+void relumeAddWeighted(uint cache, float w, bool glossy, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
   sum.total += w;
   uint word = cache * uint(RELUME_CACHE_WORDS);
   for (int layer = 0; layer < RELUME_LUMA_LAYERS; ++layer) {
-    if (!RELUME_LAYER_USED(layer)) continue;
+    if (!glossy && !RELUME_LAYER_USED(layer)) continue;
     vec4 c = w * relumeCoefficients(word + uint(layer));
     float part = dot(lobe[layer], c);
     sum.e.x += part;
     if (layer == 0) sum.first[0] += c;
-    else sum.upper += part;
+    if (glossy) sum.upper += dot(lobe[layer] * relumePastChroma(layer, RELUME_CHROMA_BANDS), c);
+    else if (layer > 0) sum.upper += part;
   }
   word += uint(RELUME_LUMA_LAYERS);
   for (int layer = 0; layer < RELUME_CHROMA_LAYERS; ++layer) {
-    if (!RELUME_LAYER_USED(layer)) continue;
+    if (!glossy && !RELUME_LAYER_USED(layer)) continue;
     vec4 co = w * relumeCoefficients(word + uint(layer));
     vec4 cg = w * relumeCoefficients(word + uint(RELUME_CHROMA_LAYERS + layer));
     sum.e.yz += vec2(dot(lobe[layer], co), dot(lobe[layer], cg));
@@ -201,7 +214,7 @@ void relumeAddWeighted(uint cache, float w, inout vec4 lobe[RELUME_LUMA_LAYERS],
 }
 
 // Add a cache of the grid with the weight of its corner: gridStencil() of runtime/shared/stencil.h.
-void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
+void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, bool glossy, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
   if (cache == kRelumeNone || !(w > 0.0)) return;
   uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);
   vec3 toward = uintBitsToFloat(uvec3(relumeGrid[record], relumeGrid[record + 1u], relumeGrid[record + 2u])) - positionWorld;
@@ -210,21 +223,20 @@ void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, inout vec4 
   float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
   w *= wrap * wrap;
   if (relumeResolve.gridDepthWords > 0u) w *= relumeDepthWeight(record + 3u, -toward, relumeResolve.gridFinestSpacing);
-  relumeAddWeighted(cache, w, lobe, sum);
+  relumeAddWeighted(cache, w, glossy, lobe, sum);
 }
 
-vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
+// What the lobe has of the caches around a receiver; their weights in total are 0 where there is none.
+RelumeGridSum relumeGatherGrid(vec3 positionWorld, vec3 n, bool glossy, inout vec4 lobe[RELUME_LUMA_LAYERS]) {
+  RelumeGridSum sum = RelumeGridSum(vec3(0.0), 0.0, mat3x4(0.0), 0.0);
   uvec3 r = relumeResolve.gridResolution;
-  if (r.x == 0u || r.y == 0u || r.z == 0u || !relumeFinite(positionWorld) || !relumeCanShade(n)) return vec3(0.0);
-  positionWorld = clamp(positionWorld, vec3(-RELUME_MOST_COORDINATE), vec3(RELUME_MOST_COORDINATE));
+  if (r.x == 0u || r.y == 0u || r.z == 0u || !relumeFinite(positionWorld) || !relumeCanShade(n)) return sum;
+  positionWorld = clamp(positionWorld, vec3(-RELUME_MAX_COORDINATE), vec3(RELUME_MAX_COORDINATE));
   vec3 spacing = max(relumeResolve.gridSpacing, vec3(1e-20));
   uvec3 cells = max(r, uvec3(2u)) - 1u;
   vec3 p = min(max((positionWorld - relumeResolve.gridOriginWorld) / spacing, vec3(0.0)), vec3(r - 1u));
   uvec3 cell = min(uvec3(p), cells - 1u);
   vec3 f = p - vec3(cell);
-  vec4 lobe[RELUME_LUMA_LAYERS];
-  relumeMakeLobe(n, vec2(0.0, 1.0), 1.0, lobe);
-  RelumeGridSum sum = RelumeGridSum(vec3(0.0), 0.0, mat3x4(0.0), 0.0);
 
   // The brick of the cell, whose hanging points hand their weight to the corners of the lattice they lie between.
   uint brick = kRelumeNone;
@@ -249,14 +261,24 @@ vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
         low += w * shareLow;
         high += w * shareHigh;
       } else {
-        relumeAddCache(cache, w, positionWorld, n, lobe, sum);
+        relumeAddCache(cache, w, positionWorld, n, glossy, lobe, sum);
       }
     }
   }
   for (uint corner = 0u; corner < 8u; ++corner) {
     uvec3 at = min(cell + uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2), r - 1u);
     float w = corner < 4u ? low[corner] : high[corner - 4u];
-    relumeAddCache(relumeGrid[(at.z * r.y + at.y) * r.x + at.x], w, positionWorld, n, lobe, sum);
+    relumeAddCache(relumeGrid[(at.z * r.y + at.y) * r.x + at.x], w, positionWorld, n, glossy, lobe, sum);
   }
+  return sum;
+}
+
+vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
+  vec4 lobe[RELUME_LUMA_LAYERS];
+  relumeMakeLobe(n, vec2(0.0, 1.0), 1.0, lobe);
+  RelumeGridSum sum = relumeGatherGrid(positionWorld, n, false, lobe);
   return sum.total > 0.0 ? relumeFinish(sum.e / sum.total, sum.first / sum.total, sum.upper / sum.total, n, 1.0) : vec3(0.0);
 }
+#if RELUME_GLOSSY
+#include "lib/glossy.glsl"
+#endif

@@ -10,6 +10,7 @@
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
 #include "bake/reference/emitters.h"
+#include "relume/glossy.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -114,13 +115,18 @@ glm::vec3 fromEmitters(const Renderer& r, const Vertex& v, RandomStream& random)
   return s.radiance * (weight * cosine * cosEmitter / (kPi * distance * distance * s.density));
 }
 
-// A cosine-weighted direction about n (Malley), with the frame of Duff et al. 2017.
-glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
-  const float radius = std::sqrt(u.x), angle = 2.0f * kPi * u.y;
+// The direction at a cosine and an angle about n, with the frame of Duff et al. 2017.
+glm::vec3 directionAbout(const glm::vec3& n, float cosine, float angle) {
+  const float radius = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
   const float x = radius * std::cos(angle), y = radius * std::sin(angle);
   const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
   const glm::vec3 t(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x), s(b, sign + n.y * n.y * a, -n.y);
-  return glm::normalize(t * x + s * y + n * std::sqrt(std::max(0.0f, 1.0f - u.x)));
+  return glm::normalize(t * x + s * y + n * cosine);
+}
+
+// A cosine-weighted direction about n (Malley).
+glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
+  return directionAbout(n, std::sqrt(std::max(0.0f, 1.0f - u.x)), 2.0f * kPi * u.y);
 }
 
 struct Arriving {
@@ -171,6 +177,31 @@ Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
   }
 }
 
+// One estimate of the light that a lobe about the reflected direction sees above the surface.
+Arriving glossyLight(const Renderer& r, const Vertex& v, const glm::vec3& toward, float exponent,
+                     RandomStream& random) {
+  const glm::vec3 reflected = glm::reflect(toward, v.shading);
+  Arriving light;
+  glm::vec3 direction(0.0f);
+  // Interpolated normals reflect some rays below the surface: a lobe that has next to nothing above it sees nothing.
+  for (int tries = 0; tries < 64 && glm::dot(direction, v.geometric) <= 0.0f; ++tries) {
+    const glm::vec2 u = random.uniform2();
+    direction = directionAbout(reflected, std::pow(1.0f - u.x, 1.0f / (exponent + 1.0f)), 2.0f * kPi * u.y);
+  }
+  if (glm::dot(direction, v.geometric) <= 0.0f) return light;
+  const Hit hit = r.tracer.trace({startOf(r, v), 0.0f, direction});
+  if (!hit) {
+    light.direct = r.options.sky.along(direction);
+    return light;
+  }
+  const Vertex next = vertexAt(r, hit);
+  light.direct = next.emission;
+  if (next.albedo == glm::vec3(0.0f)) return light;
+  const Arriving there = arrivingLight(r, next, random);
+  light.indirect = next.albedo * (there.direct + there.indirect);
+  return light;
+}
+
 // The camera's ray through a point of the image, in pixels from its top left corner.
 Ray cameraRay(const Renderer& r, const glm::vec2& pixel) {
   const float width = static_cast<float>(r.options.width), height = static_cast<float>(r.options.height);
@@ -186,6 +217,7 @@ Ray cameraRay(const Renderer& r, const glm::vec2& pixel) {
 // Sums over one half of a pixel's samples.
 struct Sums {
   glm::vec3 direct{0.0f}, indirect{0.0f}, albedo{0.0f}, emission{0.0f};  // radiance and albedo
+  glm::vec3 glossyDirect{0.0f}, glossyIndirect{0.0f};
 };
 
 glm::vec3 divideOut(const glm::vec3& radiance, const glm::vec3& albedo) {
@@ -209,10 +241,15 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
   const Vertex v = vertexAt(r, hit);
   sums.emission += v.emission;
   sums.albedo += v.albedo;
-  if (v.albedo == glm::vec3(0.0f)) return;
-  const Arriving light = arrivingLight(r, v, random);
-  sums.direct += v.albedo * light.direct;
-  sums.indirect += v.albedo * light.indirect;
+  if (v.albedo != glm::vec3(0.0f)) {
+    const Arriving light = arrivingLight(r, v, random);
+    sums.direct += v.albedo * light.direct;
+    sums.indirect += v.albedo * light.indirect;
+  }
+  if (!r.options.exponent) return;
+  const Arriving glossy = glossyLight(r, v, ray.direction, *r.options.exponent, random);
+  sums.glossyDirect += glossy.direct;
+  sums.glossyIndirect += glossy.indirect;
 }
 
 void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
@@ -234,6 +271,15 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
     image.directError[index] = error(&Sums::direct);
     image.indirectError[index] = error(&Sums::indirect);
   }
+  if (r.options.exponent) {
+    const float each = 1.0f / static_cast<float>(samples);
+    image.glossyDirect[index] = each * (half[0].glossyDirect + half[1].glossyDirect);
+    image.glossyIndirect[index] = each * (half[0].glossyIndirect + half[1].glossyIndirect);
+    if (samples > 1) {
+      image.glossyDirectError[index] = each * (half[0].glossyDirect - half[1].glossyDirect);
+      image.glossyIndirectError[index] = each * (half[0].glossyIndirect - half[1].glossyIndirect);
+    }
+  }
 
   // Geometry at the pixel's centre.
   const Hit hit = r.drawn.trace(cameraRay(r, glm::vec2(x, y) + 0.5f));
@@ -254,6 +300,8 @@ Status checkReferenceOptions(const ReferenceOptions& o) {
   if (o.height < 1 || o.height > 16384) return outside("height", o.height, 1, 16384);
   if (o.samplesPerPixel < 1 || o.samplesPerPixel > 1000000) return outside("samples", o.samplesPerPixel, 1, 1000000);
   if (o.maxBounces > 1024) return outside("bounces", o.maxBounces, 0, 1024);
+  if (o.exponent && !(*o.exponent >= 0.0f && *o.exponent <= kMaxExponent))
+    return Error{ErrorCode::usage, "reference: exponent must be 0..10000"};
   return done();
 }
 
@@ -268,13 +316,20 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
   const Renderer renderer{
       tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr, context};
 
-  ReferenceImage image{options.width, options.height, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  ReferenceImage image;
+  image.width = options.width;
+  image.height = options.height;
   const std::size_t pixels = std::size_t{options.width} * options.height;
   for (auto* layer : {&image.direct, &image.indirect, &image.directError, &image.indirectError, &image.albedo,
                       &image.emission, &image.position, &image.normal}) {
     layer->assign(pixels, glm::vec3(0.0f));
   }
   image.depth.assign(pixels, 0.0f);
+  if (options.exponent) {
+    for (auto* layer :
+         {&image.glossyDirect, &image.glossyIndirect, &image.glossyDirectError, &image.glossyIndirectError})
+      layer->assign(pixels, glm::vec3(0.0f));
+  }
 
   parallelChunks(context, "reference", pixels, kPixelsPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) renderPixel(renderer, i, image);

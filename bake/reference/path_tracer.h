@@ -8,6 +8,7 @@
 #include "relume/result.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct ReferenceOptions {
   std::uint32_t maxBounces = 12;            // [0..1024] reflections before the light arrives
   bool emissive = false;                    // emitting surfaces are on
   Sky sky;
+  std::optional<float> exponent;  // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
   std::uint64_t seed = 1;
 };
 
@@ -29,6 +31,10 @@ struct ReferenceImage {
   std::vector<glm::vec3> indirect;  // irradiance / pi by light reflected at least once
   // (half A - half B) / 2 of the even and the odd samples; the square estimates the variance. Zero for one sample.
   std::vector<glm::vec3> directError, indirectError;
+  // Mean radiance [W/m²/sr] in lobes cos^exponent about the reflected direction, as far as they lie above the surface:
+  // straight from emitters and sky, and reflected at least once. Punctual lights have no size and are not in it. Misses
+  // of the camera's rays count as black. Empty without ReferenceOptions::exponent.
+  std::vector<glm::vec3> glossyDirect, glossyIndirect, glossyDirectError, glossyIndirectError;
   std::vector<glm::vec3> albedo, emission;
   std::vector<glm::vec3> position, normal;  // at the pixel centre; normal toward the viewer
   std::vector<float> depth;                 // [m] along the viewing axis at the pixel centre; 0 = nothing

@@ -60,6 +60,8 @@ struct RelightOptions {
   BackendKind backend = BackendKind::cpu;
   int lumaBands = 0;          // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
   int chromaBands = 0;        // [0, 1..lumaBands] 0 = what the bake recommends
+  // Keep on the light map the bands that glossy look-ups alone read: the last of 4, 6 or 8. Without, they do without.
+  bool glossy = false;
   ParallelFor parallelFor{};  // CPU backend; empty = one thread
   Simd simd = Simd::best;     // CPU backend; one that the processor lacks is refused
   // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.
@@ -88,7 +90,7 @@ struct PassTime {
 // What the host's shader binds to resolve (shaders/resolve.glsl names the slots). 0 where there is none.
 struct GlResolveInputs {
   // GL_TEXTURE_2D_ARRAY, RGBA16F, four coefficients a layer: of l bands, but for the last of 4, 6 or 8, which no
-  // irradiance has anything of (formats/sh.h, clampedCosineFactors())
+  // irradiance has anything of (formats/sh.h, clampedCosineFactors()), without RelightOptions::glossy
   std::uint32_t lightmapY = 0, lightmapCo = 0, lightmapCg = 0;
   std::uint32_t lightmapNormal = 0;  // GL_TEXTURE_2D RGBA8_SNORM: normal of the texel's cache, w = 1 where there is one
   std::uint32_t caches = 0;          // SSBO of the grid's caches: packed halves, Y then Co then Cg coefficients
@@ -102,7 +104,9 @@ class GlResolve {
   virtual ~GlResolve() = default;
   virtual GlResolveInputs inputs() const = 0;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
-  // same with a third argument, the geometric normal, and vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n). Slots
+  // same with a third argument, the geometric normal, vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n), and glossy
+  // light: vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent), vec3 relumeGlossyGrid(vec3 positionWorld, vec3 n,
+  // vec3 r, float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness). Slots
   // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
   virtual const std::string& glsl() const = 0;
   // Bind all inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
@@ -177,6 +181,23 @@ class Relighter {
   [[nodiscard]] Status irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
                                         std::span<glm::vec3> irradiance) const;
 
+  // Glossy light, of the same caches: mean radiance [W/m²/sr] in a lobe cos^exponent about the unit direction
+  // `reflected`, the viewing ray's mirrored by the shading normal, away from the surface. Multiply by the surface's
+  // specular reflectance; glossyExponent() and glossyShare() (glossy.h) take a roughness. As sharp as the bands are:
+  // ask for four or more, and for RelightOptions::glossy. Punctual lights' own highlights are not in it, light straight
+  // from emitters and sky is. Exponents are clamped to 0..kMaxExponent, NaN is 0; finite, never negative and zero as
+  // above. Caches of irradiance links know no direction: on the light map they give irradiance / pi.
+  [[nodiscard]] glm::vec3 glossyOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& reflected,
+                                           float exponent) const;
+  [[nodiscard]] glm::vec3 glossyInGrid(const glm::vec3& positionWorld, const glm::vec3& normal,
+                                       const glm::vec3& reflected, float exponent) const;
+  // For many receivers at once, as above.
+  [[nodiscard]] Status glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> reflected,
+                                        std::span<const float> exponent, std::span<glm::vec3> radiance) const;
+  [[nodiscard]] Status glossyInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                                    std::span<const glm::vec3> reflected, std::span<const float> exponent,
+                                    std::span<glm::vec3> radiance) const;
+
   // Plain results: the frame's light for shaders and engines that know nothing of caches. usage: a span of the wrong
   // size. On the threads of RelightOptions::parallelFor; GL: reads back, and computes on the processor.
   //
@@ -195,8 +216,8 @@ class Relighter {
   [[nodiscard]] Status ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
-  // a cache at a time. Caches on the light map have no more than mapBands() of them (runtime/shared/bands.h), the rest
-  // is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
+  // a cache at a time. Caches on the light map have no more than CacheBands::onMap() of them (runtime/shared/bands.h), the
+  // rest is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
   [[nodiscard]] std::vector<float> cacheCoefficients() const;
   // The same into memory of the caller's. usage: a span of another size.
   [[nodiscard]] Status cacheCoefficients(std::span<float> coefficients) const;

@@ -166,6 +166,7 @@ typedef struct relume_relighter_desc {
    * relighter keeps the addresses that it was given, and the library links no OpenGL. */
   relume_get_proc_address get_proc_address;
   void* get_proc_address_user; /* handed to it */
+  int glossy; /* 1 = the light map keeps the bands that relume_glossy_on_lightmap() alone reads; 0 = it does not */
 } relume_relighter_desc;
 
 /* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call.
@@ -231,6 +232,15 @@ RELUME_API relume_status relume_irradiance_on_lightmap(const relume_relighter* r
                                                        const float* geometric_normals, float* irradiance);
 RELUME_API relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_t count,
                                                    const float* positions, const float* normals, float* irradiance);
+
+/* Glossy light: mean radiance [W/m^2/sr] in lobes cos^exponent about unit directions, three floats each: the viewing
+ * rays mirrored by the shading normals, away from the surfaces. Multiply by specular reflectance. Exponents, one per
+ * receiver, are clamped to 0..10000. As sharp as the bands are: see relume_relighter_desc.glossy. */
+RELUME_API relume_status relume_glossy_on_lightmap(const relume_relighter* relighter, size_t count, const float* uvs,
+                                                   const float* reflected, const float* exponents, float* radiance);
+RELUME_API relume_status relume_glossy_in_grid(const relume_relighter* relighter, size_t count, const float* positions,
+                                               const float* normals, const float* reflected, const float* exponents,
+                                               float* radiance);
 
 /* Plain results: textures and volumes for shaders that know nothing of caches. `bytes` is the size of the output and
  * must be exact.

@@ -13,27 +13,26 @@
 
 namespace relume::cpu {
 
-CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
+CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor,
                        bool surfelArrays, std::pmr::memory_resource* memory)
-    : CpuBackend(bake, lumaBands, chromaBands, simd, std::move(parallelFor), surfelArrays, memory,
+    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, memory,
                  leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
 
-CpuBackend::CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor,
+CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor,
                        bool surfelArrays, std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links, memory),
-      lumaBands_(lumaBands),
-      chromaBands_(chromaBands),
+      bands_(bands),
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
-      bounce_(caches_, bake.surfels, order, bake.links.kind, lumaBands, memory),
+      bounce_(caches_, bake.surfels, order, bake.links.kind, bands.lumaBands, memory),
       surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays, memory),
       tree_(bake.hierarchy, memory),
       lights_(memory),
       node_(bake.hierarchy.nodeCount(), 0, memory),
       firstMapCache_(bake.caches.firstMapCache()),
-      coefficientCount_(bake.caches.count() * CacheLight{lumaBands, chromaBands, {}, false}.stride()),
+      coefficientCount_(bake.caches.count() * bands.stride()),
       coefficients_(coefficientCount_ + 8, 0.0f, memory) {}
 
 void CpuBackend::relight(const LightSetup& setup) {
@@ -51,7 +50,7 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto color = [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
     bounce_.colorCaches(surfelsKernel_, light, begin, end);
   };
-  lightCaches(cachesKernel_, links_, node_, lumaBands_, chromaBands_, coefficients_, parallelFor_, std::cref(color),
+  lightCaches(cachesKernel_, links_, node_, bands_, coefficients_, parallelFor_, std::cref(color),
               firstMapCache_);
   const auto caches = Clock::now();
   lit_ = true;
@@ -97,8 +96,8 @@ Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& re
   if (simd == Simd::best)
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
-  return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.lumaBands, request.chromaBands, simd,
-                                                   options.parallelFor, options.surfelArrays, request.memory));
+  return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.bands, simd, options.parallelFor,
+                                                   options.surfelArrays, request.memory));
 }
 
 }  // namespace relume

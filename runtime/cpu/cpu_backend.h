@@ -24,7 +24,7 @@ class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
   // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. memory: keeps all of this.
-  CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+  CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
              std::pmr::memory_resource* memory);
 
   void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
@@ -36,16 +36,16 @@ class CpuBackend final : public Backend {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
 
  private:
-  CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+  CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
              std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
 
   CacheLight cacheLight() const {
-    return {lumaBands_, chromaBands_, coefficients(), links_.kind() == LinkKind::irradiance};
+    return {bands_, coefficients()};
   }
 
   Caches caches_;
   LinkSet links_;
-  int lumaBands_, chromaBands_;
+  CacheBands bands_;
   LightCachesKernel cachesKernel_;
   const LightSurfelsKernel& surfelsKernel_;
   ParallelFor parallelFor_;

@@ -65,20 +65,20 @@ LightCachesKernel lightCachesKernel(Simd simd) {
   }
 }
 
-void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
-                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
+void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
+                 const CacheBands& bands, std::span<float> coefficients, const ParallelFor& parallelFor,
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards,
                  std::uint32_t firstMapCache) {
   LightCachesJob grid{links.rows()};
   grid.node = node.data();
-  grid.lumaStride = lumaBands * lumaBands;
-  grid.chromaStride = chromaBands * chromaBands;
+  grid.lumaStride = static_cast<int>(bands.lumaCount());
+  grid.chromaStride = static_cast<int>(bands.chromaCount());
   grid.coefficients = coefficients.data();
   LightCachesJob map = grid;
-  grid.lumaBands = lumaBands;
-  grid.chromaBands = chromaBands;
-  map.lumaBands = mapBands(lumaBands, false);
-  map.chromaBands = mapBands(chromaBands, false);
+  grid.lumaBands = bands.lumaBands;
+  grid.chromaBands = bands.chromaBands;
+  map.lumaBands = bands.onMap(bands.lumaBands);
+  map.chromaBands = bands.onMap(bands.chromaBands);
   const auto gridScale = makeConeScale(grid.lumaBands, grid.chromaBands),
              mapScale = makeConeScale(map.lumaBands, map.chromaBands);
   grid.coneScale = gridScale.data();

@@ -5,6 +5,7 @@
 
 #include "relume/relighter.h"
 #include "runtime/cpu/light_caches_job.h"
+#include "runtime/shared/bands.h"
 #include "runtime/shared/link_set.h"
 
 #include <functional>
@@ -20,9 +21,9 @@ LightCachesKernel lightCachesKernel(Simd simd);
 
 // Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). [Size coefficients >= n_C * stride]
 // afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
-// From firstMapCache on, coefficients past mapBands() (runtime/shared/bands.h) are left as they are.
-void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node, int lumaBands,
-                 int chromaBands, std::span<float> coefficients, const ParallelFor& parallelFor,
+// From firstMapCache on, coefficients past those of bands.ofMap() are left as they are.
+void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
+                 const CacheBands& bands, std::span<float> coefficients, const ParallelFor& parallelFor,
                  const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {},
                  std::uint32_t firstMapCache = 0xFFFFFFFFu);
 

@@ -35,18 +35,17 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 
 }  // namespace
 
-Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
+Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                            std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
                                            std::optional<GroupThreads> wanted) {
   const GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
-  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   const SavedState saved(gl);
-  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, lumaBands, chromaBands, memory);
-  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, lumaBands, chromaBands, threads, memory);
+  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, memory);
+  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, bands, threads, memory);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
-  Result<BouncePass> bounce = BouncePass::create(backend->gl_, lumaBands, chromaBands, irradianceOnMap);
+  Result<BouncePass> bounce = BouncePass::create(backend->gl_, bands);
   if (!bounce) return bounce.error();
   backend->bounce_ = std::move(*bounce);
   Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl, memory);
@@ -56,10 +55,10 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
   Result<CachePass> caches =
-      CachePass::create(backend->gl_, lumaBands, chromaBands, bake.links.kind, backend->gpu_.nodeSteps, threads);
+      CachePass::create(backend->gl_, bands, bake.links.kind, backend->gpu_.nodeSteps, threads);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
-  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(lumaBands, chromaBands, irradianceOnMap));
+  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   const auto text = [](const glm::vec3& v) {
@@ -105,7 +104,7 @@ void GlBackend::relight(const LightSetup& setup) {
 
 void GlBackend::reset() {
   const SavedState saved(gl_);
-  clearLight(gl_, bake_, luma_, chroma_, gpu_, memory_);
+  clearLight(gl_, bake_, bands_, gpu_, memory_);
   lit_ = false;
   readBack_ = false;
 }
@@ -113,12 +112,12 @@ void GlBackend::reset() {
 std::span<const float> GlBackend::coefficients() const {
   if (readBack_) return coefficients_;
   const SavedState saved(gl_);
-  const std::array<int, 3> bands = {luma_, chroma_, chroma_};
-  const auto perCache = static_cast<std::size_t>(luma_ * luma_ + 2 * chroma_ * chroma_);
+  const std::array<int, 3> bands = {bands_.lumaBands, bands_.chromaBands, bands_.chromaBands};
+  const std::size_t perCache = bands_.stride();
   coefficients_.assign(perCache * bake_.caches.count(), 0.0f);
 
   // Of the grid's caches, the buffer.
-  const std::size_t stride = cacheBytes(luma_, chroma_) / sizeof(std::uint16_t);
+  const std::size_t stride = cacheBytes(bands_) / sizeof(std::uint16_t);
   const auto halves = readBuffer<std::uint16_t>(gl_, gpu_.caches, stride * gpu_.firstMapCache, memory_);
   for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
     const std::uint16_t* from = halves.data() + stride * cache;
@@ -135,7 +134,7 @@ std::span<const float> GlBackend::coefficients() const {
   const std::array<GLuint, 3> textures = {gpu_.mapY.get(), gpu_.mapCo.get(), gpu_.mapCg.get()};
   std::size_t channel = 0;  // its first coefficient in a cache
   for (std::size_t k = 0; k < bands.size() && !map.empty(); ++k) {
-    const int held = mapBands(bands[k], bake_.links.kind == LinkKind::irradiance);
+    const int held = bands_.onMap(bands[k]);
     const std::size_t layer = kWordHalves * map.size();
     std::pmr::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)), memory_);
     readTexture(gl_, textures[k], texels.data());
@@ -174,7 +173,7 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands,
+  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(*functions, bake, request.bands,
                                                             request.options.visibilityGlsl, request.memory);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));

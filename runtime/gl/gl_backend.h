@@ -18,16 +18,15 @@ class GlBackend final : public Backend, public GlResolve {
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
   // call. unsupported: buffers too large; failed: a shader's log. wanted: what work groups are to suit; nothing = the
   // driver that runs here. memory: keeps all of this.
-  static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
+  static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                          std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
                                          std::optional<GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
-  GlBackend(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, std::pmr::memory_resource* memory)
+  GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, std::pmr::memory_resource* memory)
       : memory_(memory),
         gl_(gl),
         bake_(bake),
-        luma_(lumaBands),
-        chroma_(chromaBands),
+        bands_(bands),
         gpu_(memory),
         surfels_(memory),
         timer_(gl_),
@@ -54,7 +53,7 @@ class GlBackend final : public Backend, public GlResolve {
   std::pmr::memory_resource* memory_;
   Functions gl_;  // before all that deletes by it
   Bake bake_;     // shares the arrays
-  int luma_, chroma_;
+  CacheBands bands_;
   GpuBake gpu_;
   BouncePass bounce_;
   mutable SurfelPass surfels_;  // makes the buffer for the host's light when it is first bound

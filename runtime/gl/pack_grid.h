@@ -6,6 +6,7 @@
 #include "formats/grid_depth.h"
 #include "formats/limits.h"
 #include "relume/caches.h"
+#include "relume/glossy.h"
 #include "runtime/shared/resolve.h"
 #include "shaders/shared/layout.h"
 
@@ -17,7 +18,8 @@
 namespace relume::gl {
 
 static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
-static_assert(RELUME_MOST_COORDINATE == kMaxCoordinate && RELUME_MOST_NORMAL2 == kMaxNormal2);
+static_assert(RELUME_MAX_COORDINATE == kMaxCoordinate && RELUME_MAX_NORMAL2 == kMaxNormal2 &&
+              RELUME_MAX_EXPONENT == kMaxExponent);
 
 struct PackedGrid {
   std::pmr::vector<std::uint32_t> words;

@@ -52,28 +52,31 @@ void refill(const Functions& gl, Buffer& buffer, const void* data, std::size_t b
 
 }  // namespace
 
-CacheGroup chooseCacheGroup(GroupThreads threads, int lumaBands, int chromaBands) {
+CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands) {
   if (threads == GroupThreads::serial) return {1, 64};
   // Shared memory holds all sums of a group: 32 KiB is what every OpenGL has.
-  const int bytesPerCache = 32 * static_cast<int>(2 * cacheBytes(lumaBands, chromaBands));
+  const int bytesPerCache = 32 * static_cast<int>(2 * cacheBytes(bands));
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
 }
 
-std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands, bool irradianceOnMap) {
-  return {{"RELUME_LUMA_BANDS", std::to_string(lumaBands)},
-          {"RELUME_CHROMA_BANDS", std::to_string(chromaBands)},
-          {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
+std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& bands) {
+  return {{"RELUME_LUMA_BANDS", std::to_string(bands.lumaBands)},
+          {"RELUME_CHROMA_BANDS", std::to_string(bands.chromaBands)},
+          {"RELUME_MAP_LUMA_BANDS", std::to_string(bands.onMap(bands.lumaBands))},
+          {"RELUME_MAP_CHROMA_BANDS", std::to_string(bands.onMap(bands.chromaBands))},
+          {"RELUME_MAP_IRRADIANCE", bands.irradianceOnMap ? "1" : "0"}};
 }
 
-std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap) {
-  auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
+std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands) {
+  auto defines = bandDefines(bands);
+  defines.emplace_back("RELUME_GLOSSY", "1");
   defines.emplace_back("RELUME_GUESS_BANDS", "1");
   return defines;
 }
 
-std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
+std::vector<std::pair<std::string, std::string>> cacheDefines(const CacheBands& bands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps, bool map) {
-  auto defines = bandDefines(lumaBands, chromaBands, map && kind == LinkKind::irradiance);
+  auto defines = bandDefines(map ? bands.ofMap() : CacheBands{bands.lumaBands, bands.chromaBands});
   defines.emplace_back("RELUME_MAP", map ? "1" : "0");
   defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   defines.emplace_back("RELUME_CACHES", std::to_string(group.caches));
@@ -98,8 +101,8 @@ Result<BouncePass::Kernel> BouncePass::makeKernel(const Functions& gl,
   return kernel;
 }
 
-Result<BouncePass> BouncePass::create(const Functions& gl, int lumaBands, int chromaBands, bool irradianceOnMap) {
-  const auto defines = bandDefines(lumaBands, chromaBands, irradianceOnMap);
+Result<BouncePass> BouncePass::create(const Functions& gl, const CacheBands& bands) {
+  const auto defines = bandDefines(bands);
   Result<Kernel> tilted = makeKernel(gl, defines, false), gridded = makeKernel(gl, defines, true);
   if (!tilted) return tilted.error();
   if (!gridded) return gridded.error();
@@ -252,16 +255,12 @@ void PullPass::run(const Functions& gl, const GpuBake& gpu, void (*barrier)(cons
   gl.DispatchCompute(1, 1, 1);
 }
 
-Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind,
-                                                int nodeSteps, GroupThreads threads, bool map) {
+Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, const CacheBands& bands, LinkKind kind, int nodeSteps,
+                                                GroupThreads threads, bool map) {
   Kernel kernel;
-  if (map) {
-    lumaBands = mapBands(lumaBands, kind == LinkKind::irradiance);
-    chromaBands = mapBands(chromaBands, kind == LinkKind::irradiance);
-  }
-  kernel.group = chooseCacheGroup(threads, lumaBands, chromaBands);
-  Result<Program> program = makeComputeProgram(
-      gl, "light_caches.comp", cacheDefines(lumaBands, chromaBands, kind, kernel.group, nodeSteps, map));
+  kernel.group = chooseCacheGroup(threads, map ? bands.ofMap() : bands);
+  Result<Program> program =
+      makeComputeProgram(gl, "light_caches.comp", cacheDefines(bands, kind, kernel.group, nodeSteps, map));
   if (!program) return program.error();
   kernel.program = std::move(*program);
   const auto location = [&](const char* name) { return gl.GetUniformLocation(kernel.program.get(), name); };
@@ -277,10 +276,10 @@ Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, int lumaBan
   return kernel;
 }
 
-Result<CachePass> CachePass::create(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+Result<CachePass> CachePass::create(const Functions& gl, const CacheBands& bands, LinkKind kind, int nodeSteps,
                                     GroupThreads threads) {
-  Result<Kernel> grid = makeKernel(gl, lumaBands, chromaBands, kind, nodeSteps, threads, false),
-                 map = makeKernel(gl, lumaBands, chromaBands, kind, nodeSteps, threads, true);
+  Result<Kernel> grid = makeKernel(gl, bands, kind, nodeSteps, threads, false),
+                 map = makeKernel(gl, bands, kind, nodeSteps, threads, true);
   if (!grid) return grid.error();
   if (!map) return map.error();
   CachePass pass;

@@ -19,23 +19,21 @@ struct CacheGroup {
   int lanes = 32, caches = 2;
 };
 
-CacheGroup chooseCacheGroup(GroupThreads threads, int lumaBands, int chromaBands);
+CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands);
 
 // Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
-// are the light map's, whose bands are those of mapBands()) when a shader is compiled. irradianceOnMap: see
-// CacheLight.
-std::vector<std::pair<std::string, std::string>> bandDefines(int lumaBands, int chromaBands,
-                                                             bool irradianceOnMap = false);
-// The same for the host's receivers: with what two bands lack guessed.
-std::vector<std::pair<std::string, std::string>> resolveDefines(int lumaBands, int chromaBands, bool irradianceOnMap);
-std::vector<std::pair<std::string, std::string>> cacheDefines(int lumaBands, int chromaBands, LinkKind kind,
+// are the light map's) when a shader is compiled.
+std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& bands);
+// The same for the host's receivers: glossy ones too, and with what two bands lack guessed.
+std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands);
+std::vector<std::pair<std::string, std::string>> cacheDefines(const CacheBands& bands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps = -1,
                                                               bool map = false);
 
 // Uniform locations are looked up once. All functions take those of the context that is current, which made the pass.
 class BouncePass {
  public:
-  static Result<BouncePass> create(const Functions& gl, int lumaBands, int chromaBands, bool irradianceOnMap);
+  static Result<BouncePass> create(const Functions& gl, const CacheBands& bands);
   // (2), first half: what tilted and gridded surfels receive. False when there are none: nothing was dispatched.
   bool run(const Functions& gl, const GpuBake& gpu) const;
 
@@ -86,7 +84,7 @@ class PullPass {
 
 class CachePass {
  public:
-  static Result<CachePass> create(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+  static Result<CachePass> create(const Functions& gl, const CacheBands& bands, LinkKind kind, int nodeSteps,
                                   GroupThreads threads);
   // (4) and (5)
   void run(const Functions& gl, const GpuBake& gpu, const Links& links) const;
@@ -99,7 +97,7 @@ class CachePass {
     GLint firstCache = -1, endCache = -1, wordOffset = -1, halfOffset = -1, firstLink = -1, shapeStride = -1,
           gridLinks = -1, firstMapCache = -1, mapWidth = -1;
   };
-  static Result<Kernel> makeKernel(const Functions& gl, int lumaBands, int chromaBands, LinkKind kind, int nodeSteps,
+  static Result<Kernel> makeKernel(const Functions& gl, const CacheBands& bands, LinkKind kind, int nodeSteps,
                                    GroupThreads threads, bool map);
   void runBatch(const Functions& gl, const Kernel& kernel, const GpuBake& gpu, const Links& links,
                 const LinkBatch& batch) const;

@@ -260,8 +260,8 @@ std::pmr::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t f
   return list;
 }
 
-Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, int chromaBands, bool irradianceOnMap,
-                    GpuBake& gpu, std::pmr::memory_resource* memory) {
+Status makeLightmap(const Functions& gl, const Caches& caches, const CacheBands& bands, GpuBake& gpu,
+                    std::pmr::memory_resource* memory) {
   GLint max = 0;
   gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &max);
   const Lightmap& map = caches.lightmap;
@@ -275,8 +275,8 @@ Status makeLightmap(const Functions& gl, const Caches& caches, int lumaBands, in
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const int lumaLayers = wordsOf(mapBands(lumaBands, irradianceOnMap)),
-            chromaLayers = wordsOf(mapBands(chromaBands, irradianceOnMap));
+  const int lumaLayers = wordsOf(bands.onMap(bands.lumaBands)),
+            chromaLayers = wordsOf(bands.onMap(bands.chromaBands));
   gpu.mapY = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
   gpu.mapCo = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapCg = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
@@ -315,13 +315,12 @@ Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLen
   return buffer;
 }
 
-void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu,
+void clearLight(const Functions& gl, const Bake& bake, const CacheBands& bands, GpuBake& gpu,
                 std::pmr::memory_resource* memory) {
   // All memory before anything is cleared.
-  const bool irradianceOnMap = bake.links.kind == LinkKind::irradiance;
-  const auto layersOf = [irradianceOnMap](int bands) { return wordsOf(mapBands(bands, irradianceOnMap)); };
+  const auto layersOf = [&bands](int held) { return wordsOf(bands.onMap(held)); };
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const std::size_t max = static_cast<std::size_t>(layersOf(std::max(lumaBands, chromaBands)));
+  const std::size_t max = static_cast<std::size_t>(layersOf(bands.lumaBands));
   const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * width * height * max, 0, memory);
   const Array<std::uint32_t>& map = bake.caches.lightmap.cache;
   std::pmr::vector<std::uint32_t> texels(map.begin(), map.end(), memory);
@@ -329,14 +328,14 @@ void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chroma
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.caches.get());
   gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
   gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
-  const auto clear = [&](const Texture& texture, int bands) {
+  const auto clear = [&](const Texture& texture, int held) {
     gl.BindTexture(GL_TEXTURE_2D_ARRAY, texture.get());
     gl.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height),
-                     layersOf(bands), GL_RGBA, GL_HALF_FLOAT, zeros.data());
+                     layersOf(held), GL_RGBA, GL_HALF_FLOAT, zeros.data());
   };
-  clear(gpu.mapY, lumaBands);
-  clear(gpu.mapCo, chromaBands);
-  clear(gpu.mapCg, chromaBands);
+  clear(gpu.mapY, bands.lumaBands);
+  clear(gpu.mapCo, bands.chromaBands);
+  clear(gpu.mapCg, bands.chromaBands);
   // Surfels leave out texels that hold no cache.
   for (std::uint32_t& texel : texels) texel = texel == kNoCache ? kRelumeNone : 0;
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, gpu.texels.get());
@@ -359,7 +358,7 @@ void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads,
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBands& bands, GroupThreads threads,
                            std::pmr::memory_resource* memory) {
   GLint64 limit = 0;
   GLint alignment = 1;
@@ -381,7 +380,7 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
                                              " nodes, the OpenGL backend takes at most " +
                                              std::to_string(kMaxPulledNodes)};
   }
-  const std::size_t cachesBytes = gpu.firstMapCache * cacheBytes(lumaBands, chromaBands);
+  const std::size_t cachesBytes = gpu.firstMapCache * cacheBytes(bands);
   const std::size_t largest =
       std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(), hierarchy.nodeCount() * sizeof(std::uint32_t),
                 (bake.caches.lightmap.cache.size() + bake.caches.count() + 1) * sizeof(std::uint32_t)});
@@ -390,7 +389,7 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
                                              " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
   }
 
-  makeSurfels(gl, bake, lumaBands, gpu, memory);
+  makeSurfels(gl, bake, bands.lumaBands, gpu, memory);
   gpu.pullGroup = choosePullGroup(threads);
   const PullSchedule schedule = makePullSchedule(hierarchy, gpu.pullGroup.nodes, memory);
   gpu.pullGroupCount = schedule.groupCount();
@@ -410,11 +409,8 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands,
   const PackedGrid grid = packGrid(bake.caches, memory);
   gpu.gridCache = makeArray<std::uint32_t>(gl, grid.words);
   gpu.resolve = makeBuffer(gl, &grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
-  if (Status ok =
-          makeLightmap(gl, bake.caches, lumaBands, chromaBands, links.kind == LinkKind::irradiance, gpu, memory);
-      !ok)
-    return ok.error();
-  clearLight(gl, bake, lumaBands, chromaBands, gpu, memory);
+  if (Status ok = makeLightmap(gl, bake.caches, bands, gpu, memory); !ok) return ok.error();
+  clearLight(gl, bake, bands, gpu, memory);
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
     batch.linkBytes = std::min(batch.linkBytes, gpu.links.bytes - batch.linkStart);

@@ -72,8 +72,8 @@ struct GpuBake {
 // map.
 inline int wordsOf(int bands) { return (bands * bands + 3) / 4; }
 // Bytes of one cache's coefficients in their buffer.
-inline std::size_t cacheBytes(int lumaBands, int chromaBands) {
-  return 8 * static_cast<std::size_t>(wordsOf(lumaBands) + 2 * wordsOf(chromaBands));
+inline std::size_t cacheBytes(const CacheBands& bands) {
+  return 8 * static_cast<std::size_t>(wordsOf(bands.lumaBands) + 2 * wordsOf(bands.chromaBands));
 }
 
 // How the driver runs the threads of a work group. OpenGL has no limit that tells the two apart, and a measurement when
@@ -104,7 +104,7 @@ std::pmr::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::s
 
 // Take all light off the caches and the light map. State must be saved. Throws std::bad_alloc, with all light still
 // there.
-void clearLight(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GpuBake& gpu,
+void clearLight(const Functions& gl, const Bake& bake, const CacheBands& bands, GpuBake& gpu,
                 std::pmr::memory_resource* memory);
 
 // Fill surfelOrder, where it is not yet: only a host that hands over light for each surfel pays for it.
@@ -112,7 +112,7 @@ void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
 // memory: of what is kept and of what is made for the driver.
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, GroupThreads threads,
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBands& bands, GroupThreads threads,
                            std::pmr::memory_resource* memory);
 
 }  // namespace relume::gl

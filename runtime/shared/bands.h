@@ -4,6 +4,7 @@
 
 #include "formats/sh.h"
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,11 +31,25 @@ inline std::optional<Bands> bandsByName(std::string_view name) {
   return name == bandsName(bands) ? std::optional(bands) : std::nullopt;
 }
 
-// Bands of the caches on the light map, of those that the relighter has: its receivers see a hemisphere by the clamped
-// cosine, which has nothing of the last of 4, 6 or 8 (clampedCosineFactors()), and irradiance caches have one.
-inline int mapBands(int bands, bool irradianceOnMap) {
-  if (irradianceOnMap) return 1;
-  return bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
-}
+// Which coefficients the caches hold.
+struct CacheBands {
+  int lumaBands = 1, chromaBands = 1;  // [1..8] chroma at most luma: of the grid's caches
+  // Caches on the light map hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance).
+  bool irradianceOnMap = false;
+  bool glossy = false;  // the light map has the bands too that glossy receivers alone read
+
+  // Bands of the caches on the light map, of a channel that has so many in the grid. Its receivers see a hemisphere by
+  // the clamped cosine, which has nothing of the last of 4, 6 or 8 (clampedCosineFactors()).
+  int onMap(int bands) const {
+    if (irradianceOnMap) return 1;
+    return !glossy && bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
+  }
+  // The same of the light map's caches alone.
+  CacheBands ofMap() const { return {onMap(lumaBands), onMap(chromaBands), irradianceOnMap, glossy}; }
+
+  std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
+  std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }
+  std::size_t stride() const { return lumaCount() + 2 * chromaCount(); }
+};
 
 }  // namespace relume

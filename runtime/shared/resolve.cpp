@@ -5,7 +5,7 @@
 #include "formats/color.h"
 #include "formats/limits.h"
 #include "formats/sh.h"
-#include "runtime/shared/stencil.h"
+#include "runtime/shared/interpolate.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -62,38 +62,6 @@ float applyLobe(const Lobe& lobe, const float* c, std::size_t count, std::size_t
   return e;
 }
 
-// Interpolated bands 0 and 1 of Y, Co and Cg, as far as they are there.
-struct FirstBands {
-  glm::vec3 constant{0.0f};
-  std::array<glm::vec3, 3> linear{};  // vectors along the light
-};
-
-FirstBands firstBands(const CacheLight& light, const Stencil& stencil, float scale) {
-  FirstBands first;
-  const std::size_t begin[3] = {0, light.lumaCount(), light.lumaCount() + light.chromaCount()};
-  for (int k = 0; k < stencil.count; ++k) {
-    const float* cache = light.coefficients.data() + light.stride() * stencil.cache[static_cast<std::size_t>(k)];
-    const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
-    for (int channel = 0; channel < 3; ++channel) {
-      const float* c = cache + begin[channel];
-      first.constant[channel] += w * c[0];
-      if ((channel == 0 ? light.lumaBands : light.chromaBands) < 2) continue;
-      first.linear[static_cast<std::size_t>(channel)] += w * glm::vec3(c[3], c[1], c[2]);
-    }
-  }
-  return first;
-}
-
-// Co and Cg in proportion to Y, by least squares over coefficients 0 to 3.
-glm::vec2 chromaOverLuma(const FirstBands& first) {
-  const auto product = [&first](int channel) {
-    return first.constant.x * first.constant[channel] +
-           glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
-  };
-  const float square = product(0);
-  return square > 0.0f ? glm::vec2(product(1), product(2)) / square : glm::vec2(0.0f);
-}
-
 glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, const glm::vec3& n, float scale) {
   const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
   const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
@@ -129,9 +97,6 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
   }
   return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
 }
-
-// A receiver whose normal can shade: nothing is read for others. False for NaN.
-bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) <= kMaxNormal2; }
 
 }  // namespace
 

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "relume/caches.h"
+#include "runtime/shared/bands.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -21,17 +22,11 @@
 
 namespace relume {
 
-// The caches' coefficients: lumaBands² of Y, chromaBands² of Co, of Cg, a cache at a time.
-struct CacheLight {
-  int lumaBands = 1, chromaBands = 1;
+// The caches' coefficients: lumaBands² of Y, chromaBands² of Co, of Cg, a cache at a time; zeros where caches on the
+// light map have fewer bands.
+struct CacheLight : CacheBands {
   std::span<const float> coefficients;  // [W/m²/sr]
-  bool irradianceOnMap =
-      false;                // caches on a surface hold E / (2 pi y_0) in coefficient 0 and zeros (LinkKind::irradiance)
-  bool guessBands = false;  // guess what two bands of luma or chroma lack of the clamped lobe
-
-  std::size_t lumaCount() const { return static_cast<std::size_t>(lumaBands * lumaBands); }
-  std::size_t chromaCount() const { return static_cast<std::size_t>(chromaBands * chromaBands); }
-  std::size_t stride() const { return lumaCount() + 2 * chromaCount(); }
+  bool guessBands = false;              // guess what two bands of luma or chroma lack of the clamped lobe
 };
 
 // Square of the longest normal that receivers may have: unit ones, and what is left of them by interpolation or

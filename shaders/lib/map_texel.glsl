@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Step 5: what a cache of the light map has gathered goes to all texels that hold it, dilation included (PIC 4.7), and
 // beside them its irradiance for its own normal, which next frame's surfels read (light_surfels.comp). Needs the bands
-// of the light map: runtime/gl/upload.h, mapBands().
+// of the light map: runtime/shared/bands.h, CacheBands::onMap().
 
 // Of each cache its first texel, counted from the first cache of the map; then all texels, x and y in 16 bits each.
 layout(std430, binding = RELUME_SLOT_MAP_TEXELS) readonly buffer MapTexels { uint mapTexel[]; };

@@ -64,8 +64,9 @@
 #endif
 
 // What receivers may have: formats/limits.h, runtime/shared/resolve.h.
-#define RELUME_MOST_COORDINATE 1e9f  // [m]
-#define RELUME_MOST_NORMAL2 4.0f
+#define RELUME_MAX_COORDINATE 1e9f  // [m]
+#define RELUME_MAX_NORMAL2 4.0f
+#define RELUME_MAX_EXPONENT 1e4f
 
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64

@@ -100,8 +100,8 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     if (const auto lit = relightUntilConverged(*relighter, setup); !lit)
       return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
     const std::vector<float> coefficients = relighter->cacheCoefficients();
-    const CacheLight light{relighter->lumaBands(), relighter->chromaBands(), coefficients,
-                           baked->links.kind == LinkKind::irradiance};
+    const CacheLight light{
+        {relighter->lumaBands(), relighter->chromaBands(), baked->links.kind == LinkKind::irradiance}, coefficients};
     const CacheGrid& grid = baked->caches.grid;
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());

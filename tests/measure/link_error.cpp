@@ -74,7 +74,7 @@ Measured measure(const Links& links, const std::vector<std::uint32_t>& nodes, in
   };
   for (int i = 0; i < repetitions; ++i) {
     const double start = now();
-    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), set, nodes, kBands, kBands, m.coefficients, {});
+    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), set, nodes, {kBands, kBands}, m.coefficients, {});
     m.ms = std::min(m.ms, now() - start);
   }
   return m;

@@ -67,7 +67,7 @@ int measure(const std::string& level, const std::string& bakePath, const std::st
     found.setLayer("", composeAov(*frame, Aov::indirect));
     CompareOptions compare;
     compare.layers = {"DiffDir", "DiffInd"};
-    const auto d = compareImages(toChannels(*truth), found, compare);
+    const auto d = compareImages(toChannels(*truth, radianceOf(*truth)), found, compare);
     if (!d) return fail(d.error().message);
     std::printf("| %g | %.1f | %.1f | %.3f | %.1f |\n", static_cast<double>(turn), 100 * d->rmseClean,
                 100 * d->rmseTrimmed, d->energy, 100 * d->noise);

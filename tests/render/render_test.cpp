@@ -149,7 +149,7 @@ TEST(CameraRays, middleLooksForwardAndEdgesSpanTheFieldOfView) {
 
 TEST(ComposeAov, dividesByAlbedoAndLeavesBlackChannelsBlack) {
   RenderedFrame frame;
-  frame.resize(1, 1, false);
+  frame.resize({.width = 1, .height = 1});
   frame.albedo[0] = {0.5f, 0.0f, 0.25f};
   frame.indirect[0] = {1.0f, 0.0f, 0.5f};
   frame.straight[0] = {0.25f, 0.0f, 0.5f};

@@ -194,7 +194,7 @@ TEST_P(LightCaches, agreesWithTheOracleForEveryPairOfBands) {
       const auto y = static_cast<std::size_t>(luma * luma), c = static_cast<std::size_t>(chroma * chroma);
       const std::size_t stride = y + 2 * c;
       std::vector<float> found(bake.caches.count() * stride, -1.0f);
-      cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma, chroma, found,
+      cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, found,
                        onTwoThreads);
       for (std::size_t i = 0; i < found.size(); ++i) {
         const std::vector<double>& all = expected[i / stride];
@@ -243,7 +243,7 @@ TEST(LightCachesOfManyNodes, findTheirNodes) {
     const auto kernel = cpu::lightCachesKernel(simd);
     if (!kernel) continue;
     std::vector<float> found(bake.caches.count() * 48);
-    cpu::lightCaches(kernel, set, nodes, 4, 4, found, {});
+    cpu::lightCaches(kernel, set, nodes, {4, 4}, found, {});
     for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
       const std::vector<double> want = oracle(bake, nodes, cache, 4, 4);
       for (std::size_t i = 0; i < 48; ++i)
@@ -270,7 +270,7 @@ TEST_P(LightCachesRows, ofOddSizesAndShort) {
         if (!kernel) continue;
         std::vector<float> found(bake.caches.count() * stride);
         const int b = static_cast<int>(bands);
-        cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, b, b, found, {});
+        cpu::lightCaches(kernel, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {b, b}, found, {});
         for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
           const std::vector<double> want = oracle(bake, nodes, cache, b, b);
           for (std::size_t i = 0; i < stride; ++i)
@@ -289,9 +289,8 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
   const std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), packColor(glm::vec3(kPi), 0.5f));
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma,
-                     chroma, coefficients, {});
-    const CacheLight light{luma, chroma, coefficients, true};
+    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, coefficients, {});
+    const CacheLight light{{luma, chroma, true}, coefficients};
     for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;
       const glm::vec2 uv = unpackUnorm16x2(bake.surfels.receiver[s]);

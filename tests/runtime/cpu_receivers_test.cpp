@@ -45,7 +45,7 @@ struct TwoTexels {
           coefficients.push_back(radiance * tint[channel] * static_cast<float>(c[static_cast<std::size_t>(i)]));
       }
     }
-    light = {luma, chroma, coefficients, false};
+    light = {{luma, chroma}, coefficients};
   }
 
   // Projection of the upper half of the sphere: only m = 0, 2 pi K_l Int_0^1 P_l.
@@ -165,7 +165,7 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   const auto full = static_cast<float>(2 * std::sqrt(kPi));
   coefficients[0] = full;
   coefficients[48] = 3.0f * full;
-  const CacheLight light{4, 4, coefficients, false};
+  const CacheLight light{{4, 4}, coefficients};
   const auto pi = static_cast<float>(kPi);
   const glm::vec3 side(0, 1, 0);
   // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
@@ -196,9 +196,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
       std::vector<float> coefficients(count + 8);
-      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, luma,
-                       chroma, coefficients, {});
-      const CacheLight light{luma, chroma, {coefficients.data(), count}, kind == LinkKind::irradiance};
+      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, coefficients, {});
+      const CacheLight light{{luma, chroma, kind == LinkKind::irradiance}, {coefficients.data(), count}};
       cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
       cpu::LightSurfelsJob job;
       packed.describe(job);

@@ -22,12 +22,13 @@ using test::difference;
 
 class GlBands : public test::GlTest {};
 
-Relighter make(const Bake& bake, BackendKind backend, int luma, int chroma) {
+Relighter make(const Bake& bake, BackendKind backend, int luma, int chroma, bool glossy) {
   RelightOptions options;
   options.backend = backend;
   options.getProcAddress = EglContext::getProcAddress;
   options.lumaBands = luma;
   options.chromaBands = chroma;
+  options.glossy = glossy;
   Result<Relighter> made = Relighter::create(bake, options);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return std::move(*made);
@@ -53,12 +54,19 @@ std::vector<float> receivers(int count) {
   return in;
 }
 
-// Irradiance at receivers, light map then grid, by the shader or by the CPU's resolve.
-struct Irradiances {
-  std::vector<float> map, grid;
+// Irradiance and glossy light at receivers, on the light map and in the grid, by the shader or by the CPU's resolve.
+struct Resolved {
+  std::vector<float> map, grid, glossyMap, glossyGrid;
+
+  void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
+    map.insert(map.end(), {a.x, a.y, a.z});
+    grid.insert(grid.end(), {b.x, b.y, b.z});
+    glossyMap.insert(glossyMap.end(), {c.x, c.y, c.z});
+    glossyGrid.insert(glossyGrid.end(), {d.x, d.y, d.z});
+  }
 };
 
-Irradiances byShader(const Relighter& gl, const std::vector<float>& in) {
+Resolved byShader(const Relighter& gl, const std::vector<float>& in) {
   gl.gl()->bind();
   const std::size_t count = in.size() / 8;
   const std::vector<float> found = test::runCompute(
@@ -67,22 +75,29 @@ Irradiances byShader(const Relighter& gl, const std::vector<float>& in) {
       "vec3 plane = normalize(n + vec3(0.4, -0.3, 0.2));\n"
       "vec3 a = relumeIrradianceLightmap(vec2(inData[k], inData[k+1u]), n, plane);\n"
       "vec3 b = relumeIrradianceGrid(vec3(inData[k+5u], inData[k+6u], inData[k+7u]), n);\n"
-      "for (int j = 0; j < 3; ++j) { outData[6u*i+uint(j)] = a[j]; outData[6u*i+3u+uint(j)] = b[j]; }\n",
-      in, count, count * 6);
-  Irradiances e;
-  for (std::size_t i = 0; i < count * 6; ++i) (i % 6 < 3 ? e.map : e.grid).push_back(found[i]);
+      "float exponent = float(1u << (i % 8u));\n"
+      "vec3 c = relumeGlossyLightmap(vec2(inData[k], inData[k+1u]), plane, exponent);\n"
+      "vec3 d = relumeGlossyGrid(vec3(inData[k+5u], inData[k+6u], inData[k+7u]), n, plane, exponent);\n"
+      "for (int j = 0; j < 3; ++j) {\n"
+      "  outData[12u*i+uint(j)] = a[j]; outData[12u*i+3u+uint(j)] = b[j];\n"
+      "  outData[12u*i+6u+uint(j)] = c[j]; outData[12u*i+9u+uint(j)] = d[j];\n"
+      "}\n",
+      in, count, count * 12);
+  Resolved e;
+  const auto at = [&found](std::size_t i) { return glm::vec3(found[i], found[i + 1], found[i + 2]); };
+  for (std::size_t i = 0; i < found.size(); i += 12) e.add(at(i), at(i + 3), at(i + 6), at(i + 9));
   return e;
 }
 
-Irradiances byCpu(const Relighter& relighter, const std::vector<float>& in) {
-  Irradiances e;
+Resolved byCpu(const Relighter& relighter, const std::vector<float>& in) {
+  Resolved e;
   for (std::size_t i = 0; i < in.size() / 8; ++i) {
     const float* q = &in[8 * i];
     const glm::vec3 n(q[2], q[3], q[4]), plane = glm::normalize(n + glm::vec3(0.4f, -0.3f, 0.2f));
-    const glm::vec3 a = relighter.irradianceOnLightmap({q[0], q[1]}, n, plane);
-    const glm::vec3 b = relighter.irradianceInGrid({q[5], q[6], q[7]}, n);
-    e.map.insert(e.map.end(), {a.x, a.y, a.z});
-    e.grid.insert(e.grid.end(), {b.x, b.y, b.z});
+    const float exponent = static_cast<float>(1u << (i % 8));
+    e.add(relighter.irradianceOnLightmap({q[0], q[1]}, n, plane), relighter.irradianceInGrid({q[5], q[6], q[7]}, n),
+          relighter.glossyOnLightmap({q[0], q[1]}, plane, exponent),
+          relighter.glossyInGrid({q[5], q[6], q[7]}, n, plane, exponent));
   }
   return e;
 }
@@ -91,13 +106,13 @@ double coefficientDifference(const Relighter& a, const Relighter& b) {
   return test::coefficientDifference(a.cacheCoefficients(), b.cacheCoefficients(), a.coefficientsPerCache());
 }
 
-void expectLayers(GLuint texture, int bands) {
+void expectLayers(GLuint texture, int bands, bool glossy) {
   GLint layers = 0;
   glBindTexture(GL_TEXTURE_2D_ARRAY, texture);
   glGetTexLevelParameteriv(GL_TEXTURE_2D_ARRAY, 0, GL_TEXTURE_DEPTH, &layers);
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   // Bands 3, 5 and 7 of the clamped cosine are zero.
-  const int read = bands == 4 || bands == 6 || bands == 8 ? bands - 1 : bands;
+  const int read = !glossy && (bands == 4 || bands == 6 || bands == 8) ? bands - 1 : bands;
   EXPECT_EQ(layers, (read * read + 3) / 4);
 }
 
@@ -116,7 +131,9 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       if (!all && luma > 3 && chroma != 1 + luma % 5) continue;
       SCOPED_TRACE("Y" + std::to_string(luma) + "Co" + std::to_string(chroma) + "Cg" + std::to_string(chroma));
-      Relighter cpu = make(bake, BackendKind::cpu, luma, chroma), gl = make(bake, BackendKind::gl, luma, chroma);
+      const bool glossy = (luma + chroma) % 2 == 0;
+      Relighter cpu = make(bake, BackendKind::cpu, luma, chroma, glossy),
+                gl = make(bake, BackendKind::gl, luma, chroma, glossy);
       ASSERT_EQ(gl.coefficientsPerCache(), luma * luma + 2 * chroma * chroma);
       for (int frame = 0; frame < 2; ++frame) {
         EXPECT_TRUE(cpu.relight(setup));
@@ -124,13 +141,15 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
       }
       EXPECT_LT(coefficientDifference(cpu, gl), 0.005);
       const GlResolveInputs inputs = gl.gl()->inputs();
-      expectLayers(inputs.lightmapY, luma);
-      expectLayers(inputs.lightmapCo, chroma);
-      expectLayers(inputs.lightmapCg, chroma);
-      const Irradiances shader = byShader(gl, in), same = byCpu(gl, in);
+      expectLayers(inputs.lightmapY, luma, glossy);
+      expectLayers(inputs.lightmapCo, chroma, glossy);
+      expectLayers(inputs.lightmapCg, chroma, glossy);
+      const Resolved shader = byShader(gl, in), same = byCpu(gl, in);
       // Texture filters weigh with 8 bits, and the map's normals have 8.
       EXPECT_LT(difference(same.map, shader.map), 0.06);
       EXPECT_LT(difference(same.grid, shader.grid), 1e-3);
+      EXPECT_LT(difference(same.glossyMap, shader.glossyMap), 0.06);
+      EXPECT_LT(difference(same.glossyGrid, shader.glossyGrid), 1e-3);
     }
   }
 }

@@ -193,24 +193,24 @@ TEST(Shaders, passTheReferenceCompiler) {
   add("light_surfels.comp", "comp", {});
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
     for (const bool irradianceOnMap : {false, true}) {
-      const auto bands = gl::bandDefines(luma, chroma, irradianceOnMap);
+      const auto bands = gl::bandDefines({luma, chroma, irradianceOnMap});
       for (const char* grid : {"0", "1"}) {
         auto bounce = bands;
         bounce.emplace_back("RELUME_BOUNCE_GRID", grid);
         add("bounce_surfels.comp", "comp", bounce);
       }
-      add("resolve.glsl", "frag", gl::resolveDefines(luma, chroma, irradianceOnMap),
-          "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p); "
-          "}\n");
+      add("resolve.glsl", "frag", gl::resolveDefines({luma, chroma, irradianceOnMap}),
+          "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p) + "
+          "relumeGlossyLightmap(p.xy, p, p.x) + relumeGlossyGrid(p, p, p, p.x); }\n");
     }
     for (const LinkKind kind : kLinkKinds) {
       for (const auto threads : {gl::GroupThreads::serial, gl::GroupThreads::parallel}) {
-        const gl::CacheGroup group = gl::chooseCacheGroup(threads, luma, chroma);
+        const gl::CacheGroup group = gl::chooseCacheGroup(threads, {luma, chroma});
         for (const bool map : {false, true}) {
-          add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, -1, map));
+          add("light_caches.comp", "comp", gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, -1, map));
           if (kind != LinkKind::oct6) continue;
           for (const int steps : {0, 5})
-            add("light_caches.comp", "comp", gl::cacheDefines(luma, chroma, kind, group, steps, map));
+            add("light_caches.comp", "comp", gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, steps, map));
         }
       }
     }

@@ -33,7 +33,7 @@ namespace {
 enum class DynamicParts { solid, receivers, hidden };
 
 struct ReferenceArguments {
-  std::string scene, output, exposure = "auto";
+  std::string scene, output, exposure = "auto", aov = "full", exponent;
   ViewOptions view;
   SceneOptions sceneOptions;
   ReferenceOptions options;
@@ -47,15 +47,16 @@ bool isPng(const ReferenceArguments& arguments) {
 }
 
 // Layers as they are traced, and once more as channels on their way to the file.
-Status reserveImage(const View& view, Context& context) {
-  constexpr double kPixelBytes = 2 * (8 * 12 + 4) + 4;
-  return reserveMemory(context, "reference", kPixelBytes * view.width * view.height,
+Status reserveImage(const View& view, bool glossy, Context& context) {
+  const double pixelBytes = 2 * ((glossy ? 12 : 8) * 12 + 4) + 4;
+  return reserveMemory(context, "reference", pixelBytes * view.width * view.height,
                        std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size");
 }
 
-Result<ReferenceImage> trace(const Scene& scene, const View& view, const ReferenceArguments& arguments,
-                             Context& context) {
+Result<ReferenceImage> trace(const Scene& scene, const View& view, const std::optional<float>& exponent,
+                             const ReferenceArguments& arguments, Context& context) {
   ReferenceOptions options = arguments.options;
+  options.exponent = exponent;
   options.width = view.width;
   options.height = view.height;
   options.emissive = view.emissive;
@@ -74,15 +75,15 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const Referen
   return renderReference(*transport, view.camera, view.lights, options, context, &*drawn);
 }
 
-// A PNG of the radiance, or all layers.
+// A PNG, or all layers.
 Status writeReference(const ReferenceImage& image, const std::optional<float>& stops,
                       const ReferenceArguments& arguments) {
+  const std::vector<glm::vec3> radiance = arguments.aov == "glossy" ? glossyOf(image) : radianceOf(image);
   if (!isPng(arguments)) {
-    if (Status ok = writeExr(arguments.output, toChannels(image), arguments.half); !ok) return ok;
+    if (Status ok = writeExr(arguments.output, toChannels(image, radiance), arguments.half); !ok) return ok;
     std::printf("wrote %s\n", printable(arguments.output).c_str());
     return done();
   }
-  const std::vector<glm::vec3> radiance = radianceOf(image);
   const float exposure = stops.value_or(autoExposure(radiance));
   if (Status ok = writePng(arguments.output, image.width, image.height, radiance, std::exp2(exposure)); !ok) return ok;
   std::printf("wrote %s\nexposure: %s stops\n", printable(arguments.output).c_str(), stopsText(exposure).c_str());
@@ -95,6 +96,10 @@ int runReference(const ReferenceArguments& arguments) {
   if (!view) return fail(view.error());
   const auto stops = readExposure(arguments.exposure);
   if (!stops) return fail(stops.error());
+  const auto exponent = readExponent(arguments.exponent);
+  if (!exponent) return fail(exponent.error());
+  if (arguments.aov == "glossy" && !*exponent)
+    return fail({ErrorCode::usage, "--aov glossy needs --exponent: of the lobe about the reflected direction"});
   if (!isPng(arguments) && std::filesystem::path(arguments.output).extension() != ".exr") {
     return fail(
         {ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found"});
@@ -108,7 +113,7 @@ int runReference(const ReferenceArguments& arguments) {
   files.write("-o", arguments.output, imageKind(arguments.output));
   files.force = arguments.force;
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
-  if (Status ok = reserveImage(*view, context); !ok) return fail(ok.error());
+  if (Status ok = reserveImage(*view, exponent->has_value(), context); !ok) return fail(ok.error());
   auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);
@@ -116,7 +121,7 @@ int runReference(const ReferenceArguments& arguments) {
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
 
   // 2. Trace
-  auto image = trace(*scene, *view, arguments, context);
+  auto image = trace(*scene, *view, *exponent, arguments, context);
   terminal.finish();
   if (!image) return fail(image.error());
 
@@ -149,12 +154,19 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   command->add_option("--bounces", a->options.maxBounces, "how often light is reflected before it arrives, at most")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+  command
+      ->add_option("--aov", a->aov,
+                   "what R, G, B and a PNG are: full (radiance toward the camera) or glossy (mean radiance in a lobe "
+                   "about the reflected direction) [full|glossy]")
+      ->check(CLI::IsMember({"full", "glossy"}))
+      ->capture_default_str();
+  addExponentOption(*command, a->exponent);
   command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
   command
       ->add_option("-o,--output", a->output,
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
-                   "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
-                   ".png: the radiance")
+                   "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; with --exponent "
+                   "GlossInd, GlossDir, GlossIndErr, GlossDirErr; .png: the radiance")
       ->type_name("FILE")
       ->required();
   command

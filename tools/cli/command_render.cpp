@@ -38,7 +38,8 @@ namespace relume {
 namespace {
 
 struct RenderArguments {
-  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto";
+  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto",
+              exponent;
   std::vector<std::string> aovs{"full"};
   ViewOptions view;
   SceneOptions sceneOptions;
@@ -63,9 +64,12 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
     if (needsBake(aov) && arguments.bake.empty())
       return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
+    if (aov == Aov::glossy && !request.exponent)
+      return usage("--aov glossy needs --exponent: of the lobe about the reflected direction");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
     aovs.push_back(aov);
   }
+  if (std::find(aovs.begin(), aovs.end(), Aov::glossy) == aovs.end()) request.exponent.reset();
   return aovs;
 }
 
@@ -88,6 +92,9 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   const std::string extension = std::filesystem::path(arguments.output).extension().string();
   if (extension != ".exr" && extension != ".png")
     return usage("-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found");
+  const auto exponent = readExponent(arguments.exponent);
+  if (!exponent) return exponent.error();
+  request.exponent = *exponent;
   return done();
 }
 
@@ -226,7 +233,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
 
 // The sums of a frame, and a layer composed and converted on its way to a file.
 Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& arguments, Context& context) {
-  constexpr double kSumBytes = 5 * 12 + 28, kLayerBytes = 12 + 12 + 12;
+  constexpr double kSumBytes = 6 * 12 + 28, kLayerBytes = 12 + 12 + 12;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = arguments.sideBySide ? 12.0 * static_cast<double>(aovs) : 0.0;
   return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide),
@@ -318,12 +325,13 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--aov", a->aovs,
                    "what to draw, separated by commas; indirect, bounced and direct are irradiance / pi without "
-                   "albedo, full and unbounced radiance. Several go to several files: "
+                   "albedo, full and unbounced radiance, glossy the mean radiance in a lobe about the reflected direction. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
                    "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest) "
-                   "[indirect|bounced|direct|full|unbounced|albedo|normal|position|depth]")
+                   "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth]")
       ->delimiter(',')
       ->capture_default_str();
+  addExponentOption(*command, a->exponent);
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();

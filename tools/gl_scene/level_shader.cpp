@@ -59,9 +59,16 @@ vec3 levelLinks(vec3 p, vec3 n) {
   vec2 uv;
   return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, plane) : relumeIrradianceGrid(p, n);
 }
+// Radiance in a lobe about r.
+vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
+  vec2 uv;
+  return levelOnLightmap(uv) ? relumeGlossyLightmap(uv, r, exponent) : relumeGlossyGrid(p, n, r, exponent);
+}
 )";
 
-const char* kNoLinks = "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n";
+const char* kNoLinks =
+    "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
+    "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return vec3(0.0); }\n";
 
 }  // namespace
 

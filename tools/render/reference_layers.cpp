@@ -11,13 +11,25 @@ std::vector<glm::vec3> radianceOf(const ReferenceImage& image) {
   return radiance;
 }
 
-ChannelImage toChannels(const ReferenceImage& image) {
+std::vector<glm::vec3> glossyOf(const ReferenceImage& image) {
+  std::vector<glm::vec3> glossy(image.glossyDirect.size());
+  for (std::size_t i = 0; i < glossy.size(); ++i) glossy[i] = image.glossyDirect[i] + image.glossyIndirect[i];
+  return glossy;
+}
+
+ChannelImage toChannels(const ReferenceImage& image, std::span<const glm::vec3> combined) {
   ChannelImage file{image.width, image.height, {}};
-  file.setLayer("", radianceOf(image));
+  file.setLayer("", combined);
   file.setLayer("DiffInd", image.indirect);
   file.setLayer("DiffDir", image.direct);
   file.setLayer("DiffIndErr", image.indirectError);
   file.setLayer("DiffDirErr", image.directError);
+  if (!image.glossyDirect.empty()) {
+    file.setLayer("GlossInd", image.glossyIndirect);
+    file.setLayer("GlossDir", image.glossyDirect);
+    file.setLayer("GlossIndErr", image.glossyIndirectError);
+    file.setLayer("GlossDirErr", image.glossyDirectError);
+  }
   file.setLayer("DiffCol", image.albedo);
   file.setLayer("Emit", image.emission);
   file.setLayer("Position", image.position, "XYZ");

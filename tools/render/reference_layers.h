@@ -5,6 +5,7 @@
 #include "bake/reference/path_tracer.h"
 #include "tools/images/image_io.h"
 
+#include <span>
 #include <vector>
 
 namespace relume {
@@ -12,8 +13,11 @@ namespace relume {
 // Radiance toward the camera. [Size width * height]
 std::vector<glm::vec3> radianceOf(const ReferenceImage& image);
 
-// That radiance as R, G, B, and the layers DiffInd, DiffDir, DiffIndErr, DiffDirErr, DiffCol, Emit, Position, Normal
-// and Depth.
-ChannelImage toChannels(const ReferenceImage& image);
+// Glossy light, all of it. Empty where none was traced.
+std::vector<glm::vec3> glossyOf(const ReferenceImage& image);
+
+// `combined` as R, G, B, and the layers DiffInd, DiffDir, DiffIndErr, DiffDirErr, DiffCol, Emit, Position, Normal, Depth
+// and, where they were traced, GlossInd, GlossDir, GlossIndErr, GlossDirErr. [Size combined = width * height]
+ChannelImage toChannels(const ReferenceImage& image, std::span<const glm::vec3> combined);
 
 }  // namespace relume

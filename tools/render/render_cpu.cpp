@@ -105,6 +105,10 @@ class CpuRenderer {
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (request_.exponent && relit_.all) {
+      frame_.glossy[pixel] +=
+          weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
+    }
     if (relit_.straight)
       frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
     if (request_.emissive && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle))) {
@@ -139,6 +143,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   RelightOptions options;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
+  options.glossy = request.exponent.has_value();
   options.parallelFor = parallelFor(context);
   context.progress("relight", 0.0);
   auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights, context), {});
@@ -148,7 +153,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   // Draw, a row of pixels at a time
   RenderedFrame frame;
   frame.renderer = "cpu";
-  frame.resize(request.width, request.height, request.centres);
+  frame.resize(request);
   const CpuRenderer renderer(tracer, request, *relit, frame);
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;

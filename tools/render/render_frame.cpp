@@ -30,21 +30,23 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect", "bounced", "direct",   "full", "unbounced",
-                                              "albedo",   "normal",  "position", "depth"};
+  static const std::vector<std::string> names{"indirect", "bounced", "direct", "glossy",   "full",
+                                              "unbounced", "albedo",  "normal", "position", "depth"};
   return names;
 }
 
 bool needsBake(Aov aov) {
-  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::full || aov == Aov::unbounced;
+  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::glossy || aov == Aov::full ||
+         aov == Aov::unbounced;
 }
 
-void RenderedFrame::resize(std::uint32_t w, std::uint32_t h, bool centres) {
-  width = w;
-  height = h;
-  const std::size_t pixels = std::size_t{w} * h;
+void RenderedFrame::resize(const RenderRequest& request) {
+  width = request.width;
+  height = request.height;
+  const std::size_t pixels = std::size_t{width} * height;
   for (auto* layer : {&albedo, &emission, &direct, &indirect, &straight}) layer->assign(pixels, glm::vec3(0.0f));
-  if (!centres) return;
+  if (request.exponent) glossy.assign(pixels, glm::vec3(0.0f));
+  if (!request.centres) return;
   normal.assign(pixels, glm::vec3(0.0f));
   position.assign(pixels, glm::vec3(0.0f));
   depth.assign(pixels, 0.0f);
@@ -62,6 +64,9 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
         break;
       case Aov::direct:
         image[i] = withoutAlbedo(f.direct[i], f.albedo[i]);
+        break;
+      case Aov::glossy:
+        image[i] = f.glossy[i];
         break;
       case Aov::full:
         image[i] = f.direct[i] + f.indirect[i] + f.emission[i];

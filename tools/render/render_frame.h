@@ -23,8 +23,9 @@ namespace relume {
 // a pixel they are the albedo-weighted mean, and zero where a channel's albedo is zero.
 enum class Aov {
   indirect,   // irradiance / pi by links: reflected light, and what emitters and sky send
-  bounced,    // the same less what comes straight from emitters and sky: light reflected at least once
+  bounced,    // indirect less what comes straight from emitters and sky: light reflected at least once
   direct,     // irradiance / pi by punctual lights
+  glossy,     // mean radiance by links in lobes about the reflected directions, without reflectance
   full,       // radiance toward the camera: (direct + indirect) albedo + emission
   unbounced,  // full less bounced times albedo: what the level would look like if nothing reflected light twice
   albedo,
@@ -50,6 +51,7 @@ struct RenderRequest {
   std::uint32_t shadowSize = 2048;          // [64..8192] texels a side of a shadow map (GL)
   Bands bands;                              // as RelightOptions
   bool straight = false;                    // bounced or unbounced is wanted
+  std::optional<float> exponent;            // [0..kMaxExponent] of all surfaces' lobes: glossy is wanted
   bool centres = false;                     // normal, position or depth is wanted
 };
 
@@ -59,6 +61,7 @@ struct RenderedFrame {
   std::vector<glm::vec3> albedo, emission;  // emission: surfaces that are on, and the sky where nothing is hit
   std::vector<glm::vec3> direct, indirect, straight;  // [W/m²/sr] reflected light by kind of arrival; straight: the
                                                       // part of indirect that comes unreflected from emitters and sky
+  std::vector<glm::vec3> glossy;  // [W/m²/sr] without reflectance; empty unless asked for
   std::vector<glm::vec3> normal, position;            // at pixel centres; empty unless asked for
   std::vector<float> depth;
   int frames = 0;                   // relight frames run
@@ -67,7 +70,8 @@ struct RenderedFrame {
   std::string renderer;  // "cpu", or GL_RENDERER
   std::string bands;     // that were lit, by name; empty without a bake
 
-  void resize(std::uint32_t w, std::uint32_t h, bool centres);
+  // Black, with the layers that are asked for.
+  void resize(const RenderRequest& request);
 };
 
 // The image of one layer. [Size width * height]

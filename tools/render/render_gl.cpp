@@ -31,6 +31,8 @@ layout(location = 2) out vec4 outLinks;
 layout(location = 3) out vec4 outEmission;
 layout(location = 9) uniform float renderEmissive;
 layout(location = 10) uniform bool renderCentres;
+layout(location = 11) uniform float renderExponent;  // links in lobes about the reflected directions; negative: irradiance
+layout(location = 12) uniform vec4 renderEye;        // position, 1; or of parallel rays the direction, 0
 void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition, albedo = levelAlbedo();
@@ -43,7 +45,12 @@ void main() {
   }
   const float invPi = 0.31830988618;
   outDirect = vec4(albedo * levelDirect(p, n) * invPi, 0.0);
-  outLinks = vec4(albedo * levelLinks(p, n) * invPi, 0.0);
+  if (renderExponent >= 0.0) {
+    vec3 ray = renderEye.w > 0.0 ? normalize(p - renderEye.xyz) : renderEye.xyz;
+    outLinks = vec4(levelGlossy(p, n, reflect(ray, n), renderExponent), 0.0);
+  } else {
+    outLinks = vec4(albedo * levelLinks(p, n) * invPi, 0.0);
+  }
   outEmission = vec4(renderEmissive * levelEmission(), 0.0);
 }
 )";
@@ -140,7 +147,12 @@ class GlRenderer {
 
   // Draw a tile with supersampling and add it to the frame.
   void shade(const Tile& tile, const Relit& relit) {
-    drawTile(tile, relit.all ? &*relit.all : nullptr, request_.samples, false);
+    const Relighter* all = relit.all ? &*relit.all : nullptr;
+    if (request_.exponent && all) {
+      drawTile(tile, all, request_.samples, false, *request_.exponent);
+      box(2, tile, frame_.glossy);
+    }
+    drawTile(tile, all, request_.samples, false);
     box(0, tile, frame_.albedo);
     box(1, tile, frame_.direct);
     box(2, tile, frame_.indirect);
@@ -172,11 +184,16 @@ class GlRenderer {
   }
 
  private:
-  void drawTile(const Tile& tile, const Relighter* relighter, std::uint32_t samples, bool centresOnly) const {
+  void drawTile(const Tile& tile, const Relighter* relighter, std::uint32_t samples, bool centresOnly,
+                float exponent = -1.0f) const {
     targets_.begin(tile.width * samples, tile.height * samples);
     glUseProgram(program_);
     glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
+    glUniform1f(11, exponent);
+    const CameraRays rays(request_.camera, request_.width, request_.height);
+    const glm::vec4 eye = rays.orthographic ? glm::vec4(rays.forward, 0.0f) : glm::vec4(rays.origin, 1.0f);
+    glUniform4fv(12, 1, glm::value_ptr(eye));
     if (relighter) relighter->gl()->bind();
     const glm::mat4 clip = tileClip(request_, level_, tile);
     level_.draw(clip);
@@ -257,6 +274,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.backend = BackendKind::gl;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
+  options.glossy = request.exponent.has_value();
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = EglContext::getProcAddress;
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
@@ -275,7 +293,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   if (!targets.complete()) return Error{ErrorCode::unsupported, "OpenGL cannot draw into 32-bit float targets"};
   RenderedFrame frame;
   frame.renderer = "gl: " + egl->renderer();
-  frame.resize(request.width, request.height, request.centres);
+  frame.resize(request);
   GlRenderer renderer(request, *level, program->name(), targets, frame);
   const std::vector<Tile> tiles = tilesOf(request, request.samples);
   for (std::size_t i = 0; i < tiles.size(); ++i) {

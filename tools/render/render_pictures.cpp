@@ -30,7 +30,8 @@ glm::vec3 dataColor(const RenderedFrame& frame, std::size_t pixel, Aov aov, cons
 }  // namespace
 
 bool isLight(Aov aov) {
-  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::direct || aov == Aov::full || aov == Aov::unbounced;
+  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::direct || aov == Aov::glossy || aov == Aov::full ||
+         aov == Aov::unbounced;
 }
 
 PictureScale scaleOf(const RenderedFrame& frame, std::span<const Aov> aovs, const std::optional<float>& stops,

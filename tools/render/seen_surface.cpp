@@ -4,6 +4,8 @@
 
 #include "formats/pack.h"
 
+#include <glm/geometric.hpp>
+
 namespace relume {
 
 SeenSurface seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
@@ -36,6 +38,14 @@ glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& 
   if (const std::optional<glm::vec2> uv = lightmapPoint(scene, bake, seen))
     return relighter.irradianceOnLightmap(*uv, seen.normal, seen.geometricNormal);
   return relighter.irradianceInGrid(seen.positionWorld, seen.normal);
+}
+
+glm::vec3 linkGlossy(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,
+                     const Ray& ray, float exponent) {
+  const glm::vec3 reflected = glm::reflect(ray.direction, seen.normal);
+  if (const std::optional<glm::vec2> uv = lightmapPoint(scene, bake, seen))
+    return relighter.glossyOnLightmap(*uv, reflected, exponent);
+  return relighter.glossyInGrid(seen.positionWorld, seen.normal, reflected, exponent);
 }
 
 }  // namespace relume

@@ -28,4 +28,8 @@ std::optional<glm::vec2> lightmapPoint(const Scene& scene, const Bake& bake, con
 // Irradiance over links [W/m²] from where the surface reads it.
 glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen);
 
+// Mean radiance over links [W/m²/sr] in a lobe about the direction that the ray is reflected to (glossyOnLightmap()).
+glm::vec3 linkGlossy(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,
+                     const Ray& ray, float exponent);
+
 }  // namespace relume

@@ -171,6 +171,21 @@ void addViewOptions(CLI::App& command, ViewOptions& options) {
   command.add_option("--size", options.size, "pixels of the image, WIDTHxHEIGHT, 1..16384 each")->capture_default_str();
 }
 
+void addExponentOption(CLI::App& command, std::string& text) {
+  command
+      .add_option("--exponent", text,
+                  "exponent of the lobes of glossy light on every surface, 0..10000; a roughness r has 0.5 / r^4 - 0.5")
+      ->type_name("N");
+}
+
+Result<std::optional<float>> readExponent(const std::string& text) {
+  if (text.empty()) return std::optional<float>();
+  const std::optional<float> exponent = finiteNumber(text);
+  if (!exponent || *exponent < 0.0f || *exponent > kMaxExponent)
+    return usage("--exponent: a number of 0 to 10000 expected, \"" + text + "\" found");
+  return exponent;
+}
+
 Result<View> readView(const ViewOptions& options) {
   View view;
   if (Status ok = readSize(options.size, view); !ok) return ok.error();

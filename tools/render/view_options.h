@@ -8,6 +8,7 @@
 #include "relume/result.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,10 @@ struct View {
 };
 
 void addViewOptions(CLI::App& command, ViewOptions& options);
+
+// --exponent, of the lobes of glossy light: the number that `text` is, nothing where it is empty. usage: another text.
+void addExponentOption(CLI::App& command, std::string& text);
+Result<std::optional<float>> readExponent(const std::string& text);
 
 // Everything that can be known without the scene: size and sky. usage: the option that cannot be read.
 Result<View> readView(const ViewOptions& options);

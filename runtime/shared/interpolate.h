@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// What look-ups of all kinds do with the caches of a stencil.
+#pragma once
+
+#include "runtime/shared/resolve.h"
+#include "runtime/shared/stencil.h"
+
+#include <glm/geometric.hpp>
+
+namespace relume {
+
+// A receiver whose normal can shade: nothing is read for others. False for NaN.
+inline bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) <= kMaxNormal2; }
+
+// Interpolated bands 0 and 1 of Y, Co and Cg, as far as they are there.
+struct FirstBands {
+  glm::vec3 constant{0.0f};
+  std::array<glm::vec3, 3> linear{};  // vectors along the light
+};
+
+inline FirstBands firstBands(const CacheLight& light, const Stencil& stencil, float scale) {
+  FirstBands first;
+  const std::size_t begin[3] = {0, light.lumaCount(), light.lumaCount() + light.chromaCount()};
+  for (int k = 0; k < stencil.count; ++k) {
+    const float* cache = light.coefficients.data() + light.stride() * stencil.cache[static_cast<std::size_t>(k)];
+    const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
+    for (int channel = 0; channel < 3; ++channel) {
+      const float* c = cache + begin[channel];
+      first.constant[channel] += w * c[0];
+      if ((channel == 0 ? light.lumaBands : light.chromaBands) < 2) continue;
+      first.linear[static_cast<std::size_t>(channel)] += w * glm::vec3(c[3], c[1], c[2]);
+    }
+  }
+  return first;
+}
+
+// Co and Cg in proportion to Y, by least squares over coefficients 0 to 3.
+inline glm::vec2 chromaOverLuma(const FirstBands& first) {
+  const auto product = [&first](int channel) {
+    return first.constant.x * first.constant[channel] +
+           glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
+  };
+  const float square = product(0);
+  return square > 0.0f ? glm::vec2(product(1), product(2)) / square : glm::vec2(0.0f);
+}
+
+}  // namespace relume
