@@ -133,8 +133,8 @@ struct Arriving {
   glm::vec3 direct{0.0f}, indirect{0.0f};  // irradiance / pi
 };
 
-// One estimate of the light that arrives at a camera path's first vertex.
-Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
+// One estimate of the light that arrives at a vertex, reflected so many times before at most.
+Arriving arrivingLight(const Renderer& r, Vertex v, std::uint32_t maxBounces, RandomStream& random) {
   Arriving light;
   light.direct = fromPunctual(r, v) + fromEmitters(r, v, random);
 
@@ -143,7 +143,7 @@ Arriving arrivingLight(const Renderer& r, Vertex v, RandomStream& random) {
   for (std::uint32_t k = 0;; ++k) {
     if (r.context.cancelled()) return light;
     glm::vec3& layer = k == 0 ? light.direct : light.indirect;
-    const bool last = k == r.options.maxBounces;
+    const bool last = k == maxBounces;
     if (last && r.emitters == nullptr && r.options.sky.isDark()) return light;
     const glm::vec3 origin = startOf(r, v), direction = cosineDirection(v.shading, random.uniform2());
     if (glm::dot(direction, v.geometric) <= 0.0f) return light;
@@ -196,8 +196,8 @@ Arriving glossyLight(const Renderer& r, const Vertex& v, const glm::vec3& toward
   }
   const Vertex next = vertexAt(r, hit);
   light.direct = next.emission;
-  if (next.albedo == glm::vec3(0.0f)) return light;
-  const Arriving there = arrivingLight(r, next, random);
+  if (next.albedo == glm::vec3(0.0f) || r.options.maxBounces == 0) return light;
+  const Arriving there = arrivingLight(r, next, r.options.maxBounces - 1, random);
   light.indirect = next.albedo * (there.direct + there.indirect);
   return light;
 }
@@ -242,7 +242,7 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
   sums.emission += v.emission;
   sums.albedo += v.albedo;
   if (v.albedo != glm::vec3(0.0f)) {
-    const Arriving light = arrivingLight(r, v, random);
+    const Arriving light = arrivingLight(r, v, r.options.maxBounces, random);
     sums.direct += v.albedo * light.direct;
     sums.indirect += v.albedo * light.indirect;
   }

@@ -128,6 +128,34 @@ TEST(Reference, constantSkyLightsAnOpenPlaneByItsRadiance) {
     EXPECT_NEAR(e.x, 0.5f, 1e-5f);
     EXPECT_NEAR(e.z, 2.0f, 1e-5f);
   }
+  EXPECT_TRUE(image.glossyDirect.empty());
+  // A lobe sees it too, however much of it lies below the plane.
+  for (const float exponent : {0.0f, 1.0f, 30.0f, 1e4f}) {
+    options.exponent = exponent;
+    const auto glossy = render(floorScene(), lookAt({4, 0.3f, 0.1f}, {0, 0, 0}), {}, options);
+    for (std::size_t i = 0; i < glossy.glossyDirect.size(); ++i) {
+      if (glossy.depth[i] > 0.0f && glossy.depth[i] < 5.0f) {
+        EXPECT_NEAR(glossy.glossyDirect[i].y, 1.0f, 1e-5f) << exponent;
+      }
+      EXPECT_EQ(glossy.glossyIndirect[i], glm::vec3(0.0f));
+    }
+  }
+}
+
+// A mirror's lobe sees what the mirrored ray meets: here an emitter.
+TEST(Reference, aSharpLobeSeesTheReflectedDirectionAlone) {
+  Scene scene = floorScene();
+  const auto glow = addMaterial(scene, glm::vec3(0.0f), glm::vec3(3.0f));
+  addInstance(scene, box({-2, 3, -5}, {2, 7, -4.9f}, false, glow));
+  finish(scene);
+  ReferenceOptions options = kSmall;
+  options.emissive = true;
+  options.exponent = 1e4f;
+  // From (0, 5, 5) toward the origin, on toward (0, 5, -5): into the emitter's middle.
+  const auto image = render(scene, lookAt({0, 5, 5}, {0, 0, 0}), {}, options);
+  const std::size_t middle = std::size_t{kSmall.height / 2} * kSmall.width + kSmall.width / 2;
+  EXPECT_NEAR(image.glossyDirect[middle].x, 3.0f, 0.05f);
+  EXPECT_EQ(image.glossyDirect.front().x, 0.0f);
 }
 
 TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
@@ -140,6 +168,7 @@ TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
   ReferenceOptions options = kSmall;
   options.emissive = true;
   options.samplesPerPixel = 256;
+  options.exponent = 5.0f;
   for (const std::uint32_t bounces : {0u, 1u, 3u, 64u}) {
     options.maxBounces = bounces;
     const auto image = render(scene, lookAt({0.2f, 0.1f, 0.3f}, {1, 0.2f, 0}), {}, options);
@@ -148,6 +177,8 @@ TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
     EXPECT_NEAR(meanOf(image.direct).x, le, 0.01 * le) << bounces;
     EXPECT_NEAR(meanOf(image.indirect).x, reflected, 0.01 * le) << bounces;
     EXPECT_NEAR(meanOf(image.emission).x, le, 1e-5);
+    EXPECT_NEAR(meanOf(image.glossyDirect).x, le, 1e-5);
+    EXPECT_NEAR(meanOf(image.glossyIndirect).x, reflected, 0.01 * le) << bounces;
     const double radiance = meanOf(image.emission).x + rho * (meanOf(image.direct).x + meanOf(image.indirect).x);
     if (bounces == 64) {
       EXPECT_NEAR(radiance, le / (1.0 - rho), 0.01 * le);
@@ -262,7 +293,9 @@ TEST(Reference, optionsOutOfRangeAreRefused) {
   Context context;
   for (const auto& change :
        {+[](ReferenceOptions& o) { o.width = 0; }, +[](ReferenceOptions& o) { o.height = 16385; },
-        +[](ReferenceOptions& o) { o.samplesPerPixel = 0; }, +[](ReferenceOptions& o) { o.maxBounces = 1025; }}) {
+        +[](ReferenceOptions& o) { o.samplesPerPixel = 0; }, +[](ReferenceOptions& o) { o.maxBounces = 1025; },
+        +[](ReferenceOptions& o) { o.exponent = -1.0f; }, +[](ReferenceOptions& o) { o.exponent = std::nanf(""); },
+        +[](ReferenceOptions& o) { o.exponent = 10001.0f; }}) {
     ReferenceOptions options = kSmall;
     change(options);
     const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, options, context);

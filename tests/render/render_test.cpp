@@ -148,8 +148,10 @@ TEST(CameraRays, middleLooksForwardAndEdgesSpanTheFieldOfView) {
 }
 
 TEST(ComposeAov, dividesByAlbedoAndLeavesBlackChannelsBlack) {
+  RenderRequest request;
+  request.width = request.height = 1;
   RenderedFrame frame;
-  frame.resize({.width = 1, .height = 1});
+  frame.resize(request);
   frame.albedo[0] = {0.5f, 0.0f, 0.25f};
   frame.indirect[0] = {1.0f, 0.0f, 0.5f};
   frame.straight[0] = {0.25f, 0.0f, 0.5f};
@@ -260,7 +262,8 @@ TEST(RenderCpu, aMirroredLevelLooksMirrored) {
 // rest must not.
 TEST(RenderGl, agreesWithTheCpu) {
   for (const char* name : {"cam_living", "cam_hall"}) {
-    const RenderRequest r = request(level(), &levelBake(), name);
+    RenderRequest r = request(level(), &levelBake(), name);
+    r.exponent = 8.0f;
     Context context;
     const auto gl = renderGl(level(), r, context);
     if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
@@ -273,6 +276,9 @@ TEST(RenderGl, agreesWithTheCpu) {
     EXPECT_NEAR(total(indirectGl) / total(indirectCpu), 1.0, 0.01) << name;
     const auto [bouncedCpu, bouncedGl] = pair(Aov::bounced);
     EXPECT_LT(relativeRms(bouncedCpu, bouncedGl), 0.04) << name;
+    const auto [glossyCpu, glossyGl] = pair(Aov::glossy);
+    EXPECT_LT(relativeRms(glossyCpu, glossyGl), 0.04) << name;
+    EXPECT_NEAR(total(glossyGl) / total(glossyCpu), 1.0, 0.01) << name;
     const auto [albedoCpu, albedoGl] = pair(Aov::albedo);
     EXPECT_LT(relativeRms(albedoCpu, albedoGl), 0.03) << name << ": mip levels";
     const auto [directCpu, directGl] = pair(Aov::direct);

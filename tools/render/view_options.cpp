@@ -2,6 +2,7 @@
 // See view_options.h.
 #include "tools/render/view_options.h"
 
+#include "relume/glossy.h"
 #include "bake/base/memory_budget.h"
 #include "bake/base/printed.h"
 #include "bake/scene/unit_vector.h"
