@@ -4,8 +4,8 @@
 // rows of docs/notes/sky.md.
 //   bench_sky_error LEVEL.glb BAKE.relume CAMERA [PATHS [DEGREES...]]
 #include "formats/equirectangular.h"
-#include "relume/bake_file.h"
 #include "tests/accuracy/compare_images.h"
+#include "tests/measure/open_view.h"
 #include "tools/render/reference_layers.h"
 #include "tools/render/render_cpu.h"
 
@@ -38,30 +38,23 @@ int fail(const std::string& message) { return std::fprintf(stderr, "%s\n", messa
 int measure(const std::string& level, const std::string& bakePath, const std::string& camera, std::uint32_t paths,
             const std::vector<float>& turns) {
   Context context;
-  auto scene = importGltf(level, context);
-  if (!scene) return fail(scene.error().message);
-  auto tracer = RayTracer::create(*scene, "", context);
-  if (!tracer) return fail(tracer.error().message);
-  auto bake = readBake(bakePath);
-  if (!bake) return fail(bake.error().message);
-  const auto seenBy =
-      std::find_if(scene->cameras.begin(), scene->cameras.end(), [&](const Camera& c) { return c.name == camera; });
-  if (seenBy == scene->cameras.end()) return fail(level + " has no camera \"" + camera + "\"");
+  const auto view = test::openView(level, bakePath, camera, context);
+  if (!view) return fail(view.error().message);
 
   const auto map = std::make_shared<const SkyMap>(makeSky());
   std::printf("| turned by | RMSE %% | t1 %% | energy | noise of the reference %% |\n|---:|---:|---:|---:|---:|\n");
   for (const float turn : turns) {
     const Sky sky{{}, map, turn};
     RenderRequest request;
-    request.bake = &*bake;
-    request.camera = *seenBy;
+    request.bake = &view->bake;
+    request.camera = view->camera;
     request.sky = sky;
     ReferenceOptions options;
     options.samplesPerPixel = paths;
     options.sky = sky;
-    const auto frame = renderCpu(*tracer, request, context);
+    const auto frame = renderCpu(view->tracer, request, context);
     if (!frame) return fail(frame.error().message);
-    const auto truth = renderReference(*tracer, *seenBy, {}, options, context);
+    const auto truth = renderReference(view->tracer, view->camera, {}, options, context);
     if (!truth) return fail(truth.error().message);
     ChannelImage found{frame->width, frame->height, {}};
     found.setLayer("", composeAov(*frame, Aov::indirect));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
+#include "bake/reference/path_tracer.h"
 #include "relume/bake/bake.h"
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
@@ -203,6 +204,36 @@ TEST(RenderCpu, aLightThatTheRelighterRefusesIsAnError) {
     const auto frame = drawCpu(level(), r);
     ASSERT_FALSE(frame) << bounces;
     EXPECT_NE(frame.error().message.find("direction"), std::string::npos) << frame.error().message;
+  }
+}
+
+// Glossy light of a draft against paths: lobes that the bands carry.
+TEST(RenderCpu, glossyLightIsWhatPathsSee) {
+  Context context;
+  RenderRequest r = request(level(), &levelBake(), "cam_hall");
+  r.bands = {6, 4};
+  r.width = 64;
+  r.height = 32;
+  ReferenceOptions options;
+  options.width = r.width;
+  options.height = r.height;
+  options.samplesPerPixel = 96;
+  options.emissive = r.emissive;
+  options.sky = r.sky;
+  const auto tracer = RayTracer::create(level(), "avx2", context);
+  ASSERT_TRUE(tracer);
+  for (const float exponent : {1.0f, 4.0f}) {
+    r.exponent = options.exponent = exponent;
+    const auto frame = renderCpu(*tracer, r, context);
+    const auto truth = renderReference(*tracer, r.camera, r.lights, options, context);
+    ASSERT_TRUE(frame && truth);
+    std::vector<glm::vec3> paths;
+    for (std::size_t i = 0; i < frame->glossy.size(); ++i)
+      paths.push_back(truth->glossyDirect[i] + truth->glossyIndirect[i]);
+    EXPECT_NEAR(total(frame->glossy) / total(paths), 1.0, 0.05) << exponent;
+    const double apart = relativeRms(blocks(paths, 64), blocks(frame->glossy, 64));
+    EXPECT_LT(apart, 0.12) << exponent;
+    RecordProperty("exponent" + std::to_string(static_cast<int>(exponent)), std::to_string(apart));
   }
 }
 

@@ -98,13 +98,25 @@ TEST_F(CApi, lightIsTheCppApis) {
   ASSERT_EQ(relume_irradiance_on_lightmap(h.relighter, 2, uvs.data(), normals.data(), nullptr, onMap.data()),
             RELUME_OK);
   ASSERT_EQ(relume_irradiance_in_grid(h.relighter, 2, positions.data(), normals.data(), inGrid.data()), RELUME_OK);
+  const std::vector<float> exponents{4.0f, 16.0f};
+  std::vector<float> glossyOnMap(6, -1.0f), glossyInGrid(6, -1.0f);
+  ASSERT_EQ(relume_glossy_on_lightmap(h.relighter, 2, uvs.data(), normals.data(), exponents.data(), glossyOnMap.data()),
+            RELUME_OK);
+  ASSERT_EQ(relume_glossy_in_grid(h.relighter, 2, positions.data(), normals.data(), normals.data(), exponents.data(),
+                                  glossyInGrid.data()),
+            RELUME_OK);
   for (std::size_t i = 0; i < 2; ++i) {
     const glm::vec3 n(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
     const glm::vec3 map = same.irradianceOnLightmap({uvs[2 * i], uvs[2 * i + 1]}, n);
-    const glm::vec3 grid = same.irradianceInGrid({positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]}, n);
+    const glm::vec3 place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+    const glm::vec3 grid = same.irradianceInGrid(place, n);
+    const glm::vec3 glossyMap = same.glossyOnLightmap({uvs[2 * i], uvs[2 * i + 1]}, n, exponents[i]),
+                    glossyGrid = same.glossyInGrid(place, n, n, exponents[i]);
     for (int k = 0; k < 3; ++k) {
       EXPECT_EQ(onMap[3 * i + static_cast<std::size_t>(k)], map[k]);
       EXPECT_EQ(inGrid[3 * i + static_cast<std::size_t>(k)], grid[k]);
+      EXPECT_EQ(glossyOnMap[3 * i + static_cast<std::size_t>(k)], glossyMap[k]);
+      EXPECT_EQ(glossyInGrid[3 * i + static_cast<std::size_t>(k)], glossyGrid[k]);
     }
   }
 }
@@ -330,6 +342,10 @@ TEST_F(CApi, refusesAndSaysWhy) {
   float out[3];
   EXPECT_EQ(relume_irradiance_map(h.relighter, out, sizeof out), RELUME_ERROR_USAGE);
   EXPECT_EQ(relume_irradiance_in_grid(h.relighter, 1, nullptr, out, out), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_glossy_on_lightmap(h.relighter, 1, out, out, nullptr, out), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("exponents"), std::string::npos);
+  EXPECT_EQ(relume_glossy_in_grid(h.relighter, 1, out, out, nullptr, out, out), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_glossy_in_grid(h.relighter, 0, nullptr, nullptr, nullptr, nullptr, nullptr), RELUME_OK);
   EXPECT_EQ(relume_gl_bind_resolve(h.relighter), RELUME_ERROR_USAGE);
   EXPECT_EQ(relume_gl_resolve_glsl(h.relighter), nullptr);
   relume_relighter_destroy(std::exchange(h.relighter, nullptr));

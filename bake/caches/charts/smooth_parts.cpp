@@ -16,9 +16,10 @@ namespace {
 // Normals of two faces at a corner agree within a degree or so, or the edge is a crease.
 constexpr float kSameNormal = 0.9998f;
 // A part of fewer texels is too small to be looked at, one of more has texels enough for its form.
-constexpr double kLeastTexels = 0.5, kMostTexels = 300.0;
-// Texels are at most so many times denser.
-constexpr double kMostFactor = 16.0;
+constexpr double kMinTexels = 0.5, kMaxTexels = 3000.0;
+// Texels are at most so many times denser: those of parts of up to kSmallTexels, and of larger ones, a bust's, which
+// would spend the budget alone.
+constexpr double kMaxFactor = 16.0, kMaxFactorOfLarge = 2.0, kSmallTexels = 300.0;
 // Of all texels, what smooth parts may have more than their share.
 constexpr double kBudget = 0.1;
 // Where normals turn more than that although the budget is spent, texels show as they did: it is better spent
@@ -38,25 +39,34 @@ bool isSmooth(const Mesh& mesh, const FaceGraph& graph, std::uint32_t f, std::ui
   return agreeing == 2;
 }
 
-// Texels that the parts cost beyond their share, if none may turn more than `turn` from texel to texel.
+double texelsOf(const SmoothPart& part, double texelSize) {
+  const double texel = texelSize / static_cast<double>(part.density);
+  return static_cast<double>(part.area) / (texel * texel);
+}
+
+// How much denser a part's texels become, if none may turn more than `turn` from texel to texel.
+double factorFor(const SmoothPart& part, double texelSize, double turn) {
+  if (!isFollowed(part, static_cast<float>(texelSize))) return 1.0;
+  const double texel = texelSize / static_cast<double>(part.density);
+  return std::clamp(static_cast<double>(part.curvature) * texel / turn, 1.0,
+                    texelsOf(part, texelSize) > kSmallTexels ? kMaxFactorOfLarge : kMaxFactor);
+}
+
+// Texels that the parts cost beyond their share.
 double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, double turn) {
   double extra = 0.0;
   for (const SmoothPart& part : parts) {
-    const double texel = texelSize / static_cast<double>(part.density);
-    if (!isSmall(part, static_cast<float>(texelSize))) continue;
-    const double texels = static_cast<double>(part.area) / (texel * texel);
-    const double factor = std::clamp(static_cast<double>(part.curvature) * texel / turn, 1.0, kMostFactor);
-    extra += texels * (factor * factor - 1.0);
+    const double factor = factorFor(part, texelSize, turn);
+    extra += texelsOf(part, texelSize) * (factor * factor - 1.0);
   }
   return extra;
 }
 
 }  // namespace
 
-bool isSmall(const SmoothPart& part, float texelSize) {
-  const double texel = static_cast<double>(texelSize) / static_cast<double>(part.density);
-  const double texels = static_cast<double>(part.area) / (texel * texel);
-  return texels >= kLeastTexels && texels <= kMostTexels;
+bool isFollowed(const SmoothPart& part, float texelSize) {
+  const double texels = texelsOf(part, static_cast<double>(texelSize));
+  return texels >= kMinTexels && texels <= kMaxTexels;
 }
 
 MeshParts findSmoothParts(const Mesh& mesh) {
@@ -107,7 +117,7 @@ void followCurvature(PatchSet& set, float texelSize) {
     texels += static_cast<double>(patch.area) * density * density / (texel * texel);
   }
   // The least turn that the budget allows, if it is of use.
-  double low = static_cast<double>(kMostTurn), high = kUsefulTurn;
+  double low = static_cast<double>(kMaxTurn), high = kUsefulTurn;
   const bool useful = extraTexels(set.parts, texel, high) <= kBudget * texels;
   if (useful && extraTexels(set.parts, texel, low) <= kBudget * texels) high = low;
   for (int i = 0; useful && high > low && i < 20; ++i) {
@@ -115,10 +125,7 @@ void followCurvature(PatchSet& set, float texelSize) {
     (extraTexels(set.parts, texel, middle) > kBudget * texels ? low : high) = middle;
   }
   for (SmoothPart& part : set.parts) {
-    const double own = texel / static_cast<double>(part.density);
-    part.factor = 1.0f;
-    if (!useful || !isSmall(part, texelSize)) continue;
-    part.factor = static_cast<float>(std::clamp(static_cast<double>(part.curvature) * own / high, 1.0, kMostFactor));
+    part.factor = useful ? static_cast<float>(factorFor(part, texel, high)) : 1.0f;
   }
   for (Patch& patch : set.patches) {
     if (patch.part != kNone) patch.density = patch.levelDensity * set.parts[patch.part].factor;

@@ -36,10 +36,10 @@ struct SmoothPart {
 };
 
 // Curvature times texel size up to which texels follow a part. A ball of radius r gets texels of 0.15 r.
-inline constexpr float kMostTurn = 0.3f;
+inline constexpr float kMaxTurn = 0.3f;
 
-// Whether a part has so few texels of a size [m] that its form does not come out, and enough to be looked at.
-bool isSmall(const SmoothPart& part, float texelSize);
+// Whether a part has so few texels of a size [m] that its form may not come out, and enough to be looked at.
+bool isFollowed(const SmoothPart& part, float texelSize);
 
 // Set the density of all patches of smooth parts for texels of a size. [m]
 void followCurvature(PatchSet& set, float texelSize);

@@ -156,8 +156,8 @@ class Adviser {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {
       const float texel = cells_.texelSize / part.density, turn = part.curvature * texel;
-      if (!isSmall(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMostTurn) continue;
-      const double factor = turn / kMostTurn;
+      if (!isFollowed(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMaxTurn) continue;
+      const double factor = turn / kMaxTurn;
       if (factor > kMostFollowed) continue;
       area[part.instance] += part.area;
       density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
