@@ -50,6 +50,12 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
   app.add_option("--exposure", o.exposure, "stops")->check(numberFrom(-30.0, 30.0))->capture_default_str();
+  app.add_option("--reflectance", o.reflectance, "share of light that all surfaces mirror, 0..1; the rest they scatter")
+      ->check(numberFrom(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--roughness", o.roughness, "how wide they mirror it, 0..1; the caches' bands carry 0.6 and up")
+      ->check(numberFrom(0.0, 1.0))
+      ->capture_default_str();
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();

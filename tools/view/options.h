@@ -13,7 +13,8 @@
 
 namespace relume {
 
-inline constexpr std::array<const char*, 5> kViewNames{"full", "direct", "links", "albedo", "normal"};  // as ViewMode
+inline constexpr std::array<const char*, 6> kViewNames{"full",   "direct", "links",
+                                                        "glossy", "albedo", "normal"};  // as ViewMode
 inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
 
 struct ViewerOptions {
@@ -30,6 +31,8 @@ struct ViewerOptions {
   bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends
   float exposure = 0.0f;              // [stops]
+  float reflectance = 0.0f;           // [0..1] of all surfaces
+  float roughness = 0.6f;             // [0..1] likewise
   std::string view = "full";          // a name of kViewNames
   std::vector<std::string> overlays;  // of kOverlayNames
   bool exitNow = false;               // --help or --version were printed

@@ -45,6 +45,8 @@ void lightsControls(Viewer& viewer, ViewState& state) {
   ImGui::ColorEdit3("sky", glm::value_ptr(state.sky),
                     ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
   ImGui::SliderFloat("bounces", &state.bounceScale, 0.0f, 1.0f, "%.2f");
+  ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f");
+  ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f");
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();

@@ -3,6 +3,7 @@
 #include "tools/view/viewer.h"
 
 #include "formats/color.h"
+#include "relume/glossy.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/default_view.h"
@@ -13,6 +14,7 @@
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -25,17 +27,26 @@ namespace {
 const char* kMain = R"(
 layout(location = 22) uniform int viewMode;
 layout(location = 23) uniform float viewEmission;
+layout(location = 24) uniform vec3 viewEye;
+layout(location = 25) uniform float viewReflectance;
+layout(location = 26) uniform float viewExponent;
 layout(location = 0) out vec4 outColor;
+// Mean radiance in the lobe about the reflected direction.
+vec3 glossy(vec3 p, vec3 n) { return levelGlossy(p, n, reflect(normalize(p - viewEye), n), viewExponent); }
 void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition;
   const float invPi = 0.31830988618;
   vec3 color = vec3(0.0);
-  if (viewMode == 0) color = levelAlbedo() * invPi * (levelDirect(p, n) + levelLinks(p, n)) + viewEmission * levelEmission();
+  if (viewMode == 0) {
+    color = (1.0 - viewReflectance) * levelAlbedo() * invPi * (levelDirect(p, n) + levelLinks(p, n)) + viewEmission * levelEmission();
+    if (viewReflectance > 0.0) color += viewReflectance * glossy(p, n);
+  }
   if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + viewEmission * levelEmission();
   if (viewMode == 2) color = invPi * levelLinks(p, n);
-  if (viewMode == 3) color = levelAlbedo();
-  if (viewMode == 4) color = 0.5 * n + 0.5;
+  if (viewMode == 3) color = glossy(p, n);
+  if (viewMode == 4) color = levelAlbedo();
+  if (viewMode == 5) color = 0.5 * n + 0.5;
   outColor = vec4(display(color), 1.0);
 }
 )";
@@ -127,6 +138,7 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_
   options.backend = BackendKind::gl;
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
+  options.glossy = true;
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = getProcAddress;
   auto relighter = Relighter::create(bake, options);
@@ -205,6 +217,9 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
   glUniform1i(22, static_cast<int>(state.mode));
   glUniform1f(23, state.emission);
+  glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
+  glUniform1f(25, state.reflectance);
+  glUniform1f(26, glossyExponent(state.roughness));
   relighter_.gl()->bind();
   shadows_.bind();
   level_.draw(clip);
@@ -294,6 +309,8 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   for (const MovingNode& node : movingNodes(scene))
     state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
   state.exposure = options.exposure;
+  state.reflectance = options.reflectance;
+  state.roughness = options.roughness;
   state.mode =
       static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
   const auto wanted = [&](const char* name) {

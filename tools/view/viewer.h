@@ -39,8 +39,8 @@ struct ViewedObject {
   glm::vec3 position{0.0f};  // [m] and where it is
 };
 
-enum class ViewMode : int { full, direct, links, albedo, normal };
-inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links", "albedo", "normals"};
+enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
+inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links", "glossy light", "albedo", "normals"};
 
 // Everything that may change between frames.
 struct ViewState {
@@ -50,6 +50,8 @@ struct ViewState {
   glm::vec3 sky{0.0f};    // [W/m²/sr]
   float bounceScale = 1.0f;
   ViewMode mode = ViewMode::full;
+  float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
+  float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;  // [stops]
   bool surfels = false, caches = false, lightmap = false;
   bool relight = true;  // false freezes the light over links
