@@ -47,9 +47,7 @@ struct Relighter::State {
     }
   } inherited;
 
-  CacheLight cacheLight() const {
-    return {bands, backend->coefficients(), true};
-  }
+  CacheLight cacheLight() const { return {bands, backend->coefficients(), true}; }
 };
 
 namespace {
@@ -248,9 +246,9 @@ glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm:
 Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
                                        std::span<const glm::vec3> geometricNormal,
                                        std::span<glm::vec3> irradiance) const try {
-  if (Status ok = checkReceivers(irradiance.size(), {{"lightmapUv", lightmapUv.size()},
-                                                     {"normal", normal.size()},
-                                                     {"geometricNormal", geometricNormal.size()}});
+  if (Status ok = checkReceivers(
+          irradiance.size(),
+          {{"lightmapUv", lightmapUv.size()}, {"normal", normal.size()}, {"geometricNormal", geometricNormal.size()}});
       !ok)
     return ok;
   const CacheLight light = state_->cacheLight();
@@ -264,8 +262,8 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
 
 Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
                                    std::span<glm::vec3> irradiance) const try {
-  if (Status ok = checkReceivers(irradiance.size(),
-                                 {{"positionWorld", positionWorld.size()}, {"normal", normal.size()}});
+  if (Status ok =
+          checkReceivers(irradiance.size(), {{"positionWorld", positionWorld.size()}, {"normal", normal.size()}});
       !ok)
     return ok;
   const CacheLight light = state_->cacheLight();
@@ -288,9 +286,9 @@ glm::vec3 Relighter::glossyInGrid(const glm::vec3& positionWorld, const glm::vec
 
 Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> reflected,
                                    std::span<const float> exponent, std::span<glm::vec3> radiance) const try {
-  if (Status ok = checkReceivers(radiance.size(), {{"lightmapUv", lightmapUv.size()},
-                                                   {"reflected", reflected.size()},
-                                                   {"exponent", exponent.size()}});
+  if (Status ok = checkReceivers(
+          radiance.size(),
+          {{"lightmapUv", lightmapUv.size()}, {"reflected", reflected.size()}, {"exponent", exponent.size()}});
       !ok)
     return ok;
   const CacheLight light = state_->cacheLight();
@@ -313,8 +311,7 @@ Status Relighter::glossyInGrid(std::span<const glm::vec3> positionWorld, std::sp
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
-    radiance[i] =
-        relume::glossyInGrid(state_->caches, light, positionWorld[i], normal[i], reflected[i], exponent[i]);
+    radiance[i] = relume::glossyInGrid(state_->caches, light, positionWorld[i], normal[i], reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -387,9 +384,7 @@ std::uint64_t Relighter::sceneHash() const { return state_->sceneHash; }
 int Relighter::lumaBands() const { return state_->bands.lumaBands; }
 int Relighter::chromaBands() const { return state_->bands.chromaBands; }
 
-int Relighter::coefficientsPerCache() const {
-  return static_cast<int>(state_->bands.stride());
-}
+int Relighter::coefficientsPerCache() const { return static_cast<int>(state_->bands.stride()); }
 
 BackendKind Relighter::backend() const { return state_->kind; }
 std::vector<PassTime> Relighter::passTimes() const { return state_->backend->passTimes(); }

@@ -21,7 +21,8 @@ struct ReferenceOptions {
   bool emissive = false;                    // emitting surfaces are on
   Sky sky;
   std::uint64_t seed = 1;
-  std::optional<float> exponent{};  // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
+  std::optional<float>
+      exponent{};  // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
 };
 
 // Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:

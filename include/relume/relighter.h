@@ -58,8 +58,8 @@ enum class Simd { best, baseline, avx2, avx512 };
 
 struct RelightOptions {
   BackendKind backend = BackendKind::cpu;
-  int lumaBands = 0;          // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
-  int chromaBands = 0;        // [0, 1..lumaBands] 0 = what the bake recommends
+  int lumaBands = 0;    // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
+  int chromaBands = 0;  // [0, 1..lumaBands] 0 = what the bake recommends
   // Keep on the light map the bands that glossy look-ups alone read: the last of 4, 6 or 8. Without, they do without.
   bool glossy = false;
   ParallelFor parallelFor{};  // CPU backend; empty = one thread
@@ -105,9 +105,10 @@ class GlResolve {
   virtual GlResolveInputs inputs() const = 0;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
   // same with a third argument, the geometric normal, vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n), and glossy
-  // light: vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent), vec3 relumeGlossyGrid(vec3 positionWorld, vec3 n,
-  // vec3 r, float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness). Slots
-  // are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
+  // light: vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent), vec3 relumeGlossyGrid(vec3 positionWorld, vec3
+  // n, vec3 r, float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness).
+  // Slots are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before
+  // it.
   virtual const std::string& glsl() const = 0;
   // Bind all inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
   virtual void bind() const = 0;
@@ -216,8 +217,8 @@ class Relighter {
   [[nodiscard]] Status ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
-  // a cache at a time. Caches on the light map have no more than CacheBands::onMap() of them (runtime/shared/bands.h), the
-  // rest is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
+  // a cache at a time. Caches on the light map have no more than CacheBands::onMap() of them (runtime/shared/bands.h),
+  // the rest is zero. [Size n_C * coefficientsPerCache()]. GL: reads back.
   [[nodiscard]] std::vector<float> cacheCoefficients() const;
   // The same into memory of the caller's. usage: a span of another size.
   [[nodiscard]] Status cacheCoefficients(std::span<float> coefficients) const;

@@ -13,13 +13,13 @@
 
 namespace relume::cpu {
 
-CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor,
-                       bool surfelArrays, std::pmr::memory_resource* memory)
+CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+                       std::pmr::memory_resource* memory)
     : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, memory,
                  leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
 
-CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor,
-                       bool surfelArrays, std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order)
+CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
+                       std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links, memory),
       bands_(bands),
@@ -50,8 +50,7 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto color = [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
     bounce_.colorCaches(surfelsKernel_, light, begin, end);
   };
-  lightCaches(cachesKernel_, links_, node_, bands_, coefficients_, parallelFor_, std::cref(color),
-              firstMapCache_);
+  lightCaches(cachesKernel_, links_, node_, bands_, coefficients_, parallelFor_, std::cref(color), firstMapCache_);
   const auto caches = Clock::now();
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};

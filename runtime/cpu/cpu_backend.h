@@ -39,9 +39,7 @@ class CpuBackend final : public Backend {
   CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
              std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
 
-  CacheLight cacheLight() const {
-    return {bands_, coefficients()};
-  }
+  CacheLight cacheLight() const { return {bands_, coefficients()}; }
 
   Caches caches_;
   LinkSet links_;

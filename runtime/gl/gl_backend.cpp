@@ -54,8 +54,7 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
   Result<PullPass> pull = PullPass::create(backend->gl_, backend->gpu_.pullGroup);
   if (!pull) return pull.error();
   backend->pull_ = std::move(*pull);
-  Result<CachePass> caches =
-      CachePass::create(backend->gl_, bands, bake.links.kind, backend->gpu_.nodeSteps, threads);
+  Result<CachePass> caches = CachePass::create(backend->gl_, bands, bake.links.kind, backend->gpu_.nodeSteps, threads);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
   Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands));
@@ -173,8 +172,8 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(*functions, bake, request.bands,
-                                                            request.options.visibilityGlsl, request.memory);
+  Result<Owned<gl::GlBackend>> made =
+      gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.memory);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

@@ -255,8 +255,8 @@ void PullPass::run(const Functions& gl, const GpuBake& gpu, void (*barrier)(cons
   gl.DispatchCompute(1, 1, 1);
 }
 
-Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, const CacheBands& bands, LinkKind kind, int nodeSteps,
-                                                GroupThreads threads, bool map) {
+Result<CachePass::Kernel> CachePass::makeKernel(const Functions& gl, const CacheBands& bands, LinkKind kind,
+                                                int nodeSteps, GroupThreads threads, bool map) {
   Kernel kernel;
   kernel.group = chooseCacheGroup(threads, map ? bands.ofMap() : bands);
   Result<Program> program =

@@ -275,8 +275,7 @@ Status makeLightmap(const Functions& gl, const Caches& caches, const CacheBands&
     gpu.mapHeight = map.height;
   }
   const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const int lumaLayers = wordsOf(bands.onMap(bands.lumaBands)),
-            chromaLayers = wordsOf(bands.onMap(bands.chromaBands));
+  const int lumaLayers = wordsOf(bands.onMap(bands.lumaBands)), chromaLayers = wordsOf(bands.onMap(bands.chromaBands));
   gpu.mapY = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
   gpu.mapCo = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
   gpu.mapCg = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);

@@ -92,8 +92,7 @@ glm::vec3 glossyOnLightmap(const Caches& caches, const CacheLight& light, const 
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  if (light.irradianceOnMap)
-    return irradianceOnLightmap(caches, light, uv, reflected) * std::numbers::inv_pi_v<float>;
+  if (light.irradianceOnMap) return irradianceOnLightmap(caches, light, uv, reflected) * std::numbers::inv_pi_v<float>;
   const CacheBands held = light.ofMap();
   const GlossyLobe lobe = makeGlossyLobe(held.lumaBands, reflected, exponent);
   const glm::vec3 normal = stencilNormal(caches, stencil);

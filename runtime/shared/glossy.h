@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Step 6 for glossy receivers, on the CPU: the mean radiance that a cos^n lobe about the reflected direction r sees (PIC
-// Section 3.2, Appendix B; docs/ERRATA.md: about r, not the half vector). shaders/lib/glossy.glsl is the same
+// Step 6 for glossy receivers, on the CPU: the mean radiance that a cos^n lobe about the reflected direction r sees
+// (PIC Section 3.2, Appendix B; docs/ERRATA.md: about r, not the half vector). shaders/lib/glossy.glsl is the same
 // arithmetic; a test runs both.
 //
 //   L = 1 / S sum_l s_l(n) sum_m c_l^m y_l^m(r)

@@ -60,8 +60,9 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
   options.samplesPerPixel = paths;
   options.width = request.width;
   options.height = request.height;
-  std::printf("| exponent | bands | RMSE %% | t1 %% | energy | noise of the reference %% | caches, ms | a look-up, ns | "
-              "MiB |\n|---:|---|---:|---:|---:|---:|---:|---:|---:|\n");
+  std::printf(
+      "| exponent | bands | RMSE %% | t1 %% | energy | noise of the reference %% | caches, ms | a look-up, ns | "
+      "MiB |\n|---:|---|---:|---:|---:|---:|---:|---:|---:|\n");
   for (const float exponent : kExponents) {
     request.exponent = options.exponent = exponent;
     const auto truth = renderReference(view.tracer, view.camera, lights, options, context);
@@ -78,7 +79,8 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
       const auto d = compareImages(reference, found, compare);
       if (!d) return fail(d.error().message);
 
-      auto relighter = Relighter::create(view.bake, {.lumaBands = bands.luma, .chromaBands = bands.chroma, .glossy = true});
+      auto relighter =
+          Relighter::create(view.bake, {.lumaBands = bands.luma, .chromaBands = bands.chroma, .glossy = true});
       if (!relighter) return fail(relighter.error().message);
       LightSetup setup;
       const std::vector<Light> lit = toRuntimeLights(lights);
@@ -114,6 +116,7 @@ int run(int argc, char** argv) {
 }  // namespace relume
 
 int main(int argc, char** argv) {
-  if (argc < 5) return std::fprintf(stderr, "usage: bench_gloss_error LEVEL.glb BAKE.relume CAMERA LIGHTS [PATHS]\n"), 1;
+  if (argc < 5)
+    return std::fprintf(stderr, "usage: bench_gloss_error LEVEL.glb BAKE.relume CAMERA LIGHTS [PATHS]\n"), 1;
   return relume::run(argc, argv);
 }

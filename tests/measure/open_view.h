@@ -31,8 +31,7 @@ inline Result<OpenedView> openView(const std::string& level, const std::string& 
   if (!bake) return bake.error();
   const auto seenBy =
       std::find_if(scene->cameras.begin(), scene->cameras.end(), [&](const Camera& c) { return c.name == camera; });
-  if (seenBy == scene->cameras.end())
-    return Error{ErrorCode::usage, level + " has no camera \"" + camera + "\""};
+  if (seenBy == scene->cameras.end()) return Error{ErrorCode::usage, level + " has no camera \"" + camera + "\""};
   const Camera found = *seenBy;
   return OpenedView{std::move(scene), std::move(*tracer), std::move(*bake), found};
 }

@@ -289,7 +289,8 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
   const std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), packColor(glm::vec3(kPi), 0.5f));
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {4, 4}}) {
     std::vector<float> coefficients(bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma));
-    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, coefficients, {});
+    cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
+                     {luma, chroma}, coefficients, {});
     const CacheLight light{{luma, chroma, true}, coefficients};
     for (std::uint32_t s = 0; s < bake.surfels.count(); s += 7) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;

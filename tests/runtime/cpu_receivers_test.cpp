@@ -196,7 +196,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
       std::vector<float> coefficients(count + 8);
-      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, coefficients, {});
+      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
+                       {luma, chroma}, coefficients, {});
       const CacheLight light{{luma, chroma, kind == LinkKind::irradiance}, {coefficients.data(), count}};
       cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
       cpu::LightSurfelsJob job;

@@ -261,7 +261,8 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
   std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
-  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, {luma, chroma}, expected, {}, {}, bake.caches.firstMapCache());
+  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
+                   {luma, chroma}, expected, {}, {}, bake.caches.firstMapCache());
   // Halves have 11 bits.
   EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3)
       << "kind " << static_cast<int>(bake.links.kind) << " l " << luma << " " << chroma;

@@ -207,10 +207,12 @@ TEST(Shaders, passTheReferenceCompiler) {
       for (const auto threads : {gl::GroupThreads::serial, gl::GroupThreads::parallel}) {
         const gl::CacheGroup group = gl::chooseCacheGroup(threads, {luma, chroma});
         for (const bool map : {false, true}) {
-          add("light_caches.comp", "comp", gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, -1, map));
+          add("light_caches.comp", "comp",
+              gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, -1, map));
           if (kind != LinkKind::oct6) continue;
           for (const int steps : {0, 5})
-            add("light_caches.comp", "comp", gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, steps, map));
+            add("light_caches.comp", "comp",
+                gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, steps, map));
         }
       }
     }

@@ -75,7 +75,7 @@ struct OneCache {
 const glm::vec3 kTint(0.9f, 0.4f, 0.2f);
 
 TEST(Glossy, aUniformWorldIsReflectedAsItIs) {
-  const std::vector<double> above = project([](const glm::vec3& d) { return d.z > 0.0f ? 1.0 : 0.0; }),
+  const std::vector<double> above = project([](const glm::vec3&d) { return d.z > 0.0f ? 1.0 : 0.0; }),
                             all = project([](const glm::vec3&) { return 1.0; });
   for (int luma = 1; luma <= kMaxBands; ++luma) {
     for (int chroma = 1; chroma <= luma; ++chroma) {

@@ -165,7 +165,8 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   command
       ->add_option("-o,--output", a->output,
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
-                   "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; with --exponent "
+                   "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
+                   "with --exponent "
                    "GlossInd, GlossDir, GlossIndErr, GlossDirErr; .png: the radiance")
       ->type_name("FILE")
       ->required();

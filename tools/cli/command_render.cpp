@@ -38,8 +38,7 @@ namespace relume {
 namespace {
 
 struct RenderArguments {
-  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto",
-              exponent;
+  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto", exponent;
   std::vector<std::string> aovs{"full"};
   ViewOptions view;
   SceneOptions sceneOptions;
@@ -325,7 +324,8 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--aov", a->aovs,
                    "what to draw, separated by commas; indirect, bounced and direct are irradiance / pi without "
-                   "albedo, full and unbounced radiance, glossy the mean radiance in a lobe about the reflected direction. Several go to several files: "
+                   "albedo, full and unbounced radiance, glossy the mean radiance in a lobe about the reflected "
+                   "direction. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
                    "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest) "
                    "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth]")

@@ -106,8 +106,7 @@ class CpuRenderer {
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
     if (request_.exponent && relit_.all) {
-      frame_.glossy[pixel] +=
-          weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
+      frame_.glossy[pixel] += weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
     }
     if (relit_.straight)
       frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);

@@ -30,14 +30,13 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect", "bounced", "direct", "glossy",   "full",
+  static const std::vector<std::string> names{"indirect",  "bounced", "direct", "glossy",   "full",
                                               "unbounced", "albedo",  "normal", "position", "depth"};
   return names;
 }
 
 bool needsBake(Aov aov) {
-  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::glossy || aov == Aov::full ||
-         aov == Aov::unbounced;
+  return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::glossy || aov == Aov::full || aov == Aov::unbounced;
 }
 
 void RenderedFrame::resize(const RenderRequest& request) {

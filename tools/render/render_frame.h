@@ -61,7 +61,7 @@ struct RenderedFrame {
   std::vector<glm::vec3> albedo, emission;  // emission: surfaces that are on, and the sky where nothing is hit
   std::vector<glm::vec3> direct, indirect, straight;  // [W/m²/sr] reflected light by kind of arrival; straight: the
                                                       // part of indirect that comes unreflected from emitters and sky
-  std::vector<glm::vec3> glossy;  // [W/m²/sr] without reflectance; empty unless asked for
+  std::vector<glm::vec3> glossy;                      // [W/m²/sr] without reflectance; empty unless asked for
   std::vector<glm::vec3> normal, position;            // at pixel centres; empty unless asked for
   std::vector<float> depth;
   int frames = 0;                   // relight frames run

@@ -2,11 +2,11 @@
 // See view_options.h.
 #include "tools/render/view_options.h"
 
-#include "relume/glossy.h"
 #include "bake/base/memory_budget.h"
 #include "bake/base/printed.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
+#include "relume/glossy.h"
 #include "tools/base/parse_numbers.h"
 #include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"

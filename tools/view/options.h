@@ -14,7 +14,7 @@
 namespace relume {
 
 inline constexpr std::array<const char*, 6> kViewNames{"full",   "direct", "links",
-                                                        "glossy", "albedo", "normal"};  // as ViewMode
+                                                       "glossy", "albedo", "normal"};  // as ViewMode
 inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
 
 struct ViewerOptions {

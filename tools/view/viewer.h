@@ -40,7 +40,8 @@ struct ViewedObject {
 };
 
 enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
-inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links", "glossy light", "albedo", "normals"};
+inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
+                                                 "glossy light", "albedo",       "normals"};
 
 // Everything that may change between frames.
 struct ViewState {
@@ -52,7 +53,7 @@ struct ViewState {
   ViewMode mode = ViewMode::full;
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
-  float exposure = 0.0f;  // [stops]
+  float exposure = 0.0f;     // [stops]
   bool surfels = false, caches = false, lightmap = false;
   bool relight = true;  // false freezes the light over links
   std::vector<ViewedObject> objects;
