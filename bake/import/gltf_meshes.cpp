@@ -224,7 +224,9 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
   mesh.triangle.resize(indices.size() / 3);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     mesh.triangle[t] = {indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]};
-  if (const std::size_t broken = repairNormals(mesh); broken > 0)
+  const std::size_t broken = repairNormals(mesh);
+  mesh.normalsRepaired = broken > 0;
+  if (broken > 0)
     context_.message(Severity::warning,
                      document_.at(where + ": " + std::to_string(broken) +
                                   " normals are zero or not finite, and taken from the triangles instead; "

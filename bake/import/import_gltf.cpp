@@ -42,18 +42,32 @@ void setAsidePiles(Scene& scene, Context& context) {
   }
 }
 
-// What relume export wrote about the bake (export_level.h); a level of somebody else's has none, or something else.
-std::optional<std::uint64_t> exportedWith(const GltfDocument& document) {
-  const tinygltf::Value* value = &document.model.asset.extras;
-  for (const char* name : {"relume", "lightmap", "bake"}) {
-    if (!value->IsObject() || !value->Has(name)) return std::nullopt;
-    value = &value->Get(name);
-  }
-  const std::string hex = value->IsString() ? value->Get<std::string>() : "";
+// A hash of 16 hex digits; nothing when the text is something else.
+std::optional<std::uint64_t> parseHash(const std::string& hex) {
   std::uint64_t number = 0;
   const auto read = std::from_chars(hex.data(), hex.data() + hex.size(), number, 16);
   const bool whole = hex.size() == 16 && read.ec == std::errc() && read.ptr == hex.data() + hex.size();
   return whole ? std::optional(number) : std::nullopt;
+}
+
+// What relume export wrote about the bake (export_level.h). A level from elsewhere has no such extras, or others.
+void importIdentity(const GltfDocument& document, Scene& scene) {
+  const tinygltf::Value* lightmap = &document.model.asset.extras;
+  for (const char* name : {"relume", "lightmap"}) {
+    if (!lightmap->IsObject() || !lightmap->Has(name)) return;
+    lightmap = &lightmap->Get(name);
+  }
+  const auto hashIn = [](const tinygltf::Value& object, const std::string& key) -> std::optional<std::uint64_t> {
+    if (!object.IsObject() || !object.Has(key) || !object.Get(key).IsString()) return std::nullopt;
+    return parseHash(object.Get(key).Get<std::string>());
+  };
+  scene.exportedWith = hashIn(*lightmap, "bake");
+  if (!scene.exportedWith || !lightmap->Has("surfaces")) return;
+  const tinygltf::Value& surfaces = lightmap->Get("surfaces");
+  for (const std::string& key : surfaces.Keys()) {
+    const std::optional<std::uint64_t> geometry = parseHash(key), surface = hashIn(surfaces, key);
+    if (geometry && surface) scene.exportedSurfaces.emplace(*geometry, *surface);
+  }
 }
 
 Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
@@ -63,7 +77,7 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = checkRanges(*document); !status) return status.error();
   Scene scene;
   scene.name = document->file;
-  scene.exportedWith = exportedWith(*document);
+  importIdentity(*document, scene);
   // 2. Materials and the images they use
   Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
   if (!uvSets) return uvSets.error();
