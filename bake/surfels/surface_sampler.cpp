@@ -59,8 +59,8 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
                         double area, double tries) {
   SeenParts parts;
   const double seenShare = playSpace.seenArea[side] / area;
-  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
-  const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
+  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.voxelSize > 0.0f)) return parts;
+  const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.voxelSize);
   parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMax));
   if (isNeedle(corner, static_cast<float>(area))) parts.along = std::min(parts.along, kMaxPartsAlong);
   const bool large = parts.along > kMaxPartsAlong;
