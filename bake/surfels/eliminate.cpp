@@ -5,8 +5,8 @@
 //
 // Deviation: steps down the crowding and a queue of buckets in place of the paper's heap (eliminate_round.h).
 // Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they
-// are crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates,
-// and being above it adds to the crowding of its points. Being below it takes nothing from that: in a cell with a quota
+// are crowded less. Surfels must be of equal area, so every cube of space has a quota by its share of the candidates,
+// and being above it adds to the crowding of its points. Being below it takes nothing from that: in a cube with a quota
 // of a few points it would keep pairs that all but touch.
 #include "bake/surfels/eliminate.h"
 
