@@ -17,7 +17,7 @@ namespace {
 using Point = std::array<std::uint32_t, 3>;  // bits of the coordinates; negative zero counts as zero
 using Corners = std::array<Point, 3>;
 
-// A triangle by its place among all that are asked about, and a hash of its corners in any order.
+// A triangle, and a hash of its corners that does not depend on their order.
 struct Placed {
   std::uint64_t hash = 0;
   std::uint32_t index = 0;  // into `instances`
@@ -44,7 +44,7 @@ std::uint64_t hashOf(const Corners& corners) {
   return sum;
 }
 
-// Corners with the least first, in their cyclic order: equal for triangles that show the same front.
+// The corners from the smallest on, in their cyclic order: equal for triangles whose fronts look the same way.
 Corners wound(Corners corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
