@@ -169,7 +169,7 @@ TEST(SmoothParts, densityFollowsCurvatureWithinABudget) {
         if (patch.instance == 0 || many) continue;
         const float turn = 2.0f / kRadius * texel / patch.density;
         if (texel == 0.1f) {
-          EXPECT_NEAR(turn, kMostTurn, 0.02f);
+          EXPECT_NEAR(turn, kMaxTurn, 0.02f);
         }
         if (texel != 0.1f) {
           EXPECT_EQ(patch.density, 1.0f) << (texel < 0.1f ? "fine as it is" : "the budget would not mend it");

@@ -55,8 +55,8 @@ std::vector<glm::vec2> convexHull(std::vector<glm::vec2> points) {
   if (points.size() < 3) return points;
   std::vector<glm::vec2> hull(2 * points.size());
   std::size_t n = 0;
-  const auto add = [&](const glm::vec2& p, std::size_t least) {
-    while (n >= least && cross2(hull[n - 1] - hull[n - 2], p - hull[n - 1]) <= 0.0f) --n;
+  const auto add = [&](const glm::vec2& p, std::size_t minSize) {
+    while (n >= minSize && cross2(hull[n - 1] - hull[n - 2], p - hull[n - 1]) <= 0.0f) --n;
     hull[n++] = p;
   };
   for (const glm::vec2& p : points) add(p, 2);
@@ -140,11 +140,11 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
       for (int x = first; x <= last; ++x) {
         const glm::vec2 p = low + (glm::vec2(x, y) + glm::vec2(0.4817f, 0.5253f)) * step;
         if (insideness(t, p) <= 1e-3f) continue;
-        const std::uint32_t cell = static_cast<std::uint32_t>(y * columns + x);
-        if (taken[cell])
+        const std::uint32_t sample = static_cast<std::uint32_t>(y * columns + x);
+        if (taken[sample])
           ++covered;
         else
-          fresh.push_back(cell);
+          fresh.push_back(sample);
       }
     }
     // A sample or two may fall between edges that only rounding crosses.
@@ -152,7 +152,7 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
       off.push_back(chart.triangle[i]);
       continue;
     }
-    for (const std::uint32_t cell : fresh) taken[cell] = 1;
+    for (const std::uint32_t sample : fresh) taken[sample] = 1;
     chart.triangle[kept] = chart.triangle[i];
     chart.uv[kept++] = chart.uv[i];
   }
@@ -169,10 +169,10 @@ void fitRectangle(Chart& chart) {
 
   // One side of the smallest rectangle lies along an edge of the hull.
   glm::vec2 axis(1.0f, 0.0f);
-  float least = std::numeric_limits<float>::infinity();
+  float minArea = std::numeric_limits<float>::infinity();
   // Of a hull of very many edges, every n-th is asked: they turn by less than one can see.
-  constexpr std::size_t kMostTests = 1u << 24;
-  const std::size_t stride = 1 + hull.size() * hull.size() / (kMostTests + 1);
+  constexpr std::size_t kMaxTests = 1u << 24;
+  const std::size_t stride = 1 + hull.size() * hull.size() / (kMaxTests + 1);
   for (std::size_t i = 0; i < hull.size() && hull.size() >= 3; i += stride) {
     const glm::vec2 edge = hull[(i + 1) % hull.size()] - hull[i];
     const float length = glm::length(edge);
@@ -186,8 +186,8 @@ void fitRectangle(Chart& chart) {
     }
     const glm::vec2 size = high - low;
     // Demand a clear gain: near ties keep the first axis, whatever the rounding.
-    if (size.x * size.y < 0.999f * least) {
-      least = size.x * size.y;
+    if (size.x * size.y < 0.999f * minArea) {
+      minArea = size.x * size.y;
       axis = size.x >= size.y ? d : glm::vec2(-d.y, d.x);
     }
   }

@@ -25,7 +25,7 @@ float typicalScale(const glm::mat4& toWorld) {
 
 // Points that can stand for the chart: the one nearest its centre of area, then the middles of its largest triangles.
 std::vector<ChartPoint> representativePoints(const Chart& chart) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMaxKept = 8;
   glm::dvec2 center(0.0);
   double total = 0.0;
   std::vector<float> area(chart.triangle.size());
@@ -39,7 +39,7 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
 
   std::vector<ChartPoint> points;
   std::size_t nearest = 0;
-  float least = INFINITY;
+  float minDistance2 = INFINITY;
   for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
     const auto& t = chart.uv[i];
     const float twice = cross2(t[1] - t[0], t[2] - t[0]);
@@ -51,8 +51,8 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
       }
     }
     const glm::vec2 away = (t[0] + t[1] + t[2]) / 3.0f - middle;
-    if (glm::dot(away, away) < least) {
-      least = glm::dot(away, away);
+    if (glm::dot(away, away) < minDistance2) {
+      minDistance2 = glm::dot(away, away);
       nearest = i;
     }
   }
@@ -61,7 +61,7 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
 
   std::vector<std::uint32_t> order(chart.triangle.size());
   std::iota(order.begin(), order.end(), 0u);
-  const std::size_t kept = std::min(kMost - 1, order.size());
+  const std::size_t kept = std::min(kMaxKept - 1, order.size());
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end(),
                     [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
   for (std::size_t i = 0; i < kept; ++i) points.push_back({chart.triangle[order[i]], kMiddle});
@@ -172,7 +172,7 @@ glm::vec2 worldOrder(const Instance& instance, const glm::vec2& barycentric) {
   return instance.flipped ? glm::vec2(barycentric.y, barycentric.x) : barycentric;
 }
 
-// Drop the emptiest patches (kMostEmpty).
+// Drop the emptiest patches (kMaxEmpty).
 void dropWidePatches(PatchSet& set, const Scene& scene) {
   struct Place {
     double emptiness, rectangle;  // rectangle per seen area; [m²] at the density of the texels
@@ -189,13 +189,13 @@ void dropWidePatches(PatchSet& set, const Scene& scene) {
     all += rectangle;
     seen += static_cast<double>(patch.area) * perArea;
   }
-  if (!(all > kMostEmpty * seen)) return;
+  if (!(all > kMaxEmpty * seen)) return;
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return a.emptiness != b.emptiness ? a.emptiness > b.emptiness : a.patch < b.patch;
   });
   std::vector<std::uint8_t> gone(set.patches.size(), 0);
   for (const Place& place : places) {
-    if (!(all > kMostEmpty * seen)) break;
+    if (!(all > kMaxEmpty * seen)) break;
     all -= place.rectangle;
     gone[place.patch] = 1;
     set.wide.push_back(set.patches[place.patch].instance);
@@ -220,7 +220,7 @@ double wideShare(const Scene& scene, const PlaySpace& playSpace) {
     const Instance& instance = scene.instances[scene.instanceOf(side / 2)];
     const auto c = scene.corners(instance, side / 2 - instance.firstTriangle);
     const double parallelogram = glm::length(glm::cross(glm::dvec3(c[1] - c[0]), glm::dvec3(c[2] - c[0])));
-    if (parallelogram > kMostEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];
+    if (parallelogram > kMaxEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];
   }
   return playSpace.seenTotal > 0.0 ? wide / playSpace.seenTotal : 0.0;
 }

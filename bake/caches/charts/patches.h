@@ -49,9 +49,9 @@ struct PatchSet {
 
 // Unwrap every mesh that a fixed instance uses and find the sides of its charts that are seen. Surfaces that no
 // receiver sees itself, but whose light it sees, get kIndirectDensity of the texels. What is seen from far away only
-// has none; nor have the emptiest charts, as long as all rectangles together are more than kMostEmpty times what is
+// has none; nor have the emptiest charts, as long as all rectangles together are more than kMaxEmpty times what is
 // seen: texels could not be small enough on a ground of many kilometres.
-inline constexpr double kMostEmpty = 64.0;
+inline constexpr double kMaxEmpty = 64.0;
 inline constexpr float kIndirectDensity = 0.5f;
 // The share of what is seen that is on triangles so much larger than all of it.
 double wideShare(const Scene& scene, const PlaySpace& playSpace);

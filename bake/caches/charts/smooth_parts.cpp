@@ -16,9 +16,9 @@ namespace {
 // Normals of two faces at a corner agree within a degree or so, or the edge is a crease.
 constexpr float kSameNormal = 0.9998f;
 // A part of fewer texels is too small to be looked at, one of more has texels enough for its form.
-constexpr double kLeastTexels = 0.5, kMostTexels = 300.0;
+constexpr double kMinTexels = 0.5, kMaxTexels = 300.0;
 // Texels are at most so many times denser.
-constexpr double kMostFactor = 16.0;
+constexpr double kMaxFactor = 16.0;
 // Of all texels, what smooth parts may have more than their share.
 constexpr double kBudget = 0.1;
 // Where normals turn more than that although the budget is spent, texels show as they did: it is better spent
@@ -45,7 +45,7 @@ double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, doubl
     const double texel = texelSize / static_cast<double>(part.density);
     if (!isSmall(part, static_cast<float>(texelSize))) continue;
     const double texels = static_cast<double>(part.area) / (texel * texel);
-    const double factor = std::clamp(static_cast<double>(part.curvature) * texel / turn, 1.0, kMostFactor);
+    const double factor = std::clamp(static_cast<double>(part.curvature) * texel / turn, 1.0, kMaxFactor);
     extra += texels * (factor * factor - 1.0);
   }
   return extra;
@@ -56,7 +56,7 @@ double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, doubl
 bool isSmall(const SmoothPart& part, float texelSize) {
   const double texel = static_cast<double>(texelSize) / static_cast<double>(part.density);
   const double texels = static_cast<double>(part.area) / (texel * texel);
-  return texels >= kLeastTexels && texels <= kMostTexels;
+  return texels >= kMinTexels && texels <= kMaxTexels;
 }
 
 MeshParts findSmoothParts(const Mesh& mesh) {
@@ -107,7 +107,7 @@ void followCurvature(PatchSet& set, float texelSize) {
     texels += static_cast<double>(patch.area) * density * density / (texel * texel);
   }
   // The least turn that the budget allows, if it is of use.
-  double low = static_cast<double>(kMostTurn), high = kUsefulTurn;
+  double low = static_cast<double>(kMaxTurn), high = kUsefulTurn;
   const bool useful = extraTexels(set.parts, texel, high) <= kBudget * texels;
   if (useful && extraTexels(set.parts, texel, low) <= kBudget * texels) high = low;
   for (int i = 0; useful && high > low && i < 20; ++i) {
@@ -118,7 +118,7 @@ void followCurvature(PatchSet& set, float texelSize) {
     const double own = texel / static_cast<double>(part.density);
     part.factor = 1.0f;
     if (!useful || !isSmall(part, texelSize)) continue;
-    part.factor = static_cast<float>(std::clamp(static_cast<double>(part.curvature) * own / high, 1.0, kMostFactor));
+    part.factor = static_cast<float>(std::clamp(static_cast<double>(part.curvature) * own / high, 1.0, kMaxFactor));
   }
   for (Patch& patch : set.patches) {
     if (patch.part != kNone) patch.density = patch.levelDensity * set.parts[patch.part].factor;

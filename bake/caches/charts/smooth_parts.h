@@ -36,7 +36,7 @@ struct SmoothPart {
 };
 
 // Curvature times texel size up to which texels follow a part. A ball of radius r gets texels of 0.15 r.
-inline constexpr float kMostTurn = 0.3f;
+inline constexpr float kMaxTurn = 0.3f;
 
 // Whether a part has so few texels of a size [m] that its form does not come out, and enough to be looked at.
 bool isSmall(const SmoothPart& part, float texelSize);

@@ -16,9 +16,9 @@ namespace {
 constexpr float kFlatEnough = 0.92f;
 // Curved charts below this share of the mesh's area stay projected: nobody sees their stretch.
 constexpr double kCurvedAreaShare = 1e-4;
-constexpr std::size_t kFewestCurvedFaces = 6;
+constexpr std::size_t kMinCurvedFaces = 6;
 // Beyond this many faces a sparse solve costs seconds.
-constexpr std::size_t kMostCurvedFaces = 50000;
+constexpr std::size_t kMaxCurvedFaces = 50000;
 
 // Replace the projection by a conformal map if that stretches less and neither folds nor overlaps.
 void improveCurved(const Mesh& mesh, const FaceGraph& graph, float scale, Chart& chart) {
@@ -76,7 +76,7 @@ std::vector<Chart> unwrapMesh(const Mesh& mesh, float scale, Context& context) {
   for (Chart& chart : charts) {
     if (context.cancelled()) return charts;
     const bool curved = chart.areaUv < kFlatEnough * chart.areaSurface && chart.areaSurface > kCurvedAreaShare * total;
-    if (curved && chart.triangle.size() >= kFewestCurvedFaces && chart.triangle.size() <= kMostCurvedFaces) {
+    if (curved && chart.triangle.size() >= kMinCurvedFaces && chart.triangle.size() <= kMaxCurvedFaces) {
       improveCurved(mesh, graph, scale, chart);
     }
     fitRectangle(chart);

@@ -73,7 +73,7 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
           continue;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
         const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
-        // Outside the play space every place of the cell is.
+        // Outside the play space, no nearby position is any better.
         if (k == 0 && !inside && around.seen < kMinSeenShare) break;
         if (inside || around.seen < kMinSeenShare) {
           bad.emplace_back(p, kSameShare * around.free);
@@ -101,7 +101,7 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
   const double wanted =
       options.gridCaches +
       (options.gridCaches > 0 && byCount ? options.lightmapCaches * wideShare(tracer.scene(), playSpace) : 0.0);
-  double count = wanted, leastOff = INFINITY;
+  double count = wanted, minOff = INFINITY;
   GridLayout layout;
   std::vector<GridPoint> points;
   Places places;
@@ -117,8 +117,8 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
     const double valid =
         static_cast<double>(trialPoints.size() - static_cast<std::size_t>(dropped)) * static_cast<double>(trialEvery);
     const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
-    if (off < leastOff) {
-      leastOff = off;
+    if (off < minOff) {
+      minOff = off;
       layout = std::move(trial);
       points = std::move(trialPoints);
       places = std::move(trialPlaces);

@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kMostAlong = 1024;
+constexpr std::uint32_t kMaxAlong = 1024;
 // Where a box around all that is seen would be so many times as long as one around most of it, the latter counts: large
 // triangles are seen in a corner.
 constexpr float kMuchLonger = 4.0f;
@@ -189,7 +189,7 @@ glm::uvec3 coarseResolution(const Box& box, double spacing) {
   glm::uvec3 coarse;
   for (int k = 0; k < 3; ++k) {
     const double half = 0.5 * (static_cast<double>(box.high[k] - box.low[k]) / spacing - 1.0);
-    coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMostAlong)) + 1;
+    coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMaxAlong)) + 1;
   }
   return coarse;
 }

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kRays = 2048;
 constexpr int kNodes = kDepthSide * kDepthSide;
 // t of what touches the cache: beyond this a byte tells nothing apart.
-constexpr float kMostT = 254.0f;
+constexpr float kMaxT = 254.0f;
 
 // Nodes of the border stand for one direction each with their mirror images: the lowest of them.
 int uniqueNode(int node) {
@@ -86,7 +86,7 @@ class Fit {
     }
     std::array<std::uint32_t, kNodes> byte{};
     for (std::size_t u = 0; u < unknowns_; ++u) {
-      byte[u] = packDepth(std::clamp(static_cast<float>(t[u]), 0.0f, kMostT));
+      byte[u] = packDepth(std::clamp(static_cast<float>(t[u]), 0.0f, kMaxT));
     }
     for (int node = 0; node < kNodes; ++node) {
       map[node / 4] |= byte[static_cast<std::size_t>(unknownOf_[static_cast<std::size_t>(node)])] << (8 * (node % 4));
@@ -149,7 +149,7 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
       for (std::size_t k = 0; k < kRays; ++k) {
         if (!hits[k]) continue;
         const Sample& d = fit.samples()[k];
-        const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMostT);
+        const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMaxT);
         for (std::size_t c = 0; c < 3; ++c)
           right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
       }

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/caches/lightmap/pack_atlas.h"
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/share_caches.h"
 #include "relume/caches.h"
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct AtlasRequest {
   std::vector<std::uint32_t> single;       // caches, neighbours in space near one another
 };
 
-AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared);
+AtlasRequest requestAtlas(const PatchTexels& patchTexels, const SharedCaches& shared);
 
 // Distance between the places from which the two sides of seams take their light, root mean square by length, before
 // and after stitching (bake/caches/lightmap/stitch_seams.h).
@@ -31,7 +31,7 @@ struct SeamJump {
 };
 
 // The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
-Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
                    const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
                    Context& context);
 

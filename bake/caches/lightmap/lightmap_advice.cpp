@@ -17,14 +17,14 @@ namespace relume {
 namespace {
 
 // Nodes named of each kind, and the least surface worth a line, of all that is seen.
-constexpr std::size_t kMostNamed = 10, kMostSmooth = 5;
-constexpr double kLeastShare = 1e-3;
+constexpr std::size_t kMaxNamed = 10, kMaxSmooth = 5;
+constexpr double kMinShare = 1e-3;
 // The share of a node's small surface that the density it is told would light.
 constexpr double kMended = 0.9;
 // The largest extras.relume.texelDensity.
-constexpr double kMostDensity = 100.0;
+constexpr double kMaxDensity = 100.0;
 // Of smooth parts that want more texels than that, small as they are, nobody asks to be told.
-constexpr double kMostFollowed = 16.0;
+constexpr double kMaxFollowed = 16.0;
 // Smooth parts that turn so many times as much as they should from texel to texel show it.
 constexpr float kVisibleTurn = 1.5f;
 
@@ -58,9 +58,9 @@ double mendingDensity(Unlit& unlit) {
 
 class Adviser {
  public:
-  Adviser(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+  Adviser(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
           const CacheOptions& options, Context& context)
-      : scene_(scene), set_(set), cells_(cells), shared_(shared), options_(options), context_(context) {}
+      : scene_(scene), set_(set), texels_(texels), shared_(shared), options_(options), context_(context) {}
 
   void run() {
     std::vector<Unlit> unlit(scene_.instances.size());
@@ -68,12 +68,11 @@ class Adviser {
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].buried; },
-        [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].buried; }, [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
     adviseSmooth();
   }
 
@@ -83,15 +82,15 @@ class Adviser {
   // Adds a patch without any cache to its node's surface; returns its area then, or 0. [m²]
   double addPatch(std::uint32_t p, Unlit& unlit) const {
     bool buried = false;
-    for (std::uint32_t c = cells_.firstCell[p]; c < cells_.firstCell[p + 1]; ++c) {
-      if (shared_.cacheOfCell[c] != kNoCache) return 0.0;
+    for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) {
+      if (shared_.cacheOfTexel[c] != kNoCache) return 0.0;
       buried = buried || shared_.buried[c] != 0;
     }
     const Patch& patch = set_.patches[p];
     const double area = patch.area;
     // A texel has a cache of its own from `least` full texels of surface on: area (density / texel size)² = least.
-    const double least = ownCacheTexels(options_), texel = cells_.texelSize;
-    const double wanted = std::sqrt(least * texel * texel / std::max(area, 1e-30));
+    const double minTexels = ownCacheTexels(options_), texel = texels_.texelSize;
+    const double wanted = std::sqrt(minTexels * texel * texel / std::max(area, 1e-30));
     if (buried || wanted <= static_cast<double>(patch.density)) {
       const Instance& instance = scene_.instances[patch.instance];
       const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
@@ -106,13 +105,13 @@ class Adviser {
   }
 
   // The nodes with the most of some surface, if it is worth a line.
-  void forLargest(std::size_t most, const std::function<double(std::uint32_t)>& area,
+  void forLargest(std::size_t maxCount, const std::function<double(std::uint32_t)>& area,
                   const std::function<void(std::uint32_t)>& warn) const {
     std::vector<std::uint32_t> order(scene_.instances.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
-    for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
-      if (!(area(order[i]) > kLeastShare * set_.areaSeen)) break;
+    for (std::size_t i = 0; i < std::min(maxCount, order.size()); ++i) {
+      if (!(area(order[i]) > kMinShare * set_.areaSeen)) break;
       warn(order[i]);
     }
   }
@@ -120,9 +119,9 @@ class Adviser {
   void warnSmall(std::uint32_t instance, Unlit& unlit) const {
     const double density = mendingDensity(unlit);
     const std::string what = nameOf(instance) + ": " + number(unlit.small) +
-                             " m² of seen surface are in pieces too small for texels of " + number(cells_.texelSize) +
+                             " m² of seen surface are in pieces too small for texels of " + number(texels_.texelSize) +
                              " m and read the grid; ";
-    if (density <= kMostDensity)
+    if (density <= kMaxDensity)
       context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + nameOf(instance) + " from " +
                                               number(scene_.instances[instance].texelDensity) + " to " +
                                               rounded(density) +
@@ -155,20 +154,20 @@ class Adviser {
   void adviseSmooth() const {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {
-      const float texel = cells_.texelSize / part.density, turn = part.curvature * texel;
-      if (!isSmall(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMostTurn) continue;
-      const double factor = turn / kMostTurn;
-      if (factor > kMostFollowed) continue;
+      const float texel = texels_.texelSize / part.density, turn = part.curvature * texel;
+      if (!isSmall(part, texels_.texelSize) || turn / part.factor < kVisibleTurn * kMaxTurn) continue;
+      const double factor = turn / kMaxTurn;
+      if (factor > kMaxFollowed) continue;
       area[part.instance] += part.area;
       density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
     }
     forLargest(
-        kMostSmooth, [&](std::uint32_t i) { return area[i]; },
+        kMaxSmooth, [&](std::uint32_t i) { return area[i]; },
         [&](std::uint32_t i) {
-          const double wanted = std::min(density[i] / area[i], kMostDensity);
+          const double wanted = std::min(density[i] / area[i], kMaxDensity);
           context_.message(Severity::info,
                            nameOf(i) + ": " + number(area[i]) + " m² of smooth surface are curved too tightly " +
-                               "for texels of " + number(cells_.texelSize) +
+                               "for texels of " + number(texels_.texelSize) +
                                " m, which may show as facets and seams; extras.relume.texelDensity of " +
                                rounded(wanted) + " follows it (now " + number(scene_.instances[i].texelDensity) + ")");
         });
@@ -176,7 +175,7 @@ class Adviser {
 
   const Scene& scene_;
   const PatchSet& set_;
-  const CellSet& cells_;
+  const PatchTexels& texels_;
   const SharedCaches& shared_;
   const CacheOptions& options_;
   Context& context_;
@@ -184,9 +183,9 @@ class Adviser {
 
 }  // namespace
 
-void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
                        const CacheOptions& options, Context& context) {
-  Adviser(scene, set, cells, shared, options, context).run();
+  Adviser(scene, set, texels, shared, options, context).run();
 }
 
 }  // namespace relume

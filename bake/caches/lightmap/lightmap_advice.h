@@ -3,13 +3,13 @@
 // smooth parts whose texels do not follow their curvature.
 #pragma once
 
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/share_caches.h"
 
 namespace relume {
 
 // Logs warnings that name the node, with the texelDensity that mends it where one does, and the figure
 // grid_lit_area_share.
-void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
                        const CacheOptions& options, Context& context);
 
 }  // namespace relume

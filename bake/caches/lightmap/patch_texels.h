@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Cells: the texels of patches before anyone knows which of them gets a cache of its own (PIC 4.4). Texel centres lie
-// on the triangles themselves.
+// Lays texels over patches, before caches are chosen for them (PIC 4.4).
 //
-// Deviation: texel centres span a patch from border to border, so that bilinear reads inside it touch its own texels
-// only, and light is interpolated, not held constant, up to its edges. A patch narrower than a texel has one texel
-// across, and all its corners read the middle of it. Every texel of a patch's rectangle is filled in the end: what no
-// cache covers is dilated from its neighbours.
+// Deviation: texel centres span a patch from border to border. So bilinear reads within a patch touch its own texels
+// only, and light is interpolated up to the edges instead of being constant there. A patch narrower than a texel has
+// one texel across, in whose middle all its corners read. In the end every texel of a patch's rectangle is filled:
+// those without a cache are dilated from their neighbours.
 #pragma once
 
 #include "bake/caches/charts/patches.h"
@@ -15,19 +14,19 @@
 
 namespace relume {
 
-struct Cell {
+struct PatchTexel {
   std::uint32_t patch = 0;
   std::uint32_t x = 0, y = 0;    // texel of the patch
   float area = 0.0f;             // [m²] of seen surface that the texel stands for; 0 = nothing there
-  std::uint32_t firstPoint = 0;  // places for its cache, best first: points[firstPoint] ..
-  std::uint32_t pointCount = 0;  // .. + pointCount - 1
+  std::uint32_t firstPoint = 0;  // spots for its cache, best first: points[firstPoint] ..
+  std::uint32_t pointCount = 0;  // .. points[firstPoint + pointCount - 1]
 };
 
-struct CellSet {
-  float texelSize = 0.0f;                // [m] at density 1
-  std::vector<glm::uvec2> resolution;    // [Size patches] texels of each patch
-  std::vector<Cell> cells;               // of all patches in order, those with surface only
-  std::vector<std::uint32_t> firstCell;  // [Size patches + 1]
+struct PatchTexels {
+  float texelSize = 0.0f;                 // [m] at density 1
+  std::vector<glm::uvec2> resolution;     // [Size patches] texels of each patch
+  std::vector<PatchTexel> texels;         // of all patches in order, those with surface only
+  std::vector<std::uint32_t> firstTexel;  // [Size patches + 1]
   std::vector<ChartPoint> points;
 };
 
@@ -35,10 +34,10 @@ struct CellSet {
 glm::uvec2 resolutionOf(const Scene& scene, const PatchSet& set, const Patch& patch, float texelSize);
 
 // Lay texels of the given size over all patches.
-CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
-                 Context& context);
+PatchTexels layTexels(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
+                      Context& context);
 
-// Texel coordinates (centres at integers) within a patch of a point in chart uv.
+// Texel coordinates within a patch (centres at integers) of a point of its chart.
 glm::vec2 texelOf(const glm::vec2& uv, const glm::vec2& chartSize, const glm::uvec2& resolution);
 
 }  // namespace relume

@@ -21,7 +21,7 @@ namespace relume {
 namespace {
 
 constexpr float kStay = 0.05f;
-constexpr float kMostMove = 1.0f;  // [texel]
+constexpr float kMaxMove = 1.0f;  // [texel]
 constexpr int kSteps = 4;
 // Triangles up to the first length move freely, from the second on not at all. [texel]
 constexpr float kFree = 1.5f, kFixed = 4.0f;
@@ -32,7 +32,7 @@ class Snapper {
           const glm::vec2& high)
       : shared_(shared), texels_(texels), low_(low), high_(high), stay_(kStay * texelSize * texelSize) {}
 
-  glm::vec2 snap(const glm::vec2& start, const glm::vec3& x, float most) const {
+  glm::vec2 snap(const glm::vec2& start, const glm::vec3& x, float maxMove) const {
     glm::vec2 u = start;
     float cost = costOf(u, start, x);
     for (int step = 0; step < kSteps; ++step) {
@@ -49,8 +49,8 @@ class Snapper {
       const glm::vec2 move = glm::vec2(c * right.x - b * right.y, a * right.y - b * right.x) / determinant;
       bool better = false;
       for (float part = 1.0f; part > 0.2f && !better; part *= 0.5f) {
-        const glm::vec2 next =
-            glm::clamp(start + glm::clamp(u + part * move - start, glm::vec2(-most), glm::vec2(most)), low_, high_);
+        const glm::vec2 next = glm::clamp(
+            start + glm::clamp(u + part * move - start, glm::vec2(-maxMove), glm::vec2(maxMove)), low_, high_);
         const float nextCost = costOf(next, start, x);
         if (nextCost >= cost) continue;
         u = next;
@@ -120,10 +120,10 @@ void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, con
       for (std::size_t k = 0; k < 3; ++k)
         longest = std::max(longest, glm::distance(corner[first + k], corner[first + (k + 1) % 3]));
     }
-    const float most = kMostMove * std::clamp((kFixed - longest) / (kFixed - kFree), 0.0f, 1.0f);
-    if (!(most > 0.0f)) continue;
+    const float maxMove = kMaxMove * std::clamp((kFixed - longest) / (kFixed - kFree), 0.0f, 1.0f);
+    if (!(maxMove > 0.0f)) continue;
     const glm::vec3 x(instance.toWorld * glm::vec4(positionOf(order[begin]), 1.0f));
-    const glm::vec2 u = snapper.snap(corner[order[begin]], x, most);
+    const glm::vec2 u = snapper.snap(corner[order[begin]], x, maxMove);
     for (std::size_t i = begin; i < end; ++i) moved[order[i]] = u;
   }
   std::copy(moved.begin(), moved.end(), corner.begin());

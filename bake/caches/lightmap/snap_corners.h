@@ -2,8 +2,8 @@
 // Moves light-map coordinates of corners by a fraction of a texel, so that what a corner reads comes from where it is.
 #pragma once
 
-#include "bake/caches/lightmap/cells.h"
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/patch_texels.h"
+#include "bake/caches/lightmap/share_caches.h"
 
 #include <span>
 

@@ -28,7 +28,7 @@ constexpr float kMinCosine = 0.8f;
 constexpr double kStray = 0.25;
 // Seam points a texel, at most so many an edge.
 constexpr float kPointsPerTexel = 2.0f;
-constexpr int kMostPoints = 64;
+constexpr int kMaxPoints = 64;
 constexpr int kSweeps = 4;
 
 // An edge shared by two triangles of different charts; it goes from corner k of each to the next, the other way round
@@ -167,7 +167,7 @@ class Stitcher {
     const glm::vec3 b(instance.toWorld * glm::vec4(mesh.position[v[(edge.corner[0] + 1) % 3]], 1.0f));
     const float length = glm::distance(a, b);
     const int count =
-        std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMostPoints);
+        std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMaxPoints);
     for (int k = 0; k < count; ++k) {
       const float f = (static_cast<float>(k) + 0.5f) / static_cast<float>(count);
       SeamPoint point;
@@ -280,11 +280,11 @@ class Stitcher {
     const glm::vec3 normal = shared_.caches[before].normal;
     const Quadratic costAt = costAround(slot);
     std::uint32_t best = before;
-    double least = 0.999 * costAt(shared_.caches[before].positionWorld);
+    double minCost = 0.999 * costAt(shared_.caches[before].positionWorld);
     for (const std::uint32_t candidate : candidates) {
       if (candidate == before || glm::dot(shared_.caches[candidate].normal, normal) < kMinCosine) continue;
-      if (const double cost = costAt(shared_.caches[candidate].positionWorld); cost < least) {
-        least = cost;
+      if (const double cost = costAt(shared_.caches[candidate].positionWorld); cost < minCost) {
+        minCost = cost;
         best = candidate;
       }
     }
