@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kMaxTrianglesPerByte = 64;
 constexpr std::uint64_t kMinTriangleBudget = 1u << 20;
 
-// From here on a float has no digits left for a place within the image.
+// Beyond this, a float has no digits left for a position within the image.
 constexpr float kMaxTexcoord = 1e7f;
 
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -25,7 +25,8 @@ glm::vec3 vec3At(const AccessorValues& values, std::uint32_t i) {
   return {v[0], v[1], v[2]};
 }
 
-// Unit normals; those that are zero or not finite become the area-weighted mean of the vertex's triangles.
+// Normalise the normals. Those that are zero or not finite become the area-weighted mean of the vertex's triangles.
+// Returns how many.
 std::size_t repairNormals(Mesh& mesh) {
   std::vector<std::uint8_t> broken(mesh.normal.size(), 0);
   std::size_t count = 0;

@@ -20,24 +20,24 @@
 namespace relume {
 namespace {
 
-// Of many static instances of one mesh at one spot, the first is baked: it hides the others, whose light would be its
-// own. They stay, as dynamic ones. Fewer copies than that cost little and are baked as they are.
+// Of many static instances of one mesh with the same transform, bake only the first: it hides the others, which have
+// the same light. They are kept as dynamic instances. Fewer copies than kPile cost little and are baked as they are.
 void setAsidePiles(Scene& scene, Context& context) {
   constexpr std::size_t kPile = 8;
-  using Place = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
-  std::map<Place, std::vector<std::uint32_t>> copies;
+  using Pose = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
+  std::map<Pose, std::vector<std::uint32_t>> copies;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (!scene.instances[i].baked()) continue;
-    Place place{scene.instances[i].mesh, {}};
-    std::memcpy(place.second.data(), &scene.instances[i].toWorld, sizeof place.second);
-    copies[place].push_back(i);
+    Pose pose{scene.instances[i].mesh, {}};
+    std::memcpy(pose.second.data(), &scene.instances[i].toWorld, sizeof pose.second);
+    copies[pose].push_back(i);
   }
-  for (const auto& [place, members] : copies) {
+  for (const auto& [pose, members] : copies) {
     if (members.size() < kPile) continue;
     for (std::size_t m = 1; m < members.size(); ++m) scene.instances[members[m]].mode = BakeMode::dynamic;
     const Instance& first = scene.instances[members.front()];
     context.message(Severity::warning, "node \"" + first.node + "\": " + std::to_string(members.size()) +
-                                           " copies of mesh \"" + scene.meshes[place.first].name +
+                                           " copies of mesh \"" + scene.meshes[pose.first].name +
                                            "\" in one place; the first is baked, remove the others");
   }
 }
@@ -81,7 +81,7 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   // 2. Materials and the images they use
   Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
   if (!uvSets) return uvSets.error();
-  // 3. The node graph, with the meshes it places
+  // 3. The node graph, with the meshes that it uses
   MeshImporter meshes(*document, std::move(*uvSets), scene, context);
   if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();
   // 4. The lights' unit
