@@ -55,7 +55,7 @@ std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t
 // Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
 // rings only.
 void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context& context) {
-  // The empty texels beside filled ones are a ring; the empty ones beside a ring are the next.
+  // The first ring is the empty texels beside filled ones; each next one is the empty texels beside the ring before.
   std::vector<std::uint32_t> ring, next, found;
   std::vector<std::uint8_t> known(texels.size(), 0);
   for (std::uint32_t i = 0; i < texels.size(); ++i) {
@@ -72,7 +72,7 @@ void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context&
     next.clear();
     for (const std::uint32_t i : ring) {
       for (std::uint32_t k = 0; k < 9; ++k) {
-        // Wraps around below zero, and is beyond the size then.
+        // An index below zero wraps around, and is then beyond the size.
         const std::uint32_t x = i % size.x + k % 3 - 1, y = i / size.x + k / 3 - 1;
         if (x >= size.x || y >= size.y) continue;
         const std::uint32_t at = y * size.x + x;
@@ -168,7 +168,7 @@ class Filler {
     }
   }
 
-  // Copy what is filled to the free texels around it: coordinates of 16 bits miss a texel's centre by a hair.
+  // Copy filled texels to the free ones around them: 16-bit coordinates miss a texel's centre by a little.
   void surround() {
     const glm::uvec2 size(plan_.side);
     std::vector<std::uint32_t> ring = texels_;
@@ -185,7 +185,7 @@ class Filler {
     return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side));
   }
 
-  // Where the triangles of a patch read; snapped: once texels hold what they will.
+  // Write where the triangles of a patch read. snapped: once the texels have their final caches.
   void writeCorners(std::uint32_t p, bool snapped) {
     const Patch& patch = set_.patches[p];
     const Instance& instance = scene_.instances[patch.instance];
@@ -202,7 +202,7 @@ class Filler {
       for (const std::uint32_t t : chart.triangle)
         std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
     } else {
-      // Stay a little inside, so that rounding of coordinates and filters does not reach the texels next door.
+      // Stay a little inside, so that rounding of coordinates and filters does not reach a neighbour's texels.
       const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
       const glm::uvec2 size = patchTexels_.resolution[p];
       const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);

@@ -16,16 +16,16 @@
 namespace relume {
 namespace {
 
-// Nodes named of each kind, and the least surface worth a line, of all that is seen.
+// Most nodes named in each kind of warning, and the smallest share of all seen surface that is worth one.
 constexpr std::size_t kMaxNamed = 10, kMaxSmooth = 5;
 constexpr double kMinShare = 1e-3;
-// The share of a node's small surface that the density it is told would light.
+// The advised density gives caches to this share of a node's surface in small pieces.
 constexpr double kMended = 0.9;
 // The largest extras.relume.texelDensity.
 constexpr double kMaxDensity = 100.0;
-// Of smooth parts that want more texels than that, small as they are, nobody asks to be told.
+// Smooth parts that would need more than this factor of density are so small that no warning is given.
 constexpr double kMaxFollowed = 16.0;
-// Smooth parts that turn so many times as much as they should from texel to texel show it.
+// A smooth part shows its texels when its normals turn by this multiple of kMaxTurn from texel to texel.
 constexpr float kVisibleTurn = 1.5f;
 
 // A density as a person would write it, rounded up to two digits.
@@ -36,7 +36,7 @@ std::string rounded(double density) {
 
 std::string number(double value) { return decimalGeneral(value, 3); }
 
-// Seen surface of a node that reads the grid.
+// The seen surface of a node that reads the grid.
 struct Unlit {
   double backs = 0.0;   // [m²] backs of one-sided faces
   double buried = 0.0;  // [m²] behind or inside something
@@ -45,7 +45,7 @@ struct Unlit {
   std::vector<std::pair<double, double>> wanted;
 };
 
-// The density at which most of the small surface has caches.
+// The density at which most of a node's surface in small pieces gets caches.
 double mendingDensity(Unlit& unlit) {
   std::sort(unlit.wanted.begin(), unlit.wanted.end());
   double lit = 0.0;
@@ -79,7 +79,7 @@ class Adviser {
  private:
   std::string nameOf(std::uint32_t instance) const { return "node \"" + scene_.instances[instance].node + "\""; }
 
-  // Adds a patch without any cache to its node's surface; returns its area then, or 0. [m²]
+  // Add a patch without any cache to its node's surface. Returns its area [m²], or 0 for a patch that has a cache.
   double addPatch(std::uint32_t p, Unlit& unlit) const {
     bool buried = false;
     for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) {
@@ -88,7 +88,8 @@ class Adviser {
     }
     const Patch& patch = set_.patches[p];
     const double area = patch.area;
-    // A texel has a cache of its own from `least` full texels of surface on: area (density / texel size)² = least.
+    // A texel gets a cache of its own from minTexels full texels of surface on: area (density / texel size)² =
+    // minTexels.
     const double minTexels = ownCacheTexels(options_), texel = texels_.texelSize;
     const double wanted = std::sqrt(minTexels * texel * texel / std::max(area, 1e-30));
     if (buried || wanted <= static_cast<double>(patch.density)) {
@@ -97,14 +98,14 @@ class Adviser {
       (patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]) ? unlit.backs : unlit.buried) += area;
       return area;
     }
-    // What of the density the level does not ask for stays as it is.
+    // Keep the part of the density that does not come from the level.
     const double others = patch.density / scene_.instances[patch.instance].texelDensity;
     unlit.small += area;
     unlit.wanted.emplace_back(wanted / others, area);
     return area;
   }
 
-  // The nodes with the most of some surface, if it is worth a line.
+  // Visit the nodes with the most of some kind of surface, as far as that is worth a warning.
   void forLargest(std::size_t maxCount, const std::function<double(std::uint32_t)>& area,
                   const std::function<void(std::uint32_t)>& warn) const {
     std::vector<std::uint32_t> order(scene_.instances.size());
@@ -150,7 +151,7 @@ class Adviser {
                          "it doubleSided");
   }
 
-  // Small smooth parts that followCurvature() could not give texels enough.
+  // Warn of small smooth parts to which followCurvature() could not give enough texels.
   void adviseSmooth() const {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // See snap_corners.h. Caches do not lie at the centres of their texels: at borders they move toward the surface that is
 // there, and shared ones lie elsewhere altogether. With P(u) the bilinear mean of the caches' positions at coordinate
-// u, a corner at x takes the u of least
+// u, a corner at x takes the u that minimises
 //   |P(u) - x|² + kStay texelSize² |u - u_0|²
-// near its own u_0, by Gauss-Newton steps. Light that changes evenly over space is then read without error at corners,
-// and alike from all charts that meet in one. Corners of triangles larger than texels stay: what lies between them
-// would move.
+// near its own u_0, by Gauss-Newton steps. Light that changes linearly in space is then read without error at corners,
+// and alike by all charts that meet at one. Corners of triangles larger than texels stay where they are: what the
+// triangle reads between them would move.
 #include "bake/caches/lightmap/snap_corners.h"
 
 #include <glm/common.hpp>
@@ -23,7 +23,7 @@ namespace {
 constexpr float kStay = 0.05f;
 constexpr float kMaxMove = 1.0f;  // [texel]
 constexpr int kSteps = 4;
-// Triangles up to the first length move freely, from the second on not at all. [texel]
+// [texel] Corners of triangles up to the first length move freely, those from the second length on not at all.
 constexpr float kFree = 1.5f, kFixed = 4.0f;
 
 class Snapper {
@@ -36,7 +36,7 @@ class Snapper {
     glm::vec2 u = start;
     float cost = costOf(u, start, x);
     for (int step = 0; step < kSteps; ++step) {
-      // Differences over half a texel see past the kinks at texel centres.
+      // Take differences over half a texel, which smooths the kinks at texel centres.
       constexpr float kH = 0.25f;
       const glm::vec3 p = read(u);
       const glm::vec3 du = (read(u + glm::vec2(kH, 0)) - read(u - glm::vec2(kH, 0))) / (2.0f * kH);
@@ -101,7 +101,7 @@ void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, con
   const Mesh& mesh = scene.meshes[instance.mesh];
   const Snapper snapper(shared, texelSize, texels, low, high);
 
-  // Corners by place, those that are one side by side.
+  // Sort the corners by position and coordinate, which puts equal ones next to each other.
   const auto positionOf = [&](std::size_t i) {
     return mesh.position[mesh.triangle[chart.triangle[i / 3]][static_cast<int>(i % 3)]];
   };
