@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
 constexpr float kSamePoint = 1e-3f;    // relative; an aimed ray that ends this near to its point has met it
-constexpr std::uint32_t kBlock = 256;  // hits looked up together: their data stay in the first-level cache
+constexpr std::uint32_t kBatch = 256;  // hits looked up together: their data stay in the first-level cache
 
 void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
@@ -52,8 +52,8 @@ SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
                      256u);
   patch_.resize(std::size_t{side_} * side_);
   for (std::uint32_t i = 0; i < patch_.size(); ++i) {
-    const glm::vec2 tile(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
-    const glm::vec3 d = fromOctahedron(tile * (2.0f / static_cast<float>(side_)) - 1.0f);
+    const glm::vec2 entry(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
+    const glm::vec3 d = fromOctahedron(entry * (2.0f / static_cast<float>(side_)) - 1.0f);
     float best = -2.0f;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const float cosine = glm::dot(d, directions[k]);
@@ -128,15 +128,15 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
   scratch.samples.resize(strata_.count());
   scratch.directions.resize(strata_.count());
   scratch.hits.resize(strata_.count());
-  for (std::uint32_t i = 0; i < strata_.count(); i += DirectionStrata::kTile) {
-    sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
+  for (std::uint32_t i = 0; i < strata_.count(); i += DirectionStrata::kBlock) {
+    sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kBlock>());
   }
   for (std::uint32_t i = 0; i < strata_.count(); ++i) scratch.directions[i] = scratch.samples[i].direction;
   scratch.bundle.trace(tracer_, origin, normal, scratch.directions, scratch.hits);
 
   // Find the sender that each ray ends at.
-  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
-    const std::uint32_t size = std::min(kBlock, strata_.count() - begin);
+  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBatch) {
+    const std::uint32_t size = std::min(kBatch, strata_.count() - begin);
     const std::span hits = std::span<const Hit>(scratch.hits).subspan(begin, size);
     lookUp(hits, scratch);
     for (std::uint32_t i = 0; i < size; ++i) {
@@ -171,9 +171,9 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
   RandomStream random(seed_, kAimStage, cache);
   const bool onSurface = glm::dot(normal, normal) > 0.0f;
   count.aimed += aimedCount_;
-  for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBlock) {
+  for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBatch) {
     // Cast a block of rays without those below the horizon.
-    const std::uint32_t end = std::min(begin + kBlock, aimedCount_);
+    const std::uint32_t end = std::min(begin + kBatch, aimedCount_);
     scratch.rays.clear();
     scratch.distances.clear();
     for (std::uint32_t i = begin; i < end; ++i) {

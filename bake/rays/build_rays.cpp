@@ -56,7 +56,7 @@ bool isInvertible(const glm::mat4& m) {
 // buried: which triangles stay out of it; empty: none.
 RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene& scene, const Instance& instance,
                          const glm::vec3& shift, std::span<const std::uint8_t> buried, MaskedMesh* masked,
-                         const float*& placed) {
+                         const float*& shared) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(
@@ -77,7 +77,7 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
       indices[3 * t + c] = isIn ? static_cast<std::uint32_t>(3 * t + c) : kNone;
     }
   }
-  placed = vertices;
+  shared = vertices;
   if (masked != nullptr) {
     masked->vertices = vertices;
     rtcSetGeometryUserData(geometry, masked);
@@ -159,9 +159,9 @@ bool isWholly(const std::vector<std::uint8_t>& buried) {
 BundleTree RayTracer::State::makeBundleTree(const Context& context) const {
   std::vector<BundleTriangle> triangles;
   for (std::uint32_t id = 0; id < instance.size() && !context.cancelled(); ++id) {
-    const Instance& placed = scene->instances[instance[id]];
-    const std::uint32_t alphaTest = isMasked(*scene, placed) ? kBundleMasked : 0;
-    for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
+    const Instance& met = scene->instances[instance[id]];
+    const std::uint32_t alphaTest = isMasked(*scene, met) ? kBundleMasked : 0;
+    for (std::uint32_t t = 0; t < scene->meshes[met.mesh].triangle.size(); ++t) {
       if (isBuried(id, t)) continue;
       triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
