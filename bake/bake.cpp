@@ -33,7 +33,7 @@ auto stage(Context& context, const char* name, Work&& work) {
   return result;
 }
 
-// Work, where its memory was granted.
+// Run the work if its memory was granted.
 template <class Work>
 std::invoke_result_t<Work> needs(const Status& reserved, Work&& work) {
   if (!reserved) return reserved.error();
@@ -46,7 +46,7 @@ bool hasFixedTriangles(const Scene& scene) {
   });
 }
 
-// The links' rays are most of a bake's. Few from a cache are faster in packets (docs/notes/tracing.md).
+// Most rays of a bake are traced for links. If a cache casts few, packets are faster (docs/notes/tracing.md).
 RayStructure rayStructureFor(const BakeOptions& options) {
   constexpr double kMany = 1e7;
   constexpr std::uint32_t kMinBundleRays = 256;
@@ -64,7 +64,7 @@ Status checkResult(const Bake& bake) {
 }
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context& context) {
-  // 0. Rays against the fixed part of the level, and what of it matters: surfaces that receivers can see
+  // 0. The ray tracer over the fixed part of the level, and the surfaces that receivers can see
   const RayStructure structure = rayStructureFor(options);
   auto tracer = stage(context, "rays", [&] {
     return needs(reserveRays(scene, structure, context),
@@ -95,7 +95,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
       stage(context, "caches", [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
   if (!caches) return caches.error();
 
-  // 3. Transport, a cache at a time; nothing of size n_C x n_S is ever stored (PIC 3.1, 4.5, 4.6)
+  // 3. Transport, cache by cache: nothing of size n_C x n_S is stored (PIC 3.1, 4.5, 4.6)
   auto traced = stage(context, "links", [&] {
     return needs(reserveLinks(*hierarchy, *caches, options.links, context), [&] {
       return traceLinks(*tracer, placed->surfels, placed->map, *hierarchy, *caches, options.links, options.seed,
@@ -124,7 +124,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   if (context.cancelled()) return cancelledError();
   if (!bake) return bake;
 
-  // 6. Hand over nothing that a reader would refuse
+  // 6. Check: a bake that a reader would refuse is an error here
   const Status valid = stage(context, "validate", [&] { return checkResult(*bake); });
   if (!valid) return valid.error();
   return bake;

@@ -14,19 +14,19 @@
 
 namespace relume {
 
-// An enumeration, by the place of its value among Field::names.
+// An enumeration, by the index of its value among Field::names.
 struct Choice {
-  void* place;
+  void* target;
   int (*get)(const void*);
   void (*set)(void*, int);
 };
 
-using Place = std::variant<bool*, std::uint32_t*, std::uint64_t*, float*, glm::uvec3*, std::string*, Choice>;
+using Target = std::variant<bool*, std::uint32_t*, std::uint64_t*, float*, glm::uvec3*, std::string*, Choice>;
 
 struct Field {
   const char* name;  // path in the JSON
   const char* flag;  // of the command line, "" = none
-  Place place;
+  Target target;
   double low, high;                // inclusive; of numbers
   std::vector<const char*> names;  // of choices and strings
   const char* unit;

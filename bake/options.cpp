@@ -47,11 +47,11 @@ std::string join(const std::vector<const char*>& names) {
 
 std::string rangeText(const Field& field) {
   if (!field.names.empty()) return join(field.names);
-  if (std::holds_alternative<bool*>(field.place)) return "true|false";
-  if (std::holds_alternative<std::uint64_t*>(field.place)) return "0..2^64-1";
+  if (std::holds_alternative<bool*>(field.target)) return "true|false";
+  if (std::holds_alternative<std::uint64_t*>(field.target)) return "0..2^64-1";
   if (field.high >= kFloatMax) return ">= " + number(field.low);
   return number(field.low) + ".." + number(field.high) +
-         (std::holds_alternative<glm::uvec3*>(field.place) ? " each" : "");
+         (std::holds_alternative<glm::uvec3*>(field.target) ? " each" : "");
 }
 
 Json toJson(const Field& field) {
@@ -64,11 +64,11 @@ Json toJson(const Field& field) {
     Json operator()(const glm::uvec3* v) const { return Json::array({v->x, v->y, v->z}); }
     Json operator()(const std::string* v) const { return *v; }
     Json operator()(const Choice& v) const {
-      const auto index = static_cast<std::size_t>(v.get(v.place));
+      const auto index = static_cast<std::size_t>(v.get(v.target));
       return index < field.names.size() ? Json(field.names[index]) : Json(index);
     }
   };
-  return std::visit(Visit{field}, field.place);
+  return std::visit(Visit{field}, field.target);
 }
 
 Error wrongType(const Field& field, const char* expected, const Json& found) {
@@ -129,13 +129,13 @@ Status fromJson(const Field& field, const Json& json) {
     Status operator()(const Choice& v) const {
       for (std::size_t i = 0; json.is_string() && i < field.names.size(); ++i) {
         if (json.get_ref<const std::string&>() != field.names[i]) continue;
-        v.set(v.place, static_cast<int>(i));
+        v.set(v.target, static_cast<int>(i));
         return done();
       }
       return wrongType(field, ("one of " + join(field.names)).c_str(), json);
     }
   };
-  return std::visit(Visit{field, json}, field.place);
+  return std::visit(Visit{field, json}, field.target);
 }
 
 // Walk the object; every leaf must be a field's name.
@@ -166,29 +166,29 @@ Error outOfRange(const Field& field, const std::string& found, const std::string
 Status checkField(const Field& field) {
   const std::string range = rangeText(field);
   const auto within = [&](double v) { return v >= field.low && v <= field.high; };
-  // A float at the end of its range is not the double that the table has there. False for NaN.
+  // Compare as floats: the end of a range, as a float, differs from the double in the table. False for NaN.
   const auto floatWithin = [&](float v) {
     return v >= static_cast<float>(field.low) && v <= static_cast<float>(field.high);
   };
-  if (const auto* v = std::get_if<std::uint32_t*>(&field.place); v && !within(**v))
+  if (const auto* v = std::get_if<std::uint32_t*>(&field.target); v && !within(**v))
     return outOfRange(field, std::to_string(**v), range);
-  if (const auto* v = std::get_if<float*>(&field.place); v && !floatWithin(**v))
+  if (const auto* v = std::get_if<float*>(&field.target); v && !floatWithin(**v))
     return outOfRange(field, std::isfinite(**v) ? number(shortest(**v)) : "not finite", range);
-  if (const auto* v = std::get_if<glm::uvec3*>(&field.place);
+  if (const auto* v = std::get_if<glm::uvec3*>(&field.target);
       v && !(within((*v)->x) && within((*v)->y) && within((*v)->z)))
     return outOfRange(field, toJson(field).dump(), range);
-  if (const auto* v = std::get_if<std::string*>(&field.place);
+  if (const auto* v = std::get_if<std::string*>(&field.target);
       v && std::none_of(field.names.begin(), field.names.end(), [&](const char* n) { return **v == n; }))
     return outOfRange(field, "\"" + **v + "\"", "one of " + range);
-  if (const auto* v = std::get_if<Choice>(&field.place)) {
-    const int index = v->get(v->place);
+  if (const auto* v = std::get_if<Choice>(&field.target)) {
+    const int index = v->get(v->target);
     if (index < 0 || static_cast<std::size_t>(index) >= field.names.size())
       return outOfRange(field, std::to_string(index), "one of " + range);
   }
   return done();
 }
 
-// What options must be to each other.
+// Check the rules that involve several options.
 Status checkTogether(const BakeOptions& o) {
   const auto usage = [](const std::string& message) { return Error{ErrorCode::usage, message}; };
   if (o.chromaBands > o.lumaBands)
@@ -231,15 +231,15 @@ Status checkTogether(const BakeOptions& o) {
 
 // Command-line text as the JSON that the field expects.
 Json parseText(const Field& field, const std::string& text) {
-  if (std::holds_alternative<Choice>(field.place) || std::holds_alternative<std::string*>(field.place)) return text;
-  const bool list = std::holds_alternative<glm::uvec3*>(field.place);
+  if (std::holds_alternative<Choice>(field.target) || std::holds_alternative<std::string*>(field.target)) return text;
+  const bool list = std::holds_alternative<glm::uvec3*>(field.target);
   Result<Json> json = readJson(list ? "[" + text + "]" : text);
   return json ? std::move(*json) : Json(text);
 }
 
 }  // namespace
 
-// Sizes are chosen by error at their memory: docs/notes/cuts.md.
+// Sizes are chosen by the error that they leave for their memory: docs/notes/cuts.md.
 BakeOptions presetOptions(Preset preset) {
   BakeOptions options;  // the defaults are `high`
   switch (preset) {

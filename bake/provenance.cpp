@@ -17,7 +17,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "content hashes are defined over little-endian bytes");
 
-// XXH3 of a sequence of plain values; every array is preceded by its size, so that no two inputs run together.
+// XXH3 of a sequence of plain values. Every array is preceded by its size, so that different inputs never give the same
+// sequence.
 class Hasher {
  public:
   Hasher() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
@@ -25,7 +26,7 @@ class Hasher {
   Hasher(const Hasher&) = delete;
   Hasher& operator=(const Hasher&) = delete;
 
-  // Padding would make the hash depend on garbage.
+  // No types with padding: its bytes are undefined.
   template <class T>
   requires(std::is_arithmetic_v<T> || std::is_enum_v<T> ||
            std::has_unique_object_representations_v<T>) void value(const T& v) {
@@ -106,7 +107,7 @@ std::uint64_t hashMaterial(const Material& material, const std::vector<std::uint
   return h.digest();
 }
 
-// Which triangles enclose matter: that follows from other nodes, cameras and lights, too (find_solids.h).
+// Which triangles enclose matter. That depends on other nodes, cameras and lights, too (find_solids.h).
 void hashSolid(Hasher& h, const Scene& scene, const Instance& instance) {
   if (scene.solid.empty()) return;
   const auto solid =
@@ -122,7 +123,8 @@ void hashCamera(Hasher& h, const Camera& camera) {
   h.value(camera.yMag);
 }
 
-// Over everything of an instance but names; the mirrored bit is decided in double precision, beyond what toWorld keeps.
+// Hash of everything of an instance except names. `flipped` is hashed, too: it is decided in double precision, so that
+// it does not follow from toWorld.
 std::uint64_t hashContent(const Scene& scene, const BakedInstance& part, const Instance& instance) {
   Hasher h;
   h.value(part.transformHash);
@@ -208,7 +210,7 @@ std::vector<BakedInstance> forgiveNoise(const Scene& scene, std::vector<BakedIns
 std::uint64_t hashScene(const Scene& scene, const std::vector<BakedInstance>& instances) {
   Hasher h;
   h.value(static_cast<std::uint64_t>(instances.size()));
-  // A large level's rays meet instances of a shared mesh in another way than copies of it.
+  // In a large level, instances that share a mesh are traced in another way than copies of it.
   std::unordered_map<std::uint32_t, std::uint32_t> firstOfMesh;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     h.text(instances[i].node);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See shape_sums.h. Noise of independent vertices adds up by its square root: 32 normals that differ by 1e-7 each move
-// a sum by some 3e-7, a twelfth of what is forgiven.
+// See shape_sums.h. Independent noise adds up with the square root of the number of vertices: 32 normals that differ by
+// 1e-7 each move a sum by about 3e-7, a twelfth of what is forgiven.
 #include "bake/shape_sums.h"
 
 #include <algorithm>
@@ -12,11 +12,12 @@ namespace relume {
 namespace {
 
 constexpr double kUnit = 1e-9;
-constexpr double kPositionMetres = 2e-7, kPositionRelative = 0x1p-20, kNormal = 4e-6;  // of a sum
+constexpr double kPositionMetres = 2e-7, kPositionRelative = 0x1p-20,
+                 kNormal = 4e-6;  // largest difference of a sum that counts as noise
 
 std::uint32_t wordOf(double sum) {
   const double units = sum / kUnit;
-  // Beyond 2^63 units there is no modulus to take: such a level is not noisy by less than a float's step.
+  // Beyond 2^63 units, take bits of the sum itself: noise in such a level is at least a float's step.
   if (!(std::abs(units) < 9e18)) return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(sum) >> 20);
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::llround(units)));
 }
@@ -54,7 +55,7 @@ bool sameShape(const Mesh& mesh, std::span<const std::uint32_t> then, float metr
   double largest = 0.0;
   for (const glm::vec3& p : mesh.position)
     largest = std::max<double>({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  // What is forgiven stays far below half of the modulus, 2.1 units.
+  // Keep the tolerance far below half of the modulus, which is 2.1 in units of the mesh.
   const double position = std::min(std::max(kPositionMetres / metresPerUnit, kPositionRelative * largest), 1.0);
   for (std::size_t i = 0; i < now.size(); ++i) {
     if (!near(now[i], then[i], i % kShapeWords < 3 ? position : kNormal)) return false;

@@ -13,15 +13,15 @@
 namespace relume {
 namespace {
 
-// Rays: a triangle's corners and indices; Embree's tree, and what it is built from; our own tree of bundles.
+// Rays, per triangle: corners and indices, Embree's tree and what it is built from, and the tree for ray bundles.
 constexpr double kTriangleBytes = 9 * 4 + 3 * 4 + 1, kTreeBytes = 130.0, kThoroughBytes = 260.0, kBundleBytes = 200.0;
 constexpr double kInstanceBytes = 1500.0;  // an Embree geometry of its own
-// Play space: area and flags of a side; a cell that was hit, in the counter (twice while it grows) and sorted.
-constexpr double kSideBytes = 4 + 1 + 1, kHitBytes = 16.0 * 4, kHitsACell = 12.0;
-// Surfels: a candidate as a sample, as a point of the elimination, with its neighbours, listed twice.
+// Play space, per side: its area and flags. Per voxel that was hit: in the counter, twice while it grows, and sorted.
+constexpr double kSideBytes = 4 + 1 + 1, kHitBytes = 16.0 * 4, kHitsPerVoxel = 12.0;
+// Surfels, per candidate: the sample, the point of the elimination, and its neighbours, which are listed twice.
 constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 8 + 2 * 4 * 40;
 constexpr double kSampledSideBytes = 16 + 8 + 8;        // a side of the sampler and of the surfel map
-constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, cells of the map
+constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, tiles of the map
 constexpr double kClusterBytes = 420.0;                 // a surfel, clustered
 constexpr double kWorkerNodeBytes = 48.0;               // a node, in each thread that links
 
@@ -63,9 +63,9 @@ Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
 
 Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context) {
   const double hits = static_cast<double>(options.walks) * options.maxBounces;
-  return reserveMemory(context, "play space", 2.0 * kSideBytes * scene.triangleCount() + kHitBytes * hits / kHitsACell,
-                       number(scene.triangleCount()) + " triangles and " + number(hits) + " steps of walks",
-                       "lower --walks");
+  return reserveMemory(
+      context, "play space", 2.0 * kSideBytes * scene.triangleCount() + kHitBytes * hits / kHitsPerVoxel,
+      number(scene.triangleCount()) + " triangles and " + number(hits) + " steps of walks", "lower --walks");
 }
 
 Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context) {

@@ -13,9 +13,9 @@
 namespace relume {
 namespace {
 
-constexpr float kMaxCellsAlong = 1048576.0f;
+constexpr float kMaxBucketsAlong = 1048576.0f;
 
-// Sort (key, index) pairs by key; indices of equal keys stay ascending. Least significant digits first, 11 bits a pass.
+// Sort (key, index) pairs by key, where indices of equal keys stay ascending: a radix sort, 11 bits per pass.
 void sortByKey(std::vector<std::pair<std::uint64_t, std::uint32_t>>& items, std::uint64_t largestKey) {
   constexpr int kBits = 11;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> other(items.size());
@@ -31,16 +31,16 @@ void sortByKey(std::vector<std::pair<std::uint64_t, std::uint32_t>>& items, std:
 
 }  // namespace
 
-PointGrid::Cell PointGrid::cellOf(const glm::vec3& p) const {
-  // Points far outside of the grid (or NaN) stay far outside of it without overflow.
+PointGrid::Bucket PointGrid::bucketOf(const glm::vec3& p) const {
+  // A point far outside of the grid, or NaN, gets a bucket far outside of it, without overflow.
   const auto along = [&](float value, float origin) {
-    const float c = std::floor((value - origin) / cellSize_);
+    const float c = std::floor((value - origin) / bucketSize_);
     return static_cast<std::int64_t>(c > -1e9f ? (c < 1e9f ? c : 1e9f) : -1e9f);
   };
   return {along(p.x, origin_.x), along(p.y, origin_.y), along(p.z, origin_.z)};
 }
 
-PointGrid::PointGrid(std::span<const glm::vec3> points, float cellSize, Context& context) {
+PointGrid::PointGrid(std::span<const glm::vec3> points, float bucketSize, Context& context) {
   begin_.push_back(0);
   rows_.resize(1);
   if (points.empty()) return;
@@ -51,14 +51,14 @@ PointGrid::PointGrid(std::span<const glm::vec3> points, float cellSize, Context&
   }
   const glm::vec3 extent = high - low;
   const float longest = std::max({extent.x, extent.y, extent.z});
-  cellSize_ = std::max({cellSize, longest / kMaxCellsAlong, 1e-30f});
+  bucketSize_ = std::max({bucketSize, longest / kMaxBucketsAlong, 1e-30f});
   origin_ = low;
-  const Cell last = cellOf(high);
+  const Bucket last = bucketOf(high);
   size_ = {last.x + 1, last.y + 1, last.z + 1};
 
   std::vector<std::pair<std::uint64_t, std::uint32_t>> items(points.size());
   parallelChunks(context, "", points.size(), 1u << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) items[i] = {keyOf(cellOf(points[i])), static_cast<std::uint32_t>(i)};
+    for (std::size_t i = begin; i < end; ++i) items[i] = {keyOf(bucketOf(points[i])), static_cast<std::uint32_t>(i)};
   });
   sortByKey(items, keyOf(last));
 
@@ -84,19 +84,19 @@ PointGrid::PointGrid(std::span<const glm::vec3> points, float cellSize, Context&
     const std::size_t row = rowOf(key_[c]);
     std::size_t end = c + 1;
     while (end < key_.size() && rowOf(key_[end]) == row) ++end;
-    std::size_t bucket = (row * kRowHash >> 20) & rowMask_;
-    while (rows_[bucket].row != static_cast<std::size_t>(-1)) bucket = (bucket + 1) & rowMask_;
-    rows_[bucket] = {row, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(end)};
+    std::size_t slot = (row * kRowHash >> 20) & rowMask_;
+    while (rows_[slot].row != static_cast<std::size_t>(-1)) slot = (slot + 1) & rowMask_;
+    rows_[slot] = {row, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(end)};
     c = end;
   }
 }
 
-bool PointGrid::findRow(std::size_t bucket, std::size_t row, std::size_t& first, std::size_t& last) const {
-  for (;; bucket = (bucket + 1) & rowMask_) {
-    if (rows_[bucket].row == static_cast<std::size_t>(-1)) return false;
-    if (rows_[bucket].row != row) continue;
-    first = rows_[bucket].first;
-    last = rows_[bucket].last;
+bool PointGrid::findRow(std::size_t slot, std::size_t row, std::size_t& first, std::size_t& last) const {
+  for (;; slot = (slot + 1) & rowMask_) {
+    if (rows_[slot].row == static_cast<std::size_t>(-1)) return false;
+    if (rows_[slot].row != row) continue;
+    first = rows_[slot].first;
+    last = rows_[slot].last;
     return true;
   }
 }

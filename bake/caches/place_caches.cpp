@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The door of the room: grid, then light map, joined; and where surfels read their own light.
+// Entry point of the room: places the grid and the light map, joins their caches, and finds where surfels read their
+// own irradiance.
 #include "bake/caches/caches.h"
 
 #include "bake/base/parallel.h"
@@ -15,7 +16,7 @@ namespace relume {
 
 namespace {
 
-// What reads the grid by request is dark without one.
+// Warn of surfaces that are marked to read the grid when there is none: they stay dark.
 void warnWithoutGrid(const Scene& scene, Context& context) {
   const auto reads = [&](const Instance& instance) {
     return instance.baked() && !instance.charted() && !scene.meshes[instance.mesh].triangle.empty();

@@ -6,14 +6,20 @@
 #include "bake/export/lightmap_primitives.h"
 #include "bake/export/place_meshes.h"
 #include "bake/export/prune.h"
+#include "bake/scene/surface_hash.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cinttypes>
 #include <exception>
+#include <map>
 #include <new>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -41,12 +47,27 @@ Status checkAsset(const LevelDocument& document) {
   return done();
 }
 
-void writeIdentity(json& asset, const Bake& bake, std::uint64_t bakeFileHash, const ExportedLevel& level) {
-  json lightmap = {{"bake", hex(bakeFileHash)},
-                   {"sceneHash", hex(bake.provenance.sceneHash)},
-                   {"width", bake.caches.lightmap.width},
-                   {"height", bake.caches.lightmap.height},
-                   {"texcoord", level.texcoord}};
+// The hash of each baked surface as it is exported, by the bake's hash of its geometry.
+json describeSurfaces(const Scene& scene, const Bake& bake) {
+  std::vector<std::optional<std::uint64_t>> hashOfMesh(scene.meshes.size());
+  std::map<std::string, std::string> surfaces;
+  std::set<std::string> ambiguous;  // one geometry when they were baked, and since then two that differ by noise
+  for (std::size_t i = 0; i < std::min(scene.instances.size(), bake.instances.size()); ++i) {
+    const std::uint32_t mesh = scene.instances[i].mesh;
+    if (!hashOfMesh[mesh]) hashOfMesh[mesh] = hashSurface(scene.meshes[mesh]);
+    const std::string surface = hex(*hashOfMesh[mesh]);
+    const auto [known, fresh] = surfaces.emplace(hex(bake.instances[i].geometryHash), surface);
+    if (!fresh && known->second != surface) ambiguous.insert(known->first);
+  }
+  for (const std::string& geometry : ambiguous) surfaces.erase(geometry);
+  return surfaces;
+}
+
+void writeIdentity(json& asset, const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash,
+                   const ExportedLevel& level) {
+  json lightmap = {{"bake", hex(bakeFileHash)},           {"sceneHash", hex(bake.provenance.sceneHash)},
+                   {"width", bake.caches.lightmap.width}, {"height", bake.caches.lightmap.height},
+                   {"texcoord", level.texcoord},          {"surfaces", describeSurfaces(scene, bake)}};
   if (level.backTexcoord >= 0) lightmap["backTexcoord"] = level.backTexcoord;
   asset["extras"]["relume"]["lightmap"] = std::move(lightmap);
 }
@@ -93,7 +114,7 @@ Result<ExportedLevel> makeLevel(const std::filesystem::path& path, const Scene& 
   out.instances = static_cast<std::uint32_t>(primitives->ofInstance.size());
   out.meshesAdded = placed->meshesAdded;
   out.nodesAdded = placed->nodesAdded;
-  writeIdentity(root["asset"], bake, bakeFileHash, out);
+  writeIdentity(root["asset"], scene, bake, bakeFileHash, out);
   return out;
 }
 

@@ -6,7 +6,8 @@
 //   2. primitives         coordinates for each instance, vertices split where charts end
 //   3. meshes and nodes   a mesh for each instance that needs its own, a node for each GPU instance
 //   4. pruning            bytes that only the replaced primitives referred to
-//   5. identity           which bake the coordinates belong to: asset.extras.relume.lightmap
+//   5. identity           which bake the coordinates belong to, and hashes of the surfaces as they are now:
+//                         asset.extras.relume.lightmap
 #pragma once
 
 #include "bake/export/level_document.h"

@@ -88,16 +88,16 @@ Status LevelDocument::embedBuffers() {
   buffers[0].erase("uri");
   sourceBytes_ = roundUp(sourceBytes_, 4);
 
-  const auto move = [&](json& place, const std::string& where) -> Status {
-    const auto buffer = place.at("buffer").get<std::size_t>();
+  const auto move = [&](json& element, const std::string& where) -> Status {
+    const auto buffer = element.at("buffer").get<std::size_t>();
     if (buffer >= number.size()) return source_.invalid(where, jsonPath("buffers", static_cast<int>(buffer)));
-    place["buffer"] = number[buffer];
+    element["buffer"] = number[buffer];
     if (number[buffer] != 0) return done();
-    const auto offset = place.value("byteOffset", std::uint64_t{0});
-    if (!source_.buffers[buffer].range(offset, place.value("byteLength", std::uint64_t{0})))
+    const auto offset = element.value("byteOffset", std::uint64_t{0});
+    if (!source_.buffers[buffer].range(offset, element.value("byteLength", std::uint64_t{0})))
       return Error{ErrorCode::unsupported,
                    source_.at(where + ": bytes of a buffer that no known extension names; export the level without")};
-    place["byteOffset"] = offset - source_.buffers[buffer].begin + base_[buffer];
+    element["byteOffset"] = offset - source_.buffers[buffer].begin + base_[buffer];
     return done();
   };
   if (root.contains("bufferViews")) {

@@ -31,8 +31,8 @@ struct SourcePrimitive {
   std::optional<DracoPrimitive> draco;
   std::uint32_t vertexCount = 0;
   std::vector<std::uint32_t> corner;  // [Size 3 * triangles] vertex, in drawing order
-  std::vector<std::uint32_t> likes;   // [Size 3 * triangles] corner whose light it takes; its own but for what the
-                                      // repair has taken out: that lies on another triangle and is lit as that one
+  std::vector<std::uint32_t> likes;   // [Size 3 * triangles] corner whose light it takes: its own, or for a triangle
+                                      // that the repair took out, that of the triangle it lies on
   std::vector<std::uint8_t> unseen;   // [Size triangles]
   bool compact = false;               // most of its vertices are other primitives'
 };
@@ -62,10 +62,10 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
     return isAt(now, now.x) &&
            !(source.corner[3 * t] == source.corner[3 * t + 1] && source.corner[3 * t] == source.corner[3 * t + 2]);
   };
-  // The corner at which a triangle begins when its least position does, and the three positions from there.
-  using Place = std::array<float, 9>;
-  const auto placeOf = [&](std::size_t t) {
-    std::array<Place, 3> turned;
+  // A triangle's three positions from its smallest one on, and the corner that has that.
+  using Outline = std::array<float, 9>;
+  const auto outlineOf = [&](std::size_t t) {
+    std::array<Outline, 3> turned;
     for (std::size_t first = 0; first < 3; ++first) {
       for (std::size_t k = 0; k < 3; ++k) {
         const glm::vec3 p = position(3 * t + (first + k) % 3);
@@ -73,7 +73,7 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
       }
     }
     const auto min = std::min_element(turned.begin(), turned.end());
-    return std::pair<Place, std::size_t>(*min, static_cast<std::size_t>(min - turned.begin()));
+    return std::pair<Outline, std::size_t>(*min, static_cast<std::size_t>(min - turned.begin()));
   };
   std::vector<std::size_t> doubles;
   for (std::size_t t = 0; t < triangles; ++t) {
@@ -82,15 +82,15 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
     if (!source.unseen[t] && collapsed(t)) doubles.push_back(t);
   }
   if (doubles.empty()) return done();
-  std::map<Place, std::pair<std::size_t, std::size_t>> first;  // triangle, the corner it begins at
+  std::map<Outline, std::pair<std::size_t, std::size_t>> first;  // triangle, the corner it begins at
   for (std::size_t t = 0; t < triangles; ++t) {
     if (source.unseen[t] || collapsed(t)) continue;
-    const auto [place, begin] = placeOf(t);
-    first.try_emplace(place, t, begin);
+    const auto [outline, begin] = outlineOf(t);
+    first.try_emplace(outline, t, begin);
   }
   for (const std::size_t t : doubles) {
-    const auto [place, begin] = placeOf(t);
-    const auto found = first.find(place);
+    const auto [outline, begin] = outlineOf(t);
+    const auto found = first.find(outline);
     source.unseen[t] = found == first.end();
     for (std::size_t k = 0; k < 3 && found != first.end(); ++k)
       source.likes[3 * t + (begin + k) % 3] =

@@ -150,7 +150,7 @@ class Placer {
     return done();
   }
 
-  // An attribute of a GPU instance as a property of its node; what is not its place goes to the extras.
+  // Write an attribute of a GPU instance to its node: as its translation, rotation or scale, or else into the extras.
   static void setAttribute(const std::string& name, std::span<const float> values, json& node) {
     std::vector<double> numbers(values.begin(), values.end());
     if (name == "ROTATION" && numbers.size() == 4) {
@@ -241,7 +241,7 @@ class Placer {
   TexcoordSets sets_;
   AccessorReader reader_;
   const json meshes_;                       // as they were
-  std::set<int> taken_;                     // meshes whose place is not free
+  std::set<int> taken_;                     // meshes that are drawn as they were, or already replaced
   std::map<int, std::vector<int>> copied_;  // by the mesh, its copies
   std::map<int, json> unfolded_;            // by the node, those of its GPU instances
   const json none_ = json::array();

@@ -148,10 +148,10 @@ Dead findDead(const json& root, const json& before) {
 }
 
 // [byte] of the one buffer; empty for what lies in another.
-ByteRange rangeOf(const json& place) {
-  if (place.value("buffer", std::uint64_t{0}) != 0) return {0, 0};
-  const auto begin = place.value("byteOffset", std::uint64_t{0});
-  return {begin, begin + place.value("byteLength", std::uint64_t{0})};
+ByteRange rangeOf(const json& element) {
+  if (element.value("buffer", std::uint64_t{0}) != 0) return {0, 0};
+  const auto begin = element.value("byteOffset", std::uint64_t{0});
+  return {begin, begin + element.value("byteLength", std::uint64_t{0})};
 }
 
 // A view, and what its extensions decode it from.
@@ -211,11 +211,11 @@ class Mover {
     return at - before - (next != cuts_.end() && next->begin < at ? at - next->begin : 0);
   }
 
-  void move(json& place) const {
-    const ByteRange range = rangeOf(place);
+  void move(json& element) const {
+    const ByteRange range = rangeOf(element);
     if (range.end == range.begin) return;
-    place["byteOffset"] = movedTo(range.begin);
-    place["byteLength"] = movedTo(range.end) - movedTo(range.begin);
+    element["byteOffset"] = movedTo(range.begin);
+    element["byteLength"] = movedTo(range.end) - movedTo(range.begin);
   }
 
  private:
@@ -266,7 +266,7 @@ std::uint64_t pruneDocument(LevelDocument& document) {
     view = husk(view, {{"buffer", 0}, {"byteLength", 4}});
   }
 
-  // 3. All others to their new places
+  // 3. Move all others
   for (json& accessor : root["accessors"]) {
     if (!accessor.contains("bufferView")) continue;
     const auto view = accessor["bufferView"].get<std::uint64_t>();

@@ -3,9 +3,9 @@
 // two clusters that are nearest under the metric of metric.h; ties break by index.
 //
 // The metric is not reducible (ERRATA of PIC 4.3): chains of nearest neighbours would give another, worse tree, and a
-// merge may be nearer than the one before. So a heap holds, for every cluster, a lower bound: its nearest neighbour
-// when it was last looked up. A cluster born later looks up its own, so the heap's top is the nearest pair of all as
-// soon as both of its clusters live; where the neighbour is dead, it is looked up again.
+// merge may be nearer than the one before. So a heap holds a lower bound for every cluster: the distance to its nearest
+// neighbour when that was last looked up. A new cluster looks up its own neighbour, so that the top of the heap is the
+// nearest pair of all if both of its clusters still exist. If the neighbour does not, it is looked up again.
 #include "bake/base/parallel.h"
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
@@ -58,7 +58,7 @@ ClusterMetric metricOf(const Surfels& surfels, const ClusteringOptions& options)
   return metric;
 }
 
-// A pair of clusters, nearest first; `owner` is the one that looked for the other.
+// A pair of clusters, sorted by their distance. `owner` is the cluster that looked up the other.
 struct Candidate {
   float distance = 0.0f;
   std::uint32_t low = 0, high = 0;
@@ -70,8 +70,8 @@ bool before(const Candidate& a, const Candidate& b) {
   return a.low != b.low ? a.low < b.low : a.high < b.high;
 }
 
-// A heap of four children per node with the first candidate on top. Siblings share a cache line, and the lines of all
-// that may come next are asked for before the comparisons that choose one.
+// A heap with four children per node and the first candidate on top. Siblings share a cache line. The lines of all
+// nodes that may come next are prefetched before the comparisons that choose one.
 class CandidateHeap {
  public:
   explicit CandidateHeap(std::span<const Candidate> items) : family_((items.size() + 6) / 4), count_(items.size()) {
@@ -79,7 +79,7 @@ class CandidateHeap {
     for (std::size_t i = count_ / 4 + 1; i-- > 0;) sink(i);
   }
   const Candidate& top() const { return at(0); }
-  // Those of whom one will be on top after this one.
+  // Prefetch the candidates of which one will be on top after this one.
   std::span<const Candidate> next() const {
     return count_ > 1 ? std::span(family_[1].item).first(std::min<std::size_t>(count_ - 1, 4))
                       : std::span<const Candidate>();
@@ -151,7 +151,7 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
   std::vector<ClusterSearch::Entry> entries(leafCount);
   for (std::uint32_t i = 0; i < leafCount; ++i) {
     const glm::vec3 normal = surfels.normal[members[i]];
-    const auto toExtent = [&](const glm::vec3& place) { return (place - metric.origin) * metric.inverseExtent; };
+    const auto toExtent = [&](const glm::vec3& position) { return (position - metric.origin) * metric.inverseExtent; };
     sums[i] = {toExtent(surfels.positionWorld[members[i]]), normal, normal, 1,
                centroids.empty() ? glm::vec3(0.0f) : toExtent(centroids[members[i]])};
     entries[i] = {clusterPoint(sums[i], metric), i};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See cluster_search.h. Floating-point order is the same in a box's bound and in the metric itself, so a bound never
-// exceeds the distance it bounds, and the search is exact to the last bit and the same on every instruction set.
+// See cluster_search.h. The bound of a box is computed in the same order of operations as the metric itself. So a bound
+// never exceeds the distance that it bounds, and the search is exact to the last bit on every instruction set.
 #include "bake/hierarchy/cluster_search.h"
 
 #include "bake/base/wide_clones.h"
@@ -19,7 +19,7 @@ using Nearest = ClusterSearch::Nearest;
 constexpr int kDimensions = kClusterDimensions;
 constexpr int kWidth = ClusterSearch::kWidth;
 constexpr int kLeafSize = ClusterSearch::kLeafSize;
-// A coordinate so far out that its square stays finite and beats every distance.
+// A coordinate whose square is finite but larger than any distance.
 constexpr float kFarAway = 1e17f;
 constexpr float kNoDistance = 1e30f;
 constexpr int kStackSize = 512;
@@ -59,7 +59,7 @@ inline void boundChildren(const Node& node, const ClusterPoint& q, float balance
   }
 }
 
-// Ask for what is visited next.
+// Prefetch what is visited next.
 inline void prefetchChild(const Node* nodes, const Leaf* leaves, std::uint32_t child) {
   const bool isLeaf = (child & ClusterSearch::kLeafChild) != 0;
   const std::uint32_t index = child & ~ClusterSearch::kLeafChild;
@@ -77,7 +77,7 @@ inline bool mayComeBefore(std::uint32_t smallest, std::uint32_t largest, std::ui
 RELUME_WIDE_CLONES
 Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf, const ClusterPoint& q,
                     std::uint32_t self, float balanceWeight) {
-  // Begin with the cluster's own leaf: its bound prunes most of the rest.
+  // Begin with the cluster's own leaf: the neighbour found there excludes most of the rest.
   Nearest best{kNoDistance, kNoCluster};
   scanLeaf(leaves[ownLeaf], q, self, balanceWeight, best);
 
@@ -93,7 +93,7 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
       continue;
     }
 
-    // Push the children that may hold something nearer, or as near and first by id; the nearest on top.
+    // Push the children that may hold a nearer cluster, or one as near that comes first by id. The nearest goes on top.
     const Node& node = nodes[visit.child];
     alignas(64) float bound[kWidth];
     boundChildren(node, q, balanceWeight, bound);
@@ -110,8 +110,9 @@ Nearest findNearest(const Node* nodes, const Leaf* leaves, std::uint32_t ownLeaf
   return best;
 }
 
-// Splits the entries in about two halves across the dimension that spans most of the metric; entries of equal value
-// stay together, so that parallel planes and clusters of different sizes part. Returns the middle.
+// Split the entries into about two halves across the dimension in which the metric is widest. Entries of equal value
+// stay together, so that parallel planes, and clusters of different sizes, are separated. Returns the first of the
+// second half.
 std::size_t splitEntries(std::span<Entry> entries, float balanceWeight) {
   std::array<float, kDimensions + 1> low, high;
   low.fill(kNoDistance);
@@ -212,7 +213,7 @@ ClusterSearch::Nearest ClusterSearch::nearest(std::uint32_t id) const {
 }
 
 void ClusterSearch::merge(std::uint32_t a, std::uint32_t b, const Entry& merged) {
-  // Take the slot of the larger child, so that bounds grow little; the other's slot is empty from now on.
+  // Take the slot of the larger child, so that bounds grow little. The other's slot stays empty.
   const std::uint32_t slotA = slot_[a], slotB = slot_[b];
   const float areaA = leaves_[slotA / kLeafSize].area[slotA % kLeafSize];
   const float areaB = leaves_[slotB / kLeafSize].area[slotB % kLeafSize];

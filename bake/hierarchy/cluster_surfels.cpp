@@ -3,8 +3,8 @@
 // whole out for the runtime.
 //
 // Deviation: PIC has one tree over all surfels. Emitters get a subtree of their own, so that a cut never averages a
-// lamp with the wall around it, and so do the sky patches, which have no place in space. And the metric looks at what
-// surfels see (metric.h).
+// lamp with the wall around it. So do the sky patches, which have no position in space. And the metric takes into
+// account what surfels see (metric.h).
 #include "bake/hierarchy/flatten.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/hierarchy/visible_centroid.h"

@@ -16,7 +16,7 @@ struct Splitter {
   std::span<const std::uint32_t> members;
   ClusterTree tree;
 
-  // The node over some of the members. Depth: log2 of their number.
+  // Build the node over some of the members. The recursion is log2 of their number deep.
   std::uint32_t split(std::span<std::uint32_t> leaves) {
     if (leaves.size() == 1) return leaves[0];
     glm::vec3 low = position(leaves[0]), high = low;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See visible_centroid.h. Surfels that are near each other look together, a direction at a time, so that rays stay in
-// packets.
+// See visible_centroid.h. Surfels near each other cast their rays together, one direction at a time, so that packets of
+// rays stay together.
 #include "bake/hierarchy/visible_centroid.h"
 
 #include "bake/base/morton.h"
@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::uint32_t kDirections = 32;  // over the sphere; a surfel uses those above its plane
 constexpr float kMinCosine = 0.05f;        // of a direction with the normal
-constexpr std::size_t kTogether = 64;      // surfels that look together
-constexpr float kCells = 1023.0f;          // of space along an axis, for the order
+constexpr std::size_t kTogether = 64;      // surfels that cast their rays together
+constexpr float kMortonSteps = 1023.0f;    // along the longest axis, for sorting the surfels
 
 // Equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
 std::array<glm::vec3, kDirections> lookDirections() {
@@ -36,10 +36,10 @@ std::array<glm::vec3, kDirections> lookDirections() {
   return directions;
 }
 
-// Surfels along a curve through space, those of one side of the axes together.
+// Sort the surfels along a curve through space, those whose normals lie in the same octant together.
 std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& low, const glm::vec3& high) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(surfels.count());
-  const glm::vec3 scale = kCells / glm::max(high - low, glm::vec3(1e-30f));
+  const glm::vec3 scale = kMortonSteps / glm::max(high - low, glm::vec3(1e-30f));
   for (std::uint32_t i = 0; i < keys.size(); ++i) {
     const glm::vec3 p = (surfels.positionWorld[i] - low) * scale, n = surfels.normal[i];
     const std::uint64_t octant = (n.x < 0.0f ? 1 : 0) + (n.y < 0.0f ? 2 : 0) + (n.z < 0.0f ? 4 : 0);
@@ -52,7 +52,7 @@ std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& l
   return order;
 }
 
-// Where a surfel's rays begin, and what they found.
+// Where a surfel's rays start, and what they found.
 struct Looking {
   glm::vec3 from{0.0f}, offset{0.0f};
   float weight = 0.0f;

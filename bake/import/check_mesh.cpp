@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Mesh findings: corners that coincide are merged, and faces are joined over edges that have two of them, which tells
-// non-manifold edges and faces that disagree with their neighbours. CGAL's exact predicate tells slivers; values are
-// checked first, because it asserts on what is not finite.
+// Finds what is wrong with meshes. Coinciding corners are merged, and faces are joined over edges that have two of
+// them. That shows non-manifold edges, and faces whose winding disagrees with their neighbours'. CGAL's exact predicate
+// finds slivers; values are checked before, because it asserts that they are finite.
 #include "bake/import/check_mesh.h"
 
 #include "bake/base/cancellable_sort.h"
@@ -25,7 +25,7 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Face = std::array<std::uint32_t, 3>;  // merged corners, by the least vertex that is there
+using Face = std::array<std::uint32_t, 3>;  // merged corners, each named by the first vertex at its position
 
 // Faces by merged corners; degenerate and duplicate ones are left out of `faces`.
 struct Soup {
@@ -132,17 +132,17 @@ struct Edge {
   bool sameEnds(const Edge& o) const { return low == o.low && high == o.high; }
 };
 
-// Faces that are joined, each with whether its winding disagrees with that of its component's first face: a union-find
-// whose links carry a turn.
+// Components of joined faces. For each face, whether its winding disagrees with that of its component's first face: a
+// union-find whose links carry that bit.
 class Components {
  public:
   explicit Components(std::size_t faces) : up_(faces), turned_(faces, 0) { std::iota(up_.begin(), up_.end(), 0u); }
 
-  struct Place {
+  struct Root {
     std::uint32_t first;  // face of the component
-    std::uint8_t turned;  // against it
+    std::uint8_t turned;  // 1 = winding disagrees with it
   };
-  Place find(std::uint32_t face) {
+  Root find(std::uint32_t face) {
     std::uint8_t turned = 0;
     while (up_[face] != face) {
       const std::uint32_t parent = up_[face];
@@ -153,13 +153,13 @@ class Components {
     }
     return {face, turned};
   }
-  // A surface that cannot be oriented, such as a Moebius strip, keeps the turns that were found first.
+  // In a surface that cannot be oriented, such as a Moebius strip, what was joined first counts.
   void join(std::uint32_t a, std::uint32_t b, bool disagree) {
-    const Place placeA = find(a), placeB = find(b);
-    if (placeA.first == placeB.first) return;
-    const std::uint32_t later = std::max(placeA.first, placeB.first);
-    up_[later] = std::min(placeA.first, placeB.first);
-    turned_[later] = placeA.turned ^ placeB.turned ^ static_cast<std::uint8_t>(disagree);
+    const Root rootA = find(a), rootB = find(b);
+    if (rootA.first == rootB.first) return;
+    const std::uint32_t later = std::max(rootA.first, rootB.first);
+    up_[later] = std::min(rootA.first, rootB.first);
+    turned_[later] = rootA.turned ^ rootB.turned ^ static_cast<std::uint8_t>(disagree);
   }
 
  private:
@@ -202,20 +202,20 @@ bool againstNormals(const Mesh& mesh, const glm::uvec3& t) {
   return glm::dot(face, mesh.normal[t.x] + mesh.normal[t.y] + mesh.normal[t.z]) < 0.0f;
 }
 
-// Non-manifold edges; and flipped faces: those that must turn to agree with the greater part of their component's area,
-// or that face away from their own normals.
+// Find non-manifold edges, and flipped faces: those that disagree with most of their component's area, or that face
+// away from their own normals.
 void findOrientation(const Mesh& mesh, const Soup& soup, Findings& found, const Context& context) {
   Components components = joinFaces(soup, found, context);
   if (context.cancelled()) return;
   std::vector<double> turned(soup.faces.size(), 0.0), kept(soup.faces.size(), 0.0);
   for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
-    const Components::Place place = components.find(f);
-    (place.turned ? turned : kept)[place.first] += area(mesh, mesh.triangle[soup.triangle[f]]);
+    const Components::Root root = components.find(f);
+    (root.turned ? turned : kept)[root.first] += area(mesh, mesh.triangle[soup.triangle[f]]);
   }
   for (std::uint32_t f = 0; f < soup.faces.size(); ++f) {
-    const Components::Place place = components.find(f);
-    const double same = kept[place.first], against = turned[place.first];
-    const bool minority = (place.turned != 0) == (against <= same) && against > 0.0 && same > 0.0;
+    const Components::Root root = components.find(f);
+    const double same = kept[root.first], against = turned[root.first];
+    const bool minority = (root.turned != 0) == (against <= same) && against > 0.0 && same > 0.0;
     if (minority || againstNormals(mesh, mesh.triangle[soup.triangle[f]])) found.flipped.add(soup.triangle[f]);
   }
 }
@@ -306,7 +306,7 @@ std::vector<MeshFinding> checkMeshes(const Scene& scene, Context& context) {
       try {
         found[m] = checkMesh(scene.meshes[m], context);
       } catch (const std::bad_alloc&) {
-        throw;  // the mesh is not to blame
+        throw;  // not an error of the mesh
       } catch (const std::exception& e) {
         failed[m] = e.what();
       }

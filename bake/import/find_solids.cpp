@@ -22,9 +22,9 @@
 namespace relume {
 namespace {
 
-// Of the surface to the power 3/2; a ball has 0.094, a sheet of two equal layers what rounding leaves.
+// Smallest volume of a solid over its surface to the power 3/2. A ball has 0.094, a sheet of two equal layers about 0.
 constexpr double kMinVolume = 1e-6;
-// Witnesses of rooms: at most so many are asked, with so many points each.
+// Most witnesses of rooms that are tested, and most points of each.
 constexpr std::size_t kMaxWitnesses = 256;
 constexpr std::uint32_t kVolumePoints = 3;  // along an axis of a play volume
 constexpr std::size_t kContentPoints = 8;
@@ -80,7 +80,7 @@ std::vector<std::uint32_t> weld(const std::vector<glm::vec3>& position) {
   return welded;
 }
 
-// Sets of faces that grow together.
+// Disjoint sets of faces (union-find).
 class Sets {
  public:
   explicit Sets(std::size_t size) : up_(size) { std::iota(up_.begin(), up_.end(), 0u); }
@@ -137,7 +137,7 @@ void listFaces(const Scene& scene, const Group& meshes, Shells& shells, std::vec
   for (const std::uint32_t f : copies) shells.face[f] = {};
 }
 
-// Joins faces over edges, and opens what has an edge that is not walked as often one way as the other.
+// Join faces over edges. A set is open if it has an edge that its faces do not pass equally often in both directions.
 void joinFaces(const Shells& shells, Sets& sets, std::vector<std::uint8_t>& open) {
   struct Half {
     std::uint32_t low, high, face;
@@ -228,7 +228,7 @@ bool isInside(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
   return half > 3.14159265;  // half of 2 pi
 }
 
-// Something that shows a room to be one: inside if more than a share of its points are.
+// What shows that a shell is a room: something that lies inside it, that is, more than a share of its points do.
 struct Witness {
   std::vector<glm::dvec3> point;  // [m]
   double share = 0.0;
@@ -244,7 +244,7 @@ void addVolume(const PlayVolume& volume, std::vector<Witness>& witnesses) {
   witnesses.push_back(std::move(witness));
 }
 
-// What lies inside as a whole is meant to be seen there.
+// Objects that lie inside as a whole are meant to be seen there.
 void addContents(const Scene& scene, std::uint32_t index, std::vector<Witness>& witnesses) {
   const Instance& instance = scene.instances[index];
   const Mesh& mesh = scene.meshes[instance.mesh];
@@ -257,7 +257,7 @@ void addContents(const Scene& scene, std::uint32_t index, std::vector<Witness>& 
   witnesses.push_back(std::move(witness));
 }
 
-// Where receivers are; if nobody says, what suggests them.
+// Cameras and play volumes, which say where receivers are; without any, what suggests it.
 std::vector<Witness> findWitnesses(const Scene& scene) {
   std::vector<Witness> witnesses;
   for (const std::uint32_t c : scene.playSpaceCameras())
@@ -326,7 +326,7 @@ void findSolids(Scene& scene, Context& context) {
   const std::vector<Group> nodes = twoSidedNodes(scene);
   if (nodes.empty()) return;
 
-  // 1. Shells, once for all nodes that place the same meshes
+  // 1. Shells, once for all nodes that use the same meshes
   std::map<Group, std::uint32_t> number;
   std::vector<Group> unique;
   for (const Group& instances : nodes) {

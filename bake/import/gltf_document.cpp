@@ -161,7 +161,7 @@ Status parseModel(json& root, GltfDocument& document) {
                                     static_cast<unsigned int>(text.size()), "", 0))
       return Error{ErrorCode::invalidFile, document.at(error.empty() ? "not a glTF" : error)};
   } catch (const std::bad_alloc&) {
-    throw;  // importGltf() says so: the file is not to blame
+    throw;  // not an error of the file: importGltf() reports it
   } catch (const std::exception& e) {
     return Error{ErrorCode::invalidFile, document.at(e.what())};
   }

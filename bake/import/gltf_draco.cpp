@@ -140,7 +140,7 @@ std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes, Dra
     if (status.ok()) return mesh;
     error = claims.refused.empty() ? status.error_msg_string() : claims.refused;
   } catch (const std::bad_alloc&) {
-    throw;  // importGltf() says so: the file is not to blame
+    throw;  // not an error of the file: importGltf() reports it
   } catch (const std::exception& e) {
     error = e.what();
   }

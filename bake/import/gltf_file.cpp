@@ -135,7 +135,7 @@ std::optional<std::span<const std::uint8_t>> FileSlice::range(std::uint64_t offs
 }
 
 Result<FileSlice> readFileBytes(const fs::path& path, const std::string& where, ByteRange range) {
-  // The scene's own name is told once.
+  // Name the scene's own file only once in a message.
   const std::string file = (path.filename() == where ? "" : where + ": ") + path.string();
   std::error_code ec;
   const fs::file_status status = fs::status(path, ec);
@@ -171,7 +171,7 @@ Result<std::vector<std::uint8_t>> readSceneBytes(const fs::path& path, const std
       return invalid(file, "a .gltf of " + std::to_string(end) + " bytes, at most " + std::to_string(kMaxGltfBytes) +
                                " expected; buffers may have files of their own");
   }
-  // A header that claims less than itself is told by splitContainer().
+  // splitContainer() reports a header that claims fewer bytes than it has itself.
   if (end <= bytes.size()) return std::move(beginning->bytes);
   Result<FileSlice> whole = readFileBytes(path, file, {0, end});
   if (!whole) return whole.error();

@@ -11,9 +11,9 @@
 namespace relume {
 namespace {
 
-// Beyond these an intensity is taken for photometric. Files of Blender: a lamp of 200 W/sr gives off 2.5 kW, while
-// 200 cd are a lamp of 4 W. Files of others: more than the sun sends to the top of the atmosphere (1361 W/m²), or a
-// lamp of 125 kW.
+// Intensities beyond these are taken to be photometric. For files of Blender: a lamp of 200 W/sr emits 2.5 kW, while
+// one of 200 cd emits 4 W. For other files: more than the sun sends to the top of the atmosphere (1361 W/m²), or a lamp
+// of 125 kW.
 struct Suspicious {
   float pointOrSpot, directional;  // [W/sr], [W/m²]
 };
@@ -49,7 +49,7 @@ Result<std::optional<LightUnit>> statedUnit(const GltfDocument& document) {
   return readUnit(document, model.asset.extras, "asset");
 }
 
-// The strongest light beyond what watts would be, by how far; null when there is none.
+// The light that exceeds its limit by the largest factor; null when none does.
 const SceneLight* suspiciousLight(const std::vector<SceneLight>& lights, const Suspicious& bounds) {
   const SceneLight* found = nullptr;
   float farthest = 1.0f;

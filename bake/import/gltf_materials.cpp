@@ -347,14 +347,14 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
   std::vector<ImageNumbers> number;
   if (Status status = importImages(document, uses, scene, number, context); !status) return status.error();
   for (MaterialDraft& draft : drafts) {
-    const auto place = [&](const Slot& slot, TextureRef& to) {
+    const auto resolve = [&](const Slot& slot, TextureRef& to) {
       if (slot.image < 0) return;
       to = slot.ref;
       const ImageNumbers& image = number[static_cast<std::size_t>(slot.image)];
       to.image = weighsByAlpha(draft, slot) ? image.masked : image.plain;
     };
-    place(draft.albedo, draft.material.albedoTexture);
-    place(draft.emission, draft.material.emissionTexture);
+    resolve(draft.albedo, draft.material.albedoTexture);
+    resolve(draft.emission, draft.material.emissionTexture);
     scene.materials.push_back(std::move(draft.material));
   }
   return sets;

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kMaxTrianglesPerByte = 64;
 constexpr std::uint64_t kMinTriangleBudget = 1u << 20;
 
-// From here on a float has no digits left for a place within the image.
+// Beyond this, a float has no digits left for a position within the image.
 constexpr float kMaxTexcoord = 1e7f;
 
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -25,7 +25,8 @@ glm::vec3 vec3At(const AccessorValues& values, std::uint32_t i) {
   return {v[0], v[1], v[2]};
 }
 
-// Unit normals; those that are zero or not finite become the area-weighted mean of the vertex's triangles.
+// Normalise the normals. Those that are zero or not finite become the area-weighted mean of the vertex's triangles.
+// Returns how many.
 std::size_t repairNormals(Mesh& mesh) {
   std::vector<std::uint8_t> broken(mesh.normal.size(), 0);
   std::size_t count = 0;
@@ -224,7 +225,9 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
   mesh.triangle.resize(indices.size() / 3);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     mesh.triangle[t] = {indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]};
-  if (const std::size_t broken = repairNormals(mesh); broken > 0)
+  const std::size_t broken = repairNormals(mesh);
+  mesh.normalsRepaired = broken > 0;
+  if (broken > 0)
     context_.message(Severity::warning,
                      document_.at(where + ": " + std::to_string(broken) +
                                   " normals are zero or not finite, and taken from the triangles instead; "

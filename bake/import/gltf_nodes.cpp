@@ -339,7 +339,8 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, cons
   return done();
 }
 
-// KHR_lights_punctual. The node's own scale does not turn a light; what is above it moves it as it moves everything.
+// KHR_lights_punctual. The scale of the light's own node does not change its direction; nodes above move the light like
+// anything else.
 Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
                               const std::string& where) {
   const auto extension = node.extensions.find("KHR_lights_punctual");
@@ -371,7 +372,7 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
   light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
   if (!(light.range >= 0.0f)) return document_.invalid(path, "range is negative");
-  if (light.range >= kMaxCoordinate) light.range = 0.0f;  // beyond everything: none
+  if (light.range >= kMaxCoordinate) light.range = 0.0f;  // farther than any surface: no limit
   const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
                     light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
   if (light.kind == LightKind::spot && !cone)

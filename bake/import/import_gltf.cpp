@@ -20,40 +20,54 @@
 namespace relume {
 namespace {
 
-// Of many static instances of one mesh at one spot, the first is baked: it hides the others, whose light would be its
-// own. They stay, as dynamic ones. Fewer copies than that cost little and are baked as they are.
+// Of many static instances of one mesh with the same transform, bake only the first: it hides the others, which have
+// the same light. They are kept as dynamic instances. Fewer copies than kPile cost little and are baked as they are.
 void setAsidePiles(Scene& scene, Context& context) {
   constexpr std::size_t kPile = 8;
-  using Place = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
-  std::map<Place, std::vector<std::uint32_t>> copies;
+  using Pose = std::pair<std::uint32_t, std::array<std::uint32_t, 16>>;  // mesh, bits of the transform
+  std::map<Pose, std::vector<std::uint32_t>> copies;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (!scene.instances[i].baked()) continue;
-    Place place{scene.instances[i].mesh, {}};
-    std::memcpy(place.second.data(), &scene.instances[i].toWorld, sizeof place.second);
-    copies[place].push_back(i);
+    Pose pose{scene.instances[i].mesh, {}};
+    std::memcpy(pose.second.data(), &scene.instances[i].toWorld, sizeof pose.second);
+    copies[pose].push_back(i);
   }
-  for (const auto& [place, members] : copies) {
+  for (const auto& [pose, members] : copies) {
     if (members.size() < kPile) continue;
     for (std::size_t m = 1; m < members.size(); ++m) scene.instances[members[m]].mode = BakeMode::dynamic;
     const Instance& first = scene.instances[members.front()];
     context.message(Severity::warning, "node \"" + first.node + "\": " + std::to_string(members.size()) +
-                                           " copies of mesh \"" + scene.meshes[place.first].name +
+                                           " copies of mesh \"" + scene.meshes[pose.first].name +
                                            "\" in one place; the first is baked, remove the others");
   }
 }
 
-// What relume export wrote about the bake (export_level.h); a level of somebody else's has none, or something else.
-std::optional<std::uint64_t> exportedWith(const GltfDocument& document) {
-  const tinygltf::Value* value = &document.model.asset.extras;
-  for (const char* name : {"relume", "lightmap", "bake"}) {
-    if (!value->IsObject() || !value->Has(name)) return std::nullopt;
-    value = &value->Get(name);
-  }
-  const std::string hex = value->IsString() ? value->Get<std::string>() : "";
+// A hash of 16 hex digits; nothing when the text is something else.
+std::optional<std::uint64_t> parseHash(const std::string& hex) {
   std::uint64_t number = 0;
   const auto read = std::from_chars(hex.data(), hex.data() + hex.size(), number, 16);
   const bool whole = hex.size() == 16 && read.ec == std::errc() && read.ptr == hex.data() + hex.size();
   return whole ? std::optional(number) : std::nullopt;
+}
+
+// What relume export wrote about the bake (export_level.h). A level from elsewhere has no such extras, or others.
+void importIdentity(const GltfDocument& document, Scene& scene) {
+  const tinygltf::Value* lightmap = &document.model.asset.extras;
+  for (const char* name : {"relume", "lightmap"}) {
+    if (!lightmap->IsObject() || !lightmap->Has(name)) return;
+    lightmap = &lightmap->Get(name);
+  }
+  const auto hashIn = [](const tinygltf::Value& object, const std::string& key) -> std::optional<std::uint64_t> {
+    if (!object.IsObject() || !object.Has(key) || !object.Get(key).IsString()) return std::nullopt;
+    return parseHash(object.Get(key).Get<std::string>());
+  };
+  scene.exportedWith = hashIn(*lightmap, "bake");
+  if (!scene.exportedWith || !lightmap->Has("surfaces")) return;
+  const tinygltf::Value& surfaces = lightmap->Get("surfaces");
+  for (const std::string& key : surfaces.Keys()) {
+    const std::optional<std::uint64_t> geometry = parseHash(key), surface = hashIn(surfaces, key);
+    if (geometry && surface) scene.exportedSurfaces.emplace(*geometry, *surface);
+  }
 }
 
 Result<Scene> import(const std::filesystem::path& path, Context& context, const ImportOptions& options) {
@@ -63,11 +77,11 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = checkRanges(*document); !status) return status.error();
   Scene scene;
   scene.name = document->file;
-  scene.exportedWith = exportedWith(*document);
+  importIdentity(*document, scene);
   // 2. Materials and the images they use
   Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
   if (!uvSets) return uvSets.error();
-  // 3. The node graph, with the meshes it places
+  // 3. The node graph, with the meshes that it uses
   MeshImporter meshes(*document, std::move(*uvSets), scene, context);
   if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();
   // 4. The lights' unit

@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-// One line a kind of finding, with the worst mesh. `relume info` lists all.
+// Log one line per kind of finding, with the worst mesh. `relume info` lists all.
 void logFindings(const std::vector<MeshFinding>& findings, Context& context) {
   struct Total {
     std::uint64_t count = 0, meshes = 0;

@@ -33,8 +33,8 @@ struct LocalSample {
   float x, y, z, weightTimesCount;
 };
 
-// Density over the hemisphere p = (a + b z) / (2 pi) with a + b/2 = 1: a share a of even rays. The disc's radius is
-// r² = P(Z > z) = 1 - (a z + b z² / 2).
+// Density over the hemisphere: p = (a + b z) / (2 pi) with a + b/2 = 1, where a is the share of even rays. The radius
+// on the disc follows from r² = P(Z > z) = 1 - (a z + b z² / 2).
 [[gnu::always_inline]] inline LocalSample hemisphereSample(float u, float v, float a) {
   const float s = 2.0f * u - 1.0f, t = 2.0f * v - 1.0f;
   const bool wide = std::abs(s) > std::abs(t);
@@ -63,22 +63,23 @@ struct LocalSample {
   return {std::copysign(sinTheta * cosPhi, s), std::copysign(sinTheta * sinPhi, t), z, 4.0f};
 }
 
-constexpr std::size_t kTile = DirectionStrata::kTile;
+constexpr std::size_t kBlock = DirectionStrata::kBlock;
 
-struct LocalTile {
-  std::array<float, kTile> x, y, z, weightTimesCount;
+struct LocalBlock {
+  std::array<float, kBlock> x, y, z, weightTimesCount;
 };
 
-// A tile at once: loops without branches, which compilers turn into vectors.
-RELUME_WIDE_CLONES void sampleTile(const std::array<float, kTile>& u, const std::array<float, kTile>& v,
-                                   bool hemisphere, float evenShare, LocalTile& tile) {
+// Map one block at a time, in loops without branches that compilers turn into vectors.
+RELUME_WIDE_CLONES void sampleBlock(const std::array<float, kBlock>& u, const std::array<float, kBlock>& v,
+                                    bool hemisphere, float evenShare, LocalBlock& block) {
   const auto put = [&](std::size_t i, const LocalSample& local) {
-    tile.x[i] = local.x, tile.y[i] = local.y, tile.z[i] = local.z, tile.weightTimesCount[i] = local.weightTimesCount;
+    block.x[i] = local.x, block.y[i] = local.y, block.z[i] = local.z,
+    block.weightTimesCount[i] = local.weightTimesCount;
   };
   if (hemisphere) {
-    for (std::size_t i = 0; i < kTile; ++i) put(i, hemisphereSample(u[i], v[i], evenShare));
+    for (std::size_t i = 0; i < kBlock; ++i) put(i, hemisphereSample(u[i], v[i], evenShare));
   } else {
-    for (std::size_t i = 0; i < kTile; ++i) put(i, sphereSample(u[i], v[i]));
+    for (std::size_t i = 0; i < kBlock; ++i) put(i, sphereSample(u[i], v[i]));
   }
 }
 
@@ -92,12 +93,14 @@ DirectionStrata::DirectionStrata(std::uint32_t rays, float evenShare) : evenShar
 
 DirectionStrata::Sequence::Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random)
     : strata_(strata), random_(random), hemisphere_(glm::dot(normal, normal) > 0.0f) {
-  // Choose a random axis for the sphere, and turn the strata around the axis, so that no two caches share a pattern.
+  // Choose a random axis for the sphere and turn the strata around the axis by a random angle, so that no two caches
+  // have the same pattern.
   const auto [s, c] = sineCosineEighth(random_.uniform());
   const bool swap = random_.bits() & 1u, mirror = random_.bits() & 1u;
   const float turnCos = swap ? s : c, turnSin = mirror ? -(swap ? c : s) : (swap ? c : s);
-  const float v = random_.uniform(),
-              u = random_.uniform();  // one after the other: compilers order arguments as they like
+  const float
+      v = random_.uniform(),
+      u = random_.uniform();  // in a statement of its own: the order in which arguments are evaluated is unspecified
   const LocalSample any = sphereSample(u, v);
   axis_ = hemisphere_ ? normal : glm::normalize(glm::vec3(any.x, any.y, any.z));
   const glm::vec3 helper = std::abs(axis_.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
@@ -106,26 +109,26 @@ DirectionStrata::Sequence::Sequence(const DirectionStrata& strata, const glm::ve
   bitangent_ = b * turnCos - t * turnSin;
 }
 
-void DirectionStrata::Sequence::next(std::span<Sample, kTile> tile) {
-  const std::uint32_t tilesAlong = strata_.columns_ / 4;
-  const auto column = static_cast<float>(tile_ % tilesAlong * 4), row = static_cast<float>(tile_ / tilesAlong * 4);
-  ++tile_;
+void DirectionStrata::Sequence::next(std::span<Sample, kBlock> block) {
+  const std::uint32_t blocksAlong = strata_.columns_ / 4;
+  const auto column = static_cast<float>(block_ % blocksAlong * 4), row = static_cast<float>(block_ / blocksAlong * 4);
+  ++block_;
 
-  // Jitter each stratum with 16 bits an axis.
+  // Jitter each stratum with 16 bits per axis.
   const auto columns = static_cast<float>(strata_.columns_), rows = static_cast<float>(strata_.rows_);
-  std::array<float, kTile> u, v;
-  for (std::size_t i = 0; i < kTile; ++i) {
+  std::array<float, kBlock> u, v;
+  for (std::size_t i = 0; i < kBlock; ++i) {
     const std::uint32_t bits = random_.bits();
     u[i] = (column + static_cast<float>(i % 4) + (static_cast<float>(bits & 0xFFFFu) + 0.5f) * 0x1p-16f) / columns;
     v[i] = (row + static_cast<float>(i / 4) + (static_cast<float>(bits >> 16) + 0.5f) * 0x1p-16f) / rows;
   }
 
-  LocalTile local;
-  sampleTile(u, v, hemisphere_, strata_.evenShare_, local);
+  LocalBlock local;
+  sampleBlock(u, v, hemisphere_, strata_.evenShare_, local);
   const auto count = static_cast<float>(strata_.count());
-  for (std::size_t i = 0; i < kTile; ++i) {
-    tile[i] = {tangent_ * local.x[i] + bitangent_ * local.y[i] + axis_ * local.z[i], local.weightTimesCount[i] / count,
-               hemisphere_ ? local.z[i] : 1.0f};
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    block[i] = {tangent_ * local.x[i] + bitangent_ * local.y[i] + axis_ * local.z[i], local.weightTimesCount[i] / count,
+                hemisphere_ ? local.z[i] : 1.0f};
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The directions in which a cache looks: one jittered ray a stratum of the hemisphere (surface caches) or the sphere
-// (grid caches), in tiles of 4 x 4 neighbouring strata so that a packet of 16 rays stays together.
+// The directions in which a cache looks: one jittered ray per stratum of the hemisphere (surface caches) or of the
+// sphere (grid caches), in blocks of 4 x 4 neighbouring strata, so that a packet of 16 rays stays together.
 //
 // In: a cache's normal and its random stream. Out: directions, and weights w = 1 / (pi p K), with which
 // sum over rays of w y_i(omega) V(omega) estimates c_i = 1/pi Int y_i V (PIC App. A).
@@ -16,19 +16,19 @@
 
 namespace relume {
 
-// What part of a surface cache's rays is spread evenly over the solid angle; the rest follows the cosine. Even rays
-// serve the coefficients of the radiance, cosine rays the irradiance: docs/notes/cuts.md has the noise of both.
+// The share of a surface cache's rays that is spread evenly over the solid angle; the rest follows the cosine. Even
+// rays estimate the coefficients of radiance better, cosine rays irradiance: docs/notes/cuts.md has the noise of both.
 inline constexpr float kEvenShare = 0.5f;
 
 class DirectionStrata {
  public:
-  static constexpr std::size_t kTile = 16;  // rays
+  static constexpr std::size_t kBlock = 16;  // rays
 
-  // rays: [>= 16] wished; the count is rounded down to whole tiles. evenShare: [0..1]
+  // rays [>= 16]: how many are wanted, rounded down to whole blocks. evenShare [0..1].
   explicit DirectionStrata(std::uint32_t rays, float evenShare = kEvenShare);
 
   std::uint32_t count() const { return columns_ * rows_; }
-  // Weight of a ray that leaves under this cosine with the normal; of any ray where there is no normal.
+  // Weight of a ray whose direction has this cosine with the normal; of any ray of a cache without a normal.
   float weight(float cosine, bool hemisphere) const {
     return (hemisphere ? 2.0f / (evenShare_ + (2.0f - 2.0f * evenShare_) * cosine) : 4.0f) /
            static_cast<float>(count());
@@ -40,19 +40,19 @@ class DirectionStrata {
     float cosine;         // of the direction with the normal; 1 for a zero normal
   };
 
-  // The rays of one cache, in tile order. A zero normal asks for the sphere.
+  // The rays of one cache, block by block. A zero normal asks for the sphere.
   class Sequence {
    public:
     Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random);
-    // The next tile of 4 x 4 strata, row by row; count() / kTile of them are there.
-    void next(std::span<Sample, kTile> tile);
+    // The next block of 4 x 4 strata, row by row. There are count() / kBlock blocks.
+    void next(std::span<Sample, kBlock> block);
 
    private:
     const DirectionStrata& strata_;
     RandomStream random_;
     glm::vec3 tangent_, bitangent_, axis_;
     bool hemisphere_;
-    std::uint32_t tile_ = 0;
+    std::uint32_t block_ = 0;
   };
 
  private:

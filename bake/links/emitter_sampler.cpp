@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// See aim.h.
+// See emitter_sampler.h.
 #include "bake/links/emitter_sampler.h"
 
 #include <glm/geometric.hpp>
@@ -12,30 +12,30 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kMaxBatches = 512;  // each is looked at for each cache
+constexpr std::size_t kMaxBatches = 512;  // every cache looks at all of them
 
-// Mean emission of what a cell of the map holds: a surfel, or cells.
-double meanEmission(const Surfels& surfels, const std::vector<std::uint32_t>& cell, std::uint32_t content) {
+// Mean emission of what a tile of the surfel map holds: a surfel, or finer tiles.
+double meanEmission(const Surfels& surfels, const std::vector<std::uint32_t>& tile, std::uint32_t content) {
   if (content == kNone) return 0.0;
   if (!SurfelMap::isInner(content)) {
     const glm::vec3& e = surfels.emission[content];
     return double{e.x + e.y + e.z} / 3.0;
   }
-  constexpr std::uint32_t kCells = SurfelMap::kInnerAlong * SurfelMap::kInnerAlong;
+  constexpr std::uint32_t kTiles = SurfelMap::kInnerAlong * SurfelMap::kInnerAlong;
   double sum = 0.0;
-  for (std::uint32_t i = 0; i < kCells; ++i)
-    sum += meanEmission(surfels, cell, cell[SurfelMap::firstInner(content) + i]);
-  return sum / kCells;
+  for (std::uint32_t i = 0; i < kTiles; ++i)
+    sum += meanEmission(surfels, tile, tile[SurfelMap::firstInner(content) + i]);
+  return sum / kTiles;
 }
 
-// Mean emission of a side, over the cells of the map that have a surfel and those that have none.
+// Mean emission of a side over all its tiles; those without a surfel count as dark. 0 for a side that does not emit.
 float meanEmission(const Surfels& surfels, const SurfelMap& map, std::uint32_t side) {
-  const std::uint32_t begin = map.sides[side].firstCell, end = begin + map.sides[side].cellCount();
+  const std::uint32_t begin = map.sides[side].firstTile, end = begin + map.sides[side].tileCount();
   double sum = 0.0;
   for (std::uint32_t i = begin; i < end; ++i) {
-    if (map.cell[i] == kNone) continue;
-    const double e = meanEmission(surfels, map.cell, map.cell[i]);
-    if (!(e > 0.0) && !SurfelMap::isInner(map.cell[i])) return 0.0f;  // an emitting side has emitters only
+    if (map.tile[i] == kNone) continue;
+    const double e = meanEmission(surfels, map.tile, map.tile[i]);
+    if (!(e > 0.0) && !SurfelMap::isInner(map.tile[i])) return 0.0f;  // an emitting side has emitters only
     sum += e;
   }
   return end > begin ? static_cast<float>(sum / static_cast<double>(end - begin)) : 0.0f;
@@ -122,7 +122,7 @@ glm::vec3 EmitterSampler::point(const Distribution& emitters, float u, RandomStr
   const float power = random.uniform() * batch.power;
   const auto found = std::partition_point(side_.begin() + batch.begin, side_.begin() + batch.end - 1,
                                           [&](const Side& s) { return s.powerUpTo <= power; });
-  // Even over the triangle.
+  // Choose the point evenly over the triangle.
   const glm::vec2 r = random.uniform2();
   const float root = std::sqrt(r.x);
   return found->corner + (1.0f - root) * found->edge1 + (r.y * root) * found->edge2;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Rays aimed at emitters. Few of the rays that look everywhere hit a small or distant emitter, and the light of the
-// few is noise; so points on emitters are sampled as well, and both kinds of rays are weighted by the balance heuristic
-// (Veach and Guibas 1995). With K rays of density p and K_e aimed ones whose points have density q per area, light from
-// a point at distance r that is seen under cosine c has the weight
+// Rays aimed at emitters. Of the rays that look everywhere, only a few hit a small or distant emitter, and the light
+// that they find is noise. So points on emitters are sampled as well, and both kinds of rays are weighted by the
+// balance heuristic (Veach and Guibas 1995). With K rays of density p, and K_e aimed ones whose points have density q
+// per area, light from a point at distance r that is seen under cosine c has the weight
 //   w = 1 / (pi (K p + K_e q r² / c)),
-// whichever kind found it.
+// whichever kind of ray found it.
 #pragma once
 
 #include "bake/base/random.h"
@@ -25,8 +25,8 @@ class EmitterSampler {
 
   bool empty() const { return side_.empty(); }
 
-  // The probability with which a cache's rays are aimed at each batch: about proportional to the light that would
-  // arrive from it if nothing were in the way. Memory of one thread.
+  // The probability that a ray of a cache is aimed at each batch: roughly in proportion to the light that would arrive
+  // from the batch if nothing were in the way. Memory of one thread.
   struct Distribution {
     std::vector<float> cdf;  // [Size batches] cumulative, the last is 1; empty when nothing can be seen
   };

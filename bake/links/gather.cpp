@@ -15,8 +15,8 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x4C4E4B53, kAimStage = 0x4C4E4B41;  // random numbers of this stage
-constexpr float kSamePoint = 1e-3f;    // an aimed ray has met its point when it ends this near to it, relatively
-constexpr std::uint32_t kBlock = 256;  // hits looked up together, which stay in the first-level cache
+constexpr float kSamePoint = 1e-3f;    // relative; an aimed ray that ends this near to its point has met it
+constexpr std::uint32_t kBatch = 256;  // hits looked up together: their data stay in the first-level cache
 
 void prefetch([[maybe_unused]] const void* address) {
 #if defined(__GNUC__)
@@ -24,9 +24,9 @@ void prefetch([[maybe_unused]] const void* address) {
 #endif
 }
 
-// Both kinds of rays find emitters, and where few are cast, their weights can add up to more than light from all
-// around, 4 pi sr, has: to sum w = 4. What goes beyond by more than many rays' noise is scaled back, as no reader takes
-// it.
+// Limit the sum of a cache's weights. Both kinds of rays find emitters, and where few rays are cast, their weights may
+// add up to more than 4, which stands for light from all around (4 pi sr). No reader accepts that, so a sum that
+// exceeds 4 by more than the noise of many rays is scaled back.
 void keepToSphere(std::span<Arrival> arrivals) {
   constexpr double kSphere = 4.0, kNoise = 1.04;
   double sum = 0.0;
@@ -52,8 +52,8 @@ SkyLookup::SkyLookup(std::span<const glm::vec3> directions) {
                      256u);
   patch_.resize(std::size_t{side_} * side_);
   for (std::uint32_t i = 0; i < patch_.size(); ++i) {
-    const glm::vec2 cell(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
-    const glm::vec3 d = fromOctahedron(cell * (2.0f / static_cast<float>(side_)) - 1.0f);
+    const glm::vec2 entry(static_cast<float>(i % side_) + 0.5f, static_cast<float>(i / side_) + 0.5f);
+    const glm::vec3 d = fromOctahedron(entry * (2.0f / static_cast<float>(side_)) - 1.0f);
     float best = -2.0f;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const float cosine = glm::dot(d, directions[k]);
@@ -80,17 +80,18 @@ Gatherer::Gatherer(const RayTracer& tracer, const Surfels& surfels, const Surfel
       sampler_(tracer.scene(), surfels, map),
       aimedCount_(sampler_.empty() ? 0 : static_cast<std::uint32_t>(emitterRays * static_cast<float>(strata_.count()))),
       sky_(hierarchy.skyDirection) {
-  leafOfCell_.reserve(map.cell.size());
-  for (const std::uint32_t surfel : map.cell) {
-    leafOfCell_.push_back(surfel == kNone || SurfelMap::isInner(surfel) ? kNone : hierarchy.leafNode[surfel]);
+  leafOfTile_.reserve(map.tile.size());
+  for (const std::uint32_t surfel : map.tile) {
+    leafOfTile_.push_back(surfel == kNone || SurfelMap::isInner(surfel) ? kNone : hierarchy.leafNode[surfel]);
   }
 }
 
-// Both are larger than the second-level cache: ask for all entries before the first is read.
+// The arrays of sides and of leaves are larger than the second-level cache: prefetch all entries before the first is
+// read.
 void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
   const std::size_t count = hits.size();
   scratch.sides.resize(count);
-  scratch.cells.resize(count);
+  scratch.tiles.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Hit& hit = hits[i];
     if (!hit) continue;
@@ -100,8 +101,8 @@ void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Hit& hit = hits[i];
-    scratch.cells[i] = hit ? map_.cellOf(scratch.sides[i], hit.barycentric) : kNone;
-    if (scratch.cells[i] != kNone) prefetch(&leafOfCell_[scratch.cells[i]]);
+    scratch.tiles[i] = hit ? map_.tileOf(scratch.sides[i], hit.barycentric) : kNone;
+    if (scratch.tiles[i] != kNone) prefetch(&leafOfTile_[scratch.tiles[i]]);
   }
 }
 
@@ -127,15 +128,15 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
   scratch.samples.resize(strata_.count());
   scratch.directions.resize(strata_.count());
   scratch.hits.resize(strata_.count());
-  for (std::uint32_t i = 0; i < strata_.count(); i += DirectionStrata::kTile) {
-    sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kTile>());
+  for (std::uint32_t i = 0; i < strata_.count(); i += DirectionStrata::kBlock) {
+    sequence.next(std::span(scratch.samples).subspan(i).first<DirectionStrata::kBlock>());
   }
   for (std::uint32_t i = 0; i < strata_.count(); ++i) scratch.directions[i] = scratch.samples[i].direction;
   scratch.bundle.trace(tracer_, origin, normal, scratch.directions, scratch.hits);
 
-  // Find the sender at the end of each.
-  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBlock) {
-    const std::uint32_t size = std::min(kBlock, strata_.count() - begin);
+  // Find the sender that each ray ends at.
+  for (std::uint32_t begin = 0; begin < strata_.count(); begin += kBatch) {
+    const std::uint32_t size = std::min(kBatch, strata_.count() - begin);
     const std::span hits = std::span<const Hit>(scratch.hits).subspan(begin, size);
     lookUp(hits, scratch);
     for (std::uint32_t i = 0; i < size; ++i) {
@@ -147,7 +148,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
         if (aimedCount_ > 0) {
           weight = misWeight(scratch.sides[i], hit.distance, sample.direction, scratch.emitters, weight);
         }
-        if (scratch.cells[i] != kNone) leaf = leafOfCell_[scratch.cells[i]];
+        if (scratch.tiles[i] != kNone) leaf = leafOfTile_[scratch.tiles[i]];
         count.backFaces += hit.back;
         count.unmapped += leaf == kNone;
       } else {
@@ -170,9 +171,9 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
   RandomStream random(seed_, kAimStage, cache);
   const bool onSurface = glm::dot(normal, normal) > 0.0f;
   count.aimed += aimedCount_;
-  for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBlock) {
-    // Cast a block of rays, those below the horizon left out.
-    const std::uint32_t end = std::min(begin + kBlock, aimedCount_);
+  for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBatch) {
+    // Cast a block of rays without those below the horizon.
+    const std::uint32_t end = std::min(begin + kBatch, aimedCount_);
     scratch.rays.clear();
     scratch.distances.clear();
     for (std::uint32_t i = begin; i < end; ++i) {
@@ -194,7 +195,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
       const float even = strata_.weight(cosine, onSurface);
       const float weight = misWeight(scratch.sides[i], hit.distance, direction, scratch.emitters, even);
-      const std::uint32_t leaf = scratch.cells[i] == kNone ? kNone : leafOfCell_[scratch.cells[i]];
+      const std::uint32_t leaf = scratch.tiles[i] == kNone ? kNone : leafOfTile_[scratch.tiles[i]];
       if (weight == even || leaf == kNone) continue;  // not an emitter
       arrivals.push_back({leaf, weight, cosine, direction});
     }

@@ -33,7 +33,7 @@ struct RayCount {
   RayCount& operator+=(const RayCount& other);
 };
 
-// The sky patch whose direction is nearest, by a table over the octahedron (cells much smaller than patches).
+// Finds the sky patch whose direction is nearest, by a table over the octahedron that is much finer than the patches.
 class SkyLookup {
  public:
   explicit SkyLookup(std::span<const glm::vec3> directions);
@@ -45,10 +45,10 @@ class SkyLookup {
   std::vector<std::uint16_t> patch_;  // [Size side²]
 };
 
-// Immutable, shared by all threads; keeps references to what it is made from.
+// Immutable, shared by all threads. Keeps references to what it is made from.
 class Gatherer {
  public:
-  // emitterRays: [0..1] rays aimed at emitters in addition to raysPerCache, as a share of it
+  // emitterRays [0..1]: rays aimed at emitters in addition to raysPerCache, as a share of it.
   Gatherer(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map, const Hierarchy& hierarchy,
            std::uint32_t raysPerCache, float emitterRays, std::uint64_t seed);
 
@@ -58,7 +58,7 @@ class Gatherer {
     std::vector<glm::vec3> directions;
     std::vector<Ray> rays;  // aimed
     std::vector<Hit> hits;
-    std::vector<std::uint32_t> sides, cells;  // of the surfel map, that were hit
+    std::vector<std::uint32_t> sides, tiles;  // that the rays hit, of the surfel map
     std::vector<DirectionStrata::Sample> samples;
     std::vector<float> distances;  // [m] to the points that are aimed at
     EmitterSampler::Distribution emitters;
@@ -71,7 +71,7 @@ class Gatherer {
  private:
   void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                    std::vector<Arrival>& arrivals, RayCount& count) const;
-  // Find the sides and the cells of the surfel map that were hit.
+  // Find the sides and the tiles of the surfel map that were hit.
   void lookUp(std::span<const Hit> hits, Scratch& scratch) const;
   // The MIS weight of a hit on an emitter, which both kinds of rays can find; `even`, the weight of a ray without aimed
   // ones, for any other hit.
@@ -81,7 +81,7 @@ class Gatherer {
   const RayTracer& tracer_;
   const SurfelMap& map_;
   const Hierarchy& hierarchy_;
-  std::vector<std::uint32_t> leafOfCell_;  // [Size map cells] node, kNone: no surfel
+  std::vector<std::uint32_t> leafOfTile_;  // [Size map tiles] node, kNone: no surfel
   std::uint32_t surfelCount_;
   std::uint64_t seed_;
   DirectionStrata strata_;

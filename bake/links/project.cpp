@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kY0 = 0.28209479177387814f;
 
-// Note for every leaf which link reads it.
+// Note for every visible leaf which link carries its light.
 void assignLeaves(const VisibleSubtree& tree, std::span<const CutLink> cut, std::vector<std::uint32_t>& linkOf) {
   linkOf.resize(tree.leaves().size());
   for (std::uint32_t link = 0; link < cut.size(); ++link) {
@@ -23,7 +23,7 @@ void assignLeaves(const VisibleSubtree& tree, std::span<const CutLink> cut, std:
   }
 }
 
-// Sums of every ray's basis functions, a link after the other.
+// Sum every ray's basis functions into its link's coefficients, which are stored link by link.
 void sumBasis(const VisibleSubtree& tree, std::span<const Arrival> arrivals, std::uint32_t bands,
               ProjectScratch& scratch) {
   const std::uint32_t size = bands * bands;

@@ -7,14 +7,14 @@
 namespace relume {
 namespace {
 
-// 2^-40 of a cache's light is one unit: 2^24 caches fit, and a ray of a million is still 10^6 units.
+// The unit is 2^-40 of a cache's light: sums of 2^24 caches fit, and one ray of a million still counts 10^6 units.
 std::uint64_t toFixed(float value) { return static_cast<std::uint64_t>(std::max(value, 0.0f) * 0x1p40f); }
 
 float share(double first, double second, float otherwise) {
   return first + second > 0.0 ? static_cast<float>(first / (first + second)) : otherwise;
 }
 
-// Sum leaf values to their ancestors. A parent comes before its children.
+// Sum the values of leaves up to all their ancestors. A parent comes before its children.
 template <class T>
 void sumUp(const Hierarchy& hierarchy, std::vector<T>& value) {
   for (std::uint32_t node = hierarchy.nodeCount(); node-- > 0;) {

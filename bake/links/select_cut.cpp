@@ -14,7 +14,7 @@ namespace {
 
 using CutKey = LinkOptions::CutKey;
 
-// Centre of every node [m], the sky put on a sphere of the level's radius.
+// Centre of every node [m]. The sky is placed on a sphere of the level's radius.
 std::vector<glm::vec3> centersWithSky(const Hierarchy& hierarchy, const NodeGeometry& geometry,
                                       std::uint32_t surfelCount) {
   std::vector<glm::vec3> center = geometry.center;
@@ -61,7 +61,7 @@ float square(float received, float weight, const glm::vec3& direction) {
   return received * received + kOtherNormals * (kBand0 * weight * weight + kBand1 * glm::dot(direction, direction));
 }
 
-// Term of CutNode::hidden of a node seen through its first (0) or second (1) child alone.
+// What a node that is seen through its first (0) or second (1) child only adds to CutNode::hidden.
 double hiddenUnder(const CutNode& node, std::uint32_t child) {
   const double unseen = child == 0 ? 1.0 - double{node.firstWeight} : double{node.firstWeight};
   return unseen * unseen * double{node.extent};
@@ -80,7 +80,7 @@ float averageError(const VisibleSubtree& tree, const VisibleNode& s, std::span<c
       square(a.received - w * s.received, a.weight - w * s.weight, a.direction - w * s.direction) * average.extent;
   for (const std::uint32_t k : {0u, 1u}) {
     const VisibleNode& part = tree[s.child[k]];
-    // Nodes between s and the part: seen through one child.
+    // The nodes between s and the part are seen through one child only.
     const double between = cutNode[part.node].hidden - (average.hidden + hiddenUnder(average, k));
     error += averages[s.child[k]] + square(part) * static_cast<float>(between);
   }
@@ -90,7 +90,8 @@ float averageError(const VisibleSubtree& tree, const VisibleNode& s, std::span<c
 // Expected square error of giving all of s to one of its two parts.
 float pickError(const VisibleSubtree& tree, const VisibleNode& s, std::uint32_t k, float extent,
                 std::span<const float> keys) {
-  constexpr float kMaxScale = 4.0f;  // of a part's light: more would make a spot of one surfel
+  constexpr float kMaxScale =
+      4.0f;  // largest factor on a part's light: with more, a single surfel would show as a spot
   const VisibleNode &part = tree[s.child[k]], &other = tree[s.child[1 - k]];
   const float all = square(s), own = square(part);
   if (all > kMaxScale * kMaxScale * own) return std::numeric_limits<float>::infinity();
@@ -160,7 +161,7 @@ void cutKeys(const VisibleSubtree& tree, std::span<const CutNode> cutNode, CutKe
 
 void selectCut(const VisibleSubtree& tree, const CutKeys& keys, const CutLimit& limit, std::vector<CutCandidate>& queue,
                std::vector<CutLink>& cut) {
-  // Largest key on top; equal keys by node.
+  // The largest key goes on top; equal keys are sorted by node.
   const auto below = [&](const CutCandidate& a, const CutCandidate& b) {
     return a.key != b.key ? a.key < b.key : tree[a.slot].node > tree[b.slot].node;
   };

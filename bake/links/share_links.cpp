@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kBins = 65536;
 constexpr std::uint32_t kShift = 15;  // bits of a positive float below its bin
 
-constexpr double kMaxOfMean = 8.0;  // links of a cache at most, where options do not say, over the mean
+constexpr double kMaxOfMean = 8.0;  // most links of a cache, in multiples of the mean, if the options do not say
 constexpr double kMaxLinks = 65535.0;
 
 std::size_t binOf(float key) { return key > 0.0f ? std::bit_cast<std::uint32_t>(key) >> kShift : 0; }
@@ -34,14 +34,15 @@ void KeyCounts::add(const VisibleSubtree& tree, std::span<const float> keys, std
   caches_ += 1;
   roots_ += tree.roots().size();
 
-  // A node is refined when all above it have been: it counts with the least key on the way down. Parents come last.
+  // A node is refined only after all nodes above it: it counts with the smallest key on the way down to it. Parents
+  // come last.
   refined_.assign(keys.begin(), keys.end());
   for (std::size_t slot = refined_.size(); slot-- > tree.leaves().size();) {
     for (const std::uint32_t child : tree[static_cast<std::uint32_t>(slot)].child) {
       refined_[child] = std::min(refined_[child], refined_[slot]);
     }
   }
-  // Leaves are not refined, and no more than maxNodes allows: each refinement adds a link.
+  // Leaves are not refined. Each refinement adds a link, so that maxNodes limits their number.
   const auto begin = refined_.begin() + static_cast<std::ptrdiff_t>(tree.leaves().size());
   const auto inner = static_cast<std::size_t>(refined_.end() - begin);
   const std::size_t allowed = maxNodes > tree.roots().size() ? maxNodes - tree.roots().size() : 0;
@@ -65,7 +66,7 @@ float KeyCounts::keyFor(double links) const {
   for (std::size_t bin = count_.size(); bin-- > 0;) {
     used += static_cast<double>(count_[bin]);
     if (count_[bin] == 0 || used <= links) continue;
-    // This bin does not fit: refine what lies above it.
+    // This bin no longer fits: refine what is above it.
     const float next = std::bit_cast<float>(static_cast<std::uint32_t>((bin + 1) << kShift));
     return std::nextafter(next, 0.0f);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Transport, a cache at a time (PIC 4.5): gather, sum up, cut, project; see links.h. Nothing of size n_C x n_S exists:
+// Transport, cache by cache (PIC 4.5): gather, sum up, cut, project; see links.h. Nothing of size n_C x n_S is stored:
 // a thread keeps what one cache sees, and O(nodes) sums for the pull weights.
 #include "bake/base/parallel.h"
 #include "bake/links/gather.h"
@@ -20,11 +20,11 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kGrain = 16;          // caches a chunk
-constexpr double kOverTotal = 1.05;         // a total exceeded by more than that is worth a warning
-constexpr std::size_t kAskedCaches = 1024;  // that share out the links: at least these, or all
+constexpr std::size_t kGrain = 16;          // caches per chunk
+constexpr double kOverTotal = 1.05;         // a total that is exceeded by more than this factor gets a warning
+constexpr std::size_t kAskedCaches = 1024;  // at least so many caches, or all, decide how links are shared out
 
-// What one thread needs for one cache, and its share of the sums.
+// What one thread needs for one cache, and its own sums over caches.
 struct Worker {
   Worker(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
       : tree(order), sums(hierarchy, options.pull) {}
@@ -42,7 +42,7 @@ struct Worker {
   std::uint64_t visibleLeaves = 0;
 };
 
-// Lends workers to chunks: as many exist as chunks ever ran at once.
+// Lends workers to chunks. It makes as many as there are chunks that run at the same time.
 class WorkerPool {
  public:
   WorkerPool(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
@@ -152,7 +152,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
                                std::uint64_t seed, Context& context) {
   if (Status status = checkInput(hierarchy, surfels, caches, options); !status) return status.error();
 
-  // 1. What all caches share
+  // 1. Data that all caches use
   const LeafOrder order(hierarchy);
   const NodeGeometry geometry = nodeGeometry(hierarchy, surfels);
   const std::vector<CutNode> cutNode = cutNodes(hierarchy, geometry, options.key, surfels.emission);
@@ -165,7 +165,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
     cutKeys(w.tree, cutNode, options.key, w.keys);
   };
 
-  // 2. How far caches refine: where links are shared out, ask every n-th what it would refine
+  // 2. How far caches refine. If links are shared out: find what every n-th cache would refine
   const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
   CutLimit limit{budget.maxPerCache};
   limit.maxKeySum = keySumOf(options.maxError, levelRadius(hierarchy, geometry));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See visible_subtree.h. Bits mark the visible leaves, which sorts them; the lowest common ancestors of neighbours are
-// then a Cartesian tree, built from left to right with a stack.
+// See visible_subtree.h. Marking the visible leaves by bits sorts them. The lowest common ancestors of neighbouring
+// leaves then form a Cartesian tree, which is built from left to right with a stack.
 #include "bake/links/visible_subtree.h"
 
 #include <algorithm>
@@ -77,7 +77,7 @@ void VisibleSubtree::joinLeaves() {
     for (; slot < leafCount_; ++slot) {
       const std::uint32_t next = order_.rank(nodes_[slot].node);
       if (next >= order_.groupEnds()[group]) break;
-      // Close the nodes that end before this leaf, open the one that is its lowest common ancestor with its neighbour.
+      // Close the nodes that end before this leaf, and open the lowest common ancestor of this leaf and the one before.
       const std::uint32_t ancestor = order_.lowestCommonAncestor(rank, next);
       while (!open_.empty() && open_.back().node > ancestor) {
         last = join(open_.back().node, open_.back().first, last);

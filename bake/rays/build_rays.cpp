@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Builds what rays are traced in. Every instance that rays meet becomes a triangle geometry in world space, which
-// traces fastest; levels whose instances add up to more triangles than kFlattenLimit share one structure per mesh
-// instead. Embree's geometry (or instance) id is the index into State::instance. Vertices come from Scene::corners(),
-// so that barycentrics are in its winding by construction. Levels far from the origin are traced relative to their
-// centre, where floats are dense.
+// Builds the acceleration structure. Every instance that rays meet becomes a triangle geometry in world space, which
+// traces fastest. In levels whose instances have more than kFlattenLimit triangles together, instances of a mesh share
+// one structure instead. Embree's geometry (or instance) id is the index into State::instance. Vertices come from
+// Scene::corners(), so that barycentrics are in its winding by construction. Levels far from the origin are traced
+// relative to their centre, where floats are dense.
 #include "bake/rays/ray_tracer_name.h"
 #include "bake/rays/ray_tracer_state.h"
 
@@ -33,13 +33,13 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
     const unsigned n = args->N, triangle = RTCHitN_primID(args->hit, n, i);
-    HitPlaces<1> place;
-    place.put(0, cornersAt(mesh.vertices, triangle),
+    HitPoints<1> point;
+    point.put(0, cornersAt(mesh.vertices, triangle),
               {RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i)},
               {RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i)}, 0.0f,
               std::numeric_limits<float>::infinity());
-    findHitPlaces(place);
-    if (!opaqueAt(*mesh.scene, {mesh.instance, triangle, place.barycentric(0)})) args->valid[i] = 0;
+    findHitPoints(point);
+    if (!opaqueAt(*mesh.scene, {mesh.instance, triangle, point.barycentric(0)})) args->valid[i] = 0;
   }
 }
 
@@ -56,7 +56,7 @@ bool isInvertible(const glm::mat4& m) {
 // buried: which triangles stay out of it; empty: none.
 RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene& scene, const Instance& instance,
                          const glm::vec3& shift, std::span<const std::uint8_t> buried, MaskedMesh* masked,
-                         const float*& placed) {
+                         const float*& shared) {
   const std::size_t count = scene.meshes[instance.mesh].triangle.size();
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(
@@ -77,7 +77,7 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
       indices[3 * t + c] = isIn ? static_cast<std::uint32_t>(3 * t + c) : kNone;
     }
   }
-  placed = vertices;
+  shared = vertices;
   if (masked != nullptr) {
     masked->vertices = vertices;
     rtcSetGeometryUserData(geometry, masked);
@@ -89,11 +89,11 @@ RTCGeometry makeGeometry(RTCDevice device, RTCBuildQuality quality, const Scene&
   return geometry;
 }
 
-// Asked by Embree while it builds.
+// Embree calls this while it builds, to ask whether to go on.
 bool goesOn(void* context, double) { return !static_cast<const Context*>(context)->cancelled(); }
 
-// Not RTC_SCENE_FLAG_ROBUST: it costs 1.75 times the time, and without it one random ray of ten million slips through
-// an edge, which no cache notices.
+// Without RTC_SCENE_FLAG_ROBUST: it would take 1.75 times as long. The price is that one random ray in ten million
+// slips through an edge, which makes no difference to a cache.
 ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality, Context& context) {
   ScenePtr scene(rtcNewScene(device));
   rtcSetSceneBuildQuality(scene.get(), quality);
@@ -102,8 +102,8 @@ ScenePtr makeScene(RTCDevice device, RTCBuildQuality quality, Context& context) 
   return scene;
 }
 
-// Build. The order of primitives in the tree, and with it who wins a tie between two surfaces in one place, depends on
-// the number of threads: one thread, always the same tree.
+// Build on one thread, so that the tree is always the same. With several, the order of primitives in it would depend on
+// their number, and with that, which of two coincident surfaces is hit.
 void commit(RTCScene scene) {
   runOnOneThread([scene] { rtcCommitScene(scene); });
 }
@@ -159,9 +159,9 @@ bool isWholly(const std::vector<std::uint8_t>& buried) {
 BundleTree RayTracer::State::makeBundleTree(const Context& context) const {
   std::vector<BundleTriangle> triangles;
   for (std::uint32_t id = 0; id < instance.size() && !context.cancelled(); ++id) {
-    const Instance& placed = scene->instances[instance[id]];
-    const std::uint32_t alphaTest = isMasked(*scene, placed) ? kBundleMasked : 0;
-    for (std::uint32_t t = 0; t < scene->meshes[placed.mesh].triangle.size(); ++t) {
+    const Instance& met = scene->instances[instance[id]];
+    const std::uint32_t alphaTest = isMasked(*scene, met) ? kBundleMasked : 0;
+    for (std::uint32_t t = 0; t < scene->meshes[met.mesh].triangle.size(); ++t) {
       if (isBuried(id, t)) continue;
       triangles.push_back({cornersAt(vertices[id], t), id | alphaTest, t});
     }
@@ -183,7 +183,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->scene = &scene;
   state->geometry = geometry;
 
-  // Open the device. (Its own option "threads" would hold all of oneTBB to that number as long as the device lives.)
+  // Open the device. Its option "threads" is not used: it would limit all of oneTBB for as long as the device lives.
   const std::string config = isa.empty() ? "" : "isa=" + isa;
   state->device.reset(rtcNewDevice(config.c_str()));
   if (!state->device) {
@@ -280,7 +280,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   }
   if (context.cancelled()) return cancelledError();
   if (!state->error.empty()) return Error{ErrorCode::failed, "Embree: " + state->error};
-  // Nobody is to be asked once this returns: a context may go before its tracer.
+  // Stop asking the context: it may be destroyed before the tracer.
   rtcSetSceneProgressMonitorFunction(state->top.get(), nullptr, nullptr);
   for (const ScenePtr& below : state->shared) rtcSetSceneProgressMonitorFunction(below.get(), nullptr, nullptr);
   state->overlaps.resize(state->vertices.size());

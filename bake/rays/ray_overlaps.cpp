@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Several triangles in one place: on an edge, and where surfaces overlap, which is found beforehand. A second query
-// names them all, and one is taken by rule.
+// Resolves ties: rays that meet several triangles at one point, on an edge or where surfaces overlap. Overlaps are
+// found beforehand. At a tie, a second query names all triangles, and a rule takes one of them.
 #include "bake/rays/ray_tracer_state.h"
 
 #include "bake/base/parallel.h"
@@ -18,9 +18,9 @@
 namespace relume {
 namespace {
 
-constexpr float kMaxPerDepth = 100.0f;  // rays that graze more are taken to tie no farther
+constexpr float kMaxPerDepth = 100.0f;  // distance along the ray per distance in depth, limited for grazing rays
 
-// A query whose filter notes every triangle that the ray meets, and stops at none.
+// A query whose filter notes every triangle that the ray meets and lets the ray pass.
 template <class Note>
 struct EveryHit : RTCIntersectContext {
   explicit EveryHit(const Note& note) : note_(note) {
@@ -48,7 +48,7 @@ struct EveryHit : RTCIntersectContext {
   const Note& note_;
 };
 
-// Which vertices of a mesh very many triangles share.
+// 1 for the vertices of a mesh that very many triangles share.
 std::vector<std::uint8_t> crowdedVertices(const Mesh& mesh) {
   constexpr std::uint32_t kCrowd = 1000;  // [triangles]
   if (mesh.triangle.size() < kCrowd) return {};
@@ -63,8 +63,8 @@ std::vector<std::uint8_t> crowdedVertices(const Mesh& mesh) {
 
 }  // namespace
 
-// Of all triangles around a hit, one whose front is hit, and among them the first: a sheet modelled twice, once for
-// each side, shows each side its own.
+// Of all triangles around a hit, take the first of those whose front is hit: a sheet that is modelled twice, once for
+// each side, then shows on either side the triangle made for it.
 Hit RayTracer::State::resolveTie(const Ray& ray, unsigned id, std::uint32_t triangle, float distance) const {
   const auto rank = [&](unsigned anyId, std::uint32_t any) {
     const Corners c = cornersOf(anyId, any);
@@ -84,16 +84,17 @@ Hit RayTracer::State::resolveTie(const Ray& ray, unsigned id, std::uint32_t tria
   EveryHit query(note);
   query.trace(top.get(), near);
   std::tie(std::ignore, id, triangle) = first;
-  HitPlaces<1> place;
-  place.put(0, cornersOf(id, triangle), ray.origin - shift, ray.direction, ray.tMin, ray.tMax);
-  findHitPlaces(place);
-  return {place.distance[0], instance[id], triangle, place.barycentric(0), place.facing[0] > 0.0f};
+  HitPoints<1> point;
+  point.put(0, cornersOf(id, triangle), ray.origin - shift, ray.direction, ray.tMin, ray.tMax);
+  findHitPoints(point);
+  return {point.distance[0], instance[id], triangle, point.barycentric(0), point.facing[0] > 0.0f};
 }
 
-// Mark the triangles that lie in another one: near the corners or the middle of the last edge of one of the two. Not
-// near a corner that very many share: where 100,000 needles meet, a ray meets the boxes of a quarter of them.
+// Mark the triangles that lie in the plane of another one and overlap it, as tested near the corners and the middle of
+// the last edge of either. Corners that very many triangles share are left out: where 100,000 needles meet, a ray meets
+// the boxes of a quarter of them.
 void RayTracer::State::findOverlaps(Context& context) {
-  // Near each corner, in order, and the middle of the last edge.
+  // Barycentric test points: near each corner, in order, and the middle of the last edge.
   constexpr std::array<glm::vec2, 4> kPoints = {{{0.04f, 0.04f}, {0.92f, 0.04f}, {0.04f, 0.92f}, {0.48f, 0.48f}}};
   constexpr std::size_t kGrain = 2048;  // [triangles]
   std::vector<std::size_t> first{0};    // of each geometry's triangles

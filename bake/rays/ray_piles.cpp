@@ -17,8 +17,8 @@ namespace {
 using Point = std::array<std::uint32_t, 3>;  // bits of the coordinates; negative zero counts as zero
 using Corners = std::array<Point, 3>;
 
-// A triangle by its place among all that are asked about, and a hash of its corners in any order.
-struct Placed {
+// A triangle, and a hash of its corners that does not depend on their order.
+struct Hashed {
   std::uint64_t hash = 0;
   std::uint32_t index = 0;  // into `instances`
   std::uint32_t triangle = 0;
@@ -44,7 +44,7 @@ std::uint64_t hashOf(const Corners& corners) {
   return sum;
 }
 
-// Corners with the least first, in their cyclic order: equal for triangles that show the same front.
+// The corners from the smallest on, in their cyclic order: equal for triangles whose fronts look the same way.
 Corners wound(Corners corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
@@ -54,7 +54,7 @@ Corners wound(Corners corners) {
 
 std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances) {
   std::vector<std::vector<std::uint8_t>> buried(instances.size());
-  std::vector<Placed> placed;
+  std::vector<Hashed> hashed;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     const Instance& instance = scene.instances[instances[i]];
     if (!isOpaque(scene, instance)) continue;
@@ -62,20 +62,20 @@ std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<
     for (std::uint32_t t = 0; t < count; ++t) {
       const Corners corners = cornersOf(scene, instance, t);
       if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-      placed.push_back({hashOf(corners), i, t});
+      hashed.push_back({hashOf(corners), i, t});
     }
   }
-  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
+  std::sort(hashed.begin(), hashed.end(), [](const Hashed& a, const Hashed& b) {
     if (a.hash != b.hash) return a.hash < b.hash;
     return a.index != b.index ? a.index < b.index : a.triangle < b.triangle;
   });
   std::vector<Corners> shown;  // fronts of the pile at hand that are in the tree
-  for (std::size_t begin = 0, end = 0; begin < placed.size(); begin = end) {
-    while (end < placed.size() && placed[end].hash == placed[begin].hash) ++end;
+  for (std::size_t begin = 0, end = 0; begin < hashed.size(); begin = end) {
+    while (end < hashed.size() && hashed[end].hash == hashed[begin].hash) ++end;
     if (end - begin < kPile) continue;
     shown.clear();
     for (std::size_t i = begin; i < end; ++i) {
-      const Placed& each = placed[i];
+      const Hashed& each = hashed[i];
       const Instance& instance = scene.instances[instances[each.index]];
       const Corners front = wound(cornersOf(scene, instance, each.triangle));
       if (std::find(shown.begin(), shown.end(), front) == shown.end()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Piles: many opaque triangles with the same corners, as a level has them that places one mesh a thousand times at one
-// spot. Of triangles in one place a ray hits the first whose front it meets (ray_overlaps.cpp), so all but the first of
-// each winding can never be hit; asked about one after the other they would cost the square of their number.
+// Finds piles: many opaque triangles with the same corners, as in a level that has a thousand copies of a mesh at one
+// spot. Of coincident triangles, a ray hits the first whose front it meets (ray_overlaps.cpp). So only the first of
+// each winding can ever be hit, and to ask about the others would cost the square of their number.
 #pragma once
 
 #include "relume/bake/scene.h"
@@ -12,15 +12,15 @@
 
 namespace relume {
 
-// Fewer triangles than this in one place stay: they cost little, and leaving them in keeps every tree as it was.
+// Fewer coincident triangles than this are left in: they cost little, and the trees of most levels stay as they are.
 inline constexpr std::size_t kPile = 8;
 
-// For each instance in `instances`, which of its triangles no ray can hit (1), or nothing where all can be.
+// For each instance in `instances`, 1 for its triangles that no ray can hit; empty when any of them can be hit.
 // [Size instances][Size triangles or 0]
 std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances);
 
-// For each instance in `instances`, 1 where it is one of a pile of instances: the same opaque mesh with the same
-// transform as at least kPile before it. [Size instances]
+// For each instance in `instances`, 1 when at least kPile instances before it have the same opaque mesh and the same
+// transform. [Size instances]
 std::vector<std::uint8_t> findBuriedInstances(const Scene& scene, std::span<const std::uint32_t> instances);
 
 }  // namespace relume

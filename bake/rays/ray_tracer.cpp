@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Rays by Embree 3. It divides by approximate reciprocals (rcpps), whose last bits are the processor maker's own: it
-// says which triangle a ray hits, where on it is computed here. build_rays.cpp makes the structure, ray_overlaps.cpp
-// resolves ties: which of several triangles in one place is hit.
+// Traces rays by Embree 3. Embree divides by approximate reciprocals (rcpps), whose last bits differ between makers of
+// processors. So it only says which triangle a ray hits; where it hits is computed here. build_rays.cpp builds the
+// structure; ray_overlaps.cpp resolves ties, where a ray meets several triangles at one point.
 #include "bake/rays/ray_tracer_state.h"
 
 #include <glm/geometric.hpp>
@@ -36,7 +36,7 @@ Corners RayTracer::State::cornersOf(unsigned id, std::uint32_t triangle) const {
   return c;
 }
 
-// Ask for the memory of which toHits() makes hits. [Size ids >= count]
+// Prefetch the memory from which toHits() makes hits. [Size ids >= count]
 void RayTracer::State::prefetch([[maybe_unused]] unsigned count, [[maybe_unused]] const unsigned* geomId,
                                 [[maybe_unused]] const unsigned* instanceId,
                                 [[maybe_unused]] const unsigned* triangle) const {
@@ -58,20 +58,20 @@ void RayTracer::State::toHits(std::span<const Ray> rays, const unsigned* geomId,
                               const unsigned* triangle, std::span<Hit> hits) const {
   unsigned ids[Width];
   for (unsigned i = 0; i < rays.size(); ++i) ids[i] = idOf(geomId[i], instanceId[i]);
-  HitPlaces<Width> places;
+  HitPoints<Width> points;
   for (unsigned i = 0; i < Width; ++i) {
     const unsigned k = std::min<unsigned>(i, static_cast<unsigned>(rays.size()) - 1);
     const Corners c = ids[k] != RTC_INVALID_GEOMETRY_ID ? cornersOf(ids[k], triangle[k]) : Corners{};
-    places.put(i, c, rays[k].origin - shift, rays[k].direction, rays[k].tMin, rays[k].tMax);
+    points.put(i, c, rays[k].origin - shift, rays[k].direction, rays[k].tMin, rays[k].tMax);
   }
-  findHitPlaces(places);
+  findHitPoints(points);
   for (unsigned i = 0; i < rays.size(); ++i) {
     if (ids[i] == RTC_INVALID_GEOMETRY_ID) {
       hits[i] = {};
-    } else if (places.edge[i] < 0.0f || (!overlaps[ids[i]].empty() && overlaps[ids[i]][triangle[i]] != 0)) {
-      hits[i] = resolveTie(rays[i], ids[i], triangle[i], places.distance[i]);
+    } else if (points.edge[i] < 0.0f || (!overlaps[ids[i]].empty() && overlaps[ids[i]][triangle[i]] != 0)) {
+      hits[i] = resolveTie(rays[i], ids[i], triangle[i], points.distance[i]);
     } else {
-      hits[i] = {places.distance[i], instance[ids[i]], triangle[i], places.barycentric(i), places.facing[i] > 0.0f};
+      hits[i] = {points.distance[i], instance[ids[i]], triangle[i], points.barycentric(i), points.facing[i] > 0.0f};
     }
   }
 }
@@ -97,7 +97,7 @@ Hit RayTracer::trace(const Ray& ray) const {
 
 namespace {
 
-// Triangles that rays hit lie all over memory: they are asked for, and read once the next packet is traced.
+// The triangles that rays hit lie all over memory. Prefetch those of one packet, and read them after tracing the next.
 template <class RayHit, auto Intersect, unsigned Width, class Ask, class ToHits>
 void tracePackets(RTCScene scene, std::span<const Ray> rays, std::span<Hit> hits, RayOrder order,
                   const glm::vec3& shift, const Ask& ask, const ToHits& toHits) {

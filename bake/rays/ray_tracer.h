@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rays against the instances of a scene, by Embree, which ray_tracer_state.h and bundle_tree.h include.
 // Alpha-masked texels let rays through. Thread-safe after construction. Hits are the same on any processor, with any
-// instruction set, in packets and alone, but for some millionth where small triangles overlap
+// instruction set, in packets and alone, but for about one ray in a million where small triangles overlap
 // (docs/notes/determinism.md).
 #pragma once
 
@@ -33,16 +33,17 @@ struct Hit {
   SurfacePoint point() const { return {instance, triangle, barycentric}; }
 };
 
-// How rays that are traced together lie. coherent: neighbours start at one point and go in nearly one direction; a
-// packet then walks the structure as one. It only says what is fast.
+// How the rays of one call relate. coherent: neighbours start at one point in nearly the same direction, so that a
+// packet walks the structure together. A hint for speed; hits do not depend on it.
 enum class RayOrder { mixed, coherent };
 
-// How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, building takes four times
-// as long (0.29 s against 0.07 s on 262k triangles): pays from some ten million rays on. bundles: thorough, and a
-// structure for RayBundle (0.1 s, on another thread meanwhile) unless the level is too large for that.
+// How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, and building takes four
+// times as long (0.29 s against 0.07 s on 262k triangles), which pays from about ten million rays on. bundles:
+// thorough, and in addition a structure for RayBundle (0.1 s, built on another thread) unless the level is too large
+// for it.
 enum class RayStructure { quick, thorough, bundles };
 
-// Which instances rays meet. fixed: those that a bake is made of; drawn: dynamic ones as well.
+// Which instances rays meet. fixed: those that are baked. drawn: dynamic ones, too.
 enum class RayGeometry { fixed, drawn };
 
 class RayTracer {
@@ -68,7 +69,7 @@ class RayTracer {
   // World bounds of the instances that rays meet. [m]
   glm::vec3 boundsMin() const;
   glm::vec3 boundsMax() const;
-  // Distance by which rays should start off a surface here: a small multiple of the floats' spacing. [m]
+  // Distance [m] off a surface at which rays from it should start: a small multiple of the spacing of floats there.
   float epsilonAt(const glm::vec3& positionWorld) const;
 
  private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What a RayTracer holds, for the files that build it and ask it. See ray_tracer.cpp.
+// What a RayTracer holds, for the files that build it and those that trace with it. See ray_tracer.cpp.
 #pragma once
 
 #include "bake/rays/bundle/bundle_tree.h"
-#include "bake/rays/hit_places.h"
+#include "bake/rays/hit_points.h"
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
 
@@ -24,7 +24,7 @@ namespace relume {
 
 inline constexpr float kEpsilonUlps = 16.0f;  // a hit's position is off by a few roundings of its coordinates
 
-// Flush denormals in this thread while rays are traced, and only then: exact predicates elsewhere need them.
+// Flush denormals in this thread while rays are traced. Only then: exact predicates elsewhere need denormals.
 class FlushDenormals {
  public:
 #if defined(__SSE2__)
@@ -59,11 +59,11 @@ inline Corners cornersAt(const float* vertices, std::uint32_t triangle) {
   return c;
 }
 
-// What the alpha test of a geometry needs to name a surface point.
+// What the alpha test of a geometry needs to find the point of the surface that a ray meets.
 struct MaskedMesh {
   const Scene* scene = nullptr;
-  std::uint32_t instance = kNone;   // any instance of the mesh: its texture coordinates do not depend on the place
-  const float* vertices = nullptr;  // [Size 9 x triangles] Embree's, in the space its rays are handed over
+  std::uint32_t instance = kNone;   // any instance of the mesh: all have the same texture coordinates
+  const float* vertices = nullptr;  // [Size 9 x triangles] Embree's, in the space in which it passes rays to filters
 };
 
 inline RTCRay toEmbree(const Ray& ray, const glm::vec3& shift) {
@@ -90,10 +90,11 @@ struct RayTracer::State {
   std::vector<std::uint32_t> instance;  // [Size geometries] instance of a geometry id of the top scene
   std::vector<const float*> vertices;   // [Size geometries] Embree's, as traced, 9 per triangle; null where shared
   glm::vec3 shift{0.0f};                // [m] traced coordinates are world minus shift
-  glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};       // [m]
-  float epsilonFloor = 0.0f;                        // [m]
-  float rounding = 0.0f;                            // [m] of traced coordinates
-  std::vector<std::vector<std::uint8_t>> overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: others there
+  glm::vec3 boundsMin{0.0f}, boundsMax{0.0f};  // [m]
+  float epsilonFloor = 0.0f;                   // [m]
+  float rounding = 0.0f;                       // [m] of traced coordinates
+  std::vector<std::vector<std::uint8_t>>
+      overlaps;  // [Size geometries][Size triangles, 0 where shared] 1: overlaps others
   std::vector<std::vector<std::uint8_t>> buried;  // [Size geometries][Size triangles or 0] 1: not traced (ray_piles.h)
   BundleTree bundles;                             // empty: bundles are traced in packets
   unsigned width = 1;                             // rays per packet

@@ -16,7 +16,8 @@
 namespace relume {
 namespace {
 
-// Offsets and factors of a texture transform: beyond, a float has no digits left for a place within the image.
+// Largest offsets and factors of a texture transform: beyond, a float has no digits left for a position within the
+// image.
 constexpr float kMaxTextureTransform = 1e6f;
 constexpr float kMaxAspect = 1e4f;  // of a camera, also its inverse
 
@@ -30,18 +31,18 @@ std::string vector(const glm::vec3& v) { return "(" + number(v.x) + ", " + numbe
 
 std::string coordinates(float max) { return "; expected finite coordinates within " + number(max) + " m"; }
 
-// True for numbers of [0, most], false for NaN.
+// True for numbers in [0, max], false for NaN.
 bool isBetween(float v, float max) { return v >= 0.0f && v <= max; }
 bool isBetween(const glm::vec3& v, float max) {
   return isBetween(v.x, max) && isBetween(v.y, max) && isBetween(v.z, max);
 }
 
-// Box of a mesh's positions; nothing when one of them is beyond what a mesh may have.
+// Box of a mesh's positions; nothing when one of them is beyond the limit for meshes.
 struct Box {
   glm::vec3 low{std::numeric_limits<float>::max()}, high{-std::numeric_limits<float>::max()};
 };
 
-// What is wrong, without the name of the level.
+// Describes what is wrong, without the name of the level.
 using Finding = std::optional<std::string>;
 
 Finding checkMesh(const Mesh& mesh, Box& box) {

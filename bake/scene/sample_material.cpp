@@ -26,7 +26,7 @@ const SrgbTable& srgbTable() {
   return kTable;
 }
 
-// A point with what all lookups need.
+// A point of a surface, with what all lookups need.
 struct Lookup {
   const Instance& instance;
   const Mesh& mesh;
@@ -88,7 +88,7 @@ Taps wrapTaps(float u, std::uint32_t size, Wrap wrap) {
   return {static_cast<std::uint32_t>(std::min(first, last)), static_cast<std::uint32_t>(second), x - floorX};
 }
 
-// What is read of a texel: colour (linear) and alpha, or alpha alone, which rays ask for millions of times.
+// What is read from a texel: linear colour and alpha, or alpha alone, which rays need millions of times.
 struct ColorAndAlpha {
   using Value = glm::vec4;
   static glm::vec4 decode(const std::uint8_t* rgba) {
@@ -115,7 +115,7 @@ typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& t
   return glm::mix(top, bottom, y.weight);
 }
 
-// A texture slot at a point; ones where there is no texture or no coordinates.
+// The value of a texture slot at a point; all ones without a texture or without coordinates.
 template <class Texel = ColorAndAlpha>
 typename Texel::Value sampleTexture(const Scene& scene, const SurfacePoint& p, const Lookup& at,
                                     const TextureRef& texture, float footprintWorld) {

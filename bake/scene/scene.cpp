@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Questions about the scene's geometry: numbering of triangles, world corners, normals.
+// Answers questions about the scene's geometry: numbers of triangles, world corners, normals.
 #include "relume/bake/scene.h"
 
 #include <glm/geometric.hpp>
@@ -11,7 +11,7 @@
 namespace relume {
 namespace {
 
-// det(M) M^-T: carries normals, also where M flattens an axis and has no inverse.
+// det(M) M^-T, which transforms normals, even when M flattens an axis and has no inverse.
 glm::dmat3 cofactors(const glm::dmat3& m) {
   return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }
@@ -68,7 +68,8 @@ std::vector<std::uint32_t> Scene::playSpaceCameras() const {
   return indices;
 }
 
-// Object-space edges carried by the cofactors: exact far from the origin, where world corners have lost their digits.
+// Transform the cross product of object-space edges by the cofactors. That is exact far from the origin, where world
+// corners have lost digits.
 glm::vec3 geometricNormal(const Scene& scene, const SurfacePoint& p) {
   const Instance& instance = scene.instances[p.instance];
   const Mesh& mesh = scene.meshes[instance.mesh];

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Sample elimination for Poisson disk sample sets (Yuksel 2015): of too many candidates, remove again and again the one
-// that is most crowded, where neighbour j at distance d crowds candidate i by (1 - d / D)^8. Removing goes on below the
-// wanted count with D growing, halving by halving; read backwards, the order of removal is progressive.
+// Sample elimination for Poisson disk sample sets (Yuksel 2015). Of too many candidates, the most crowded one is
+// removed again and again, where a neighbour at distance d adds (1 - d / D)^8 to a candidate's crowding. Removal goes
+// on below the wanted count, where D grows each time the count has halved. Read backwards, the order of removal is
+// progressive.
 //
 // Deviation: steps down the crowding and a queue of buckets in place of the paper's heap (eliminate_round.h).
-// Deviation: elimination alone gives boundaries and scattered small parts more than their area's share, because they
-// are crowded less. Surfels must be of equal area, so every cell of space has a quota by its share of the candidates,
-// and being above it adds to the crowding of its points. Being below it takes nothing from that: in a cell with a quota
-// of a few points it would keep pairs that all but touch.
+// Deviation: elimination alone leaves more points on boundaries and on scattered small parts than their area's share,
+// because points there are crowded less. Surfels must be of equal area, so every cube of space has a quota by its share
+// of the candidates, and being above it adds to the crowding of its points. Being below it takes nothing from that: in
+// a cube with a quota of a few points it would keep pairs that all but touch.
 #include "bake/surfels/eliminate.h"
 
 #include "bake/surfels/eliminate_round.h"
@@ -28,7 +29,7 @@ Result<std::vector<std::uint32_t>> eliminateSamples(std::span<const SurfaceSampl
   };
   if (points.size() > count) reduce(count, spacing);
 
-  // Go on removing, half by half, for the order.
+  // Go on removing, half of the points at a time, to find the order.
   removed.clear();
   for (std::uint32_t left = count; left > 1 && !context.cancelled();) {
     const std::uint32_t half = left / 2;

@@ -17,12 +17,12 @@ namespace {
 
 constexpr float kWeightLimitBase = 0.65f;     // beta of the paper
 constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
-constexpr float kCellSpacings = 8.0f;         // size of a cell in spacings
-constexpr float kQuotaWeight = 1e-3f;         // crowding of a cell twice as full as its quota; a pair at 0.6 D: 7e-4
-constexpr std::size_t kCellsPerChunk = 512;
-constexpr std::size_t kMaxOfAStep = 10;   // one in so many points may go in a step
-constexpr std::size_t kFewPoints = 4096;  // are not worth steps
-constexpr std::size_t kLastShare = 64;    // when no more than one in so many has to go, one by one
+constexpr float kQuotaSpacings = 8.0f;        // width of a quota's cube in spacings
+constexpr float kQuotaWeight = 1e-3f;         // penalty of a quota that has twice its points; a pair at 0.6 D has 7e-4
+constexpr std::size_t kBucketsPerChunk = 512;
+constexpr std::size_t kMaxOfAStep = 10;   // one of so many points may be removed in a step
+constexpr std::size_t kFewPoints = 4096;  // not worth steps
+constexpr std::size_t kLastShare = 64;    // once only one of so many has to go, points are removed one by one
 
 // (1 - d / D)^8, d limited from below.
 float crowding(float distanceSquared, float reach, float limit) {
@@ -31,7 +31,7 @@ float crowding(float distanceSquared, float reach, float limit) {
   return t4 * t4;
 }
 
-// Points of a neighbourhood, coordinate by coordinate, so that distances to all of them are vectors.
+// The points of a neighbourhood, one array per coordinate, so that distances to all of them are computed in vectors.
 class Around {
  public:
   void clear() { point_.clear(); }
@@ -69,14 +69,13 @@ class Around {
   std::vector<float> x_, y_, z_, distance_;
 };
 
-// Excesses in buckets of 1/32 of their size.
+// Buckets of excesses, each 1/32 of the excess wide.
 constexpr int kBucketShift = 18;
 constexpr std::size_t kExcessBuckets = std::size_t{1} << (31 - kBucketShift);
 std::size_t bucketOf(float excess) { return excess > 0.0f ? std::bit_cast<std::uint32_t>(excess) >> kBucketShift : 0; }
 
-// Whether a cell's surroundings hold so many points, in the mean over the points, that neighbours would be as many as
-// the square of the points: where a thousand layers lie in one place, the spacing that their area asks for reaches them
-// all.
+// Whether the mean point has so many points around its bucket that the lists of neighbours would grow with the square
+// of the points. Where a thousand layers coincide, the spacing that their area asks for reaches all of them.
 bool isCrowded(const PointGrid& grid, std::span<const glm::vec3> position) {
   constexpr double kMaxAround = 4096.0;
   constexpr std::size_t kAsked = 1024;
@@ -89,12 +88,12 @@ bool isCrowded(const PointGrid& grid, std::span<const glm::vec3> position) {
 
 }  // namespace
 
-// Every change makes the keys of all the cell's points out of date, so the penalty falls in steps: large ones while the
-// cell is far too full.
-void EliminationRound::Cell::update() {
-  const float above = left > quota ? static_cast<float>(left - quota) : 0.0f;
-  penalty = kQuotaWeight * above / (static_cast<float>(quota) + 1.0f);
-  const std::uint32_t step = std::max({1u, left > quota ? (left - quota) / 3 : 0u, quota / 16});
+// The penalty falls in steps, which are larger while there are far too many points: each step makes the keys of all the
+// quota's points out of date.
+void EliminationRound::Quota::update() {
+  const float above = left > wanted ? static_cast<float>(left - wanted) : 0.0f;
+  penalty = kQuotaWeight * above / (static_cast<float>(wanted) + 1.0f);
+  const std::uint32_t step = std::max({1u, left > wanted ? (left - wanted) / 3 : 0u, wanted / 16});
   nextUpdate = left > step ? left - step : 0;
 }
 
@@ -115,7 +114,7 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     const SurfaceSample& sample = candidates[points[grid.order()[i]]];
     node[i] = {sample.positionWorld, sample.normal, sample.emitter};
   }
-  sortIntoCells(node, count, kCellSpacings * spacing);
+  sortByQuota(node, count, kQuotaSpacings * spacing);
   if (context.cancelled()) return;
 
   source_.resize(points.size());
@@ -130,10 +129,10 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
   findNeighbours(node, grid, context);
 }
 
-// Sort the points by cells along a Morton curve, emitter by emitter. Every cell gets its share of `count`, rounding
-// errors carried on along the curve.
-void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uint32_t count, float cellSize) {
-  struct Place {
+// Sort the points by their quotas' cubes along a Morton curve, emitter by emitter. Every quota gets its share of
+// `count`; rounding errors are carried along the curve.
+void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize) {
+  struct SortKey {
     std::uint32_t emitter, point;
     std::uint64_t morton;
   };
@@ -142,11 +141,11 @@ void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uin
   for (const SurfaceNode& each : node) {
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], each.positionWorld[k]);
   }
-  std::vector<Place> places(n);
+  std::vector<SortKey> sorted(n);
   for (std::uint32_t i = 0; i < n; ++i) {
-    places[i] = {node[i].emitter, i, mortonOf((node[i].positionWorld - low) / cellSize)};
+    sorted[i] = {node[i].emitter, i, mortonOf((node[i].positionWorld - low) / cubeSize)};
   }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+  std::sort(sorted.begin(), sorted.end(), [](const SortKey& a, const SortKey& b) {
     if (a.emitter != b.emitter) return a.emitter < b.emitter;
     return a.morton != b.morton ? a.morton < b.morton : a.point < b.point;
   });
@@ -155,39 +154,39 @@ void EliminationRound::sortIntoCells(std::span<const SurfaceNode> node, std::uin
   rank_.resize(n);
   const auto rounded = [&](std::size_t upTo) { return (2 * upTo * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
-    const Place& first = places[begin];
+    const SortKey& first = sorted[begin];
     const bool opens =
-        begin == 0 || first.emitter != places[begin - 1].emitter || first.morton >> 3 != places[begin - 1].morton >> 3;
+        begin == 0 || first.emitter != sorted[begin - 1].emitter || first.morton >> 3 != sorted[begin - 1].morton >> 3;
     if (opens) regions_.push_back({static_cast<std::uint32_t>(first.morton >> 3 & 7), {}, {}});
-    while (end < n && places[end].emitter == first.emitter && places[end].morton == first.morton) {
-      rank_[places[end].point] = static_cast<std::uint32_t>(end);
-      points_[end].cell = static_cast<std::uint32_t>(cells_.size());
+    while (end < n && sorted[end].emitter == first.emitter && sorted[end].morton == first.morton) {
+      rank_[sorted[end].point] = static_cast<std::uint32_t>(end);
+      points_[end].quota = static_cast<std::uint32_t>(quotas_.size());
       regions_.back().left.push_back(static_cast<std::uint32_t>(end));
       ++end;
     }
-    Cell& cell = cells_.emplace_back();
-    cell.left = static_cast<std::uint32_t>(end - begin);
-    cell.quota = static_cast<std::uint32_t>(rounded(end) - rounded(begin));
-    cell.update();
+    Quota& quota = quotas_.emplace_back();
+    quota.left = static_cast<std::uint32_t>(end - begin);
+    quota.wanted = static_cast<std::uint32_t>(rounded(end) - rounded(begin));
+    quota.update();
   }
 }
 
-// Find every point's neighbours, cell by cell of the grid, and their crowding.
+// Find every point's neighbours, bucket by bucket of the grid, and their crowding.
 void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const PointGrid& grid, Context& context) {
   struct Part {
     std::vector<std::uint32_t> neighbour;  // in the grid's order, point by point
   };
-  const std::size_t chunks = (grid.cellCount() + kCellsPerChunk - 1) / kCellsPerChunk;
+  const std::size_t chunks = (grid.bucketCount() + kBucketsPerChunk - 1) / kBucketsPerChunk;
   std::vector<Part> parts(chunks);
   std::vector<std::uint32_t> found(node.size());  // neighbours of each point in the grid's order
-  parallelChunks(context, "", grid.cellCount(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
-    Part& part = parts[begin / kCellsPerChunk];
+  parallelChunks(context, "", grid.bucketCount(), kBucketsPerChunk, [&](std::size_t begin, std::size_t end) {
+    Part& part = parts[begin / kBucketsPerChunk];
     Around around;
-    for (std::size_t cell = begin; cell < end; ++cell) {
+    for (std::size_t bucket = begin; bucket < end; ++bucket) {
       around.clear();
-      grid.forEachRun(node[grid.cellBegin(cell)].positionWorld, 1,
+      grid.forEachRun(node[grid.bucketBegin(bucket)].positionWorld, 1,
                       [&](std::uint32_t b, std::uint32_t e) { around.add(node, b, e); });
-      for (std::uint32_t i = grid.cellBegin(cell); i < grid.cellBegin(cell + 1); ++i) {
+      for (std::uint32_t i = grid.bucketBegin(bucket); i < grid.bucketBegin(bucket + 1); ++i) {
         const SurfaceNode& a = node[i];
         Point& point = points_[rank_[i]];
         const std::size_t before = part.neighbour.size();
@@ -210,9 +209,9 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
   neighbour_.resize(neighbourBegin_.back());
   parallelChunks(context, "", chunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      const std::size_t lastCell = std::min((c + 1) * kCellsPerChunk, grid.cellCount());
+      const std::size_t lastBucket = std::min((c + 1) * kBucketsPerChunk, grid.bucketCount());
       auto from = parts[c].neighbour.begin();
-      for (std::uint32_t i = grid.cellBegin(c * kCellsPerChunk); i < grid.cellBegin(lastCell); ++i) {
+      for (std::uint32_t i = grid.bucketBegin(c * kBucketsPerChunk); i < grid.bucketBegin(lastBucket); ++i) {
         const auto to = neighbour_.begin() + static_cast<std::ptrdiff_t>(neighbourBegin_[rank_[i]]);
         std::copy(from, from + found[i], to);
         from += found[i];
@@ -225,7 +224,7 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
 void EliminationRound::remove(std::uint32_t i) {
   Point& a = points_[i];
   a.gone = true;
-  cells_[a.cell].remove();
+  quotas_[a.quota].remove();
   for (std::size_t k = neighbourBegin_[i]; k < neighbourBegin_[i + 1]; ++k) {
     Point& b = points_[neighbour_[k]];
     if (b.gone) continue;

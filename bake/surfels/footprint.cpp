@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See footprint.h. A surfel's cell is what the map gives to it, so the radiance that rays find, averaged over a
-// surface, is the surface's own average: power is kept whatever the shape of the cells.
+// See footprint.h. A surfel's footprint is the surface that the surfel map gives to it. So the radiance that rays find,
+// averaged over a surface, is the surface's own average: power is kept, whatever the shapes of the footprints.
 #include "bake/surfels/footprint.h"
 
 #include "bake/base/parallel.h"

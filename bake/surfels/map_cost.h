@@ -13,12 +13,12 @@ namespace relume {
 inline constexpr float kNoMapping = std::numeric_limits<float>::infinity();
 
 // A point of a surface, or a surfel, as the cost sees it.
-struct MapPlace {
+struct MapPoint {
   glm::vec3 positionWorld, normal;
   std::uint32_t instance, emits;  // emits: 0 or 1
 };
 
-inline MapPlace mapPlace(const SurfaceSample& s) {
+inline MapPoint mapPoint(const SurfaceSample& s) {
   return {s.positionWorld, s.normal, s.point.instance, s.emitter != kReflector ? 1u : 0u};
 }
 
@@ -27,7 +27,7 @@ inline MapPlace mapPlace(const SurfaceSample& s) {
 // instance. Never below the squared distance. Infinite where the surfel must not stand for the point: farther than
 // reach [m] away, faces away, or one of the two emits and the other does not. spacing [m]: of the densest packing of
 // the surfels. Without branches: loops over it become vectors.
-inline float mapCost(const MapPlace& point, const MapPlace& surfel, float spacing, float reach) {
+inline float mapCost(const MapPoint& point, const MapPoint& surfel, float spacing, float reach) {
   constexpr float kHeight = 32.0f, kNormal = 1.0f, kForeign = 4.0f, kSamePlane = 0.02f;
   const float cosine = glm::dot(point.normal, surfel.normal);
   const glm::vec3 apart = surfel.positionWorld - point.positionWorld;

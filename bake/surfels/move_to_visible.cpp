@@ -20,7 +20,7 @@ constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move 
 constexpr std::size_t kChunk = 4096;
 constexpr std::uint32_t kStage = 0x5E771Eu;
 
-// What a ray found: a point of a surfel's cell.
+// What a ray found: a point of a surfel's footprint.
 struct Sight {
   std::uint32_t surfel = kNone;
   std::uint32_t side = 0;
@@ -28,8 +28,8 @@ struct Sight {
   glm::vec3 positionWorld{0.0f};
 };
 
-// Point of the unit square in place `at` of [0, 1) along a Morton curve, jittered within its 256th part of either side:
-// evenly spread places give evenly spread points, near ones near points.
+// The point of the unit square at `at` [0, 1) along a Morton curve, jittered within a square of 1/256 side. Values of
+// `at` that are evenly spread give evenly spread points, and values near each other give points near each other.
 glm::vec2 alongMortonCurve(float at, const glm::vec2& jitter) {
   const auto code = static_cast<std::uint32_t>(at * 65536.0f);
   const auto everySecondBit = [](std::uint32_t v) {
@@ -49,7 +49,7 @@ glm::vec3 sphereDirection(const glm::vec2& u) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// Look around from where receivers can be: the same number of rays from each of them, spread over the sphere.
+// Look around from where receivers can be: the same number of rays from each point, spread over the sphere.
 std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                               std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed,
                               Context& context) {
@@ -94,7 +94,7 @@ std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& 
   }
   if (playSpace.receivers.empty()) return seeds;
 
-  // The middle of what is seen of each cell. Sums run in the order of the rays.
+  // Find the middle of what is seen of each footprint. Sums run in the order of the rays.
   const std::vector<Sight> sights =
       lookAround(tracer, playSpace, map, surfels, kRaysPerSurfel * surfels.size(), seed, context);
   if (context.cancelled()) return {};
@@ -102,7 +102,7 @@ std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& 
   std::vector<std::uint32_t> count(surfels.size(), 0);
   for (const Sight& sight : sights) {
     if (sight.surfel == kNone) continue;
-    // Sums of offsets: positions far from the origin would cost digits.
+    // Sum offsets from the surfel: sums of positions far from the origin would lose digits.
     middle[sight.surfel] += sight.positionWorld - surfels[sight.surfel].positionWorld;
     ++count[sight.surfel];
   }
@@ -110,7 +110,7 @@ std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& 
     if (count[s] > 0) middle[s] = surfels[s].positionWorld + middle[s] / static_cast<float>(count[s]);
   }
 
-  // The seen point nearest to it.
+  // Choose the seen point nearest to it.
   std::vector<float> nearest(surfels.size(), INFINITY);
   std::vector<const Sight*> chosen(surfels.size(), nullptr);
   for (const Sight& sight : sights) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Moves each surfel to the point at which it is lit. Its cell may be half behind a column or under a leaf, and
-// receivers see only the rest. A surfel lit at its own point would often be in a shadow that no receiver sees, and its
-// light would be lost (docs/DESIGN.md).
+// Moves each surfel to the point at which it is lit. Half of a surfel's footprint may be behind a column or under a
+// leaf, and receivers see only the rest. A surfel lit at its own point would then often lie in a shadow that no
+// receiver sees, and its light would be lost (docs/DESIGN.md).
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
@@ -16,9 +16,9 @@
 
 namespace relume {
 
-// For each surfel the point of its cell nearest to the middle of what receivers see of the cell, found by random rays
-// from where receivers can be; the surfel's own point where too few rays find the cell. [Size surfels]
-// Same result at any thread count; empty when the context was cancelled.
+// For each surfel, the seen point of its footprint that is nearest to the middle of all that is seen of the footprint.
+// Seen points are found by random rays from where receivers can be; a surfel that too few rays find keeps its own
+// point. [Size surfels], empty when the context was cancelled. The result is the same at any number of threads.
 std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                                       std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context);
 

@@ -13,10 +13,11 @@
 namespace relume {
 namespace {
 
-constexpr double kMaxRootCells = 64.0;  // along an edge
-constexpr int kMaxDepth = 12;           // 4^12 x 64 cells along an edge: a metre of an orbit
-// Of a needle: its cells are as long as it is, so that it would have as many as its edge has. They stay coarser.
-constexpr std::size_t kMaxNeedleCells = 1u << 18;
+constexpr double kMaxRootTiles = 64.0;  // along an edge
+constexpr int kMaxDepth = 12;           // 4^12 x 64 tiles along an edge: metres on the scale of an orbit
+// A needle is as narrow as one tile of its grid is in one direction, so every tile along its long edge would be
+// divided. Its tiles stay coarser.
+constexpr std::size_t kMaxNeedleTiles = 1u << 18;
 
 }  // namespace
 
@@ -32,14 +33,14 @@ NestedGrid::NestedGrid(const PlaySpace& playSpace, std::uint32_t side, const std
     longest = std::max(longest, glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k])));
   double along = std::max(1.0, longest / static_cast<double>(width));
   int depth = 0;
-  for (; along > kMaxRootCells && depth < kMaxDepth; ++depth) along /= SurfelMap::kInnerAlong;
-  root_ = static_cast<std::uint32_t>(std::ceil(std::min(along, kMaxRootCells)));
-  cell_.assign(std::size_t{root_} * root_, kNone);
+  for (; along > kMaxRootTiles && depth < kMaxDepth; ++depth) along /= SurfelMap::kInnerAlong;
+  root_ = static_cast<std::uint32_t>(std::ceil(std::min(along, kMaxRootTiles)));
+  tile_.assign(std::size_t{root_} * root_, kNone);
   for (std::uint32_t i = 0; i < root_ * root_; ++i)
     divide(i, glm::dvec2(i % root_, i / root_) / static_cast<double>(root_), 1.0 / root_, depth);
 }
 
-// Whether any of a square of the barycentric plane is seen, or near what is.
+// Whether a square of the barycentric plane is seen at some point, or is near one that is.
 bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
   if (at.x + at.y > 1.0) return false;
   glm::vec3 low(INFINITY), high(-INFINITY);
@@ -53,30 +54,30 @@ bool NestedGrid::wanted(const glm::dvec2& at, double width) const {
   return playSpace_.mayBeSeenIn(side_, low - margin_, high + margin_);
 }
 
-void NestedGrid::divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth) {
+void NestedGrid::divide(std::uint32_t tile, const glm::dvec2& at, double width, int depth) {
   if (!wanted(at, width)) return;
-  if (depth == 0 || (isNeedle_ && cell_.size() > kMaxNeedleCells)) {
+  if (depth == 0 || (isNeedle_ && tile_.size() > kMaxNeedleTiles)) {
     glm::dvec2 middle = at + 0.5 * width;
     if (middle.x + middle.y > 1.0) middle /= middle.x + middle.y;
-    leaf_.push_back({cell, glm::vec2(middle)});
+    leaf_.push_back({tile, glm::vec2(middle)});
     return;
   }
   constexpr std::uint32_t kAlong = SurfelMap::kInnerAlong;
-  const auto first = static_cast<std::uint32_t>(cell_.size());
-  cell_[cell] = first;
-  inner_.push_back(cell);
-  cell_.resize(cell_.size() + kAlong * kAlong, kNone);
+  const auto first = static_cast<std::uint32_t>(tile_.size());
+  tile_[tile] = first;
+  inner_.push_back(tile);
+  tile_.resize(tile_.size() + kAlong * kAlong, kNone);
   const double inner = width / kAlong;
   for (std::uint32_t k = 0; k < kAlong * kAlong; ++k)
     divide(first + k, at + inner * glm::dvec2(k % kAlong, k / kAlong), inner, depth - 1);
 }
 
 void NestedGrid::append(SurfelMap& map, SurfelMap::Side& side) const {
-  const auto base = static_cast<std::uint32_t>(map.cell.size());
-  map.cell.insert(map.cell.end(), cell_.begin(), cell_.end());
-  for (const std::uint32_t cell : inner_) map.cell[base + cell] = SurfelMap::innerFrom(base + cell_[cell]);
+  const auto base = static_cast<std::uint32_t>(map.tile.size());
+  map.tile.insert(map.tile.end(), tile_.begin(), tile_.end());
+  for (const std::uint32_t tile : inner_) map.tile[base + tile] = SurfelMap::innerFrom(base + tile_[tile]);
   side = {};
-  side.firstCell = base;
+  side.firstTile = base;
   side.columns = root_ & 0x7Fu;
   side.rows = root_ & 0x7Fu;
   side.nested = 1;

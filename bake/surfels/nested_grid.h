@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Grids within grids over a large side of which little is seen: as fine as the surfels need where something is seen,
-// and nothing elsewhere.
+// The tiles of a large side of which little is seen: grids within grids, as fine as the surfels need where something is
+// seen, and coarse elsewhere.
 #pragma once
 
 #include "bake/surfels/surfels.h"
@@ -18,33 +18,33 @@ namespace relume {
 
 class NestedGrid {
  public:
-  // width [m]: of the finest cells; margin [m]: how far around what is seen cells are so fine.
+  // width [m]: of the finest tiles. margin [m]: tiles are as fine up to this far around what is seen.
   NestedGrid(const PlaySpace& playSpace, std::uint32_t side, const std::array<glm::vec3, 3>& corner, float width,
              float margin);
 
-  // A finest cell, and the barycentric coordinates of its middle.
+  // One of the finest tiles, and the barycentric coordinates of its middle.
   struct Leaf {
-    std::uint32_t cell;
+    std::uint32_t tile;
     glm::vec2 middle;
   };
   std::span<const Leaf> leaves() const { return leaf_; }
-  void set(std::uint32_t cell, std::uint32_t surfel) { cell_[cell] = surfel; }
+  void set(std::uint32_t tile, std::uint32_t surfel) { tile_[tile] = surfel; }
 
-  // Hand the cells over to a map, behind those it has.
+  // Append the tiles to a map's, as those of `side`.
   void append(SurfelMap& map, SurfelMap::Side& side) const;
 
  private:
   bool wanted(const glm::dvec2& at, double width) const;
-  void divide(std::uint32_t cell, const glm::dvec2& at, double width, int depth);
+  void divide(std::uint32_t tile, const glm::dvec2& at, double width, int depth);
 
   const PlaySpace& playSpace_;
   const std::uint32_t side_;
   const std::array<glm::vec3, 3> corner_;
   const float margin_;                // [m]
   const bool isNeedle_;               // surface_parts.h
-  std::uint32_t root_ = 1;            // cells along an edge of the outermost grid
-  std::vector<std::uint32_t> cell_;   // surfel, kNone, or the first cell of a finer grid
-  std::vector<std::uint32_t> inner_;  // the cells that hold a finer grid
+  std::uint32_t root_ = 1;            // tiles along an edge of the outermost grid
+  std::vector<std::uint32_t> tile_;   // surfel, kNone, or index of the first tile of a finer grid
+  std::vector<std::uint32_t> inner_;  // the tiles that hold a finer grid
   std::vector<Leaf> leaf_;
 };
 

@@ -19,11 +19,12 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kMaxSurfels = 1u << 24;
-constexpr std::uint32_t kEmitterSurfels = 16;      // at least, of each emitter, where the count allows
-constexpr std::size_t kManyCandidates = 1u << 25;  // beyond, fewer candidates per surfel are enough
-constexpr std::size_t kFootprintSamples = 8;       // a surfel
+constexpr std::uint32_t kEmitterSurfels = 16;      // each emitter gets at least so many, where the count allows
+constexpr std::size_t kManyCandidates = 1u << 25;  // with more, fewer candidates per surfel are enough
+constexpr std::size_t kFootprintSamples = 8;       // per surfel
 constexpr int kMaxRedraws = 4;
-constexpr std::size_t kMaxRedrawn = 16;  // times the points first wanted: masks that leave less get fewer surfels
+constexpr std::size_t kMaxRedrawn =
+    16;  // most points drawn, in multiples of those wanted: if masks leave less, there are fewer surfels
 
 Status checkOptions(const SurfelOptions& options) {
   if (options.count < 2 || options.count > kMaxSurfels) {
@@ -54,7 +55,7 @@ Drawn drawPoints(const SurfaceSampler& sampler, std::size_t count, std::uint64_t
   return drawn;
 }
 
-// At least `count` points, where there are that many; masks may cost some redraws.
+// Draw at least `count` points if there are so many: again, and more, where alpha masks cut points out.
 Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t count, std::uint64_t seed,
                   std::uint32_t salt, Context& context) {
   const std::size_t max = kMaxRedrawn * wanted;
@@ -68,14 +69,14 @@ Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t
   return drawn;
 }
 
-// Keep `count` of the samples, evenly along their order.
+// Keep `count` of the samples, evenly spaced in their order.
 void thinOut(std::vector<SurfaceSample>& samples, std::size_t count) {
   if (samples.size() <= count) return;
   for (std::size_t i = 0; i < count; ++i) samples[i] = samples[i * samples.size() / count];
   samples.resize(count);
 }
 
-// Spacing of the densest packing of n discs on an area: hexagonal. [m]
+// Spacing [m] of the densest, that is hexagonal, packing of n discs on an area [m²].
 float densestSpacing(double area, std::size_t n) {
   return static_cast<float>(std::sqrt(2.0 / std::sqrt(3.0) * area / static_cast<double>(n)));
 }
@@ -154,7 +155,7 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
     return Error{ErrorCode::failed, "surfels: the play space is of another scene"};
   }
 
-  // Spread candidates over what is seen and choose among them.
+  // Spread candidates over what is seen, and choose among them.
   const SurfaceSampler sampler(tracer, playSpace, options.count, kEmitterSurfels, context);
   if (context.cancelled()) return cancelledError();
   if (sampler.empty()) return Error{ErrorCode::failed, "surfels: the play space sees no surface to place them on"};
@@ -174,7 +175,7 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   Footprints footprints = integrateFootprints(scene, result.map, samples, inside.samples, width, context);
   if (context.cancelled()) return cancelledError();
 
-  // Light each surfel where it is seen.
+  // Move each surfel to where it is lit.
   result.seeds = moveToVisible(tracer, playSpace, result.map, samples, seed, context);
   if (context.cancelled()) return cancelledError();
 

@@ -24,12 +24,12 @@ namespace {
 
 constexpr std::size_t kNeighbours = 13;  // itself included
 constexpr std::size_t kChunk = 4096;
-constexpr float kStep = 0.35f;         // of the summed lack of distance
+constexpr float kStep = 0.35f;         // factor on the sum of all missing distances
 constexpr float kMaxStep = 0.3f;       // of the spacing, in one round
 constexpr float kProbeHeight = 0.35f;  // of the spacing, from which the surface is looked for
 constexpr float kMinCosine = 0.7f;     // between the normals before and after
 
-// Where a surfel is pushed to, on its tangent plane.
+// Where its neighbours push a surfel, on its tangent plane.
 glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, std::span<const std::size_t> neighbours,
                  float spacing) {
   const SurfaceSample& self = samples[i];
@@ -52,7 +52,7 @@ glm::vec3 pushed(const std::vector<SurfaceSample>& samples, std::size_t i, std::
   return self.positionWorld + (length > longest ? push * (longest / length) : push);
 }
 
-// The surface under a moved surfel, or the surfel itself where there is none it may go to.
+// Find the surface under a moved surfel. Returns the unmoved surfel if there is none that it may move to.
 SurfaceSample putBack(const RayTracer& tracer, const PlaySpace& playSpace, const SurfaceSample& old,
                       const glm::vec3& moved, float spacing) {
   const float height = kProbeHeight * spacing / std::sqrt(old.density);
@@ -79,7 +79,7 @@ void relaxOnce(const RayTracer& tracer, const PlaySpace& playSpace, float spacin
 
   std::vector<SurfaceSample> moved(samples.size());
   parallelChunks(context, "", samples.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    // FLANN leaves what lies beyond the number of points undefined: ask for no more.
+    // Do not ask FLANN for more neighbours than there are points: it would leave them undefined.
     const std::size_t count = end - begin, wanted = std::min(kNeighbours, samples.size());
     std::vector<std::size_t> neighbour(count * wanted);
     std::vector<float> distance(count * wanted);

@@ -23,7 +23,7 @@ Spacing measureSpacing(std::span<const SurfaceSample> surfels, float spacing, Co
     node.push_back({surfels[i].positionWorld, surfels[i].normal, surfels[i].emitter});
   }
 
-  // Look one ring of cells around first, a second one only where that leaves room for something nearer.
+  // Look in the first ring of buckets around, and in the second one only if a nearer point may be there.
   std::vector<float> nearest(surfels.size(), std::numeric_limits<float>::infinity());
   parallelChunks(context, "", node.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

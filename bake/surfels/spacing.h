@@ -11,7 +11,7 @@ namespace relume {
 
 struct Spacing {
   float min = 0.0f, mean = 0.0f;  // [m] distance to the nearest neighbour along the surface
-  float cv = 0.0f;                // its standard deviation over its mean
+  float cv = 0.0f;                // coefficient of variation: its standard deviation over its mean
 };
 
 // Over the surfels of density 1 that have a neighbour within two spacings. spacing [m]: of the densest packing.

@@ -16,17 +16,17 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
-constexpr double kMaxEmitterShare = 0.125;    // of all points, for making small emitters denser
-constexpr double kMaxFarShare = 0.125;        // of all points, on sides seen from far away only
+constexpr double kMaxEmitterShare = 0.125;    // largest share of all points that small emitters may get in addition
+constexpr double kMaxFarShare = 0.125;        // largest share of all points on sides that are seen from far away only
 constexpr std::size_t kSidesPerChunk = 2048;
 constexpr std::size_t kPointsPerChunk = 8192;
 constexpr double kMaxTries = 1e8, kMaxNeedleTries = 1e6;  // on a side
-constexpr double kMaxTriesPerPoint = 64.0;      // on a side that is seen all over; more where only a part is seen
-constexpr double kRareShare = 0.25;             // sides seen less than that are looked through for the seen parts
-constexpr std::uint32_t kMaxPartsAlong = 1024;  // more are found by the tree of the play space
-constexpr std::uint64_t kTriesPerCheck = 1024;  // for a cancel
+constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen as a whole; more if only a part is seen
+constexpr double kRareShare = 0.25;         // sides of which a smaller share is seen are searched for their seen parts
+constexpr std::uint32_t kMaxPartsAlong = 1024;  // with more parts, the tree of the play space finds the seen ones
+constexpr std::uint64_t kTriesPerCheck = 1024;  // tries between two checks for cancellation
 
-// Uniform on the triangle: the unit square, its far half folded over.
+// Map the unit square uniformly to a triangle, by folding its far half over.
 glm::vec2 foldToTriangle(double u, double v) {
   if (u + v > 1.0) {
     u = 1.0 - u;
@@ -37,8 +37,8 @@ glm::vec2 foldToTriangle(double u, double v) {
 
 double fraction(double x) { return x - std::floor(x); }
 
-// Which parts of a side are seen: squares of a grid over the barycentric square. Found when trying points at random
-// would take longer; empty otherwise.
+// The seen parts of a side, as squares of a grid over the barycentric square. They are searched only if drawing random
+// points until one is seen would take longer; empty otherwise.
 struct SeenParts {
   std::uint32_t along = 0;
   std::vector<std::uint64_t> part;  // row * along + column
@@ -59,8 +59,8 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
                         double area, double tries) {
   SeenParts parts;
   const double seenShare = playSpace.seenArea[side] / area;
-  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.cellSize > 0.0f)) return parts;
-  const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.cellSize);
+  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.voxelSize > 0.0f)) return parts;
+  const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.voxelSize);
   parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMax));
   if (isNeedle(corner, static_cast<float>(area))) parts.along = std::min(parts.along, kMaxPartsAlong);
   const bool large = parts.along > kMaxPartsAlong;
@@ -70,7 +70,7 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
     for (std::uint32_t row = block.row; row < end; ++row) {
       for (std::uint32_t column = block.column; column < block.column + block.width && column + row < parts.along;
            ++column) {
-        // Squares on the diagonal stick out of the triangle: look at the middle of what is inside.
+        // A square on the diagonal lies partly outside the triangle: test the middle of its inner part.
         const float middle = column + row + 1 < parts.along ? 0.5f : 0.33f;
         glm::vec2 at((static_cast<float>(column) + middle) / static_cast<float>(parts.along),
                      (static_cast<float>(row) + middle) / static_cast<float>(parts.along));
@@ -89,19 +89,19 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
 }  // namespace
 
 std::uint32_t emitterOf(const Scene& scene, std::uint32_t instance, std::uint32_t side) {
-  const Instance& placed = scene.instances[instance];
-  const glm::vec3& e = scene.material(placed).emission;
+  const Instance& owner = scene.instances[instance];
+  const glm::vec3& e = scene.material(owner).emission;
   const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f) &&
-                     (side % 2 == 0 || scene.bothSides(placed, side / 2 - placed.firstTriangle));
+                     (side % 2 == 0 || scene.bothSides(owner, side / 2 - owner.firstTriangle));
   return emits ? instance : kReflector;
 }
 
 SurfaceSample sampleAt(const Scene& scene, std::uint32_t instance, std::uint32_t side, const glm::vec2& barycentric) {
   SurfaceSample sample;
-  const Instance& placed = scene.instances[instance];
-  sample.point = {instance, side / 2 - placed.firstTriangle, barycentric};
+  const Instance& owner = scene.instances[instance];
+  sample.point = {instance, side / 2 - owner.firstTriangle, barycentric};
   sample.side = side;
-  const std::array<glm::vec3, 3> corner = scene.corners(placed, sample.point.triangle);
+  const std::array<glm::vec3, 3> corner = scene.corners(owner, sample.point.triangle);
   sample.positionWorld = corner[0] + barycentric.x * (corner[1] - corner[0]) + barycentric.y * (corner[2] - corner[0]);
   const glm::vec3 front = geometricNormal(scene, sample.point);
   sample.normal = side % 2 == 0 ? front : -front;
@@ -169,7 +169,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
 
 void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
                               std::vector<SurfaceSample>& out, Context& context) const {
-  // Steps of the line that begin on this side.
+  // Count the steps of the line that begin on this side.
   const auto first = static_cast<std::int64_t>(std::ceil(measureEnd_[index] / step - offset));
   const auto last = static_cast<std::int64_t>(std::ceil(measureEnd_[index + 1] / step - offset));
   if (first >= last) return;
@@ -180,8 +180,8 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   const double area = 0.5 * glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
   const bool masked = scene_->material(instance).alphaMode == AlphaMode::mask;
 
-  // Draw points of a rotated Halton sequence; one that is not seen makes room for the next, one that is cut out does
-  // not.
+  // Draw points of a rotated Halton sequence. A point that is not seen is replaced by the next one; a point that an
+  // alpha mask cuts out is not.
   RandomStream random(seed, kStage + salt, s.side);
   const double shiftU = random.uniform(), shiftV = random.uniform();
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
@@ -214,7 +214,7 @@ std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t
   const double step = measureEnd_.back() / static_cast<double>(count);
   const double offset = RandomStream(seed, kStage + salt, 0xFFFFFFFFFFull).uniform();
 
-  // Chunks of about as many points as sides: a large triangle counts as much as many small ones.
+  // Make chunks by sides and points together: a large triangle with many points is as much work as many small ones.
   std::vector<std::size_t> chunkBegin{0};
   double work = 0.0;
   for (std::size_t i = 0; i < sides_.size(); ++i) {

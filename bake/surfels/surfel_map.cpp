@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See surfel_map.h. Plain nearest neighbours cross gaps between thin layers and cost 4 % of the energy (measured); the
-// cost that is minimised instead is in map_cost.h. It is at least the squared distance, so that the best cost so far
-// says how far away to look.
+// See surfel_map.h. Taking the nearest surfel would cross the gaps between thin layers and cost 4 % of the energy
+// (measured); map_cost.h has the cost that is minimised instead. It is never less than the squared distance, so that
+// the best cost so far bounds how far away to search.
 #include "bake/surfels/surfel_map.h"
 
 #include "bake/base/parallel.h"
@@ -23,21 +23,22 @@
 namespace relume {
 namespace {
 
-constexpr float kCellSpacings = 0.5f;        // wanted size of a cell
-constexpr float kUnseenCellSpacings = 2.0f;  // on sides that the play space does not see
-// A grid's cells are limited to what the areas need: slivers have long edges and little area, and huge ground planes
-// may be seen in a corner only.
-constexpr double kMinCells = 16.0;
-constexpr double kMaxCellsPerArea = 8.0;
-constexpr double kMaxCellsPerSeenArea = 32.0;
-constexpr double kMaxUnseenCells = 1024.0;
-constexpr double kManyCells = 16384.0;  // grids of fewer are left at that
-constexpr double kMaxCoarser = 2.0;     // than wanted; then a grid of grids, fine where something is seen
-constexpr std::size_t kSidesPerChunk = 4096, kCellsPerChunk = 8192;
-constexpr float kRounding = 1.0f + 1e-5f;            // a search's radius is not cut short by a rounding error
-constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // of cells along an edge: SurfelMap::Side
+constexpr float kTileSpacings = 0.5f;        // wanted width of a tile
+constexpr float kUnseenTileSpacings = 2.0f;  // the same, on sides that the play space does not see
+// The number of a side's tiles is limited by its area and by its seen area, in tiles of the wanted width: slivers have
+// long edges and little area, and of a huge ground plane, only a corner may be seen.
+constexpr double kMinTiles = 16.0;
+constexpr double kMaxTilesPerArea = 8.0;
+constexpr double kMaxTilesPerSeenArea = 32.0;
+constexpr double kMaxUnseenTiles = 1024.0;
+constexpr double kManyTiles = 16384.0;  // grids of fewer tiles are not replaced by nested ones
+constexpr double kMaxCoarser =
+    2.0;  // than wanted: beyond, a nested grid is used, which is fine where something is seen
+constexpr std::size_t kSidesPerChunk = 4096, kTilesPerChunk = 8192;
+constexpr float kRounding = 1.0f + 1e-5f;            // keeps rounding errors from cutting a search's radius short
+constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // most tiles along an edge: SurfelMap::Side
 
-// A point of the grid that starts at a corner; what SurfelMap::Side::toGrid() undoes.
+// Barycentric coordinates of a point of the grid that starts at a corner: the inverse of SurfelMap::Side::toGrid().
 glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
   const float first = 1.0f - g.x - g.y;
   return corner == 0 ? g : (corner == 1 ? glm::vec2(first, g.x) : glm::vec2(g.y, first));
@@ -45,10 +46,11 @@ glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
 
 struct GridShape {
   std::uint32_t corner = 0, columns = 1, rows = 1;
-  bool nested = false;  // so little of it is seen that cells of one size were too coarse
+  bool nested = false;  // so little of it is seen that tiles of one size would be too coarse
 };
 
-// Cells about `size` wide, started from the corner that needs the fewest. Coarser where the areas do not justify them.
+// Lay tiles about `size` [m] wide over a triangle, from the corner that needs the fewest. They are coarser where the
+// areas do not justify so many.
 GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double seenArea) {
   std::array<double, 3> length;  // of the edge from corner k to the next
   for (std::size_t k = 0; k < 3; ++k) length[k] = glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k]));
@@ -64,48 +66,48 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   }
   const double area = 0.5 * glm::length(glm::cross(glm::dvec3(corner[1]) - glm::dvec3(corner[0]),
                                                    glm::dvec3(corner[2]) - glm::dvec3(corner[0])));
-  const double max = seenArea > 0.0 ? kMaxCellsPerSeenArea * seenArea / (size * size) : kMaxUnseenCells;
-  const double limit = kMinCells + std::min(kMaxCellsPerArea * area / (size * size), max);
+  const double max = seenArea > 0.0 ? kMaxTilesPerSeenArea * seenArea / (size * size) : kMaxUnseenTiles;
+  const double limit = kMinTiles + std::min(kMaxTilesPerArea * area / (size * size), max);
   const double shrink = std::min(1.0, std::sqrt(limit / (columns * rows)));
-  const auto cells = [&](double along) {
+  const auto tiles = [&](double along) {
     return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
   };
-  shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyCells &&
-                 max < kMaxCellsPerArea * area / (size * size);
-  shape.columns = cells(columns);
-  shape.rows = cells(rows);
+  shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyTiles &&
+                 max < kMaxTilesPerArea * area / (size * size);
+  shape.columns = tiles(columns);
+  shape.rows = tiles(rows);
   return shape;
 }
 
-// Surfels sorted by the cells of a grid, one spacing wide.
+// Surfels sorted into buckets one spacing wide.
 struct SortedSurfels {
   PointGrid grid;
-  std::vector<MapPlace> surfel;   // in the grid's order
+  std::vector<MapPoint> surfel;   // in the grid's order
   std::vector<std::uint32_t> id;  // their indices
   float spacing = 0.0f;
 };
 
-// The surfels of a cube of two cells' width and of all cells around it, as many deep as `depth` says, member by member:
-// for the searches of all points in the cube.
+// The surfels in a cube of 2x2x2 buckets and in `depth` more buckets on all sides, one array per member: what searches
+// for the points in the cube look through.
 class Block {
  public:
-  static PointGrid::Cell cubeOf(const PointGrid::Cell& c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
+  static PointGrid::Bucket cubeOf(const PointGrid::Bucket& c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
 
-  bool isOf(const PointGrid::Cell& cube, int depth) const { return cube == cube_ && depth == depth_; }
-  void fill(const SortedSurfels& all, const PointGrid::Cell& cube, int depth) {
+  bool isOf(const PointGrid::Bucket& cube, int depth) const { return cube == cube_ && depth == depth_; }
+  void fill(const SortedSurfels& all, const PointGrid::Bucket& cube, int depth) {
     cube_ = cube;
     depth_ = depth;
-    place_.clear();
+    index_.clear();
     const PointGrid::Box box{{2 * cube.x - depth, 2 * cube.y - depth, 2 * cube.z - depth},
                              {2 * cube.x + 1 + depth, 2 * cube.y + 1 + depth, 2 * cube.z + 1 + depth}};
     all.grid.forEachRunIn(box, [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t i = begin; i < end; ++i) place_.push_back(i);
+      for (std::uint32_t i = begin; i < end; ++i) index_.push_back(i);
     });
-    const std::size_t count = place_.size();
+    const std::size_t count = index_.size();
     for (std::vector<float>& each : float_) each.resize(count);
     for (std::vector<std::uint32_t>& each : word_) each.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-      const MapPlace& surfel = all.surfel[place_[i]];
+      const MapPoint& surfel = all.surfel[index_[i]];
       for (int k = 0; k < 3; ++k) {
         float_[static_cast<std::size_t>(k)][i] = surfel.positionWorld[k];
         float_[static_cast<std::size_t>(3 + k)][i] = surfel.normal[k];
@@ -114,40 +116,40 @@ class Block {
       word_[1][i] = surfel.emits;
     }
   }
-  // Place in the grid's order of the surfel of least cost for a point, if that is below `bestCost` or the same with a
-  // smaller index than that of `found`.
-  void improve(const SortedSurfels& all, const MapPlace& point, float reach, std::uint32_t& found, float& bestCost) {
+  // Let `found` be the surfel of least cost for a point, as its index in the grid's order, if that cost is below
+  // `bestCost`, or is the same and the surfel's own index is smaller.
+  void improve(const SortedSurfels& all, const MapPoint& point, float reach, std::uint32_t& found, float& bestCost) {
     const std::array<const float*, 6> f{float_[0].data(), float_[1].data(), float_[2].data(),
                                         float_[3].data(), float_[4].data(), float_[5].data()};
     const std::uint32_t min =
-        minCost(f, word_[0].data(), word_[1].data(), place_.size(), point, all.spacing, reach, word_[2].data());
+        minCost(f, word_[0].data(), word_[1].data(), index_.size(), point, all.spacing, reach, word_[2].data());
     const auto cost = std::bit_cast<float>(min);
     if (!(cost <= bestCost) || cost == kNoMapping) return;
     if (cost < bestCost) found = kNone;
     bestCost = cost;
-    for (std::size_t i = 0; i < place_.size(); ++i) {
-      if (word_[2][i] == min && (found == kNone || all.id[place_[i]] < all.id[found])) found = place_[i];
+    for (std::size_t i = 0; i < index_.size(); ++i) {
+      if (word_[2][i] == min && (found == kNone || all.id[index_[i]] < all.id[found])) found = index_[i];
     }
   }
 
  private:
-  // The costs of all of them, as bits, which compare like the costs; returns the least.
+  // The costs of all surfels as bits, which compare as the costs do; returns the least.
   RELUME_WIDE_CLONES static std::uint32_t minCost(std::array<const float*, 6> f, const std::uint32_t* instance,
-                                                  const std::uint32_t* emits, std::size_t count, const MapPlace& point,
+                                                  const std::uint32_t* emits, std::size_t count, const MapPoint& point,
                                                   float spacing, float reach, std::uint32_t* __restrict__ cost) {
-    const MapPlace p = point;
+    const MapPoint p = point;
     std::uint32_t min = std::bit_cast<std::uint32_t>(kNoMapping);
     for (std::size_t i = 0; i < count; ++i) {
-      const MapPlace surfel{{f[0][i], f[1][i], f[2][i]}, {f[3][i], f[4][i], f[5][i]}, instance[i], emits[i]};
+      const MapPoint surfel{{f[0][i], f[1][i], f[2][i]}, {f[3][i], f[4][i], f[5][i]}, instance[i], emits[i]};
       cost[i] = std::bit_cast<std::uint32_t>(mapCost(p, surfel, spacing, reach));
       min = std::min(min, cost[i]);
     }
     return min;
   }
 
-  PointGrid::Cell cube_{0, 0, 0};
+  PointGrid::Bucket cube_{0, 0, 0};
   int depth_ = -1;
-  std::vector<std::uint32_t> place_;                // in the grid's order
+  std::vector<std::uint32_t> index_;                // in the grid's order
   std::array<std::vector<float>, 6> float_;         // position, normal
   std::array<std::vector<std::uint32_t>, 3> word_;  // instance, emits, cost
 };
@@ -158,16 +160,16 @@ class Search {
   explicit Search(const SortedSurfels& all) : all_(all), blocks_(kBlocks) {}
 
   const SortedSurfels& all() const { return all_; }
-  // Place in the grid's order of the surfel of least cost among those within reach [m], kNone: there is none; among
-  // equals the one with the smallest index. guess: a place to look at first, kNone: none; a good one saves time.
-  std::uint32_t best(const MapPlace& point, float reach, std::uint32_t guess) {
+  // The surfel of least cost within reach [m], as its index in the grid's order; kNone when there is none. Among
+  // equals, the one with the smallest own index. guess: a surfel to try first, or kNone; a good one saves time.
+  std::uint32_t best(const MapPoint& point, float reach, std::uint32_t guess) {
     float bestCost = guess != kNone ? mapCost(point, all_.surfel[guess], all_.spacing, reach) : kNoMapping;
     std::uint32_t found = bestCost < kNoMapping ? guess : kNone;
-    const PointGrid::Cell cube = Block::cubeOf(all_.grid.cellOf(point.positionWorld));
-    // The cost is no less than the squared distance: nothing farther away than the root of the best so far matters.
+    const PointGrid::Bucket cube = Block::cubeOf(all_.grid.bucketOf(point.positionWorld));
+    // The cost is never less than the squared distance, so nothing beyond the root of the best cost so far matters.
     const auto depth = [&] {
       return static_cast<int>(
-          std::ceil(std::sqrt(std::min(bestCost, reach * reach)) * kRounding / all_.grid.cellSize()));
+          std::ceil(std::sqrt(std::min(bestCost, reach * reach)) * kRounding / all_.grid.bucketSize()));
     };
     block(cube, 1).improve(all_, point, reach, found, bestCost);
     if (const int wanted = depth(); wanted > 1) block(cube, wanted).improve(all_, point, reach, found, bestCost);
@@ -176,7 +178,7 @@ class Search {
 
  private:
   static constexpr std::size_t kBlocks = 512;
-  Block& block(const PointGrid::Cell& cube, int depth) {
+  Block& block(const PointGrid::Bucket& cube, int depth) {
     const auto key = static_cast<std::uint64_t>(cube.x * 73856093 ^ cube.y * 19349663 ^ cube.z * 83492791 ^ depth);
     Block& found = blocks_[key % kBlocks];
     if (!found.isOf(cube, depth)) found.fill(all_, cube, depth);
@@ -187,7 +189,7 @@ class Search {
   std::vector<Block> blocks_;  // by a hash of their cube and depth
 };
 
-// which: of the surfels, ascending.
+// Sort the surfels `which` [ascending indices].
 SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vector<std::uint32_t>& which,
                           float spacing, Context& context) {
   SortedSurfels sorted;
@@ -200,12 +202,13 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vec
   sorted.surfel.reserve(which.size());
   for (const std::uint32_t i : sorted.grid.order()) {
     sorted.id.push_back(which[i]);
-    sorted.surfel.push_back(mapPlace(surfels[which[i]]));
+    sorted.surfel.push_back(mapPoint(surfels[which[i]]));
   }
   return sorted;
 }
 
-// Gives every side its grid of cells, one after the other; sides that nothing stands on have none.
+// Give every side its grid of tiles, one grid after the other. Sides of instances that are not baked, and those without
+// area, get none.
 std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing,
                                          float farSpacing, Context& context) {
   std::vector<SurfelMap::Side> sides(2 * std::size_t{scene.triangleCount()});
@@ -218,10 +221,10 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       if (!instance.baked() || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
       const float seenArea = playSpace.seenArea[s],
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
-                          (seenArea > 0.0f ? kCellSpacings : kUnseenCellSpacings);
+                          (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
       if (shape.nested && !playSpace.tree.empty() && playSpace.partly[s]) {
-        sides[s].nested = 1;  // laid out by itself
+        sides[s].nested = 1;  // addNestedGrids() lays it out
         continue;
       }
       sides[s].columns = shape.columns & 0x7FFFu;
@@ -229,57 +232,56 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       sides[s].corner = shape.corner & 3u;
     }
   });
-  std::uint32_t cells = 0;
+  std::uint32_t tiles = 0;
   for (SurfelMap::Side& side : sides) {
-    side.firstCell = cells;
-    cells += side.cellCount();
+    side.firstTile = tiles;
+    tiles += side.tileCount();
   }
   return sides;
 }
 
-// Maps cells [begin, end) of a side, counted from its first. guess: place of a surfel that may be near; left at one
-// that is.
-void mapCells(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach,
-              std::uint32_t begin, std::uint32_t end, std::uint32_t& guess, std::uint32_t* cell) {
+// Map tiles [begin, end) of a side, counted from its first. guess: a surfel that may be near, replaced by one that is.
+void mapTiles(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach,
+              std::uint32_t begin, std::uint32_t end, std::uint32_t& guess, std::uint32_t* tile) {
   const std::uint32_t instance = scene.instanceOf(side / 2);
-  MapPlace point = mapPlace(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
+  MapPoint point = mapPoint(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
   const std::array<glm::vec3, 3> corner =
       scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
   std::uint32_t atRowBegin = guess;
   for (std::uint32_t i = begin; i < end; ++i) {
     const std::uint32_t column = i % grid.columns, row = i / grid.columns;
-    // Cells beyond the third edge are never asked.
-    if (std::uint64_t{column} * grid.rows + std::uint64_t{row} * grid.columns > grid.cellCount()) continue;
+    // Tiles beyond the third edge are never looked up.
+    if (std::uint64_t{column} * grid.rows + std::uint64_t{row} * grid.columns > grid.tileCount()) continue;
     glm::vec2 g((static_cast<float>(column) + 0.5f) / static_cast<float>(grid.columns),
                 (static_cast<float>(row) + 0.5f) / static_cast<float>(grid.rows));
     if (g.x + g.y > 1.0f) g /= g.x + g.y;
-    if (grid.cellCount() == 1) g = glm::vec2(1.0f / 3.0f);
+    if (grid.tileCount() == 1) g = glm::vec2(1.0f / 3.0f);
     const glm::vec2 b = fromGrid(g, grid.corner);
     point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
     const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
     if (found == kNone) continue;
     guess = found;
     if (column == 0) atRowBegin = found;
-    cell[i - begin] = search.all().id[found];
+    tile[i - begin] = search.all().id[found];
   }
 }
 
-// Forgets the cells of sides that no surfel stands for.
+// Remove the tiles of sides that no surfel stands for.
 void dropEmptySides(SurfelMap& map) {
   std::uint32_t kept = 0;
   for (SurfelMap::Side& side : map.sides) {
     if (side.nested) continue;
-    const auto first = map.cell.begin() + side.firstCell, last = first + side.cellCount();
+    const auto first = map.tile.begin() + side.firstTile, last = first + side.tileCount();
     if (std::all_of(first, last, [](std::uint32_t surfel) { return surfel == kNone; })) {
       side = {};
       continue;
     }
-    std::copy(first, last, map.cell.begin() + kept);
-    side.firstCell = kept;
-    kept += side.cellCount();
+    std::copy(first, last, map.tile.begin() + kept);
+    side.firstTile = kept;
+    kept += side.tileCount();
   }
-  map.cell.resize(kept);
-  map.cell.shrink_to_fit();
+  map.tile.resize(kept);
+  map.tile.shrink_to_fit();
 }
 
 void addNestedGrids(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float spacing,
@@ -289,11 +291,11 @@ void addNestedGrids(const Scene& scene, const PlaySpace& playSpace, const Sorted
     const std::uint32_t index = scene.instanceOf(s / 2);
     const std::array<glm::vec3, 3> corner =
         scene.corners(scene.instances[index], s / 2 - scene.instances[index].firstTriangle);
-    NestedGrid grid(playSpace, s, corner, kCellSpacings * spacing, static_cast<float>(kSeenReach) * spacing);
-    const MapPlace place = mapPlace(sampleAt(scene, index, s, glm::vec2(1.0f / 3.0f)));
-    parallelChunks(context, "", grid.leaves().size(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
+    NestedGrid grid(playSpace, s, corner, kTileSpacings * spacing, static_cast<float>(kSeenReach) * spacing);
+    const MapPoint anyPoint = mapPoint(sampleAt(scene, index, s, glm::vec2(1.0f / 3.0f)));
+    parallelChunks(context, "", grid.leaves().size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
       Search search(sorted);
-      MapPlace point = place;
+      MapPoint point = anyPoint;
       std::uint32_t guess = kNone;
       for (const NestedGrid::Leaf& leaf : grid.leaves().subspan(begin, end - begin)) {
         point.positionWorld =
@@ -301,14 +303,14 @@ void addNestedGrids(const Scene& scene, const PlaySpace& playSpace, const Sorted
         const std::uint32_t found = search.best(point, static_cast<float>(kSeenReach) * spacing, guess);
         if (found == kNone) continue;
         guess = found;
-        grid.set(leaf.cell, sorted.id[found]);
+        grid.set(leaf.tile, sorted.id[found]);
       }
     });
     grid.append(map, map.sides[s]);
   }
 }
 
-// The surfels that stand for what is seen from far away only, or the others; spacing [m]: of the densest packing.
+// Either the surfels of sides that are seen from far away only, or all others. spacing [m]: of the densest packing.
 struct Class {
   SortedSurfels sorted;
   float spacing = 0.0f;
@@ -331,7 +333,7 @@ Class sortClass(const PlaySpace& playSpace, std::span<const SurfaceSample> surfe
 
 }  // namespace
 
-std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + cell.size() * sizeof(std::uint32_t); }
+std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + tile.size() * sizeof(std::uint32_t); }
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
@@ -340,24 +342,24 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
   SurfelMap map;
   map.sides = layOutSides(scene, playSpace, spacing, far.spacing, context);
   if (map.sides.empty() || context.cancelled()) return {};
-  map.cell.assign(map.sides.back().firstCell + map.sides.back().cellCount(), kNone);
-  parallelChunks(context, "surfel map", map.cell.size(), kCellsPerChunk, [&](std::size_t begin, std::size_t end) {
+  map.tile.assign(map.sides.back().firstTile + map.sides.back().tileCount(), kNone);
+  parallelChunks(context, "surfel map", map.tile.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
     Search search(near.sorted), farSearch(far.sorted);
-    // front, back; of sides that are not seen, seen, far
+    // Guesses for the front and the back of sides that are not seen, that are seen, and that are far.
     std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
-    // The side of the first cell is the last that does not begin behind it.
+    // The side of the first tile is the last side that does not begin after it.
     auto side = std::upper_bound(map.sides.begin(), map.sides.end(), begin,
-                                 [](std::size_t cell, const SurfelMap::Side& s) { return cell < s.firstCell; }) -
+                                 [](std::size_t tile, const SurfelMap::Side& s) { return tile < s.firstTile; }) -
                 1;
     for (std::size_t at = begin; at < end; ++side) {
       const auto s = static_cast<std::uint32_t>(side - map.sides.begin());
-      const std::size_t last = std::min<std::size_t>(end, side->firstCell + side->cellCount());
+      const std::size_t last = std::min<std::size_t>(end, side->firstTile + side->tileCount());
       if (last <= at) continue;
       const bool seen = playSpace.seenArea[s] > 0.0f, isFar = playSpace.isFar(s);
-      mapCells(scene, isFar ? farSearch : search, s, *side,
+      mapTiles(scene, isFar ? farSearch : search, s, *side,
                static_cast<float>(seen ? kSeenReach : kUnseenReach) * (isFar ? far : near).spacing,
-               static_cast<std::uint32_t>(at) - side->firstCell, static_cast<std::uint32_t>(last) - side->firstCell,
-               guess[(isFar ? 4 : 2 * seen) + s % 2], map.cell.data() + at);
+               static_cast<std::uint32_t>(at) - side->firstTile, static_cast<std::uint32_t>(last) - side->firstTile,
+               guess[(isFar ? 4 : 2 * seen) + s % 2], map.tile.data() + at);
       at = last;
     }
   });

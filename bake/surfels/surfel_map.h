@@ -10,9 +10,9 @@
 
 namespace relume {
 
-// The map of the surfels: about four cells per surfel, and at least one per seen side. A cell holds the surfel of least
-// mapCost() for the cell's centre: within kSeenReach spacings on sides that the play space sees, within kUnseenReach on
-// others. spacing [m]: of the densest packing.
+// Builds the map with about four tiles per surfel, and at least one per seen side. A tile holds the surfel with the
+// least mapCost() for the tile's centre, no farther away than kSeenReach spacings on sides that the play space sees,
+// and kUnseenReach spacings on others. spacing [m]: of the densest packing.
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context);
 

@@ -25,33 +25,33 @@ struct SurfelSeed {
   std::uint32_t side = 0;  // scene-wide 2 * triangle + back
 };
 
-// Answers which surfel stands for a point on a side of a triangle: per side a small grid over two of its edges with the
-// nearest surfel per cell, where nearest means on the same plane or mesh first, then by distance. Emitting sides have
-// emitting surfels only, and the others none of them. On a large side of which little is seen, a cell of the grid may
-// hold a finer grid, and so on, down to the size that the surfels need. Immutable, thread-safe.
+// Answers which surfel stands for a point on a side of a triangle. Each side has a small grid of tiles over two of its
+// edges, and each tile has the nearest surfel, where nearest means on the same plane or mesh first, then by distance.
+// Emitting sides get emitting surfels only, other sides only surfels that do not emit. On a large side of which little
+// is seen, a tile may hold a finer grid, and so on, down to the size that the surfels need. Immutable, thread-safe.
 class SurfelMap {
  public:
-  // The surfel of a hit, or kNone when the side has none near (never seen from the play space).
+  // The surfel of a hit; kNone when none is near, as on sides that the play space never sees.
   std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const {
-    const std::uint32_t c = cellOf(side, barycentric);
-    return c == kNone || isInner(cell[c]) ? kNone : cell[c];
+    const std::uint32_t c = tileOf(side, barycentric);
+    return c == kNone || isInner(tile[c]) ? kNone : tile[c];
   }
-  // Where `cell` holds it; kNone when the side has no cells. (Here: it is asked for every ray.)
-  std::uint32_t cellOf(std::uint32_t side, const glm::vec2& barycentric) const {
+  // The tile of a hit; kNone when the side has no tiles. Inline, because every ray asks for it.
+  std::uint32_t tileOf(std::uint32_t side, const glm::vec2& barycentric) const {
     const Side& s = sides[side];
     if (s.columns == 0) return kNone;
     const glm::vec2 g = s.toGrid(barycentric);
-    const auto along = [](float x, std::uint32_t cells) {
-      const float at = std::max(x * static_cast<float>(cells), 0.0f);
-      return std::min(static_cast<std::uint32_t>(at), cells - 1);
+    const auto along = [](float x, std::uint32_t tiles) {
+      const float at = std::max(x * static_cast<float>(tiles), 0.0f);
+      return std::min(static_cast<std::uint32_t>(at), tiles - 1);
     };
     const std::uint32_t column = along(g.x, s.columns), row = along(g.y, s.rows);
-    const std::uint32_t found = s.firstCell + row * s.columns + column;
+    const std::uint32_t found = s.firstTile + row * s.columns + column;
     if (!s.nested) return found;
-    return innerCell(found, {g.x * static_cast<float>(s.columns) - static_cast<float>(column),
+    return innerTile(found, {g.x * static_cast<float>(s.columns) - static_cast<float>(column),
                              g.y * static_cast<float>(s.rows) - static_cast<float>(row)});
   }
-  // What a cell holds that is a grid of kInnerAlong x kInnerAlong cells: the first of them.
+  // A tile that is a finer grid of kInnerAlong x kInnerAlong tiles holds the index of the first of them.
   static constexpr std::uint32_t kInnerAlong = 4;
   static bool isInner(std::uint32_t content) { return content >> 31 != 0 && content != kNone; }
   static std::uint32_t firstInner(std::uint32_t content) { return content & 0x7FFFFFFFu; }
@@ -59,12 +59,12 @@ class SurfelMap {
   std::size_t sizeBytes() const;
 
   struct Side {
-    std::uint32_t firstCell = 0;
-    std::uint16_t columns : 15 = 0;  // cells along the first edge, 0 = no surfel
-    std::uint16_t nested : 1 = 0;    // some cells hold finer grids
+    std::uint32_t firstTile = 0;
+    std::uint16_t columns : 15 = 0;  // tiles along the first edge, 0 = the side has no surfel
+    std::uint16_t nested : 1 = 0;    // some tiles hold finer grids
     std::uint16_t rows : 14 = 0;     // along the other
-    std::uint16_t corner : 2 = 0;    // that the edges leave from
-    std::uint32_t cellCount() const { return std::uint32_t{columns} * rows; }
+    std::uint16_t corner : 2 = 0;    // where both edges start
+    std::uint32_t tileCount() const { return std::uint32_t{columns} * rows; }
     // A point's coordinates in the grid: weights of the two corners after `corner`.
     glm::vec2 toGrid(const glm::vec2& b) const {
       const float first = 1.0f - b.x - b.y;
@@ -73,17 +73,17 @@ class SurfelMap {
     bool operator==(const Side&) const = default;
   };
   std::vector<Side> sides;          // [Size 2 * triangles]
-  std::vector<std::uint32_t> cell;  // surfel per cell, or kNone; or a finer grid: isInner()
+  std::vector<std::uint32_t> tile;  // surfel of each tile, kNone, or a finer grid: isInner()
 
  private:
-  // The finest cell within one, at a place given in widths of it.
-  std::uint32_t innerCell(std::uint32_t at, glm::vec2 inside) const {
-    while (isInner(cell[at])) {
+  // The finest tile within one, at a point given in widths of that one.
+  std::uint32_t innerTile(std::uint32_t at, glm::vec2 inside) const {
+    while (isInner(tile[at])) {
       inside = glm::vec2(std::max(inside.x, 0.0f), std::max(inside.y, 0.0f)) * static_cast<float>(kInnerAlong);
       const auto x = std::min(static_cast<std::uint32_t>(inside.x), kInnerAlong - 1),
                  y = std::min(static_cast<std::uint32_t>(inside.y), kInnerAlong - 1);
       inside -= glm::vec2(x, y);
-      at = firstInner(cell[at]) + y * kInnerAlong + x;
+      at = firstInner(tile[at]) + y * kInnerAlong + x;
     }
     return at;
   }
@@ -102,12 +102,12 @@ struct PlacedSurfels {
   } statistics;
 };
 
-// n_S surfels of equal area over what the play space sees; each side of a two-sided surface that is seen has its own.
-// Emitters too small for their share get more surfels than that, so that none is missed. Emission is the mean radiance
-// of the surfel's cell: rays that hit an emitter find its power however few surfels it has. The surfels' order is
-// progressive for `eliminated`: any prefix is well spread. Fewer surfels than asked for come back only where alpha
-// masks leave nothing to stand on. usage: options out of range; failed: nothing to place on, cancelled. Same result at
-// any thread count. Notes its statistics as figures.
+// Places n_S surfels of equal area over what the play space sees; both sides of a two-sided surface get their own where
+// they are seen. Emitters too small for a share get surfels all the same, so that none is missed. Emission is the mean
+// radiance over the surfel's footprint, so that rays find an emitter's whole power however few surfels it has. With
+// placement `eliminated`, the order of the surfels is progressive: any prefix is well spread. There are fewer surfels
+// than asked for only where alpha masks leave nothing to stand on. usage: options out of range; failed: nothing to
+// place surfels on, or cancelled. The result is the same at any number of threads. Reports its statistics as figures.
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
                                    std::uint64_t seed, Context& context);
 

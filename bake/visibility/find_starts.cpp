@@ -15,15 +15,15 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x66726565;    // the random streams' stage
-constexpr std::size_t kCandidates = 1u << 14;   // points tried
-constexpr std::uint32_t kProbes = 16;           // rays a candidate
-constexpr float kMaxBackShare = 0.25f;          // of a free point's hits
-constexpr float kMargin = 0.5f;                 // of the level's size, added all around: seen from outside
-constexpr float kDefaultAspect = 16.0f / 9.0f;  // of cameras that leave it to the viewport
+constexpr std::uint32_t kStage = 0x66726565;   // the random streams' stage
+constexpr std::size_t kCandidates = 1u << 14;  // random points tried
+constexpr std::uint32_t kProbes = 16;          // rays per candidate
+constexpr float kMaxBackShare = 0.25f;         // largest share of backs among a free point's hits
+constexpr float kMargin = 0.5f;  // of the level's size, added on all sides: a level may be seen from outside
+constexpr float kDefaultAspect = 16.0f / 9.0f;  // of cameras whose aspect is the viewport's
 
-// Whether rays all around hit something, and mostly fronts that are farther than rays can tell: a gap between coplanar
-// surfaces is no free space. Sheets that show both sides have only fronts.
+// Whether rays in all directions hit something, and mostly fronts. A hit nearer than the precision of rays counts as a
+// back: the gap between coplanar surfaces is no free space. Triangles that show both sides have only fronts.
 bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
   std::array<Ray, kProbes> rays;
   std::array<Hit, kProbes> hits;
@@ -66,7 +66,7 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
   const float margin = kMargin * std::max({size.x, size.y, size.z});
   const glm::vec3 low = tracer.boundsMin() - margin, extent = size + 2.0f * margin;
 
-  // Half of the candidates within the bounds, half with the margin around them.
+  // Draw half of the candidates within the bounds, and half within bounds widened by the margin.
   std::vector<glm::vec3> candidates(kCandidates);
   std::vector<std::uint8_t> isIn(kCandidates, 0);
   parallelChunks(context, "", kCandidates, 256, [&](std::size_t begin, std::size_t end) {
@@ -85,21 +85,21 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
   return free;
 }
 
-StartPlaces::StartPlaces(const Scene& scene) : volumes(scene.volumes) {
+StartSources::StartSources(const Scene& scene) : volumes(scene.volumes) {
   for (const std::uint32_t i : scene.playSpaceCameras()) cameras.push_back(scene.cameras[i]);
 }
 
-Start drawStart(const StartPlaces& places, RandomStream& random) {
-  if (!places.freePoints.empty()) {
-    const glm::vec3 p = places.freePoints[random.below(static_cast<std::uint32_t>(places.freePoints.size()))];
+Start drawStart(const StartSources& sources, RandomStream& random) {
+  if (!sources.freePoints.empty()) {
+    const glm::vec3 p = sources.freePoints[random.below(static_cast<std::uint32_t>(sources.freePoints.size()))];
     return {p, uniformDirection(random.uniform2())};
   }
-  const auto cameras = static_cast<std::uint32_t>(places.cameras.size());
-  const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(places.volumes.size()));
-  if (pick < cameras) return fromCamera(places.cameras[pick], random);
+  const auto cameras = static_cast<std::uint32_t>(sources.cameras.size());
+  const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(sources.volumes.size()));
+  if (pick < cameras) return fromCamera(sources.cameras[pick], random);
   const glm::vec2 xy = random.uniform2();
   const glm::vec4 inVolume(xy - 0.5f, random.uniform() - 0.5f, 1.0f);
-  return {glm::vec3(places.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
+  return {glm::vec3(sources.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
 }
 
 }  // namespace relume

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the walks of the play space start: in the play volumes; at the cameras when there are none; in free space when
-// a level has neither.
+// Finds where the walks of the play space start: in the play volumes and at the cameras that count as play space, or in
+// free space when a level has neither.
 #pragma once
 
 #include "bake/base/random.h"
@@ -17,16 +17,15 @@ namespace relume {
 struct Start {
   glm::vec3 position{0.0f};   // [m]
   glm::vec3 direction{0.0f};  // unit
-  bool known = true;          // in free space for sure; otherwise a start that sees a back face is inside a solid
+  bool known = true;          // surely in free space; otherwise a walk that first meets a back face started in a solid
 };
 
-// Points that see mostly fronts, within and around the level's bounds. Empty when there are none.
+// Points within and around the level's bounds from which rays meet mostly fronts. Empty when there are none.
 std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t seed, Context& context);
 
-// What starts are drawn from: the free points when there are any, else cameras and play volumes, of which there must be
-// one then.
-struct StartPlaces {
-  explicit StartPlaces(const Scene& scene);
+// What starts are drawn from: the free points if there are any, otherwise cameras and play volumes.
+struct StartSources {
+  explicit StartSources(const Scene& scene);
   bool empty() const { return cameras.empty() && volumes.empty() && freePoints.empty(); }
 
   std::vector<Camera> cameras;  // Scene::playSpaceCameras()
@@ -34,8 +33,8 @@ struct StartPlaces {
   std::vector<glm::vec3> freePoints;  // [m] findFreePoints()
 };
 
-// Draw a start; half of those at a camera look through its frustum.
-Start drawStart(const StartPlaces& places, RandomStream& random);
+// Draw a start. Half of those at a camera look into its frustum, the others anywhere. The sources must not be empty.
+Start drawStart(const StartSources& sources, RandomStream& random);
 
 // A uniformly distributed unit vector.
 glm::vec3 uniformDirection(const glm::vec2& u);

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Walks through the level from where receivers can be. A walker in the air looks in a random direction; from what it
-// hits it goes on either through the air, to a random point on the way to the hit (a receiver may stand there, too), or
-// from the surface, in a cosine-weighted direction (light that bounces there reaches the receiver). Drawing points on
-// chords spreads the walkers evenly over the connected air (hit-and-run sampling). A ray that leaves the level carries
-// nobody: the far side of a roof is not reached through the sky.
+// Walks through the level from where receivers can be. A walker in the air looks in a random direction. From what it
+// hits it goes on in one of two ways: through the air, from a random point between the last one and the hit (a receiver
+// may stand there, too), or off the surface in a cosine-weighted direction (light that bounces there reaches the
+// receiver). Drawing points on chords spreads the walkers evenly over the connected air (hit-and-run sampling). No
+// walker follows a ray that leaves the level: the far side of a roof must not be reached through the sky.
 //
-// Hits are counted per cell of surface; cells that are hardly ever hit are dropped (keep_cells.h).
+// Hits are counted per voxel (seen_voxels.h); voxels that are hardly ever hit are dropped (keep_voxels.h).
 #include "bake/visibility/play_space.h"
 
 #include "bake/base/parallel.h"
 #include "bake/base/printed.h"
 #include "bake/base/random.h"
 #include "bake/visibility/find_starts.h"
-#include "bake/visibility/keep_cells.h"
-#include "bake/visibility/seen_cells.h"
+#include "bake/visibility/keep_voxels.h"
+#include "bake/visibility/seen_voxels.h"
 #include "bake/visibility/surface_parts.h"
 
 #include <glm/common.hpp>
@@ -29,23 +29,23 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x706C6179;  // the random streams' stage
-constexpr std::uint32_t kRounds = 8;          // later rounds start where earlier walks came to
+constexpr std::uint32_t kRounds = 8;          // later rounds start where walks of earlier ones ended
 constexpr std::size_t kWalksPerChunk = 2048;
-constexpr std::size_t kReceivers = 1u << 14;  // points handed over
-constexpr float kFreshStarts = 0.25f;         // share of a later round that starts anew
-constexpr double kHitsPerCell = 24.0;         // expected if all surface were seen alike
-constexpr float kMaxCellShare = 0.1f;         // of the median distance to a hit
+constexpr std::size_t kReceivers = 1u << 14;  // most points handed over as PlaySpace::receivers
+constexpr float kFreshStarts = 0.25f;         // share of a later round's walks that start at the sources again
+constexpr double kHitsPerVoxel = 24.0;        // expected if all surfaces were seen equally
+constexpr float kMaxVoxelShare = 0.1f;        // largest width of a voxel, in median distances to a hit
 constexpr float kFarLooks = 64.0f;       // a hit beyond this multiple of that distance is far: no walk continues there
-constexpr double kOutermostHits = 0.01;  // left out of the box around what is looked at, at each end
-constexpr double kMinFarShare = 1e-4;    // of all hits, that make a far side matter
+constexpr double kOutermostHits = 0.01;  // share left out at each end of the box around what is looked at
+constexpr double kMinFarShare = 1e-4;    // smallest share of all hits that makes a far side matter
 
-// One walk on its way.
+// The state of one walk.
 struct Walker {
   RandomStream random{0, 0, 0};
   glm::vec3 air{0.0f};     // [m] the last point in free space
   glm::vec3 origin{0.0f};  // [m]
   glm::vec3 direction{0.0f};
-  bool inAir = true;  // the origin is in free space, not on a surface
+  bool inAir = true;  // the origin is a point in free space, not on a surface
   bool known = true;  // see Start
   bool ended = false;
 };
@@ -55,18 +55,18 @@ glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
   return glm::normalize(d);
 }
 
-// What hits are counted by.
+// Where hits are counted: near ones by voxel, far ones by side.
 struct Counts {
-  Counts(const CellGrid& cellGrid, float farDistance, std::size_t sides)
-      : grid(cellGrid), far(farDistance), farHits(sides) {}
-  CellGrid grid;
-  float far;                                        // [m] from here on
-  CellCounter near;                                 // by cell
+  Counts(const VoxelGrid& voxelGrid, float farDistance, std::size_t sides)
+      : grid(voxelGrid), far(farDistance), farHits(sides) {}
+  VoxelGrid grid;
+  float far;                                        // [m] hits beyond this distance are far
+  VoxelCounter near;                                // by voxel
   std::vector<std::atomic<std::uint32_t>> farHits;  // [Size 2 * triangles] by side
 };
 
-// Let a walker go on from what it hit; count the hit.
-void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w, std::vector<CellHits>& hits) {
+// Count what a walker hit, and send it on.
+void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w, std::vector<VoxelHits>& hits) {
   const Scene& scene = tracer.scene();
   const bool far = hit && hit.distance > counts.far;
   if (far) {
@@ -74,7 +74,7 @@ void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w,
     counts.farHits[side + (hit.back ? 1 : 0)].fetch_add(1, std::memory_order_relaxed);
   }
   if (!hit || far) {
-    // Nobody follows into the sky, or so far: look elsewhere from the last point in the air.
+    // Do not follow into the sky or so far away: look elsewhere from the last point in the air.
     w.origin = w.air;
     w.inAir = true;
     w.direction = uniformDirection(w.random.uniform2());
@@ -90,14 +90,15 @@ void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w,
   const auto corners = scene.corners(instance, hit.triangle);
   const glm::vec3 position = pointOf(corners, hit.barycentric);
   const glm::vec3 cross = hit.back ? -crossOf(corners) : crossOf(corners);
-  CellHits& cell = hits.emplace_back(counts.grid.cell(hit.instance, position, cross));
-  (w.inAir ? cell.direct : cell.bounced) = 1;
+  VoxelHits& voxel = hits.emplace_back(counts.grid.voxel(hit.instance, position, cross));
+  (w.inAir ? voxel.direct : voxel.bounced) = 1;
 
   const float length = glm::length(cross);
   const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
   const glm::vec3 off = normal * tracer.epsilonAt(position);
   if (w.random.uniform() < 0.5f) {
-    // Off the surface also when the point is right at its end, where rounding could carry it through.
+    // Move off the surface in any case: the point may be at the end of the chord, where rounding could carry it
+    // through.
     w.air = glm::mix(w.origin, position, w.random.uniform()) + off;
     w.origin = w.air;
     w.inAir = true;
@@ -109,10 +110,10 @@ void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w,
   }
 }
 
-// Walk one round. Walk i starts anew or, in later rounds, where a walk of an earlier round came to (pool); the points
-// in the air where the walks end become the next pool.
+// Walk one round. Each walk starts at a source or, in later rounds, at a point of the pool: where a walk of the round
+// before ended. The points in the air where this round's walks end become the next pool.
 void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed, std::uint32_t round,
-               const StartPlaces& places, std::vector<glm::vec3>& pool, Counts& counts, Context& context) {
+               const StartSources& sources, std::vector<glm::vec3>& pool, Counts& counts, Context& context) {
   const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
   std::vector<glm::vec3> reached(walks);
   std::vector<std::uint8_t> valid(walks, 0);
@@ -122,13 +123,13 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
     std::vector<Walker> walkers(count);
     std::vector<Ray> rays(count);
     std::vector<Hit> found(count);
-    std::vector<CellHits> hits;
+    std::vector<VoxelHits> hits;
     hits.reserve(count * options.maxBounces);
     for (std::size_t i = 0; i < count; ++i) {
       Walker& w = walkers[i];
       w.random = RandomStream(seed, kStage + round, begin + i);
       const bool fresh = pool.empty() || w.random.uniform() < kFreshStarts;
-      const Start start = fresh ? drawStart(places, w.random)
+      const Start start = fresh ? drawStart(sources, w.random)
                                 : Start{pool[w.random.below(static_cast<std::uint32_t>(pool.size()))],
                                         uniformDirection(w.random.uniform2())};
       w.origin = w.air = start.position;
@@ -136,7 +137,7 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
       w.known = start.known;
     }
 
-    // All walkers of the chunk take a step together, in packets of rays.
+    // Step all walkers of the chunk together, so that rays are traced in packets.
     for (std::uint32_t step = 0; step < options.maxBounces; ++step) {
       for (std::size_t i = 0; i < count; ++i) rays[i] = {walkers[i].origin, 0.0f, walkers[i].direction};
       tracer.trace(rays, found);
@@ -157,41 +158,41 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
   }
 }
 
-// What the starts see.
+// What is seen from where walks start.
 struct FirstLook {
-  float distance = 0.0f;  // [m] median distance to a hit, of the near ones; 0 = nothing is hit
-  float hitShare = 0.0f;  // of the rays
+  float distance = 0.0f;  // [m] median distance to a hit, of near hits only; 0 = nothing is hit
+  float hitShare = 0.0f;  // of the rays that hit something
 };
 
-FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartPlaces& places) {
+FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartSources& sources) {
   constexpr std::size_t kProbes = 4096;
   std::vector<Ray> rays(kProbes);
   std::vector<Hit> hits(kProbes);
   for (std::size_t i = 0; i < kProbes; ++i) {
     RandomStream random(seed, kStage + kRounds, i);
-    const Start start = drawStart(places, random);
+    const Start start = drawStart(sources, random);
     rays[i] = {start.position, 0.0f, start.direction};
   }
   tracer.trace(rays, hits);
   std::vector<float> distances;
   for (std::size_t i = 0; i < kProbes; ++i) {
-    // Cells are a share of this distance, and none may be finer than what rays can tell.
+    // Voxels become a share of this distance, and must not be finer than the precision of rays.
     if (hits[i] && hits[i].distance > tracer.epsilonAt(rays[i].origin)) distances.push_back(hits[i].distance);
   }
   if (distances.empty()) return {};
   std::sort(distances.begin(), distances.end());
   const float share = static_cast<float>(distances.size()) / static_cast<float>(kProbes);
-  // Where most of it is a sky box, or other such scenery, it is not what is near.
+  // A median that is far beyond the lower quartile is the distance to a sky box or the like: take the quartile instead.
   const float middle = distances[distances.size() / 2], quarter = distances[distances.size() / 4];
   return {middle > kFarLooks * quarter ? quarter : middle, share};
 }
 
-// What of each side lies in the kept cells.
-void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vector<CellHits>& cells, bool hasLarge,
+// Measure how much of each side lies in kept voxels.
+void measureSides(const RayTracer& tracer, const VoxelGrid& grid, const std::vector<VoxelHits>& voxels, bool hasLarge,
                   PlaySpace& space, Context& context) {
   const Scene& scene = tracer.scene();
-  CellIndex cellIndex(cells);
-  if (hasLarge) space.tree = CellTree(grid, cells, 0);
+  VoxelIndex voxelIndex(voxels);
+  if (hasLarge) space.tree = VoxelTree(grid, voxels, 0);
   space.partly.assign(space.seenArea.size(), 0);
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
@@ -199,10 +200,10 @@ void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vect
     const double parts = forEachPart(corners, area, grid.size, space.tree, i, [&](const glm::vec3& p) {
       const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
       for (std::size_t side = 0; side < 2; ++side) {
-        const std::size_t at = cellIndex.find(keys[side]);
-        if (at == cells.size()) continue;
+        const std::size_t at = voxelIndex.find(keys[side]);
+        if (at == voxels.size()) continue;
         ++seen[side];
-        if (cells[at].direct > 0) ++direct[side];
+        if (voxels[at].direct > 0) ++direct[side];
       }
     });
     for (std::size_t side = 0; side < 2; ++side) {
@@ -212,10 +213,10 @@ void measureSides(const RayTracer& tracer, const CellGrid& grid, const std::vect
       space.partly[index] = seen[side] > 0 && static_cast<double>(seen[side]) < parts ? 1 : 0;
     }
   });
-  space.cells = std::move(cellIndex);
+  space.voxels = std::move(voxelIndex);
 }
 
-// Every side of every triangle.
+// Mark every side of every triangle as seen.
 void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto&, float area) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -226,7 +227,8 @@ void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
   });
 }
 
-// Mark sides that are seen only from far away as seen whole: no receiver comes near enough to tell their parts apart.
+// Note the sides that are seen from far away only. They count as seen as a whole: no receiver comes near enough to tell
+// their parts apart.
 void addFarSides(const std::vector<float>& area, const Counts& counts, double nearHits, PlaySpace& space) {
   double all = nearHits;
   for (const auto& hits : counts.farHits) all += hits.load();
@@ -238,19 +240,19 @@ void addFarSides(const std::vector<float>& area, const Counts& counts, double ne
   }
 }
 
-// The box of the cells without the outermost hits along each axis.
-void boundHits(const CellGrid& grid, const std::vector<CellHits>& cells, PlaySpace& space) {
+// Find the box of the voxels without the outermost hits along each axis.
+void boundHits(const VoxelGrid& grid, const std::vector<VoxelHits>& voxels, PlaySpace& space) {
   for (int k = 0; k < 3; ++k) {
     std::vector<std::pair<int, double>> hits;
     double all = 0.0;
-    for (const CellHits& c : cells) {
-      hits.emplace_back(c.voxel[k], static_cast<double>(c.direct) + c.bounced);
+    for (const VoxelHits& c : voxels) {
+      hits.emplace_back(c.cube[k], static_cast<double>(c.direct) + c.bounced);
       all += hits.back().second;
     }
     std::sort(hits.begin(), hits.end());
     double below = 0.0;
-    for (const auto& [voxel, count] : hits) {
-      const float low = grid.origin[k] + static_cast<float>(voxel) * grid.size;
+    for (const auto& [cube, count] : hits) {
+      const float low = grid.origin[k] + static_cast<float>(cube) * grid.size;
       if (below <= kOutermostHits * all) space.lookedAtMin[k] = low;
       if (below < (1.0 - kOutermostHits) * all) space.lookedAtMax[k] = low + grid.size;
       below += count;
@@ -287,8 +289,8 @@ bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
   const Instance& instance = scene->instances[i];
   const auto corners = scene->corners(instance, side / 2 - instance.firstTriangle);
   const glm::vec3 normal = side % 2 == 0 ? crossOf(corners) : -crossOf(corners);
-  const CellGrid grid{cellOrigin, cellSize};
-  return cells.contains(grid.key(i, pointOf(corners, barycentric), normal));
+  const VoxelGrid grid{voxelOrigin, voxelSize};
+  return voxels.contains(grid.key(i, pointOf(corners, barycentric), normal));
 }
 
 bool PlaySpace::mayBeSeenIn(std::uint32_t side, const glm::vec3& low, const glm::vec3& high) const {
@@ -312,14 +314,14 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   if (!(space.total > 0.0)) return Error{ErrorCode::failed, "play space: the level has no triangle with an area"};
 
   // Find where receivers can be.
-  StartPlaces places(scene);
-  const char* from = places.volumes.empty() ? "cameras" : "play volumes";
+  StartSources sources(scene);
+  const char* from = sources.volumes.empty() ? "cameras" : "play volumes";
   FirstLook look;
-  if (!places.empty()) look = lookAround(tracer, seed, places);
+  if (!sources.empty()) look = lookAround(tracer, seed, sources);
   if (!(look.distance > 0.0f)) {
     from = "free space";
-    places.freePoints = findFreePoints(tracer, seed, context);
-    if (!places.freePoints.empty()) look = lookAround(tracer, seed, places);
+    sources.freePoints = findFreePoints(tracer, seed, context);
+    if (!sources.freePoints.empty()) look = lookAround(tracer, seed, sources);
   }
   if (context.cancelled()) return cancelledError();
   if (options.mode == PlaySpaceOptions::Mode::all || !(look.distance > 0.0f)) {
@@ -328,22 +330,24 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
           Severity::warning,
           "play space: no free space found, so every surface is kept, seen or not; put a camera, or a node with "
           "extras.relume.volume, where receivers can be");
-    space.receivers = places.freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(places.freePoints);
+    space.receivers =
+        sources.freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(sources.freePoints);
     thin(space.receivers);
     report(space, "everywhere", context);
     return space;
   }
 
-  // Walk. Cells are as fine as the number of hits allows, and finer where the level is much larger than what is near.
+  // Walk. Voxels are as fine as the number of hits allows, or finer where the level is much larger than what is near
+  // the sources.
   const double expected = double{look.hitShare} * options.walks * options.maxBounces;
-  CellGrid grid;
-  grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerCell / expected)),
-                       kMaxCellShare * look.distance);
-  grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the planes that levels are built on
+  VoxelGrid grid;
+  grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerVoxel / expected)),
+                       kMaxVoxelShare * look.distance);
+  grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the round coordinates that levels are built on
   Counts counts(grid, kFarLooks * look.distance, sides);
   std::vector<glm::vec3> pool;
   for (std::uint32_t round = 0; round < kRounds; ++round) {
-    walkRound(tracer, options, seed, round, places, pool, counts, context);
+    walkRound(tracer, options, seed, round, sources, pool, counts, context);
     if (context.cancelled()) return cancelledError();
   }
 
@@ -351,17 +355,17 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   const float largest = *std::max_element(space.seenArea.begin(), space.seenArea.end());
   const bool hasLarge = TriangleParts(largest, grid.size).along >= TriangleParts::kFew;
   const std::vector<float> area = space.seenArea;
-  std::vector<CellHits> hitCells = counts.near.sorted();
+  std::vector<VoxelHits> hitVoxels = counts.near.sorted();
   double nearHits = 0.0;
-  for (const CellHits& c : hitCells) nearHits += static_cast<double>(c.direct) + c.bounced;
-  const std::vector<CellHits> cells = keepCells(scene, grid, std::move(hitCells), space.total, hasLarge, context);
+  for (const VoxelHits& c : hitVoxels) nearHits += static_cast<double>(c.direct) + c.bounced;
+  const std::vector<VoxelHits> voxels = keepVoxels(scene, grid, std::move(hitVoxels), space.total, hasLarge, context);
   if (context.cancelled()) return cancelledError();
-  measureSides(tracer, grid, cells, hasLarge, space, context);
+  measureSides(tracer, grid, voxels, hasLarge, space, context);
   addFarSides(area, counts, nearHits, space);
-  boundHits(grid, cells, space);
+  boundHits(grid, voxels, space);
   space.scene = &scene;
-  space.cellOrigin = grid.origin;
-  space.cellSize = grid.size;
+  space.voxelOrigin = grid.origin;
+  space.voxelSize = grid.size;
   space.seenTotal = sum(space.seenArea);
   for (std::size_t side = 0; side < space.farShare.size(); ++side) {
     if (!(space.farShare[side] > 0.0f)) continue;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Visits surface in parts small enough for the cells of seen_cells.h.
+// Cuts triangles into parts small enough for the voxels of seen_voxels.h, and visits the parts.
 #pragma once
 
 #include "bake/base/parallel.h"
-#include "bake/visibility/cell_tree.h"
+#include "bake/visibility/voxel_tree.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 
@@ -25,13 +25,14 @@ inline glm::vec3 pointOf(const std::array<glm::vec3, 3>& c, const glm::vec2& b) 
   return c[0] + (c[1] - c[0]) * b.x + (c[2] - c[0]) * b.y;
 }
 
-// Normal by the world corners, front side; not unit, its length is twice the area.
+// Normal of the front, from the world-space corners; its length is twice the area.
 inline glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
 
-// Visit the fixed triangles in parallel: visit(instance index, triangle, corners, area).
+// Visit the triangles of all baked instances in parallel: visit(instance, triangle, corners, area). Triangles without
+// area are left out.
 template <class Visit>
 void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
-  // Large triangles, which have many parts, often follow one another.
+  // Small chunks: large triangles, which have many parts, often follow one another.
   parallelChunks(context, "", scene.triangleCount(), 128, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
@@ -45,24 +46,24 @@ void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
   });
 }
 
-// The n² equal parts of a triangle, n along an edge, small enough for the cells. Two to a square of the barycentric
-// plane: those that point up sit at (1/3, 1/3) of it, those that point down at (2/3, 2/3).
+// A triangle cut into n² equal triangles, n along an edge, small enough for the voxels. A square of the barycentric
+// plane has two of them: the centre of one is at (1/3, 1/3) of the square, the other's at (2/3, 2/3).
 struct TriangleParts {
-  static constexpr double kMax = 4194304.0;  // along an edge
-  static constexpr std::uint32_t kFew = 64;  // along an edge: not worth a look at the tree
+  static constexpr double kMax = 4194304.0;  // most parts along an edge
+  static constexpr std::uint32_t kFew = 64;  // with fewer along an edge, the tree does not pay
 
   std::uint32_t along = 1;
   double count() const { return static_cast<double>(along) * along; }
 
-  TriangleParts(float area, float cellSize) {
-    const float wanted = std::ceil(2.0f * std::sqrt(area) / cellSize);
+  TriangleParts(float area, float voxelSize) {
+    const float wanted = std::ceil(2.0f * std::sqrt(area) / voxelSize);
     along = static_cast<std::uint32_t>(std::clamp(static_cast<double>(wanted), 1.0, kMax));
   }
 
-  // Barycentric centre of part k of a row, of 2 (along - row) - 1.
+  // Barycentric centre of part k of a row, which has 2 (along - row) - 1 parts.
   glm::vec2 centre(std::uint32_t row, std::uint32_t k) const {
     const float inner = k % 2 == 0 ? 1.0f : 2.0f;
-    if (along > 1024u) {  // beyond what floats tell apart
+    if (along > 1024u) {  // floats could not tell neighbours apart
       const double third = 1.0 / (3.0 * along);
       return {third * (3.0 * (k / 2) + static_cast<double>(inner)), third * (3.0 * row + static_cast<double>(inner))};
     }
@@ -90,7 +91,7 @@ inline std::array<glm::vec3, 2> boxOf(const std::array<glm::vec3, 3>& corners, s
   return {low, high};
 }
 
-// Visit the blocks of at most 8 squares' width that meet what `meets(low, high)` says yes to.
+// Visit blocks at most 8 squares wide, but only those whose box, and every box above, `meets(low, high)` says yes to.
 template <class Meets, class Visit>
 void forEachBlock(const std::array<glm::vec3, 3>& corners, std::uint32_t along, const Meets& meets,
                   const Visit& visit) {
@@ -113,8 +114,8 @@ void forEachBlock(const std::array<glm::vec3, 3>& corners, std::uint32_t along, 
   }
 }
 
-// A triangle over 32 times as long as it is wide: equal parts of it would be as long, and the box around each would
-// meet cells far away.
+// Whether a triangle is over 32 times as long as it is wide. Equal parts of it would have that shape, too, and the box
+// around each would meet voxels far away.
 inline bool isNeedle(const std::array<glm::vec3, 3>& c, float area) {
   const glm::vec3 edge[3] = {c[1] - c[0], c[2] - c[1], c[0] - c[2]};
   float longest = 0.0f;
@@ -122,17 +123,17 @@ inline bool isNeedle(const std::array<glm::vec3, 3>& c, float area) {
   return longest > 64.0f * area;
 }
 
-// The same for a needle, whose parts come from halving the longest edge again and again, so that they are as wide as
-// long.
+// forEachPart() for a needle. Its parts come from halving the longest edge again and again, which makes them about as
+// wide as they are long.
 template <class Visit>
-double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const CellTree& tree,
+double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, float voxelSize, const VoxelTree& tree,
                            std::uint32_t instance, const Visit& visit) {
   struct Piece {
     std::array<glm::dvec3, 3> corner;
     int halvings;
   };
   const glm::vec3 normal = crossOf(corners);
-  const double wanted = std::min(4.0 * area / cellSize / cellSize, TriangleParts::kMax * TriangleParts::kMax);
+  const double wanted = std::min(4.0 * area / voxelSize / voxelSize, TriangleParts::kMax * TriangleParts::kMax);
   const int max = std::max(0, static_cast<int>(std::ceil(std::log2(wanted))));
   std::vector<Piece> stack;
   stack.push_back({{glm::dvec3(corners[0]), glm::dvec3(corners[1]), glm::dvec3(corners[2])}, 0});
@@ -146,7 +147,7 @@ double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, 
       visit(glm::vec3((c[0] + c[1] + c[2]) / 3.0));
       continue;
     }
-    std::size_t k = 0;  // the longest edge, from corner k
+    std::size_t k = 0;  // the longest edge goes from corner k to the next
     const auto lengthOf = [&](std::size_t i) { return glm::distance(c[i], c[(i + 1) % 3]); };
     for (std::size_t i = 1; i < 3; ++i) k = lengthOf(i) > lengthOf(k) ? i : k;
     const glm::dvec3 &from = c[k], &to = c[(k + 1) % 3], &across = c[(k + 2) % 3], middle = 0.5 * (from + to);
@@ -156,12 +157,12 @@ double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, 
   return std::exp2(max);
 }
 
-// Visit the centres of the parts of a triangle that may be in a cell of the tree: visit(position). Returns the number
-// of all its parts.
+// Visit the centres of those parts of a triangle that may be in a voxel of the tree, or of all parts when the tree is
+// empty: visit(position). Returns the number of all parts.
 template <class Visit>
-double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float cellSize, const CellTree& tree,
+double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float voxelSize, const VoxelTree& tree,
                    std::uint32_t instance, const Visit& visit) {
-  const TriangleParts parts(area, cellSize);
+  const TriangleParts parts(area, voxelSize);
   const std::uint32_t n = parts.along;
   const auto visitRow = [&](std::uint32_t row, std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t k = 2 * begin; k < std::min(2 * end, 2 * (n - row) - 1); ++k)
@@ -171,7 +172,7 @@ double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float ce
     for (std::uint32_t row = 0; row < n; ++row) visitRow(row, 0, n);
     return parts.count();
   }
-  if (isNeedle(corners, area)) return forEachPartOfNeedle(corners, area, cellSize, tree, instance, visit);
+  if (isNeedle(corners, area)) return forEachPartOfNeedle(corners, area, voxelSize, tree, instance, visit);
   const glm::vec3 normal = crossOf(corners);
   forEachBlock(
       corners, n, [&](const glm::vec3& low, const glm::vec3& high) { return tree.meets(instance, normal, low, high); },

@@ -4,8 +4,44 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
 namespace relume {
 namespace {
+
+// A .glb in its two pieces: the JSON, and the bytes that its accessors are views of.
+struct Glb {
+  nlohmann::json root;
+  std::string binary;
+
+  static Glb of(const std::string& file) {
+    std::uint32_t jsonBytes = 0;
+    std::memcpy(&jsonBytes, file.data() + 12, sizeof jsonBytes);
+    return {nlohmann::json::parse(file.substr(20, jsonBytes)), file.substr(20 + jsonBytes + 8)};
+  }
+  std::string file() const {
+    std::string json = root.dump();
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string out = "glTF";
+    const auto put = [&](std::uint32_t word) { out.append(reinterpret_cast<const char*>(&word), sizeof word); };
+    for (const std::size_t word :
+         {std::size_t{2}, 28 + json.size() + binary.size(), json.size(), std::size_t{0x4E4F534A}})
+      put(static_cast<std::uint32_t>(word));
+    out += json;
+    put(static_cast<std::uint32_t>(binary.size()));
+    put(0x004E4942);
+    return out + binary;
+  }
+  // The first byte of an accessor's elements, which lie one after the other.
+  char* elements(std::size_t accessor) {
+    const nlohmann::json& a = root["accessors"][accessor];
+    const nlohmann::json& view = root["bufferViews"][a["bufferView"].get<std::size_t>()];
+    return binary.data() + view.value("byteOffset", 0) + a.value("byteOffset", 0);
+  }
+  nlohmann::json& primitive() { return root["meshes"][0]["primitives"][0]; }
+};
 
 class ExportCommand : public CliFixture {
  protected:
@@ -129,6 +165,60 @@ TEST_F(ExportCommand, statusNoticesAChangedExportedLevel) {
   EXPECT_NE(painted.out.find("material"), std::string::npos) << painted.out;
   EXPECT_NE(painted.out.find("change its source"), std::string::npos) << painted.out;
   EXPECT_EQ(painted.out.find("geometry"), std::string::npos) << painted.out;
+}
+
+TEST_F(ExportCommand, statusNoticesAMovedVertexOfAnExportedLevel) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  const Glb level = Glb::of(readAll(at("a.glb")));
+  ASSERT_EQ(run({"status", put("same.glb", level.file()), out_}).status, 0);
+  // The first vertex, and the last, which is a copy where a chart ends or as good as one.
+  Glb moved = level;
+  const std::size_t position = moved.primitive()["attributes"]["POSITION"].get<std::size_t>();
+  const std::size_t count = moved.root["accessors"][position]["count"];
+  for (const std::size_t vertex : {std::size_t{0}, count - 1}) {
+    moved = level;
+    float x = 0.0f;
+    char* at = moved.elements(position) + 12 * vertex;
+    std::memcpy(&x, at, sizeof x);
+    x += 1e-3f;
+    std::memcpy(at, &x, sizeof x);
+    const ProgramResult told = run({"status", put("moved.glb", moved.file()), out_});
+    EXPECT_EQ(told.status, 7) << told.out;
+    EXPECT_NE(told.out.find("geometry"), std::string::npos) << told.out;
+    EXPECT_NE(told.out.find("change its source"), std::string::npos) << told.out;
+  }
+
+  // A tool that draws the triangles in another order changes nothing.
+  Glb reordered = level;
+  const std::size_t index = reordered.primitive()["indices"].get<std::size_t>();
+  ASSERT_EQ(reordered.root["accessors"][index]["componentType"], 5123);
+  const std::size_t corners = reordered.root["accessors"][index]["count"];
+  char* first = reordered.elements(index);
+  std::swap_ranges(first, first + 6, first + 2 * (corners - 3));
+  ASSERT_NE(reordered.binary, level.binary);
+  const ProgramResult same = run({"status", put("reordered.glb", reordered.file()), out_});
+  EXPECT_EQ(same.status, 0) << same.out;
+
+  // Levels of before say nothing of their surfaces.
+  Glb old = level;
+  old.root["asset"]["extras"]["relume"]["lightmap"].erase("surfaces");
+  const ProgramResult unsure = run({"status", put("old.glb", old.file()), out_});
+  EXPECT_EQ(unsure.status, 0) << unsure.out;
+  EXPECT_NE(unsure.out.find("cannot be told"), std::string::npos) << unsure.out;
+}
+
+// What a level says of itself may be anything.
+TEST_F(ExportCommand, brokenHashesOfSurfacesAreNone) {
+  bake(room_, out_, {"--export-glb", at("a.glb")});
+  for (const nlohmann::json& broken :
+       {nlohmann::json("text"), nlohmann::json(7), nlohmann::json::array({1, 2}), nlohmann::json{{"xyz", "12"}},
+        nlohmann::json{{"0123456789abcdef", 3}}, nlohmann::json()}) {
+    Glb level = Glb::of(readAll(at("a.glb")));
+    level.root["asset"]["extras"]["relume"]["lightmap"]["surfaces"] = broken;
+    const ProgramResult told = run({"status", put("broken.glb", level.file()), out_});
+    EXPECT_EQ(told.status, 0) << broken << told.out << told.err;
+    EXPECT_NE(told.out.find("cannot be told"), std::string::npos) << told.out;
+  }
 }
 
 TEST_F(ExportCommand, bakesOfAnotherStateAreRefusedAsRenderDoes) {

@@ -64,6 +64,27 @@ TEST(ExportLevel, theBakeIsNamed) {
   }
 }
 
+// Normals that the importer takes from a vertex's triangles: a copy of the vertex has fewer of them.
+TEST(ExportLevel, surfacesWithoutNormalsAreTheSameWhereVerticesAreSplit) {
+  GltfBuilder level = madeLevel();
+  for (json& mesh : level.root["meshes"]) {
+    for (json& primitive : mesh["primitives"]) {
+      const std::size_t count =
+          level.root["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()]["count"];
+      primitive["attributes"]["NORMAL"] = level.floats(std::vector<float>(3 * count, 0.0f), "VEC3");
+    }
+  }
+  const Exported e = test::exportOf(level.write("zero_normals.gltf"), someOptions());
+  EXPECT_GT(e.level.verticesAdded, 0u);
+  std::size_t repaired = 0;
+  for (std::size_t i = 0; i < e.scene.instances.size(); ++i) {
+    const Mesh &before = e.scene.meshes[e.scene.instances[i].mesh], &after = e.again.meshes[e.again.instances[i].mesh];
+    EXPECT_EQ(hashSurface(before), hashSurface(after)) << e.scene.instances[i].node;
+    repaired += before.normalsRepaired;
+  }
+  EXPECT_GT(repaired, 0u);
+}
+
 // Vertices are as many as there are pairs of a vertex and what its corners have on the map, and those nobody uses.
 TEST(ExportLevel, verticesAreSplitWhereChartsNeedItAlone) {
   const Exported& e = twoRooms();

@@ -5,9 +5,11 @@
 #include "bake/export/export_level.h"
 #include "bake/import/gltf_file.h"
 #include "bake/import/gltf_import.h"
+#include "bake/scene/surface_hash.h"
 #include "formats/pack.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
+#include "relume/bake/provenance.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -120,6 +122,7 @@ inline void expectCoordinates(const Exported& e) {
 inline void expectSameSurfaces(const Scene& a, const Scene& b) {
   ASSERT_EQ(a.instances.size(), b.instances.size());
   ASSERT_EQ(a.materials.size(), b.materials.size());
+  const std::vector<BakedInstance> described = describeInstances(a);
   for (std::size_t i = 0; i < a.instances.size(); ++i) {
     const Instance &p = a.instances[i], &q = b.instances[i];
     EXPECT_EQ(p.mode, q.mode) << p.node;
@@ -128,6 +131,9 @@ inline void expectSameSurfaces(const Scene& a, const Scene& b) {
     for (int c = 0; c < 4; ++c) EXPECT_LT(glm::distance(p.toWorld[c], q.toWorld[c]), 1e-6f) << p.node;
     const Mesh &m = a.meshes[p.mesh], &n = b.meshes[q.mesh];
     EXPECT_EQ(m.material, n.material);
+    // What relume status goes by.
+    EXPECT_EQ(hashSurface(m), hashSurface(n)) << p.node;
+    EXPECT_EQ(b.exportedSurfaces.at(described[i].geometryHash), hashSurface(n)) << p.node;
     ASSERT_EQ(m.triangle.size(), n.triangle.size()) << p.node;
     for (std::size_t t = 0; t < m.triangle.size(); ++t) {
       for (int k = 0; k < 3; ++k) {

@@ -19,24 +19,24 @@
 
 namespace relume::test {
 
-// A level made of rectangles, each cut into cells; a cell is two triangles and has a surfel on each side.
-class CellScene {
+// A level made of rectangles, each cut into tiles; a tile is two triangles and has a surfel on each side.
+class TileScene {
  public:
-  CellScene() {
+  TileScene() {
     scene_.meshes.push_back({});
     scene_.instances.push_back({});
   }
 
   // The rectangle corner + s edgeU + t edgeV; its front is the side of cross(edgeU, edgeV). back: that side reflects
   // too. mapped = false: it only stands in the way.
-  void addRectangle(const glm::vec3& corner, const glm::vec3& edgeU, const glm::vec3& edgeV, std::uint32_t cells,
+  void addRectangle(const glm::vec3& corner, const glm::vec3& edgeU, const glm::vec3& edgeV, std::uint32_t tiles,
                     bool back = false, bool mapped = true, const glm::vec3& emission = glm::vec3(0.0f)) {
-    const glm::vec3 u = edgeU / static_cast<float>(cells), v = edgeV / static_cast<float>(cells);
+    const glm::vec3 u = edgeU / static_cast<float>(tiles), v = edgeV / static_cast<float>(tiles);
     const glm::vec3 normal = glm::normalize(glm::cross(u, v));
     areaEach_ = glm::length(glm::cross(u, v));
     Mesh& mesh = scene_.meshes[0];
-    for (std::uint32_t y = 0; y < cells; ++y) {
-      for (std::uint32_t x = 0; x < cells; ++x) {
+    for (std::uint32_t y = 0; y < tiles; ++y) {
+      for (std::uint32_t x = 0; x < tiles; ++x) {
         const glm::vec3 at = corner + static_cast<float>(x) * u + static_cast<float>(y) * v;
         const auto first = static_cast<std::uint32_t>(mesh.position.size());
         for (const glm::vec3& p : {at, at + u, at + u + v, at + v}) mesh.position.push_back(p);
@@ -58,14 +58,14 @@ class CellScene {
   }
 
   // Six inward-facing walls of the box [-half, half]³.
-  void addBox(float half, std::uint32_t cells) {
+  void addBox(float half, std::uint32_t tiles) {
     const float s = 2 * half;
-    addRectangle({-half, -half, -half}, {0, s, 0}, {0, 0, s}, cells);
-    addRectangle({half, -half, -half}, {0, 0, s}, {0, s, 0}, cells);
-    addRectangle({-half, -half, -half}, {0, 0, s}, {s, 0, 0}, cells);
-    addRectangle({-half, half, -half}, {s, 0, 0}, {0, 0, s}, cells);
-    addRectangle({-half, -half, -half}, {s, 0, 0}, {0, s, 0}, cells);
-    addRectangle({-half, -half, half}, {0, s, 0}, {s, 0, 0}, cells);
+    addRectangle({-half, -half, -half}, {0, s, 0}, {0, 0, s}, tiles);
+    addRectangle({half, -half, -half}, {0, 0, s}, {0, s, 0}, tiles);
+    addRectangle({-half, -half, -half}, {0, 0, s}, {s, 0, 0}, tiles);
+    addRectangle({-half, half, -half}, {s, 0, 0}, {0, 0, s}, tiles);
+    addRectangle({-half, -half, -half}, {s, 0, 0}, {0, s, 0}, tiles);
+    addRectangle({-half, -half, half}, {0, s, 0}, {s, 0, 0}, tiles);
   }
 
   const Scene& scene() const { return scene_; }
@@ -88,9 +88,9 @@ class CellScene {
     for (const std::uint32_t surfel : surfelOfSide_) {
       SurfelMap::Side& side = m.sides.emplace_back();
       if (surfel == kNone) continue;
-      side.firstCell = static_cast<std::uint32_t>(m.cell.size());
+      side.firstTile = static_cast<std::uint32_t>(m.tile.size());
       side.columns = side.rows = 1;
-      m.cell.push_back(surfel);
+      m.tile.push_back(surfel);
     }
     return m;
   }

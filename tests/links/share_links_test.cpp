@@ -100,41 +100,41 @@ TEST(SelectCut, stopsAtTheErrorAskedFor) {
 }
 
 // Some caches in the open middle of a box, some behind a small screen close to a wall.
-test::CellScene boxWithScreens() {
-  test::CellScene cells;
-  cells.addBox(1.0f, 24);
-  cells.addRectangle({-0.3f, -0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 8, true);
+test::TileScene boxWithScreens() {
+  test::TileScene tiles;
+  tiles.addBox(1.0f, 24);
+  tiles.addRectangle({-0.3f, -0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 8, true);
   RandomStream random(1, 2, 3);
   for (int i = 0; i < 90; ++i) {
-    cells.addCache(
+    tiles.addCache(
         {1.6f * random.uniform() - 0.8f, i % 2 ? -0.95f : 0.5f * random.uniform(), 1.6f * random.uniform() - 0.8f},
         glm::vec3(0.0f));
   }
-  return cells;
+  return tiles;
 }
 
-Result<TracedLinks> trace(const test::CellScene& cells, const LinkOptions& options, int threads = 1,
+Result<TracedLinks> trace(const test::TileScene& tiles, const LinkOptions& options, int threads = 1,
                           std::string* warning = nullptr) {
   Context context;
   context.threads = threads;
   context.onMessage = [&](Severity, std::string_view text) {
     if (warning != nullptr) *warning += text;
   };
-  auto tracer = RayTracer::create(cells.scene(), "avx2", context);
+  auto tracer = RayTracer::create(tiles.scene(), "avx2", context);
   if (!tracer) return tracer.error();
-  const Surfels surfels = cells.surfels();
+  const Surfels surfels = tiles.surfels();
   auto hierarchy = clusterSurfels(surfels, 0, {}, context);
   if (!hierarchy) return hierarchy.error();
-  return traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), options, 1, context);
+  return traceLinks(*tracer, surfels, tiles.map(), *hierarchy, tiles.caches(), options, 1, context);
 }
 
 TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
-  const test::CellScene cells = boxWithScreens();
+  const test::TileScene tiles = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 1024;
   options.maxLinksPerCache = 600;
   options.linksTotal = 90 * 100;
-  const auto one = trace(cells, options, 1), three = trace(cells, options, 3);
+  const auto one = trace(tiles, options, 1), three = trace(tiles, options, 3);
   ASSERT_TRUE(one && three);
   EXPECT_LE(one->links.count(), options.linksTotal);
   EXPECT_GE(one->links.count(), 0.97 * options.linksTotal);
@@ -152,18 +152,18 @@ TEST(TraceLinks, aTotalIsSharedOutAndRowsDiffer) {
 
   options.linksTotal = 0xFFFFFFFFu;  // more than there are: the cap alone
   options.linksPerCache = options.maxLinksPerCache = 60;
-  const auto capped = trace(cells, options);
+  const auto capped = trace(tiles, options);
   ASSERT_TRUE(capped);
   EXPECT_EQ(capped->links.count(), 90u * 60u);
 }
 
 // The mean is kept whatever the caches see, and as many for each where the most is the mean.
 TEST(TraceLinks, linksPerCacheIsTheMean) {
-  const test::CellScene cells = boxWithScreens();
+  const test::TileScene tiles = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 1024;
   options.linksPerCache = 50;
-  const auto shared = trace(cells, options);
+  const auto shared = trace(tiles, options);
   ASSERT_TRUE(shared);
   EXPECT_NEAR(shared->links.count(), 90.0 * 50.0, 0.03 * 90.0 * 50.0);
   std::uint32_t max = 0;
@@ -171,37 +171,37 @@ TEST(TraceLinks, linksPerCacheIsTheMean) {
   EXPECT_GT(max, 55u);
   EXPECT_LE(max, 8u * 50u);
   options.linksTotal = 90 * 30;  // in place of the mean
-  const auto total = trace(cells, options);
+  const auto total = trace(tiles, options);
   ASSERT_TRUE(total);
   EXPECT_NEAR(total->links.count(), 90.0 * 30.0, 0.03 * 90.0 * 30.0);
   options.linksTotal = 0;
   options.maxLinksPerCache = 50;
-  const auto equal = trace(cells, options);
+  const auto equal = trace(tiles, options);
   ASSERT_TRUE(equal);
   for (std::uint32_t c = 0; c < 90; ++c) EXPECT_EQ(equal->links.rowBegin[c + 1] - equal->links.rowBegin[c], 50u);
 }
 
 TEST(TraceLinks, aTotalThatIsTooSmallLeavesARootEachAndSaysSo) {
-  const test::CellScene cells = boxWithScreens();
+  const test::TileScene tiles = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 256;
   options.linksTotal = 10;
   std::string warning;
-  const auto traced = trace(cells, options, 1, &warning);
+  const auto traced = trace(tiles, options, 1, &warning);
   ASSERT_TRUE(traced);
   EXPECT_EQ(traced->links.count(), 90u);
   EXPECT_NE(warning.find("90 links where 10 were asked for"), std::string::npos) << warning;
 }
 
 TEST(TraceLinks, aLargerErrorNeedsFewerLinks) {
-  const test::CellScene cells = boxWithScreens();
+  const test::TileScene tiles = boxWithScreens();
   LinkOptions options;
   options.raysPerCache = 1024;
   options.linksPerCache = options.maxLinksPerCache = 600;
   std::uint32_t before = 0;
   for (const float error : {1.0f, 0.25f, 0.1f}) {
     options.maxError = error;
-    const auto traced = trace(cells, options);
+    const auto traced = trace(tiles, options);
     ASSERT_TRUE(traced);
     EXPECT_GT(traced->links.count(), before) << error;
     before = traced->links.count();

@@ -15,7 +15,7 @@
 namespace relume {
 namespace {
 
-using test::CellScene;
+using test::TileScene;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kY0 = 0.28209479177387814;
@@ -33,17 +33,17 @@ LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
   return o;
 }
 
-Result<Traced> trace(const CellScene& cells, const LinkOptions& options, std::uint32_t skyPatches = 0,
+Result<Traced> trace(const TileScene& tiles, const LinkOptions& options, std::uint32_t skyPatches = 0,
                      int threads = 1) {
   Context context;
   context.threads = threads;
-  Result<RayTracer> tracer = RayTracer::create(cells.scene(), "avx2", context);
+  Result<RayTracer> tracer = RayTracer::create(tiles.scene(), "avx2", context);
   if (!tracer) return tracer.error();
-  const Surfels surfels = cells.surfels();
+  const Surfels surfels = tiles.surfels();
   Result<Hierarchy> hierarchy = clusterSurfels(surfels, skyPatches, {}, context);
   if (!hierarchy) return hierarchy.error();
   Result<TracedLinks> links =
-      traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), options, 1, context);
+      traceLinks(*tracer, surfels, tiles.map(), *hierarchy, tiles.caches(), options, 1, context);
   if (!links) return links.error();
   return Traced{std::move(*hierarchy), std::move(*links)};
 }
@@ -79,14 +79,14 @@ double pointToSquare(double side, double distance) {
 }
 
 TEST(TraceLinks, parallelPlatesGiveTheAnalyticFormFactor) {
-  CellScene cells;
-  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 16, true);  // both sides reflect: the one above sees no cache
-  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 16, true);
-  cells.addCache({0, 0, 0}, {0, 1, 0});
-  cells.addCache({0, 2, 0}, {0, -1, 0});
-  cells.addCache({0, 2, 0}, {0, 1, 0});  // looks away
+  TileScene tiles;
+  tiles.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 16, true);  // both sides reflect: the one above sees no cache
+  tiles.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 16, true);
+  tiles.addCache({0, 0, 0}, {0, 1, 0});
+  tiles.addCache({0, 2, 0}, {0, -1, 0});
+  tiles.addCache({0, 2, 0}, {0, 1, 0});  // looks away
   for (const std::uint32_t n : {4u, 40u, 254u}) {
-    const auto result = trace(cells, coneOptions(16384, n));
+    const auto result = trace(tiles, coneOptions(16384, n));
     ASSERT_TRUE(result) << result.error().message;
     const Links& links = result->traced.links;
     for (std::uint32_t cache : {0u, 1u}) {
@@ -99,23 +99,23 @@ TEST(TraceLinks, parallelPlatesGiveTheAnalyticFormFactor) {
 }
 
 TEST(TraceLinks, anOccluderLeavesNothing) {
-  CellScene cells;
-  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 8, true);
-  cells.addRectangle({-2, 1, -2}, {4, 0, 0}, {0, 0, 4}, 1, false, false);  // in the way, without surfels
-  cells.addCache({0, 0, 0}, {0, 1, 0});
-  cells.addCache({0, 0.5f, 0}, {0, 0, 0});
-  const auto result = trace(cells, coneOptions(4096, 254));
+  TileScene tiles;
+  tiles.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 8, true);
+  tiles.addRectangle({-2, 1, -2}, {4, 0, 0}, {0, 0, 4}, 1, false, false);  // in the way, without surfels
+  tiles.addCache({0, 0, 0}, {0, 1, 0});
+  tiles.addCache({0, 0.5f, 0}, {0, 0, 0});
+  const auto result = trace(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_GT(result->traced.statistics.unmappedShare, 0.3);
 }
 
 TEST(TraceLinks, aClosedBoxFillsTheSphereAndTheHemisphere) {
-  CellScene cells;
-  cells.addBox(1.0f, 12);
-  cells.addCache({0.3f, -0.2f, 0.4f}, {0, 0, 0});
-  cells.addCache({0.3f, -1.0f, 0.4f}, {0, 1, 0});
-  const auto result = trace(cells, coneOptions(4096, 254));
+  TileScene tiles;
+  tiles.addBox(1.0f, 12);
+  tiles.addCache({0.3f, -0.2f, 0.4f}, {0, 0, 0});
+  tiles.addCache({0.3f, -1.0f, 0.4f}, {0, 1, 0});
+  const auto result = trace(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   EXPECT_NEAR(transferOf(links, 0), 4 * kY0, 1e-3);
@@ -127,10 +127,10 @@ TEST(TraceLinks, aClosedBoxFillsTheSphereAndTheHemisphere) {
 }
 
 TEST(TraceLinks, lightFromAllSidesArrivesEvenlyUnderAnyNormal) {
-  CellScene cells;
-  cells.addBox(1.0f, 12);
-  cells.addCache({0.0f, 0.0f, 0.0f}, {0, 0, 0});
-  const auto result = trace(cells, coneOptions(16384, 254));
+  TileScene tiles;
+  tiles.addBox(1.0f, 12);
+  tiles.addCache({0.0f, 0.0f, 0.0f}, {0, 0, 0});
+  const auto result = trace(tiles, coneOptions(16384, 254));
   ASSERT_TRUE(result) << result.error().message;
   const auto c = lightCache(result->traced.links, 0, 1.0);
   for (const glm::vec3 n : {glm::vec3(1, 0, 0), glm::vec3(0, -1, 0), glm::normalize(glm::vec3(1, 1, 1))}) {
@@ -139,12 +139,12 @@ TEST(TraceLinks, lightFromAllSidesArrivesEvenlyUnderAnyNormal) {
 }
 
 TEST(TraceLinks, backSidesSendTheirOwnSurfelsLight) {
-  CellScene cells;
-  cells.addRectangle({-1, 1, -1}, {0, 0, 2}, {2, 0, 0}, 4, true);  // its front looks up, away from the cache
-  cells.addCache({0, 0, 0}, {0, 1, 0});
-  const auto result = trace(cells, coneOptions(4096, 254));
+  TileScene tiles;
+  tiles.addRectangle({-1, 1, -1}, {0, 0, 2}, {2, 0, 0}, 4, true);  // its front looks up, away from the cache
+  tiles.addCache({0, 0, 0}, {0, 1, 0});
+  const auto result = trace(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
-  const Surfels surfels = cells.surfels();
+  const Surfels surfels = tiles.surfels();
   ASSERT_GT(result->traced.links.count(), 0u);
   EXPECT_GT(result->traced.statistics.backFaceShare, 0.1);
   for (const ConeLink& link : result->traced.links.cone) {
@@ -154,17 +154,17 @@ TEST(TraceLinks, backSidesSendTheirOwnSurfelsLight) {
 }
 
 TEST(TraceLinks, theSkyFillsWhatNothingBlocks) {
-  CellScene cells;
-  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
-  cells.addCache({0, 0, 0}, {0, 1, 0});
-  cells.addCache({0, 50, 0}, {0, 0, 0});
-  const auto result = trace(cells, coneOptions(4096, 254), 64);
+  TileScene tiles;
+  tiles.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
+  tiles.addCache({0, 0, 0}, {0, 1, 0});
+  tiles.addCache({0, 50, 0}, {0, 0, 0});
+  const auto result = trace(tiles, coneOptions(4096, 254), 64);
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   EXPECT_NEAR(irradianceLinear(lightCache(links, 0, 1.0), {0, 1, 0}), 1.0, 3e-3);
   // Far above, nearly the whole sphere is sky: each patch has its equal share.
   EXPECT_NEAR(transferOf(links, 1), 4 * kY0, 1e-3);
-  const auto surfelCount = cells.surfels().count();
+  const auto surfelCount = tiles.surfels().count();
   std::uint32_t patches = 0;
   for (std::uint32_t i = links.rowBegin[1]; i < links.rowBegin[2]; ++i) {
     const ConeLink& link = links.cone[i];
@@ -179,21 +179,21 @@ TEST(TraceLinks, theSkyFillsWhatNothingBlocks) {
 }
 
 TEST(TraceLinks, withoutSkySendersMissesCarryNothing) {
-  CellScene cells;
-  cells.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
-  cells.addCache({0, 0, 0}, {0, 1, 0});
-  const auto result = trace(cells, coneOptions(256, 254), 0);
+  TileScene tiles;
+  tiles.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
+  tiles.addCache({0, 0, 0}, {0, 1, 0});
+  const auto result = trace(tiles, coneOptions(256, 254), 0);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_EQ(result->traced.statistics.missShare, 1.0);
 }
 
 TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
-  CellScene cells;
-  cells.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 4, false, true, glm::vec3(5.0f));
-  cells.addRectangle({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 8);
-  cells.addCache({0, 1, 0}, {0, 0, 0});
-  const auto result = trace(cells, coneOptions(4096, 3), 64);
+  TileScene tiles;
+  tiles.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 4, false, true, glm::vec3(5.0f));
+  tiles.addRectangle({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 8);
+  tiles.addCache({0, 1, 0}, {0, 0, 0});
+  const auto result = trace(tiles, coneOptions(4096, 3), 64);
   ASSERT_TRUE(result) << result.error().message;
   ASSERT_EQ(result->hierarchy.groupRoot.size(), 3u);
   ASSERT_EQ(result->traced.links.count(), 3u);
@@ -208,21 +208,21 @@ TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
   }
   EXPECT_EQ(groups.size(), 3u);
 
-  const auto refused = trace(cells, coneOptions(4096, 2), 64);
+  const auto refused = trace(tiles, coneOptions(4096, 2), 64);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::usage);
   EXPECT_NE(refused.error().message.find("at least 3"), std::string::npos) << refused.error().message;
 }
 
 TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
-  CellScene cells;
-  cells.addBox(1.0f, 8);
-  for (int i = 0; i < 5; ++i) cells.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
+  TileScene tiles;
+  tiles.addBox(1.0f, 8);
+  for (int i = 0; i < 5; ++i) tiles.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
   LinkOptions options = coneOptions(1024, 60);
-  const auto cone = trace(cells, options);
+  const auto cone = trace(tiles, options);
   options.kind = LinkKind::sh;
   options.bands = 3;
-  const auto sh = trace(cells, options);
+  const auto sh = trace(tiles, options);
   ASSERT_TRUE(cone && sh);
   const Links &a = cone->traced.links, &b = sh->traced.links;
   EXPECT_EQ(b.bands, 3u);
@@ -237,17 +237,17 @@ TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
 }
 
 TEST(TraceLinks, compactKindsStandForTheSameLinks) {
-  CellScene cells;
-  cells.addBox(1.0f, 8);
+  TileScene tiles;
+  tiles.addBox(1.0f, 8);
   // The grid's caches come first, as everywhere.
-  for (int i = 0; i < 4; ++i) cells.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
-  for (int i = 0; i < 4; ++i) cells.addCache({0.1f * static_cast<float>(i), -0.2f, 0.1f}, {0, 1, 0});
-  const Caches caches = cells.caches();
+  for (int i = 0; i < 4; ++i) tiles.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
+  for (int i = 0; i < 4; ++i) tiles.addCache({0.1f * static_cast<float>(i), -0.2f, 0.1f}, {0, 1, 0});
+  const Caches caches = tiles.caches();
   const auto traceKind = [&](LinkKind kind) {
     LinkOptions options = coneOptions(1024, 60);
     options.kind = kind;
     options.bands = 3;
-    return trace(cells, options);
+    return trace(tiles, options);
   };
   const auto cone = traceKind(LinkKind::cone);
   ASSERT_TRUE(cone);
@@ -293,12 +293,12 @@ bool sameBytes(const Array<T>& a, const Array<T>& b) {
 }
 
 TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
-  CellScene cells;
-  cells.addBox(1.0f, 16);
-  cells.addRectangle({-0.5f, 0, -0.5f}, {1, 0, 0}, {0, 0, 1}, 6, true);
+  TileScene tiles;
+  tiles.addBox(1.0f, 16);
+  tiles.addRectangle({-0.5f, 0, -0.5f}, {1, 0, 0}, {0, 0, 1}, 6, true);
   RandomStream random(1, 2, 3);
   for (int i = 0; i < 150; ++i) {
-    cells.addCache({random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f},
+    tiles.addCache({random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f},
                    i % 2 ? glm::vec3(0, 1, 0) : glm::vec3(0.0f));
   }
   for (const auto kind : {LinkKind::cone, LinkKind::sh, LinkKind::oct6}) {
@@ -306,8 +306,8 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
       LinkOptions options = coneOptions(1024, 50);
       options.kind = kind;
       options.pull = pull;
-      const auto one = trace(cells, options, 16, 1), two = trace(cells, options, 16, 2),
-                 five = trace(cells, options, 16, 5);
+      const auto one = trace(tiles, options, 16, 1), two = trace(tiles, options, 16, 2),
+                 five = trace(tiles, options, 16, 5);
       ASSERT_TRUE(one && two && five);
       for (const auto* other : {&*two, &*five}) {
         EXPECT_TRUE(sameBytes(one->traced.links.rowBegin, other->traced.links.rowBegin));
@@ -323,10 +323,10 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
 }
 
 TEST(TraceLinks, everyLinkIsOfANodeAndRowsAscend) {
-  CellScene cells;
-  cells.addBox(1.0f, 16);
-  for (int i = 0; i < 40; ++i) cells.addCache({0.02f * static_cast<float>(i), 0, 0}, {0, 0, 0});
-  const auto result = trace(cells, coneOptions(4096, 100));
+  TileScene tiles;
+  tiles.addBox(1.0f, 16);
+  for (int i = 0; i < 40; ++i) tiles.addCache({0.02f * static_cast<float>(i), 0, 0}, {0, 0, 0});
+  const auto result = trace(tiles, coneOptions(4096, 100));
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   ASSERT_EQ(links.cacheCount(), 40u);
@@ -346,27 +346,27 @@ TEST(TraceLinks, everyLinkIsOfANodeAndRowsAscend) {
 }
 
 TEST(TraceLinks, noCachesGiveNoLinks) {
-  CellScene cells;
-  cells.addBox(1.0f, 4);
-  const auto result = trace(cells, coneOptions(256, 10));
+  TileScene tiles;
+  tiles.addBox(1.0f, 4);
+  const auto result = trace(tiles, coneOptions(256, 10));
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_EQ(result->traced.firstWeight.size(), result->hierarchy.nodeCount());
 }
 
 TEST(TraceLinks, stopsWhenCancelled) {
-  CellScene cells;
-  cells.addBox(1.0f, 4);
-  for (int i = 0; i < 2000; ++i) cells.addCache({0, 0, 0}, {0, 0, 0});
+  TileScene tiles;
+  tiles.addBox(1.0f, 4);
+  for (int i = 0; i < 2000; ++i) tiles.addCache({0, 0, 0}, {0, 0, 0});
   Context context;
   context.threads = 1;
-  auto tracer = RayTracer::create(cells.scene(), "avx2", context);
-  const Surfels surfels = cells.surfels();
+  auto tracer = RayTracer::create(tiles.scene(), "avx2", context);
+  const Surfels surfels = tiles.surfels();
   auto hierarchy = clusterSurfels(surfels, 0, {}, context);
   ASSERT_TRUE(tracer && hierarchy);
   context.onProgress = [](std::string_view, double fraction) { return fraction < 0.02; };
   const auto links =
-      traceLinks(*tracer, surfels, cells.map(), *hierarchy, cells.caches(), coneOptions(256, 10), 1, context);
+      traceLinks(*tracer, surfels, tiles.map(), *hierarchy, tiles.caches(), coneOptions(256, 10), 1, context);
   ASSERT_FALSE(links);
   EXPECT_EQ(links.error().code, ErrorCode::failed);
   EXPECT_EQ(links.error().message, "cancelled");

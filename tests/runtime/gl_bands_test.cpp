@@ -18,21 +18,9 @@
 namespace relume {
 namespace {
 
-using test::difference;
+using test::difference, test::makeRelighter;
 
 class GlBands : public test::GlTest {};
-
-Relighter make(const Bake& bake, BackendKind backend, int luma, int chroma, bool glossy) {
-  RelightOptions options;
-  options.backend = backend;
-  options.getProcAddress = EglContext::getProcAddress;
-  options.lumaBands = luma;
-  options.chromaBands = chroma;
-  options.glossy = glossy;
-  Result<Relighter> made = Relighter::create(bake, options);
-  EXPECT_TRUE(made) << (made ? "" : made.error().message);
-  return std::move(*made);
-}
 
 // Lights of opposed colours from opposed sides: chroma has a direction of its own.
 std::vector<Light> opposedLights() {
@@ -132,8 +120,8 @@ TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
       if (!all && luma > 3 && chroma != 1 + luma % 5) continue;
       SCOPED_TRACE("Y" + std::to_string(luma) + "Co" + std::to_string(chroma) + "Cg" + std::to_string(chroma));
       const bool glossy = (luma + chroma) % 2 == 0;
-      Relighter cpu = make(bake, BackendKind::cpu, luma, chroma, glossy),
-                gl = make(bake, BackendKind::gl, luma, chroma, glossy);
+      Relighter cpu = makeRelighter(bake, BackendKind::cpu, luma, chroma, "", glossy),
+                gl = makeRelighter(bake, BackendKind::gl, luma, chroma, "", glossy);
       ASSERT_EQ(gl.coefficientsPerCache(), luma * luma + 2 * chroma * chroma);
       for (int frame = 0; frame < 2; ++frame) {
         EXPECT_TRUE(cpu.relight(setup));

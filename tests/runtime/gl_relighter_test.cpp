@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The OpenGL backend against the CPU backend, pass by pass and over whole frames; its manners toward the host.
+// The OpenGL backend against the CPU backend, pass by pass and over whole frames.
 #include "relume/relighter.h"
 
 #include "runtime/cpu/light_caches.h"
@@ -32,32 +32,14 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-using test::coefficientDifference, test::difference;
+using test::coefficientDifference, test::difference, test::makeRelighter, test::manySurfels;
 
 class GlRelighter : public test::GlTest {};
-
-Relighter make(const Bake& bake, BackendKind backend, int luma = 0, int chroma = 0,
-               const std::string& visibility = {}) {
-  RelightOptions options;
-  options.backend = backend;
-  options.getProcAddress = EglContext::getProcAddress;
-  options.lumaBands = luma;
-  options.chromaBands = chroma;
-  options.visibilityGlsl = visibility;
-  Result<Relighter> made = Relighter::create(bake, options);
-  EXPECT_TRUE(made) << (made ? "" : made.error().message);
-  return std::move(*made);
-}
 
 std::vector<float> flatten(const std::vector<glm::vec3>& v) {
   std::vector<float> flat;
   for (const glm::vec3& each : v) flat.insert(flat.end(), {each.x, each.y, each.z});
   return flat;
-}
-
-test::SyntheticOptions room(LinkKind kind, std::uint32_t bands) {
-  // Enough surfels for levels that fill many groups, and sky.
-  return {.surfels = 9000, .skyPatches = 48, .linksPerCache = 61, .kind = kind, .bands = bands};
 }
 
 TEST(GlRelighterWithoutContext, isRefused) {
@@ -74,12 +56,12 @@ TEST(GlRelighterWithoutContext, isRefused) {
 }
 
 TEST_F(GlRelighter, surfelPassAgrees) {
-  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
+  const Bake bake = test::makeSyntheticBake(manySurfels(LinkKind::cone, 4));
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.5f, 0.7f, 1.0f};
-  Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
+  Relighter cpu = makeRelighter(bake, BackendKind::cpu), gl = makeRelighter(bake, BackendKind::gl);
   const auto leaves = [&bake](const Relighter& relighter) {
     const std::vector<glm::vec3> all = relighter.nodeRadiosity();
     std::vector<glm::vec3> picked;
@@ -125,9 +107,9 @@ TEST_F(GlRelighter, lightBeyondHalvesLeavesWithItsFrames) {
   // What a point light does not have.
   strong.push_back({.kind = LightKind::point, .direction = glm::vec3(nan), .innerConeRad = nan, .outerConeRad = nan});
   for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
-    const Bake bake = test::makeSyntheticBake(room(kind, 4));
+    const Bake bake = test::makeSyntheticBake(manySurfels(kind, 4));
     strong[0].positionWorld = strong[2].positionWorld = bake.surfels.positionWorld[0];
-    Relighter blinded = make(bake, BackendKind::gl), fresh = make(bake, BackendKind::gl);
+    Relighter blinded = makeRelighter(bake, BackendKind::gl), fresh = makeRelighter(bake, BackendKind::gl);
     LightSetup setup;
     setup.lights = strong;
     setup.emissionScale = setup.skyRadiance = glm::vec3(1e20f);
@@ -151,7 +133,7 @@ TEST_F(GlRelighter, lightBeyondHalvesLeavesWithItsFrames) {
 
 TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 2}, {4, 4}, {5, 5}}) {
-    Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 4));
+    Bake bake = test::makeSyntheticBake(manySurfels(LinkKind::cone, 4));
     // The room's surfels face as their caches do: bend every third.
     std::vector<glm::vec3> normals(bake.surfels.normal.begin(), bake.surfels.normal.end());
     for (std::size_t s = 0; s < normals.size(); s += 3) {
@@ -161,7 +143,8 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
     const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
-    Relighter cpu = make(bake, BackendKind::cpu, luma, chroma), gl = make(bake, BackendKind::gl, luma, chroma);
+    Relighter cpu = makeRelighter(bake, BackendKind::cpu, luma, chroma),
+              gl = makeRelighter(bake, BackendKind::gl, luma, chroma);
     for (int frame = 0; frame < 2; ++frame) {
       EXPECT_TRUE(cpu.relight(setup));
       EXPECT_TRUE(gl.relight(setup));
@@ -201,7 +184,7 @@ TEST_F(GlRelighter, surfelsOfARareKindAreLitWhereverTheirLeavesLie) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
+  Relighter cpu = makeRelighter(bake, BackendKind::cpu), gl = makeRelighter(bake, BackendKind::gl);
   for (int frame = 0; frame < 2; ++frame) {
     EXPECT_TRUE(cpu.relight(setup));
     EXPECT_TRUE(gl.relight(setup));
@@ -220,7 +203,7 @@ void expectPullAgrees(const Bake& bake, const char* what) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter gl = make(bake, BackendKind::gl);
+  Relighter gl = makeRelighter(bake, BackendKind::gl);
   EXPECT_TRUE(gl.relight(setup));
   const std::vector<glm::vec3> found = gl.nodeRadiosity();
   std::vector<std::uint32_t> nodes;
@@ -256,7 +239,7 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
-  Relighter gl = make(bake, BackendKind::gl, luma, chroma);
+  Relighter gl = makeRelighter(bake, BackendKind::gl, luma, chroma);
   EXPECT_TRUE(gl.relight(setup));
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
@@ -301,8 +284,8 @@ TEST_F(GlRelighter, cachePassAgreesWithManyNodes) {
 }
 
 TEST_F(GlRelighter, cachePassFillsEachTexelFromItsCache) {
-  const Bake bake = test::makeSyntheticBake(room(LinkKind::cone, 3));
-  Relighter gl = make(bake, BackendKind::gl, 3, 2);
+  const Bake bake = test::makeSyntheticBake(manySurfels(LinkKind::cone, 3));
+  Relighter gl = makeRelighter(bake, BackendKind::gl, 3, 2);
   EXPECT_TRUE(gl.relight({}));
   const std::vector<float> coefficients = gl.cacheCoefficients();
   const GlResolveInputs inputs = gl.gl()->inputs();
@@ -329,12 +312,12 @@ TEST_F(GlRelighter, cachePassFillsEachTexelFromItsCache) {
 
 TEST_F(GlRelighter, framesWithBouncesAgree) {
   for (const LinkKind kind : kLinkKinds) {
-    const Bake bake = test::makeSyntheticBake(room(kind, 4));
+    const Bake bake = test::makeSyntheticBake(manySurfels(kind, 4));
     const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
     setup.skyRadiance = glm::vec3(0.3f);
-    Relighter cpu = make(bake, BackendKind::cpu), gl = make(bake, BackendKind::gl);
+    Relighter cpu = makeRelighter(bake, BackendKind::cpu), gl = makeRelighter(bake, BackendKind::gl);
     for (int frame = 0; frame < 5; ++frame) {
       EXPECT_TRUE(cpu.relight(setup));
       EXPECT_TRUE(gl.relight(setup));
@@ -349,166 +332,11 @@ TEST_F(GlRelighter, framesWithBouncesAgree) {
 }
 
 TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
-  Relighter gl = make(test::makeFurnaceBake(0.6f, 2.0f, 4), BackendKind::gl);
+  Relighter gl = makeRelighter(test::makeFurnaceBake(0.6f, 2.0f, 4), BackendKind::gl);
   EXPECT_TRUE(relightUntilConverged(gl, {}));
   const float limit = kPi * 2.0f / 0.4f;
   EXPECT_NEAR(gl.nodeRadiosity()[0].g, limit, 0.01f * limit);
   EXPECT_NEAR(gl.irradianceOnLightmap({0.5f / 6.0f, 0.5f}, {1, 0, 0}).r, limit, 0.01f * limit);
-}
-
-TEST_F(GlRelighter, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
-  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
-  Relighter gl =
-      make(bake, BackendKind::gl, 0, 0,
-           "uniform float hostShadow;\n"
-           "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
-  std::vector<Light> lights(2);
-  for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
-  LightSetup setup;
-  setup.lights = lights;
-  glProgramUniform1f(gl.gl()->surfelProgram(), glGetUniformLocation(gl.gl()->surfelProgram(), "hostShadow"), 0.25f);
-  EXPECT_TRUE(gl.relight(setup));
-  EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f);
-}
-
-TEST_F(GlRelighter, visibilityThatDoesNotCompileGivesItsLog) {
-  RelightOptions options;
-  options.backend = BackendKind::gl;
-  options.getProcAddress = EglContext::getProcAddress;
-  options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
-  const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
-  ASSERT_FALSE(made);
-  EXPECT_EQ(made.error().code, ErrorCode::failed);
-  EXPECT_NE(made.error().message.find("relumeVisibility"), std::string::npos) << made.error().message;
-  EXPECT_GT(context_->errorCount(), 0);
-  context_->forgetErrors();
-}
-
-TEST_F(GlRelighter, twoRelightersShareABakeAndAContext) {
-  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
-  Relighter one = make(bake, BackendKind::gl), two = make(bake, BackendKind::gl, 2, 1);
-  LightSetup dark;
-  dark.emissionScale = glm::vec3(0.0f);
-  EXPECT_TRUE(one.relight({}));
-  EXPECT_TRUE(two.relight(dark));
-  EXPECT_NEAR(one.nodeRadiosity()[0].g, kPi, 1e-3f);
-  EXPECT_EQ(two.nodeRadiosity()[0], glm::vec3(0.0f));
-}
-
-TEST_F(GlRelighter, bakesWithoutLightmapGridOrLinksAreLit) {
-  Bake bake = test::makeSyntheticBake({.surfels = 100, .grid = {0, 0, 0}, .lightmapSize = 8, .lightmapCaches = 0});
-  Relighter none = make(bake, BackendKind::gl);
-  EXPECT_TRUE(none.relight({}));
-  EXPECT_TRUE(none.cacheCoefficients().empty());
-  EXPECT_EQ(none.irradianceInGrid({0, 0, 0}, {0, 0, 1}), glm::vec3(0.0f));
-  bake.caches = Caches{};
-  bake.surfels.receiver = std::vector<std::uint32_t>(100, kGridReceiver);
-  Relighter empty = make(bake, BackendKind::gl);
-  EXPECT_TRUE(empty.relight({}));
-  EXPECT_TRUE(empty.relight({}));
-}
-
-TEST_F(GlRelighter, timesEachPassWithoutWaiting) {
-  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::cone, 4)), BackendKind::gl);
-  for (int frame = 0; frame < 6; ++frame) EXPECT_TRUE(gl.relight({}));
-  glFinish();
-  const std::vector<PassTime> times = gl.passTimes();
-  ASSERT_EQ(times.size(), 3u);
-  EXPECT_STREQ(times[2].pass, "caches");
-  EXPECT_GT(times[2].ms, 0.0);
-}
-
-// What SavedState promises, set to something odd and read back.
-TEST_F(GlRelighter, bindingsOfTheHostAreAsTheyWere) {
-  GLuint buffers[9], textures[2], sampler = 0;
-  glGenBuffers(9, buffers);
-  glGenTextures(2, textures);
-  glGenSamplers(1, &sampler);
-  const auto bind = [&] {
-    for (GLuint i = 0; i < 7; ++i) {
-      glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[i]);
-      glBufferData(GL_SHADER_STORAGE_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
-      glBindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffers[i], 256, 512);
-    }
-    glBindBuffer(GL_UNIFORM_BUFFER, buffers[7]);
-    glBufferData(GL_UNIFORM_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 7, buffers[7]);
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[8]);
-    glBindBuffer(GL_COPY_READ_BUFFER, buffers[1]);
-    glBindBuffer(GL_COPY_WRITE_BUFFER, buffers[2]);
-    glActiveTexture(GL_TEXTURE0 + 13);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[0]);
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16F, 4, 4, 2);
-    glBindSampler(13, sampler);
-    glActiveTexture(GL_TEXTURE0 + 15);
-    glBindTexture(GL_TEXTURE_2D, textures[1]);
-    glBindImageTexture(1, textures[0], 0, GL_FALSE, 1, GL_READ_ONLY, GL_RGBA16F);
-    glActiveTexture(GL_TEXTURE0 + 3);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
-    glPixelStorei(GL_PACK_ALIGNMENT, 2);
-    glPixelStorei(GL_PACK_ROW_LENGTH, 33);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers[3]);
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers[4]);
-  };
-  bind();
-  const auto snapshot = [] {
-    std::vector<GLint64> state;
-    GLint value = 0;
-    GLint64 wide = 0;
-    for (const GLenum what :
-         {GL_CURRENT_PROGRAM, GL_SHADER_STORAGE_BUFFER_BINDING, GL_UNIFORM_BUFFER_BINDING, GL_COPY_READ_BUFFER_BINDING,
-          GL_COPY_WRITE_BUFFER_BINDING, GL_ACTIVE_TEXTURE, GL_UNPACK_ALIGNMENT, GL_UNPACK_ROW_LENGTH,
-          GL_PIXEL_UNPACK_BUFFER_BINDING, GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH, GL_PIXEL_PACK_BUFFER_BINDING}) {
-      glGetIntegerv(what, &value);
-      state.push_back(value);
-    }
-    for (GLuint i = 0; i < 8; ++i) {
-      glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, i, &value);
-      state.push_back(value);
-      for (const GLenum what : {GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE}) {
-        glGetInteger64i_v(what, i, &wide);
-        state.push_back(wide);
-      }
-      glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, i, &value);
-      state.push_back(value);
-      for (const GLenum what :
-           {GL_IMAGE_BINDING_NAME, GL_IMAGE_BINDING_LAYERED, GL_IMAGE_BINDING_LAYER, GL_IMAGE_BINDING_ACCESS}) {
-        glGetIntegeri_v(what, i, &value);
-        state.push_back(value);
-      }
-    }
-    for (GLenum unit = 0; unit < 16; ++unit) {
-      glActiveTexture(GL_TEXTURE0 + unit);
-      for (const GLenum what : {GL_TEXTURE_BINDING_2D, GL_TEXTURE_BINDING_2D_ARRAY, GL_SAMPLER_BINDING}) {
-        glGetIntegerv(what, &value);
-        state.push_back(value);
-      }
-    }
-    glActiveTexture(static_cast<GLenum>(state[5]));
-    return state;
-  };
-  const std::vector<GLint64> before = snapshot();
-  Relighter gl = make(test::makeSyntheticBake(room(LinkKind::sh, 4)), BackendKind::gl);
-  EXPECT_EQ(snapshot(), before) << "create()";
-  const std::vector<Light> lights = test::someLights();
-  LightSetup setup;
-  setup.lights = lights;
-  EXPECT_TRUE(gl.relight(setup));
-  EXPECT_TRUE(gl.relight(setup));
-  EXPECT_EQ(snapshot(), before) << "relight()";
-  gl.reset();
-  EXPECT_FALSE(gl.cacheCoefficients().empty());
-  EXPECT_FALSE(gl.nodeRadiosity().empty());
-  EXPECT_FALSE(gl.passTimes().empty());
-  EXPECT_EQ(snapshot(), before) << "readers";
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
-  for (const GLenum what : {GL_UNPACK_ROW_LENGTH, GL_PACK_ROW_LENGTH}) glPixelStorei(what, 0);
-  for (const GLenum what : {GL_UNPACK_ALIGNMENT, GL_PACK_ALIGNMENT}) glPixelStorei(what, 4);
-  glDeleteBuffers(9, buffers);
-  glDeleteTextures(2, textures);
-  glDeleteSamplers(1, &sampler);
 }
 
 }  // namespace

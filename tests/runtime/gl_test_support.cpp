@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relume::test {
 
@@ -20,6 +21,24 @@ void GlTest::TearDown() {
   EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
   EXPECT_EQ(context_->errorCount(), 0) << context_->lastError();
   context_.reset();
+}
+
+Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma, int chroma, const std::string& visibility,
+                        bool glossy) {
+  RelightOptions options;
+  options.backend = backend;
+  options.getProcAddress = EglContext::getProcAddress;
+  options.lumaBands = luma;
+  options.chromaBands = chroma;
+  options.glossy = glossy;
+  options.visibilityGlsl = visibility;
+  Result<Relighter> made = Relighter::create(bake, options);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands) {
+  return {.surfels = 9000, .skyPatches = 48, .linksPerCache = 61, .kind = kind, .bands = bands};
 }
 
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
-// A headless debug context for a test, skipped with the reason where there is none; compute shaders run over
-// floats; and how far two backends' results are apart.
+// A headless debug context for a test, skipped with the reason where there is none; relighters of either backend in it;
+// compute shaders run over floats; and how far two backends' results are apart.
 #pragma once
 
+#include "relume/relighter.h"
 #include "relume/result.h"
+#include "tests/runtime/synthetic_bake.h"
 #include "tools/gl_scene/egl_context.h"
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +24,13 @@ class GlTest : public testing::Test {
   void TearDown() override;
   std::optional<EglContext> context_;
 };
+
+// A relighter that must come about. 0 bands: all that the bake has.
+Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma = 0, int chroma = 0,
+                        const std::string& visibility = {}, bool glossy = false);
+
+// Enough surfels for levels of the tree that fill many work groups, and sky.
+SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands);
 
 // Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body`
 // knows its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).

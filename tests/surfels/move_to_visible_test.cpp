@@ -42,7 +42,7 @@ std::vector<SurfaceSample> surfelsOf(HalfCoveredFloor& scene) {
   return surfels;
 }
 
-TEST(MoveToVisible, aHiddenSurfelMovesToTheSeenPartOfItsCell) {
+TEST(MoveToVisible, aHiddenSurfelMovesToTheSeenPartOfItsFootprint) {
   HalfCoveredFloor scene;
   const std::vector<SurfaceSample> surfels = surfelsOf(scene);
   ASSERT_LT(surfels[0].positionWorld.x, 0.5f);

@@ -377,7 +377,7 @@ TEST(PlaceSurfels, threadCountDoesNotChangeTheBytes) {
     EXPECT_TRUE(sameBytes(a->surfels.normal, b->surfels.normal));
     EXPECT_TRUE(sameBytes(a->surfels.albedo, b->surfels.albedo));
     EXPECT_TRUE(sameBytes(a->surfels.emission, b->surfels.emission));
-    EXPECT_EQ(a->map.cell, b->map.cell);
+    EXPECT_EQ(a->map.tile, b->map.tile);
     EXPECT_TRUE(a->map.sides == b->map.sides);
     const auto c = placeSurfels(tracer, space, optionsFor(placement, 6000), 8, one);
     ASSERT_TRUE(c);

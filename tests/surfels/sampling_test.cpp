@@ -101,7 +101,7 @@ TEST(SurfaceSampler, sameBytesAtAnyThreadCount) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].positionWorld, b[i].positionWorld);
 }
 
-TEST(PointGrid, neighbourhoodsHoldAllPointsWithinACell) {
+TEST(PointGrid, neighbourhoodsHoldAllPointsWithinABucket) {
   std::vector<glm::vec3> points;
   for (std::uint64_t i = 0; i < 3000; ++i) {
     RandomStream r(4, 4, i);
@@ -131,7 +131,7 @@ TEST(PointGrid, neighbourhoodsHoldAllPointsWithinACell) {
       for (std::uint32_t i = b; i < e; ++i) box.insert(grid.order()[i]);
     });
     for (std::uint32_t i = 0; i < 3000; ++i) {
-      if (glm::length(points[i] - p) < 2 * grid.cellSize()) {
+      if (glm::length(points[i] - p) < 2 * grid.bucketSize()) {
         EXPECT_EQ(cube.count(i), 1u);
       }
       if (glm::length(points[i] - p) < reach) {

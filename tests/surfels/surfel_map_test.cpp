@@ -25,14 +25,14 @@ std::uint32_t bruteForce(const SurfaceSample& point, std::span<const SurfaceSamp
   std::uint32_t found = kNone;
   for (std::uint32_t i = 0; i < surfels.size(); ++i) {
     if (glm::length(surfels[i].positionWorld - point.positionWorld) > reach) continue;
-    const float cost = mapCost(mapPlace(point), mapPlace(surfels[i]), spacing, reach);
+    const float cost = mapCost(mapPoint(point), mapPoint(surfels[i]), spacing, reach);
     if (cost < best) best = cost, found = i;
   }
   return found;
 }
 
 TEST(SurfelMap, smallTrianglesMapToTheBestSurfelOfTheirCentre) {
-  // Triangles of a cell each, at all angles.
+  // Triangles of a tile each, at all angles.
   Level level;
   level.begin("crumbs");
   for (std::uint64_t i = 0; i < 600; ++i) {

@@ -66,7 +66,7 @@ TEST(PlaySpace, seesTheCamerasRoomInsideOnlyAndNotTheNextRoom) {
   EXPECT_GT(space.receivers.size(), 1000u);
 }
 
-// Cells as fine as a gap of a ten-billionth of a metre would be more than memory holds.
+// Voxels as fine as a gap of a ten-billionth of a metre would be more than memory holds.
 TEST(PlaySpace, aGapThinnerThanRaysCanTellIsNoFreeSpace) {
   Scene scene;
   Mesh bent = quad({0, 20.5f, 0}, {2, -0.5f, 0}, {0, 1.5f, 0});
@@ -74,7 +74,7 @@ TEST(PlaySpace, aGapThinnerThanRaysCanTellIsNoFreeSpace) {
   addInstance(scene, bent);
   finish(scene);
   const PlaySpace space = spaceOf(tracerOf(scene), walks(1000));
-  EXPECT_GT(space.cellSize, 1e-2f);
+  EXPECT_GT(space.voxelSize, 1e-2f);
   EXPECT_NEAR(space.seenTotal, 0.5 * space.total, 0.1 * space.total);
 }
 
@@ -201,7 +201,7 @@ TEST(PlaySpace, sameResultAtAnyThreadCount) {
   EXPECT_EQ(one.seenArea, many.seenArea);
   EXPECT_EQ(one.visible, many.visible);
   EXPECT_EQ(one.receivers, many.receivers);
-  EXPECT_EQ(one.cells, many.cells);
+  EXPECT_EQ(one.voxels, many.voxels);
 }
 
 TEST(PlaySpace, nothingToSeeIsAnError) {

@@ -27,23 +27,25 @@ std::string hex(std::uint64_t value) {
   return text;
 }
 
-// Points sorted by the cell of a uniform grid, so that neighbours are found in 27 short ranges.
-class CellGrid {
+// Points sorted into the buckets of a uniform grid, so that neighbours are found in 27 short ranges.
+class BucketGrid {
  public:
-  // cell [m]: halved while the points crowd in few of them, as they do where a bake claims an area it has not got.
-  CellGrid(std::span<const glm::vec3> points, float cell) : points_(points), cell_(cell), order_(points.size()) {
+  // bucketSize [m] is halved while most points crowd into few buckets, as they do in a bake that claims an area it does
+  // not have.
+  BucketGrid(std::span<const glm::vec3> points, float bucketSize)
+      : points_(points), bucketSize_(bucketSize), order_(points.size()) {
     constexpr int kTries = 64;
     sort();
     for (int i = 0; i < kTries && isCrowded(); ++i) {
-      cell_ *= 0.5f;
+      bucketSize_ *= 0.5f;
       sort();
     }
   }
 
-  // Distance to the nearest other point, or to anything beyond one cell: at least the cell's size.
+  // Distance to the nearest other point, or the size of a bucket if none is nearer.
   float nearest(std::uint32_t self) const {
-    float best = cell_ * cell_;
-    const glm::ivec3 center = cellOf(points_[self]);
+    float best = bucketSize_ * bucketSize_;
+    const glm::ivec3 center = bucketOf(points_[self]);
     for (int n = 0; n < 27; ++n) {
       const std::uint64_t k = key(center + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
       auto at = std::lower_bound(sorted_.begin(), sorted_.end(), k);
@@ -61,14 +63,14 @@ class CellGrid {
   void sort() {
     std::iota(order_.begin(), order_.end(), 0u);
     key_.clear();
-    for (const glm::vec3& p : points_) key_.push_back(key(cellOf(p)));
+    for (const glm::vec3& p : points_) key_.push_back(key(bucketOf(p)));
     std::sort(order_.begin(), order_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return key_[a] != key_[b] ? key_[a] < key_[b] : a < b; });
     sorted_.clear();
     for (const std::uint32_t i : order_) sorted_.push_back(key_[i]);
   }
 
-  // Whether a point shares its cell with very many, in the mean.
+  // Whether the mean point shares its bucket with very many.
   bool isCrowded() const {
     constexpr double kMax = 1024.0;
     double pairs = 0.0;
@@ -79,8 +81,8 @@ class CellGrid {
     return pairs > kMax * static_cast<double>(sorted_.size());
   }
 
-  glm::ivec3 cellOf(const glm::vec3& p) const {
-    const auto index = [&](float v) { return static_cast<int>(std::clamp(std::floor(v / cell_), -1e6f, 1e6f)); };
+  glm::ivec3 bucketOf(const glm::vec3& p) const {
+    const auto index = [&](float v) { return static_cast<int>(std::clamp(std::floor(v / bucketSize_), -1e6f, 1e6f)); };
     return {index(p.x), index(p.y), index(p.z)};
   }
   static std::uint64_t key(const glm::ivec3& c) {
@@ -89,7 +91,7 @@ class CellGrid {
   }
 
   std::span<const glm::vec3> points_;
-  float cell_;
+  float bucketSize_;
   std::vector<std::uint32_t> order_;
   std::vector<std::uint64_t> key_, sorted_;
 };
@@ -198,8 +200,8 @@ SpacingStatistics surfelSpacing(const Surfels& surfels) {
   const double area = static_cast<double>(surfels.areaEach) * n;
   if (n < 2 || !(area > 0.0)) return s;
   s.densest = std::sqrt(2.0 * area / (std::sqrt(3.0) * n));
-  // Cells of four times the densest spacing: whoever has no neighbour there counts with that distance.
-  const CellGrid grid(surfels.positionWorld, static_cast<float>(4.0 * s.densest));
+  // Buckets of four times the densest spacing: a surfel without a neighbour so near counts with that distance.
+  const BucketGrid grid(surfels.positionWorld, static_cast<float>(4.0 * s.densest));
   double sum = 0.0, squares = 0.0;
   s.min = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < n; ++i) {

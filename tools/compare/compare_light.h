@@ -12,8 +12,8 @@
 #include "relume/bake/context.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
-#include "tools/compare/compare_places.h"
 #include "tools/compare/compare_receivers.h"
+#include "tools/compare/match_caches.h"
 
 #include <string>
 #include <vector>

@@ -3,10 +3,12 @@
 #include "tools/compare/staleness.h"
 
 #include "bake/rays/ray_tracer_name.h"
+#include "bake/scene/surface_hash.h"
 #include "relume/bake/provenance.h"
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -117,9 +119,10 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
     stale.others.push_back("relume export made this level with another bake; export it again from its source");
     return stale;
   }
-  // Export keeps the order of the parts, and the order and number of their triangles.
+  // Export keeps the order of the parts, and all triangles with their corners' positions and normals.
   const std::vector<BakedInstance> now = describeInstances(scene);
   const Array<LightmapPart>& placed = bake.caches.lightmap.parts;
+  std::vector<std::optional<std::uint64_t>> hashNow(scene.meshes.size());
   if (now.size() != bake.instances.size()) {
     stale.others.push_back("the exported level had " + std::to_string(bake.instances.size()) + " parts, has " +
                            std::to_string(now.size()));
@@ -132,12 +135,18 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
     // What was a GPU instance is a node of another name, whose transform went through rotation and scale.
     if (then.node == now[i].node && then.transformHash != now[i].transformHash) changed(PartChange::Kind::moved);
     if (then.materialHash != now[i].materialHash) changed(PartChange::Kind::rematerialled);
-    const std::size_t triangles = scene.meshes[scene.instances[i].mesh].triangle.size();
-    if (i < placed.size() && placed[i].triangleCount > 0 && placed[i].triangleCount != triangles)
+    const std::uint32_t mesh = scene.instances[i].mesh;
+    const auto surface = scene.exportedSurfaces.find(then.geometryHash);
+    if (surface != scene.exportedSurfaces.end() && !hashNow[mesh]) hashNow[mesh] = hashSurface(scene.meshes[mesh]);
+    const bool recounted = i < placed.size() && placed[i].triangleCount > 0 &&
+                           placed[i].triangleCount != scene.meshes[mesh].triangle.size();
+    if (recounted || (surface != scene.exportedSurfaces.end() && surface->second != *hashNow[mesh]))
       changed(PartChange::Kind::reshaped);
   }
   if (!stale.upToDate()) stale.others.push_back("an exported level was changed; change its source, bake and export it");
   stale.notes.push_back("relume export made this level with this bake; only its source tells whether a rebake is due");
+  if (scene.exportedSurfaces.empty() && !bake.instances.empty())
+    stale.notes.push_back("an older relume export made this level; whether vertices moved since cannot be told");
   return stale;
 }
 

@@ -27,7 +27,8 @@ struct Staleness {
 Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Bake& bake);
 
 // The same of a level that relume export made (Scene::exportedWith), of which vertices were split and meshes copied: it
-// is up to date with the bake it was exported with, while its parts stand where they stood with the materials they had.
+// is up to date with the bake it was exported with, while its parts stand where they stood with the materials they had,
+// and their triangles' corners have the positions and normals that they were exported with (Scene::exportedSurfaces).
 // `bakeFileHash` is identifyBakeFile()'s.
 Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash);
 

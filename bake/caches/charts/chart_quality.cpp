@@ -29,7 +29,7 @@ void addTriangle(const std::array<glm::dvec3, 3>& p, const std::array<glm::vec2,
   const double s1 = std::sqrt(mean + off), s2 = std::sqrt(std::max(mean - off, 0.0));
   quality.surface += area;
   quality.squares += area * mean;
-  quality.anisotropy += area * (s1 < kMostAnisotropy * s2 ? s1 / s2 : kMostAnisotropy);
+  quality.anisotropy += area * (s1 < kMaxAnisotropy * s2 ? s1 / s2 : kMaxAnisotropy);
   const double ratio = 2.0 * area / twice;
   quality.areaRatio += area * std::max(ratio, 1.0 / ratio);
   const double bin = (std::log2(s1) - kFirstOctave) * kBinsPerOctave;

@@ -15,7 +15,7 @@ namespace relume {
 struct ChartQuality {
   double surface = 0.0;     // [m²]
   double squares = 0.0;     // (s1² + s2²) / 2: L2 stretch (Sander et al. 2001)
-  double anisotropy = 0.0;  // s1 / s2, at most kMostAnisotropy: quasi-conformal error
+  double anisotropy = 0.0;  // s1 / s2, at most kMaxAnisotropy: quasi-conformal error
   double areaRatio = 0.0;   // max(s1 s2, 1 / (s1 s2))
   double folded = 0.0;      // 1 for triangles turned over or without area in the chart, which are in no other sum
   std::array<double, 256> stretch{};  // histogram of s1, 16 bins an octave from 1/256 on
@@ -27,7 +27,7 @@ struct ChartQuality {
   double areaRatioMean() const;   // >= 1
 };
 
-inline constexpr double kMostAnisotropy = 100.0;
+inline constexpr double kMaxAnisotropy = 100.0;
 
 // scale [m per object unit]: what the charts were made for.
 ChartQuality measureCharts(const Mesh& mesh, std::span<const Chart> charts, float scale);

@@ -15,7 +15,7 @@ float cross2(const glm::vec2& a, const glm::vec2& b) { return a.x * b.y - a.y * 
 
 float signedArea(const std::array<glm::vec2, 3>& t) { return 0.5f * cross2(t[1] - t[0], t[2] - t[0]); }
 
-// Smallest barycentric coordinate of p: positive strictly inside.
+// Smallest barycentric coordinate of p, which is positive strictly inside the triangle.
 float insideness(const std::array<glm::vec2, 3>& t, const glm::vec2& p) {
   const float twice = cross2(t[1] - t[0], t[2] - t[0]);
   if (twice == 0.0f) return -1.0f;
@@ -34,7 +34,7 @@ void bounds(const Chart& chart, glm::vec2& low, glm::vec2& high) {
   }
 }
 
-// Least and greatest x of the triangle between two heights; empty (the least above the greatest) where it is not there.
+// Smallest and largest x of the triangle between two heights; the smallest exceeds the largest if it has no part there.
 glm::vec2 widthBetween(const std::array<glm::vec2, 3>& t, float low, float high) {
   glm::vec2 width(std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity());
   const auto include = [&](float x) { width = {std::min(width.x, x), std::max(width.y, x)}; };
@@ -55,8 +55,8 @@ std::vector<glm::vec2> convexHull(std::vector<glm::vec2> points) {
   if (points.size() < 3) return points;
   std::vector<glm::vec2> hull(2 * points.size());
   std::size_t n = 0;
-  const auto add = [&](const glm::vec2& p, std::size_t least) {
-    while (n >= least && cross2(hull[n - 1] - hull[n - 2], p - hull[n - 1]) <= 0.0f) --n;
+  const auto add = [&](const glm::vec2& p, std::size_t minSize) {
+    while (n >= minSize && cross2(hull[n - 1] - hull[n - 2], p - hull[n - 1]) <= 0.0f) --n;
     hull[n++] = p;
   };
   for (const glm::vec2& p : points) add(p, 2);
@@ -87,7 +87,7 @@ Chart projectPlanar(const Mesh& mesh, const FaceGraph& graph, std::span<const st
   const glm::vec3 helper = std::abs(normal.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
   const glm::vec3 u = glm::normalize(glm::cross(helper, normal)), v = glm::cross(normal, u);
 
-  // Subtract an origin first, so that precision follows the chart's size and not its place.
+  // Subtract an origin first, so that precision depends on the chart's size and not on its position.
   const glm::vec3 origin = mesh.position[mesh.triangle[faces.front()].x];
   chart.triangle.assign(faces.begin(), faces.end());
   chart.uv.resize(faces.size());
@@ -108,7 +108,7 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
   bounds(chart, low, high);
   const glm::vec2 size = glm::max(high - low, glm::vec2(1e-20f));
 
-  // About sixteen samples a triangle, on a lattice of at most 256 x 256 that no edge of a regular mesh lies on.
+  // Take about sixteen samples per triangle, on a lattice of at most 256 x 256 that avoids the edges of regular meshes.
   const double samples = std::clamp(16.0 * static_cast<double>(chart.triangle.size()) * size.x * size.y /
                                         std::max(1e-30, static_cast<double>(chart.areaUv)),
                                     256.0, 65536.0);
@@ -128,7 +128,8 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
     fresh.clear();
     const int left = std::max(0, static_cast<int>(from.x) - 1), right = std::min(columns - 1, static_cast<int>(to.x));
     for (int y = std::max(0, static_cast<int>(from.y) - 1); y <= std::min(rows - 1, static_cast<int>(to.y)); ++y) {
-      // Of a long triangle, only what is near it in this row: a needle across the chart has the chart for its bounds.
+      // Visit only the samples near the triangle in this row: the bounds of a needle across the chart are the whole
+      // chart.
       int first = left, last = right;
       if (right - left > kWide) {
         const float height = low.y + static_cast<float>(y) * step.y;
@@ -140,19 +141,19 @@ std::vector<std::uint32_t> splitOverlaps(Chart& chart) {
       for (int x = first; x <= last; ++x) {
         const glm::vec2 p = low + (glm::vec2(x, y) + glm::vec2(0.4817f, 0.5253f)) * step;
         if (insideness(t, p) <= 1e-3f) continue;
-        const std::uint32_t cell = static_cast<std::uint32_t>(y * columns + x);
-        if (taken[cell])
+        const std::uint32_t sample = static_cast<std::uint32_t>(y * columns + x);
+        if (taken[sample])
           ++covered;
         else
-          fresh.push_back(cell);
+          fresh.push_back(sample);
       }
     }
-    // A sample or two may fall between edges that only rounding crosses.
+    // Tolerate a sample or two: edges may cross by a rounding error.
     if (covered > 0 && 8 * covered > covered + fresh.size()) {
       off.push_back(chart.triangle[i]);
       continue;
     }
-    for (const std::uint32_t cell : fresh) taken[cell] = 1;
+    for (const std::uint32_t sample : fresh) taken[sample] = 1;
     chart.triangle[kept] = chart.triangle[i];
     chart.uv[kept++] = chart.uv[i];
   }
@@ -167,12 +168,12 @@ void fitRectangle(Chart& chart) {
   for (const auto& corners : chart.uv) points.insert(points.end(), corners.begin(), corners.end());
   const std::vector<glm::vec2> hull = convexHull(std::move(points));
 
-  // One side of the smallest rectangle lies along an edge of the hull.
+  // The smallest rectangle has a side along an edge of the hull.
   glm::vec2 axis(1.0f, 0.0f);
-  float least = std::numeric_limits<float>::infinity();
-  // Of a hull of very many edges, every n-th is asked: they turn by less than one can see.
-  constexpr std::size_t kMostTests = 1u << 24;
-  const std::size_t stride = 1 + hull.size() * hull.size() / (kMostTests + 1);
+  float minArea = std::numeric_limits<float>::infinity();
+  // Try only every n-th edge of a hull of very many: neighbouring edges differ by less than one can see.
+  constexpr std::size_t kMaxTests = 1u << 24;
+  const std::size_t stride = 1 + hull.size() * hull.size() / (kMaxTests + 1);
   for (std::size_t i = 0; i < hull.size() && hull.size() >= 3; i += stride) {
     const glm::vec2 edge = hull[(i + 1) % hull.size()] - hull[i];
     const float length = glm::length(edge);
@@ -185,9 +186,9 @@ void fitRectangle(Chart& chart) {
       high = glm::max(high, q);
     }
     const glm::vec2 size = high - low;
-    // Demand a clear gain: near ties keep the first axis, whatever the rounding.
-    if (size.x * size.y < 0.999f * least) {
-      least = size.x * size.y;
+    // Require a clear gain: at near ties the first axis stays, whatever the rounding.
+    if (size.x * size.y < 0.999f * minArea) {
+      minArea = size.x * size.y;
       axis = size.x >= size.y ? d : glm::vec2(-d.y, d.x);
     }
   }

@@ -23,9 +23,9 @@ float typicalScale(const glm::mat4& toWorld) {
   return scale > 0.0f && std::isfinite(scale) ? scale : 1.0f;
 }
 
-// Points that can stand for the chart: the one nearest its centre of area, then the middles of its largest triangles.
+// Points that can stand for a whole chart: the one nearest to its centroid, then the middles of its largest triangles.
 std::vector<ChartPoint> representativePoints(const Chart& chart) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMaxKept = 8;
   glm::dvec2 center(0.0);
   double total = 0.0;
   std::vector<float> area(chart.triangle.size());
@@ -39,7 +39,7 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
 
   std::vector<ChartPoint> points;
   std::size_t nearest = 0;
-  float least = INFINITY;
+  float minDistance2 = INFINITY;
   for (std::size_t i = 0; i < chart.triangle.size(); ++i) {
     const auto& t = chart.uv[i];
     const float twice = cross2(t[1] - t[0], t[2] - t[0]);
@@ -51,8 +51,8 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
       }
     }
     const glm::vec2 away = (t[0] + t[1] + t[2]) / 3.0f - middle;
-    if (glm::dot(away, away) < least) {
-      least = glm::dot(away, away);
+    if (glm::dot(away, away) < minDistance2) {
+      minDistance2 = glm::dot(away, away);
       nearest = i;
     }
   }
@@ -61,14 +61,14 @@ std::vector<ChartPoint> representativePoints(const Chart& chart) {
 
   std::vector<std::uint32_t> order(chart.triangle.size());
   std::iota(order.begin(), order.end(), 0u);
-  const std::size_t kept = std::min(kMost - 1, order.size());
+  const std::size_t kept = std::min(kMaxKept - 1, order.size());
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end(),
                     [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
   for (std::size_t i = 0; i < kept; ++i) points.push_back({chart.triangle[order[i]], kMiddle});
   return points;
 }
 
-// Charts of a mesh with what placement asks of them.
+// The charts of a mesh, and what placing caches on them needs.
 MeshCharts makeMeshCharts(const Mesh& mesh, float scale, bool useTexcoord1, Context& context) {
   MeshCharts result;
   result.scale = scale;
@@ -87,8 +87,8 @@ MeshCharts makeMeshCharts(const Mesh& mesh, float scale, bool useTexcoord1, Cont
   return result;
 }
 
-// World metres per chart metre along u and v: one factor where the instance scales evenly, else the root mean square
-// over the chart of what the map uv -> world does to each axis.
+// World metres per chart metre along u and v: one factor for an instance with uniform scale, otherwise the root mean
+// square over the chart of how the map uv -> world stretches each axis.
 glm::vec2 uvScaleOf(const Scene& scene, const Instance& instance, const MeshCharts& charts, const Chart& chart) {
   const glm::mat3 linear(instance.toWorld);
   const glm::mat3 gram = glm::transpose(linear) * linear;
@@ -135,7 +135,7 @@ std::size_t largestFace(const Chart& chart) {
 void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t index, PatchSet& set) {
   const Instance& instance = scene.instances[index];
   const MeshCharts& charts = set.meshes[instance.mesh];
-  std::vector<std::uint32_t> placed(charts.parts.curvature.size(), kNone);  // of PatchSet::parts
+  std::vector<std::uint32_t> indexOfPart(charts.parts.curvature.size(), kNone);  // of PatchSet::parts
   const float objectScale = typicalScale(instance.toWorld);
   for (std::uint32_t c = 0; c < charts.charts.size(); ++c) {
     const Chart& chart = charts.charts[c];
@@ -155,11 +155,11 @@ void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t in
       const float density = instance.texelDensity * (visible ? 1.0f : kIndirectDensity);
       std::uint32_t part = visible ? partOf(charts, chart, largestFace(chart)) : kNone;
       if (part != kNone) {
-        if (placed[part] == kNone) {
-          placed[part] = static_cast<std::uint32_t>(set.parts.size());
+        if (indexOfPart[part] == kNone) {
+          indexOfPart[part] = static_cast<std::uint32_t>(set.parts.size());
           set.parts.push_back({index, 0.0f, charts.parts.curvature[part] / objectScale, density});
         }
-        part = placed[part];
+        part = indexOfPart[part];
         set.parts[part].area += static_cast<float>(area);
       }
       set.patches.push_back({index, c, side, uvScale, static_cast<float>(area), density, density, part});
@@ -172,33 +172,33 @@ glm::vec2 worldOrder(const Instance& instance, const glm::vec2& barycentric) {
   return instance.flipped ? glm::vec2(barycentric.y, barycentric.x) : barycentric;
 }
 
-// Drop the emptiest patches (kMostEmpty).
+// Drop the emptiest patches (kMaxEmpty).
 void dropWidePatches(PatchSet& set, const Scene& scene) {
-  struct Place {
+  struct Emptiness {
     double emptiness, rectangle;  // rectangle per seen area; [m²] at the density of the texels
     std::uint32_t patch;
   };
-  std::vector<Place> places;
+  std::vector<Emptiness> order;
   double all = 0.0, seen = 0.0;
   for (std::uint32_t p = 0; p < set.patches.size(); ++p) {
     const Patch& patch = set.patches[p];
     const glm::dvec2 size(set.meshes[scene.instances[patch.instance].mesh].size[patch.chart] * patch.uvScale);
     const double perArea = static_cast<double>(patch.density) * static_cast<double>(patch.density);
     const double rectangle = size.x * size.y * perArea;
-    places.push_back({rectangle / (static_cast<double>(patch.area) * perArea), rectangle, p});
+    order.push_back({rectangle / (static_cast<double>(patch.area) * perArea), rectangle, p});
     all += rectangle;
     seen += static_cast<double>(patch.area) * perArea;
   }
-  if (!(all > kMostEmpty * seen)) return;
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+  if (!(all > kMaxEmpty * seen)) return;
+  std::sort(order.begin(), order.end(), [](const Emptiness& a, const Emptiness& b) {
     return a.emptiness != b.emptiness ? a.emptiness > b.emptiness : a.patch < b.patch;
   });
   std::vector<std::uint8_t> gone(set.patches.size(), 0);
-  for (const Place& place : places) {
-    if (!(all > kMostEmpty * seen)) break;
-    all -= place.rectangle;
-    gone[place.patch] = 1;
-    set.wide.push_back(set.patches[place.patch].instance);
+  for (const Emptiness& each : order) {
+    if (!(all > kMaxEmpty * seen)) break;
+    all -= each.rectangle;
+    gone[each.patch] = 1;
+    set.wide.push_back(set.patches[each.patch].instance);
   }
   std::sort(set.wide.begin(), set.wide.end());
   set.wide.erase(std::unique(set.wide.begin(), set.wide.end()), set.wide.end());
@@ -220,7 +220,7 @@ double wideShare(const Scene& scene, const PlaySpace& playSpace) {
     const Instance& instance = scene.instances[scene.instanceOf(side / 2)];
     const auto c = scene.corners(instance, side / 2 - instance.firstTriangle);
     const double parallelogram = glm::length(glm::cross(glm::dvec3(c[1] - c[0]), glm::dvec3(c[2] - c[0])));
-    if (parallelogram > kMostEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];
+    if (parallelogram > kMaxEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];
   }
   return playSpace.seenTotal > 0.0 ? wide / playSpace.seenTotal : 0.0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Patches: the charts of the level's meshes at their places in the world, one for each side that is seen. A patch is
-// what gets a rectangle of light-map texels.
+// Makes patches: the charts of the level's meshes as instances place them in the world, one for each side that is seen.
+// Each patch gets a rectangle of light-map texels.
 #pragma once
 
 #include "bake/caches/caches.h"
@@ -47,13 +47,13 @@ struct PatchSet {
   std::vector<SmoothPart> parts;    // by instance
 };
 
-// Unwrap every mesh that a fixed instance uses and find the sides of its charts that are seen. Surfaces that no
-// receiver sees itself, but whose light it sees, get kIndirectDensity of the texels. What is seen from far away only
-// has none; nor have the emptiest charts, as long as all rectangles together are more than kMostEmpty times what is
-// seen: texels could not be small enough on a ground of many kilometres.
-inline constexpr double kMostEmpty = 64.0;
+// Unwrap every mesh that a fixed instance uses, and find the sides of its charts that are seen. Surfaces that receivers
+// do not see, but from which light reaches them, get kIndirectDensity of the texels. Surfaces that are seen from far
+// away only get none. The emptiest charts get none either, as long as all rectangles together have more than kMaxEmpty
+// times the seen area: otherwise the ground of a level of many kilometres would make texels too large everywhere.
+inline constexpr double kMaxEmpty = 64.0;
 inline constexpr float kIndirectDensity = 0.5f;
-// The share of what is seen that is on triangles so much larger than all of it.
+// Share of the seen area that lies on triangles more than kMaxEmpty times as large as all seen area.
 double wideShare(const Scene& scene, const PlaySpace& playSpace);
 PatchSet makePatches(const Scene& scene, const PlaySpace& playSpace, const CacheOptions& options, Context& context);
 

@@ -14,7 +14,8 @@
 namespace relume {
 namespace {
 
-// Give equal positions one number. Sorting by bits keeps it independent of the order of vertices.
+// Give equal positions the same number. Numbers are in the order of the positions' bits, and so independent of the
+// vertices'.
 std::vector<std::uint32_t> weldPositions(const Mesh& mesh) {
   const std::size_t count = mesh.position.size();
   std::vector<std::array<std::uint32_t, 3>> key(count);
@@ -36,7 +37,8 @@ struct Edge {
   std::uint32_t low, high, face;
 };
 
-// Neighbours across every edge by position. Edges of more than a few faces (fans of foliage cards) link in a chain.
+// Find neighbours across every edge, by position. The faces of an edge of many, as in fans of foliage cards, form a
+// chain.
 void linkNeighbors(const Mesh& mesh, FaceGraph& graph) {
   std::vector<Edge> edges;
   edges.reserve(3 * graph.vertex.size());
@@ -136,7 +138,7 @@ class Grower {
     sum_.push_back(sum);
   }
 
-  // Let slivers that growth left over join a neighbour.
+  // Join slivers that no region took to a neighbour.
   void mergeSmall() {
     constexpr std::size_t kSmallFaces = 64;
     std::vector<std::uint32_t> order(faces_.size());
@@ -173,7 +175,7 @@ class Grower {
   bool join(std::uint32_t small, std::uint32_t large) {
     const glm::vec3 sum = sum_[small] + sum_[large];
     const float length = glm::length(sum);
-    // The larger region's faces keep their place only while its mean hardly turns.
+    // Merge only if the larger region's mean normal hardly turns, so that its own faces still agree with it.
     if (glm::dot(sum, sum_[large]) < 0.97f * length * glm::length(sum_[large])) return false;
     for (const std::uint32_t face : faces_[small]) {
       if (glm::dot(graph_.normal[face], sum) < limits_.cosMerge * length) return false;
@@ -190,7 +192,7 @@ class Grower {
   const Context& context_;
   std::vector<std::uint32_t> region_;  // of a face
   std::vector<std::vector<std::uint32_t>> faces_;
-  std::vector<glm::vec3> sum_;  // area-weighted normals
+  std::vector<glm::vec3> sum_;  // area-weighted sum of normals
 };
 
 }  // namespace

@@ -13,17 +13,16 @@
 namespace relume {
 namespace {
 
-// Normals of two faces at a corner agree within a degree or so, or the edge is a crease.
+// Two faces whose normals at a common corner differ by more than about a degree meet in a crease.
 constexpr float kSameNormal = 0.9998f;
-// A part of fewer texels is too small to be looked at, one of more has texels enough for its form.
+// A part with fewer texels is too small to be looked at; one with more has enough texels to show its form.
 constexpr double kMinTexels = 0.5, kMaxTexels = 3000.0;
-// Texels are at most so many times denser: those of parts of up to kSmallTexels, and of larger ones, a bust's, which
-// would spend the budget alone.
+// Largest factors on a part's density: with up to kSmallTexels, and with more. A bust would spend the budget alone.
 constexpr double kMaxFactor = 16.0, kMaxFactorOfLarge = 2.0, kSmallTexels = 300.0;
-// Of all texels, what smooth parts may have more than their share.
+// Share of all texels that smooth parts may get in addition to their own.
 constexpr double kBudget = 0.1;
-// Where normals turn more than that although the budget is spent, texels show as they did: it is better spent
-// elsewhere.
+// If normals would still turn more than this with the whole budget, texels would show all the same: the budget is not
+// spent.
 constexpr double kUsefulTurn = 0.6;
 
 // Whether the mesh's normals agree along the edge of two faces.
@@ -44,7 +43,7 @@ double texelsOf(const SmoothPart& part, double texelSize) {
   return static_cast<double>(part.area) / (texel * texel);
 }
 
-// How much denser a part's texels become, if none may turn more than `turn` from texel to texel.
+// Factor on a part's density so that it turns no more than `turn` from texel to texel, as far as it may.
 double factorFor(const SmoothPart& part, double texelSize, double turn) {
   if (!isFollowed(part, static_cast<float>(texelSize))) return 1.0;
   const double texel = texelSize / static_cast<double>(part.density);
@@ -52,7 +51,7 @@ double factorFor(const SmoothPart& part, double texelSize, double turn) {
                     texelsOf(part, texelSize) > kSmallTexels ? kMaxFactorOfLarge : kMaxFactor);
 }
 
-// Texels that the parts cost beyond their share.
+// Texels that the parts need in addition to their own for that.
 double extraTexels(const std::vector<SmoothPart>& parts, double texelSize, double turn) {
   double extra = 0.0;
   for (const SmoothPart& part : parts) {
@@ -95,7 +94,7 @@ MeshParts findSmoothParts(const Mesh& mesh) {
     area[root(f)] += static_cast<double>(graph.area[f]);
     sum[root(f)] += turning[f];
   }
-  // Number those that are curved; a flat one turns by rounding alone.
+  // Number the parts that are curved: a flat one turns by rounding errors only.
   std::vector<std::uint32_t> number(up.size(), kNone);
   for (std::uint32_t f = 0; f < up.size(); ++f) {
     if (root(f) != f || !(area[f] > 0.0) || !(sum[f] > 1e-2 * std::sqrt(area[f]))) continue;
@@ -116,7 +115,7 @@ void followCurvature(PatchSet& set, float texelSize) {
     const double density = static_cast<double>(patch.levelDensity);
     texels += static_cast<double>(patch.area) * density * density / (texel * texel);
   }
-  // The least turn that the budget allows, if it is of use.
+  // Find the smallest turn that the budget allows, if that is small enough to be of use.
   double low = static_cast<double>(kMaxTurn), high = kUsefulTurn;
   const bool useful = extraTexels(set.parts, texel, high) <= kBudget * texels;
   if (useful && extraTexels(set.parts, texel, low) <= kBudget * texels) high = low;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Small smooth parts: a ball, a bust, a pipe. Normals that turn by a good part of a radian from texel to texel show the
-// texels as facets and the borders of charts as seams, and caches that look so differently miss light between them. So
-// such parts get texels small enough for their curvature, at the expense of all others, within a budget.
+// Gives small smooth parts, such as a ball, a bust or a pipe, smaller texels. Where normals turn by a large part of a
+// radian from texel to texel, texels show as facets and borders of charts as seams, and neighbouring caches that look
+// so differently miss light between them. So such parts get texels that are small enough for their curvature, at the
+// expense of all other surfaces, within a budget.
 //
-// A part is a set of faces joined over edges at which the mesh's own normals agree. Its curvature is the mean over its
-// surface of how much the normal turns, summed over the two directions of a surface: with an edge of length l at which
-// it turns by t, sum t l / area, which is 2 / r for a ball of radius r.
+// A part is a set of faces that are joined over edges at which the mesh's own normals agree. Its curvature is how much
+// the normal turns per metre, summed over the two directions of the surface and averaged over it: sum of t l / area,
+// with t the angle by which the normal turns at an edge of length l. For a ball of radius r it is 2 / r.
 #pragma once
 
 #include "bake/caches/charts/segment.h"
@@ -26,7 +27,7 @@ struct MeshParts {
 // The smooth parts of a mesh that are curved at all.
 MeshParts findSmoothParts(const Mesh& mesh);
 
-// A part at its place.
+// A part of an instance.
 struct SmoothPart {
   std::uint32_t instance = 0;
   float area = 0.0f;       // [m²] that is seen
@@ -35,13 +36,13 @@ struct SmoothPart {
   float factor = 1.0f;     // by which followCurvature() raised it
 };
 
-// Curvature times texel size up to which texels follow a part. A ball of radius r gets texels of 0.15 r.
+// [rad] Texels follow a part until curvature times texel size is this. A ball of radius r gets texels of 0.15 r.
 inline constexpr float kMaxTurn = 0.3f;
 
-// Whether a part has so few texels of a size [m] that its form may not come out, and enough to be looked at.
+// Whether a part may have too few texels of this size [m] to show its form, but is large enough to be looked at.
 bool isFollowed(const SmoothPart& part, float texelSize);
 
-// Set the density of all patches of smooth parts for texels of a size. [m]
+// Set the density of all patches of smooth parts, for texels of this size [m].
 void followCurvature(PatchSet& set, float texelSize);
 
 }  // namespace relume

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Cuts a mesh into charts and flattens them: regions that look one way, projected along their mean normal, or mapped
-// conformally where they are curved; or the islands of TEXCOORD_1 where the level brings its own. Light-map texels are
-// large beside most triangles, so few and large charts matter more than little stretch.
+// Cuts a mesh into charts and flattens them. Charts are regions of similar normals, projected along their mean normal,
+// or mapped conformally if they are curved. If the level has its own light-map coordinates, charts are the islands of
+// TEXCOORD_1. Light-map texels are large compared with most triangles, so few and large charts matter more than low
+// stretch.
 #include "bake/caches/charts/flatten.h"
 #include "bake/caches/charts/lscm.h"
 #include "bake/caches/charts/segment.h"
@@ -12,13 +13,13 @@
 namespace relume {
 namespace {
 
-// A projection that loses less area than this needs no better map.
+// A projection that loses a smaller share of area than this is good enough.
 constexpr float kFlatEnough = 0.92f;
-// Curved charts below this share of the mesh's area stay projected: nobody sees their stretch.
+// Curved charts with less than this share of the mesh's area stay projected: their stretch is not visible.
 constexpr double kCurvedAreaShare = 1e-4;
-constexpr std::size_t kFewestCurvedFaces = 6;
-// Beyond this many faces a sparse solve costs seconds.
-constexpr std::size_t kMostCurvedFaces = 50000;
+constexpr std::size_t kMinCurvedFaces = 6;
+// With more faces, the sparse solve would take seconds.
+constexpr std::size_t kMaxCurvedFaces = 50000;
 
 // Replace the projection by a conformal map if that stretches less and neither folds nor overlaps.
 void improveCurved(const Mesh& mesh, const FaceGraph& graph, float scale, Chart& chart) {
@@ -30,7 +31,7 @@ void improveCurved(const Mesh& mesh, const FaceGraph& graph, float scale, Chart&
   chart = std::move(*conformal);
 }
 
-// Pieces of a region after everything that overlaps has been split off, until nothing does.
+// Split off the faces of a region that overlap others, again and again, until nothing overlaps. Returns the pieces.
 void flattenRegion(const Mesh& mesh, const FaceGraph& graph, std::span<const std::uint32_t> faces, float scale,
                    std::vector<Chart>& charts, const Context& context) {
   constexpr int kMaxRounds = 32;
@@ -39,7 +40,8 @@ void flattenRegion(const Mesh& mesh, const FaceGraph& graph, std::span<const std
     std::vector<std::vector<std::uint32_t>> next;
     for (const auto& piece : pending) {
       if (context.cancelled()) return;
-      // A pile of coincident faces would take a round each: past the limit every face stands alone.
+      // A pile of coincident faces would take one round per face. After the limit, every face becomes a piece of its
+      // own.
       if (round >= kMaxRounds) {
         for (const std::uint32_t face : piece) charts.push_back(projectPlanar(mesh, graph, std::span(&face, 1), scale));
         continue;
@@ -48,7 +50,7 @@ void flattenRegion(const Mesh& mesh, const FaceGraph& graph, std::span<const std
       const std::vector<std::uint32_t> off = splitOverlaps(chart);
       if (!off.empty()) {
         for (auto& rest : connectedPieces(graph, off)) next.push_back(std::move(rest));
-        // What is left may have come apart.
+        // What is left may no longer be connected.
         for (const auto& rest : connectedPieces(graph, chart.triangle)) {
           charts.push_back(projectPlanar(mesh, graph, rest, scale));
         }
@@ -76,7 +78,7 @@ std::vector<Chart> unwrapMesh(const Mesh& mesh, float scale, Context& context) {
   for (Chart& chart : charts) {
     if (context.cancelled()) return charts;
     const bool curved = chart.areaUv < kFlatEnough * chart.areaSurface && chart.areaSurface > kCurvedAreaShare * total;
-    if (curved && chart.triangle.size() >= kFewestCurvedFaces && chart.triangle.size() <= kMostCurvedFaces) {
+    if (curved && chart.triangle.size() >= kMinCurvedFaces && chart.triangle.size() <= kMaxCurvedFaces) {
       improveCurved(mesh, graph, scale, chart);
     }
     fitRectangle(chart);

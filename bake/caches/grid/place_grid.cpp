@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See place_grid.h. A point inside geometry, by the back faces it sees, moves within its cell or goes; a point that
-// sees nothing of what the play space sees is where no receiver comes.
+// See place_grid.h. A point that sees too many back faces is inside geometry: it moves a little, or is dropped. A point
+// that sees nothing of what the play space sees is dropped, too: no receiver comes there.
 #include "bake/caches/grid/place_grid.h"
 
 #include "bake/base/parallel.h"
@@ -20,15 +20,15 @@
 namespace relume {
 namespace {
 
-// Least share of rays that must end on surfaces the play space sees.
+// Smallest share of a point's rays that must end on surfaces that the play space sees.
 constexpr float kMinSeenShare = 0.05f;
 // How far a point may move along each axis, in spacings of its level.
 constexpr float kMaxMove = 0.4f;
-// The count is corrected for points without a valid place when more than this share is missing. One point in a few, but
-// so many, tell how many are.
+// The layout is tried again, with another count, when the number of valid points is off by more than this share. Trials
+// estimate that number from every n-th point, but from at least kEnoughPoints.
 constexpr double kCloseEnough = 0.05;
 constexpr std::size_t kEnoughPoints = 1024;
-// Places within this share of the distance from a bad place to what is nearest to it are as bad.
+// Positions nearer to a bad one than this share of the free distance around it are taken to be as bad.
 constexpr float kSameShare = 0.7f;
 
 // Offsets to try, nearest first: the point itself, then a 5 x 5 x 5 lattice within the reach of a move.
@@ -44,23 +44,23 @@ std::vector<glm::vec3> moves() {
   return result;
 }
 
-enum class Verdict : std::uint8_t { dropped, inPlace, moved };
+enum class Verdict : std::uint8_t { dropped, kept, moved };
 
-struct Places {
+struct Probed {
   std::vector<glm::vec3> position;  // [m] [Size points]
   std::vector<Verdict> verdict;
 };
 
-// Find a valid place for every so many-th point; drop the others.
-Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points,
-                  std::size_t every, float maxBackFaceShare, Context& context) {
-  Places places;
-  places.position.resize(points.size());
-  places.verdict.assign(points.size(), Verdict::dropped);
+// Find a valid position for every n-th point (n = every), and drop those that have none.
+Probed probePoints(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points,
+                   std::size_t every, float maxBackFaceShare, Context& context) {
+  Probed probed;
+  probed.position.resize(points.size());
+  probed.verdict.assign(points.size(), Verdict::dropped);
   const std::vector<glm::vec3> offsets = moves();
   const std::size_t asked = (points.size() + every - 1) / every;
   parallelChunks(context, "grid", asked, 16, [&](std::size_t begin, std::size_t end) {
-    std::vector<glm::vec4> bad;  // places of a point and how far around it is the same
+    std::vector<glm::vec4> bad;  // bad positions of the point, each with the radius within which others are as bad
     for (std::size_t i = begin * every; i < end * every && i < points.size(); i += every) {
       const glm::vec3 reach = (points[i].refined ? 0.5f : 1.0f) * layout.spacing;
       const float contact = 0.02f * std::min({reach.x, reach.y, reach.z});
@@ -73,19 +73,19 @@ Places findPlaces(const Prober& prober, const GridLayout& layout, const std::vec
           continue;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
         const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
-        // Outside the play space every place of the cell is.
+        // Outside the play space, no nearby position is any better.
         if (k == 0 && !inside && around.seen < kMinSeenShare) break;
         if (inside || around.seen < kMinSeenShare) {
           bad.emplace_back(p, kSameShare * around.free);
           continue;
         }
-        places.position[i] = p;
-        places.verdict[i] = k == 0 ? Verdict::inPlace : Verdict::moved;
+        probed.position[i] = p;
+        probed.verdict[i] = k == 0 ? Verdict::kept : Verdict::moved;
         break;
       }
     }
   });
-  return places;
+  return probed;
 }
 
 }  // namespace
@@ -95,33 +95,33 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
   PlacedGrid result;
   const Prober prober(tracer, playSpace);
 
-  // 1. Lattice and bricks, once more where many points have no valid place
+  // 1. Lattice and bricks, laid again if many points have no valid position
   const bool byCount = options.gridResolution == glm::uvec3(0) && !(options.gridSpacing > 0.0f);
-  // What is too large for the light map reads the grid: the caches that it would have had go there.
+  // Surfaces too large for the light map read the grid, which gets the caches that they would have had.
   const double wanted =
       options.gridCaches +
       (options.gridCaches > 0 && byCount ? options.lightmapCaches * wideShare(tracer.scene(), playSpace) : 0.0);
-  double count = wanted, leastOff = INFINITY;
+  double count = wanted, minOff = INFINITY;
   GridLayout layout;
   std::vector<GridPoint> points;
-  Places places;
-  std::size_t every = 1;  // so many-th point has been asked
+  Probed probed;
+  std::size_t every = 1;  // every n-th point has been probed
   for (int pass = 0; pass < 3 && !context.cancelled(); ++pass) {
     Result<GridLayout> laidOut = layoutGrid(tracer, playSpace, options, count, context);
     if (!laidOut) return laidOut.error();
     GridLayout trial = std::move(*laidOut);
     std::vector<GridPoint> trialPoints = pointsOf(trial);
     const std::size_t trialEvery = byCount ? std::max<std::size_t>(1, trialPoints.size() / kEnoughPoints) : 1;
-    Places trialPlaces = findPlaces(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);
-    const auto dropped = std::count(trialPlaces.verdict.begin(), trialPlaces.verdict.end(), Verdict::dropped);
+    Probed trialProbed = probePoints(prober, trial, trialPoints, trialEvery, options.maxBackFaceShare, context);
+    const auto dropped = std::count(trialProbed.verdict.begin(), trialProbed.verdict.end(), Verdict::dropped);
     const double valid =
         static_cast<double>(trialPoints.size() - static_cast<std::size_t>(dropped)) * static_cast<double>(trialEvery);
     const double off = byCount && valid > 0.0 ? std::abs(std::log(valid / wanted)) : 0.0;
-    if (off < leastOff) {
-      leastOff = off;
+    if (off < minOff) {
+      minOff = off;
       layout = std::move(trial);
       points = std::move(trialPoints);
-      places = std::move(trialPlaces);
+      probed = std::move(trialProbed);
       every = trialEvery;
     }
     if (off < kCloseEnough) break;
@@ -129,16 +129,16 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
   }
   if (context.cancelled()) return cancelledError();
   if (points.empty()) return PlacedGrid{};
-  if (every > 1) places = findPlaces(prober, layout, points, 1, options.maxBackFaceShare, context);
+  if (every > 1) probed = probePoints(prober, layout, points, 1, options.maxBackFaceShare, context);
 
-  // 2. Indices of the valid ones
+  // 2. Numbers of the valid points
   std::vector<std::uint32_t> cache(points.size(), kNoCache);
   double moved = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (places.verdict[i] == Verdict::dropped) continue;
+    if (probed.verdict[i] == Verdict::dropped) continue;
     cache[i] = static_cast<std::uint32_t>(result.position.size());
-    result.position.push_back(places.position[i]);
-    moved += places.verdict[i] == Verdict::moved;
+    result.position.push_back(probed.position[i]);
+    moved += probed.verdict[i] == Verdict::moved;
   }
   CacheGrid& grid = result.grid;
   grid.resolution = layout.resolution;
@@ -153,7 +153,7 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
   grid.fine = std::move(fine);
   grid.brick = std::move(layout.brick);
 
-  // 3. How far they see
+  // 3. How far the caches see
   grid.depth = seeDepths(tracer, result.position, grid.depthUnit(), context);
   context.figure("grid_points", static_cast<double>(points.size()));
   context.figure("grid_bricks", grid.brickCount());

@@ -18,9 +18,9 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kMostAlong = 1024;
-// Where a box around all that is seen would be so many times as long as one around most of it, the latter counts: large
-// triangles are seen in a corner.
+constexpr std::uint32_t kMaxAlong = 1024;
+// If the box around all that is seen is more than this many times as long as the box around most of it, the latter is
+// used: of a large triangle, only a corner may be seen.
 constexpr float kMuchLonger = 4.0f;
 constexpr double kOutermost = 0.01;  // receivers left out at each end
 
@@ -34,7 +34,7 @@ struct Box {
 
 using Triangles = std::vector<std::array<glm::vec3, 3>>;
 
-// The triangles of which a side is seen.
+// The triangles of which at least one side is seen.
 Triangles seenTriangles(const Scene& scene, const PlaySpace& playSpace) {
   Triangles result;
   for (const Instance& instance : scene.instances) {
@@ -109,7 +109,7 @@ void split(const Polygon& whole, int axis, float at, Polygon& below, Polygon& ab
   }
 }
 
-// The cell along an axis. The outermost cells reach to infinity: receivers out there read them.
+// Number of the cell along an axis. The outermost cells reach to infinity: receivers out there read them.
 std::uint32_t cellAlong(float v, std::uint32_t cells) {
   return static_cast<std::uint32_t>(std::clamp(v, 0.0f, static_cast<float>(cells - 1)));
 }
@@ -150,7 +150,7 @@ void markBricks(const Triangles& triangles, GridLayout& layout) {
       polygon.add((p - layout.originWorld) * perSpacing);
       box.add(polygon.corner[polygon.count - 1]);
     }
-    // Most triangles are small: all cells of the box are one, or marked already.
+    // Most triangles are small: their box lies in one cell, or all its cells are marked already.
     glm::uvec3 low, high;
     for (int k = 0; k < 3; ++k) {
       low[k] = cellAlong(box.low[k], cells[k]);
@@ -189,12 +189,12 @@ glm::uvec3 coarseResolution(const Box& box, double spacing) {
   glm::uvec3 coarse;
   for (int k = 0; k < 3; ++k) {
     const double half = 0.5 * (static_cast<double>(box.high[k] - box.low[k]) / spacing - 1.0);
-    coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMostAlong)) + 1;
+    coarse[k] = static_cast<std::uint32_t>(std::clamp(std::round(half), 0.0, 0.5 * kMaxAlong)) + 1;
   }
   return coarse;
 }
 
-// Two levels, the finer one with points in the middle of its cells; it has an odd number of them along each axis.
+// Two levels, of which the finer one has its points in the middle of its cells, an odd number along each axis.
 GridLayout twoLevels(const Box& box, const Triangles& triangles, const glm::uvec3& coarse) {
   GridLayout layout = uniform(box, 2u * coarse - 1u);
   layout.resolution = coarse;
@@ -207,8 +207,8 @@ double latticeCount(const GridLayout& layout) {
   return static_cast<double>(layout.resolution.x) * layout.resolution.y * layout.resolution.z;
 }
 
-// Call visit(brick, cell, local) for the points that a cell's brick owns and that do not hang: those in its lower half,
-// unless it is the last of its row.
+// Call visit(brick, cell, local) for the points of each brick that it owns and that do not hang. A brick owns the
+// points of its lower half, and the last one of a row also those of its upper border.
 template <class Visit>
 void forEachFinePoint(const GridLayout& layout, const Visit& visit) {
   const glm::uvec3 cells = layout.cells();
@@ -248,7 +248,7 @@ double countOf(const GridLayout& layout) {
   return count;
 }
 
-// The spacing whose number of points comes nearest to what is wanted: steps in the logarithms.
+// Find the spacing whose number of points is nearest to what is wanted, by steps in logarithms.
 GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted, const Context& context) {
   constexpr int kSteps = 10;
   const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
@@ -279,7 +279,7 @@ GridLayout layoutByCount(const Box& box, const Triangles& triangles, double want
   return best;
 }
 
-// A point, its place, verdict and cache, and what it sees of depths.
+// Bytes of a point: its position, verdict and cache, and its depth map.
 constexpr double kPointBytes = 32.0 + sizeof(std::uint32_t) * kDepthSide * kDepthSide / 2.0;
 constexpr double kCellBytes = 2.0 * sizeof(std::uint32_t);
 
@@ -289,8 +289,8 @@ std::string countText(double count) {
   return text.data();
 }
 
-// Whether the points of a lattice fit into memory; where cells are refined, an eighth of them, as surfaces pass
-// through.
+// Reserve memory for the points of a lattice. If cells are refined, about an eighth of the fine points exist: those
+// near surfaces.
 Status reserveGrid(const glm::uvec3& resolution, bool isRefined, const char* remedy, Context& context) {
   constexpr double kRefinedShare = 1.0 / 8.0, kFinePoints = 7.0;
   const double lattice = static_cast<double>(resolution.x) * resolution.y * resolution.z;
@@ -341,7 +341,7 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
       const glm::uvec3 local(p % 3, p / 3 % 3, p / 9), fine = 2u * at + local;
       std::uint32_t& word = words[std::size_t{kBrickWords} * layout.brick[cell] + p];
       if ((local.x > 0 && r.x == 1) || (local.y > 0 && r.y == 1) || (local.z > 0 && r.z == 1)) {
-        word = kNoCache;  // beyond an axis of one point
+        word = kNoCache;  // outside of the lattice, which has one point along this axis
       } else if (local.x % 2 + local.y % 2 + local.z % 2 == 0) {
         word = ((fine.z / 2) * r.y + fine.y / 2) * r.x + fine.x / 2;
       } else if (const glm::uvec3 owner = glm::min(fine / 2u, cells - 1u); owner != at) {

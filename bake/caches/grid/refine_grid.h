@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lays the two levels of the grid (include/relume/caches.h): its lattice, and the cells that get bricks because
-// surfaces that are seen pass through them. Air then costs an eighth.
+// Lays the two levels of the grid (include/relume/caches.h): the lattice, and bricks in its cells through which seen
+// surfaces pass. Empty air then costs an eighth of what it would at the bricks' spacing.
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
@@ -23,20 +23,20 @@ struct GridLayout {
   glm::uvec3 cells() const { return glm::max(resolution, glm::uvec3(2)) - 1u; }
 };
 
-// A point of a layout by its place on the fine lattice; even ones are the lattice's.
+// A point of a layout, by its coordinates on the fine lattice, of which the coarse lattice has the even ones.
 struct GridPoint {
   glm::uvec3 fine{0};
-  bool refined = false;  // surrounded by bricks in part: its neighbours may be at half the spacing
+  bool refined = false;  // has bricks around it, so that its neighbours may be at half the spacing
 };
 
-// All points that a layout has: the lattice's in their order, then those of bricks that do not hang.
+// All points of a layout: the lattice's in their order, then the points of bricks that do not hang.
 std::vector<GridPoint> pointsOf(const GridLayout& layout);
 
 // The points of all bricks as indices into pointsOf(), kHangingPoint and kNoCache. [Size kBrickWords * bricks]
 std::vector<std::uint32_t> brickPoints(const GridLayout& layout);
 
-// By the options: a lattice alone for gridResolution; two levels for gridSpacing, which is that of bricks; two levels
-// of about `count` points for gridCaches. No points for 0.
+// Lay out what the options ask for: a lattice alone for gridResolution, two levels for gridSpacing (which is that of
+// the bricks), or two levels of about `count` points for gridCaches. No points for 0.
 Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                               double count, Context& context);
 

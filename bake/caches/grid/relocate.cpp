@@ -15,14 +15,14 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kRays = 64;
-// Rays cast first: the whole answer when none of them, or many, see the inside of things, and in the air some see what
-// matters. In Sponza's grid, of the places where half of 16 rays see backs, for one in ten thousand fewer than a
-// quarter of 64 do. Surfaces, which bear more, are asked more closely.
+// Rays cast first. They are the whole answer when none or many of them meet back faces, and, in the air, some meet what
+// the play space sees. In Sponza's grid, where half of 16 rays meet backs, fewer than a quarter of 64 do at only one
+// position in ten thousand. Caches on surfaces may see more backs, so that more of their first rays must meet backs.
 constexpr std::size_t kFirstRays = 16;
 constexpr float kClearlyInside = 0.5f, kClearlyInsideSurface = 0.75f, kClearlySeen = 0.25f;
 
-// Fibonacci spirals: even over the sphere, and cosine-weighted over the hemisphere. The first quarter is even, too;
-// within it and the rest neighbours follow each other, so that packets of rays stay together.
+// Fibonacci spirals: even over the sphere, cosine-weighted over the hemisphere. The first quarter is even, too. Within
+// it, and within the rest, neighbours follow each other, so that packets of rays stay together.
 std::vector<glm::vec3> spiral(bool hemisphere) {
   std::vector<glm::vec3> directions;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));

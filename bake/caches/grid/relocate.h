@@ -11,7 +11,7 @@
 
 namespace relume {
 
-// Shares of all rays, and how far it is to the nearest hit.
+// What rays around a position hit, as shares of all rays, and the distance to the nearest hit.
 struct Surroundings {
   float back = 0.0f;     // hit the back of a one-sided surface: geometry is seen from inside
   float ownBack = 0.0f;  // of these, one of the instance that was named
@@ -20,17 +20,16 @@ struct Surroundings {
   float free = std::numeric_limits<float>::infinity();  // [m] no ray hits anything nearer
 };
 
-// Casts the same rays from every place: a hemisphere around a normal (cosine-weighted), or the sphere for normal 0. A
-// quarter of them decides where they agree.
-// Immutable, thread-safe.
+// Casts the same rays from every position: over the hemisphere around a normal (cosine-weighted), or over the sphere
+// for normal 0. Where the first quarter of the rays agrees, the rest is not cast. Immutable, thread-safe.
 class Prober {
  public:
   Prober(const RayTracer& tracer, const PlaySpace& playSpace);
   Surroundings probe(const glm::vec3& positionWorld, const glm::vec3& normal, float contact,
                      std::uint32_t instance = kNone) const;
-  // Whether nothing stands between two places.
+  // Whether nothing lies between two positions.
   bool connected(const glm::vec3& from, const glm::vec3& to) const;
-  // Distance off a surface at which a cache starts: visible to rounding, small beside a texel. [m]
+  // Distance [m] off a surface at which a cache is placed: larger than rounding errors, small compared with a texel.
   float liftAt(const glm::vec3& positionWorld, float texelSize) const;
   const RayTracer& tracer() const { return tracer_; }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// See see_depths.h. Rays in even directions meet the first surface at t_i (formats/grid_depth.h). The map's nodes are
-// the values x whose interpolation A x comes nearest to t, least squares: exact for a wall, and between a pillar and
-// what lies behind it the ramp that errs least. The directions are the same for every cache, so that (A^T A)^-1 A^T is
-// solved for once.
+// See see_depths.h. Rays in evenly spread directions meet the first surface at t_i (formats/grid_depth.h). The values x
+// at the map's nodes are those whose interpolation A x is nearest to t in the least-squares sense. That is exact for a
+// wall, and the best ramp between a pillar and what lies behind it. All caches use the same directions, so that (A^T
+// A)^-1 A^T is computed once.
 #include "bake/caches/grid/see_depths.h"
 
 #include "bake/base/morton.h"
@@ -22,10 +22,10 @@ namespace {
 
 constexpr std::size_t kRays = 2048;
 constexpr int kNodes = kDepthSide * kDepthSide;
-// t of what touches the cache: beyond this a byte tells nothing apart.
-constexpr float kMostT = 254.0f;
+// Largest t, for surfaces that touch the cache: a byte cannot tell larger ones apart.
+constexpr float kMaxT = 254.0f;
 
-// Nodes of the border stand for one direction each with their mirror images: the lowest of them.
+// A node of the border stands for the same direction as its mirror image. The lower of the two represents both.
 int uniqueNode(int node) {
   const int last = kDepthSide - 1;
   int x = node % kDepthSide, y = node / kDepthSide;
@@ -65,7 +65,7 @@ class Fit {
       d.weight = nodes.weight;
       sample_.push_back(d);
     }
-    // Neighbours follow each other, so that rays that are traced together stay together.
+    // Order the samples so that neighbours follow each other: rays that are traced together then stay together.
     std::sort(sample_.begin(), sample_.end(), [](const Sample& a, const Sample& b) {
       return mortonOf(1024.0f * (a.unit + 1.0f)) < mortonOf(1024.0f * (b.unit + 1.0f));
     });
@@ -86,7 +86,7 @@ class Fit {
     }
     std::array<std::uint32_t, kNodes> byte{};
     for (std::size_t u = 0; u < unknowns_; ++u) {
-      byte[u] = packDepth(std::clamp(static_cast<float>(t[u]), 0.0f, kMostT));
+      byte[u] = packDepth(std::clamp(static_cast<float>(t[u]), 0.0f, kMaxT));
     }
     for (int node = 0; node < kNodes; ++node) {
       map[node / 4] |= byte[static_cast<std::size_t>(unknownOf_[static_cast<std::size_t>(node)])] << (8 * (node % 4));
@@ -149,7 +149,7 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
       for (std::size_t k = 0; k < kRays; ++k) {
         if (!hits[k]) continue;
         const Sample& d = fit.samples()[k];
-        const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMostT);
+        const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMaxT);
         for (std::size_t c = 0; c < 3; ++c)
           right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;
       }

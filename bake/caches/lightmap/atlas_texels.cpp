@@ -16,11 +16,11 @@
 namespace relume {
 namespace {
 
-// The cache of all cells of a patch that have one; kNoCache where none has, or several differ.
-std::uint32_t soleCache(const CellSet& cells, const SharedCaches& shared, std::size_t patch) {
+// The cache that all texels of a patch read that have one; kNoCache when none has, or they differ.
+std::uint32_t soleCache(const PatchTexels& patchTexels, const SharedCaches& shared, std::size_t patch) {
   std::uint32_t sole = kNoCache;
-  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
-    const std::uint32_t cache = shared.cacheOfCell[c];
+  for (std::uint32_t c = patchTexels.firstTexel[patch]; c < patchTexels.firstTexel[patch + 1]; ++c) {
+    const std::uint32_t cache = shared.cacheOfTexel[c];
     if (cache == kNoCache || cache == sole) continue;
     if (sole != kNoCache) return kNoCache;
     sole = cache;
@@ -29,12 +29,12 @@ std::uint32_t soleCache(const CellSet& cells, const SharedCaches& shared, std::s
 }
 
 // The caches of a patch's texels, row by row; kNoCache where there is none yet.
-std::vector<std::uint32_t> ownTexels(const CellSet& cells, const SharedCaches& shared, std::uint32_t patch) {
-  const glm::uvec2& size = cells.resolution[patch];
+std::vector<std::uint32_t> ownTexels(const PatchTexels& patchTexels, const SharedCaches& shared, std::uint32_t patch) {
+  const glm::uvec2& size = patchTexels.resolution[patch];
   std::vector<std::uint32_t> texels(std::size_t{size.x} * size.y, kNoCache);
-  for (std::uint32_t c = cells.firstCell[patch]; c < cells.firstCell[patch + 1]; ++c) {
-    const Cell& cell = cells.cells[c];
-    texels[std::size_t{cell.y} * size.x + cell.x] = shared.cacheOfCell[c];
+  for (std::uint32_t c = patchTexels.firstTexel[patch]; c < patchTexels.firstTexel[patch + 1]; ++c) {
+    const PatchTexel& texel = patchTexels.texels[c];
+    texels[std::size_t{texel.y} * size.x + texel.x] = shared.cacheOfTexel[c];
   }
   return texels;
 }
@@ -55,7 +55,7 @@ std::uint32_t neighborOf(const glm::uvec2& size, const std::vector<std::uint32_t
 // Dilate over the eight neighbours, ring by ring, until every texel is filled (PIC 4.4). Texels of a ring read earlier
 // rings only.
 void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context& context) {
-  // The empty texels beside filled ones are a ring; the empty ones beside a ring are the next.
+  // The first ring is the empty texels beside filled ones; each next one is the empty texels beside the ring before.
   std::vector<std::uint32_t> ring, next, found;
   std::vector<std::uint8_t> known(texels.size(), 0);
   for (std::uint32_t i = 0; i < texels.size(); ++i) {
@@ -72,7 +72,7 @@ void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context&
     next.clear();
     for (const std::uint32_t i : ring) {
       for (std::uint32_t k = 0; k < 9; ++k) {
-        // Wraps around below zero, and is beyond the size then.
+        // An index below zero wraps around, and is then beyond the size.
         const std::uint32_t x = i % size.x + k % 3 - 1, y = i / size.x + k / 3 - 1;
         if (x >= size.x || y >= size.y) continue;
         const std::uint32_t at = y * size.x + x;
@@ -87,11 +87,11 @@ void dilate(const glm::uvec2& size, std::vector<std::uint32_t>& texels, Context&
 
 class Filler {
  public:
-  Filler(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+  Filler(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
          const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter)
       : scene_(scene),
         set_(set),
-        cells_(cells),
+        patchTexels_(patchTexels),
         shared_(shared),
         request_(request),
         plan_(plan),
@@ -115,8 +115,8 @@ class Filler {
     surround();
     for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) writeCorners(p, false);
     if (context.cancelled()) return {};
-    seams = stitchSeams(scene_, set_, shared_, cells_.texelSize, {plan_.side, texels_, share_, parts_, front_, back_},
-                        context);
+    seams = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize,
+                        {plan_.side, texels_, share_, parts_, front_, back_}, context);
     parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
     });
@@ -149,15 +149,15 @@ class Filler {
   }
 
   void fillRectangle(std::uint32_t patch, Context& context) {
-    const glm::uvec2 size = cells_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
-    std::vector<std::uint32_t> texels = ownTexels(cells_, shared_, patch);
+    const glm::uvec2 size = patchTexels_.resolution[patch], origin = plan_.rectangle[request_.rectangleOf[patch]];
+    std::vector<std::uint32_t> texels = ownTexels(patchTexels_, shared_, patch);
     dilate(size, texels, context);
     if (context.cancelled()) return;
-    const float texelSize = cells_.texelSize / set_.patches[patch].density;
-    for (std::uint32_t c = cells_.firstCell[patch]; c < cells_.firstCell[patch + 1]; ++c) {
-      const Cell& cell = cells_.cells[c];
-      share_[std::size_t{origin.y + cell.y} * plan_.side + origin.x + cell.x] =
-          std::min(1.0f, cell.area / (texelSize * texelSize));
+    const float texelSize = patchTexels_.texelSize / set_.patches[patch].density;
+    for (std::uint32_t c = patchTexels_.firstTexel[patch]; c < patchTexels_.firstTexel[patch + 1]; ++c) {
+      const PatchTexel& texel = patchTexels_.texels[c];
+      share_[std::size_t{origin.y + texel.y} * plan_.side + origin.x + texel.x] =
+          std::min(1.0f, texel.area / (texelSize * texelSize));
     }
     for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
       for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
@@ -168,7 +168,7 @@ class Filler {
     }
   }
 
-  // Copy what is filled to the free texels around it: coordinates of 16 bits miss a texel's centre by a hair.
+  // Copy filled texels to the free ones around them: 16-bit coordinates miss a texel's centre by a little.
   void surround() {
     const glm::uvec2 size(plan_.side);
     std::vector<std::uint32_t> ring = texels_;
@@ -185,7 +185,7 @@ class Filler {
     return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side));
   }
 
-  // Where the triangles of a patch read; snapped: once texels hold what they will.
+  // Write where the triangles of a patch read. snapped: once the texels have their final caches.
   void writeCorners(std::uint32_t p, bool snapped) {
     const Patch& patch = set_.patches[p];
     const Instance& instance = scene_.instances[patch.instance];
@@ -196,15 +196,15 @@ class Filler {
 
     if (request_.rectangleOf[p] == kNone) {
       if (snapped) return;
-      const std::uint32_t cache = soleCache(cells_, shared_, p);
+      const std::uint32_t cache = soleCache(patchTexels_, shared_, p);
       if (cache == kNoCache) return;
       const std::uint32_t uv = pack(glm::vec2(home_[cache]));
       for (const std::uint32_t t : chart.triangle)
         std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
     } else {
-      // Stay a little inside, so that rounding of coordinates and filters does not reach the texels next door.
+      // Stay a little inside, so that rounding of coordinates and filters does not reach a neighbour's texels.
       const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
-      const glm::uvec2 size = cells_.resolution[p];
+      const glm::uvec2 size = patchTexels_.resolution[p];
       const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);
       glm::vec2 low(0.0f), high(0.0f);
       for (int a = 0; a < 2; ++a) {
@@ -219,7 +219,7 @@ class Filler {
           texel.push_back(origin + glm::clamp(texelOf(corner, charts.size[patch.chart], size), low, high));
       }
       if (snapped) {
-        snapCorners(scene_, patch, chart, shared_, cells_.texelSize / patch.density,
+        snapCorners(scene_, patch, chart, shared_, patchTexels_.texelSize / patch.density,
                     {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
                     texel);
       }
@@ -231,7 +231,7 @@ class Filler {
 
   const Scene& scene_;
   const PatchSet& set_;
-  const CellSet& cells_;
+  const PatchTexels& patchTexels_;
   const SharedCaches& shared_;
   const AtlasRequest& request_;
   const AtlasPlan& plan_;
@@ -246,26 +246,26 @@ class Filler {
 
 }  // namespace
 
-AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
+AtlasRequest requestAtlas(const PatchTexels& patchTexels, const SharedCaches& shared) {
   AtlasRequest request;
-  const std::size_t patches = cells.resolution.size();
+  const std::size_t patches = patchTexels.resolution.size();
   request.rectangleOf.assign(patches, kNone);
   std::vector<std::uint8_t> onRectangle(shared.caches.size(), 0), wanted(shared.caches.size(), 0);
   for (std::size_t p = 0; p < patches; ++p) {
-    if (const std::uint32_t sole = soleCache(cells, shared, p); sole != kNoCache) {
+    if (const std::uint32_t sole = soleCache(patchTexels, shared, p); sole != kNoCache) {
       wanted[sole] = 1;
       continue;
     }
     bool valid = false;
-    for (std::uint32_t c = cells.firstCell[p]; c < cells.firstCell[p + 1]; ++c) {
-      const std::uint32_t cache = shared.cacheOfCell[c];
+    for (std::uint32_t c = patchTexels.firstTexel[p]; c < patchTexels.firstTexel[p + 1]; ++c) {
+      const std::uint32_t cache = shared.cacheOfTexel[c];
       if (cache == kNoCache) continue;
       valid = true;
       onRectangle[cache] = 1;
     }
     if (!valid) continue;
     request.rectangleOf[p] = static_cast<std::uint32_t>(request.rectangle.size());
-    request.rectangle.push_back(cells.resolution[p]);
+    request.rectangle.push_back(patchTexels.resolution[p]);
   }
   for (std::uint32_t cache = 0; cache < wanted.size(); ++cache) {
     if (wanted[cache] && !onRectangle[cache]) request.single.push_back(cache);
@@ -273,10 +273,10 @@ AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared) {
   return request;
 }
 
-Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
                    const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
                    Context& context) {
-  return Filler(scene, set, cells, shared, request, plan, gutter).run(seams, context);
+  return Filler(scene, set, patchTexels, shared, request, plan, gutter).run(seams, context);
 }
 
 }  // namespace relume

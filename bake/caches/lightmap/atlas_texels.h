@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/caches/lightmap/pack_atlas.h"
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/share_caches.h"
 #include "relume/caches.h"
 
 #include <cstdint>
@@ -13,25 +13,25 @@
 
 namespace relume {
 
-// What is packed: a rectangle for each patch whose texels hold several caches; a texel for each cache that only patches
-// read which hold one.
+// What is packed: a rectangle for each patch whose texels hold several caches, and a single texel for each cache that
+// is read only by patches which hold no other.
 struct AtlasRequest {
   std::vector<glm::uvec2> rectangle;       // [texel] sizes
   std::vector<std::uint32_t> rectangleOf;  // [Size patches] kNone = it holds one cache, or none
   std::vector<std::uint32_t> single;       // caches, neighbours in space near one another
 };
 
-AtlasRequest requestAtlas(const CellSet& cells, const SharedCaches& shared);
+AtlasRequest requestAtlas(const PatchTexels& patchTexels, const SharedCaches& shared);
 
-// Distance between the places from which the two sides of seams take their light, root mean square by length, before
-// and after stitching (bake/caches/lightmap/stitch_seams.h).
+// Distance between the positions from which the two sides of seams take their light, before and after stitching
+// (bake/caches/lightmap/stitch_seams.h): the root mean square over the seams' length.
 struct SeamJump {
   double before = 0.0, after = 0.0;  // [texel]
   double length = 0.0;               // [m]
 };
 
 // The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
-Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
                    const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
                    Context& context);
 

@@ -16,16 +16,16 @@
 namespace relume {
 namespace {
 
-// Nodes named of each kind, and the least surface worth a line, of all that is seen.
-constexpr std::size_t kMostNamed = 10, kMostSmooth = 5;
-constexpr double kLeastShare = 1e-3;
-// The share of a node's small surface that the density it is told would light.
+// Most nodes named in each kind of warning, and the smallest share of all seen surface that is worth one.
+constexpr std::size_t kMaxNamed = 10, kMaxSmooth = 5;
+constexpr double kMinShare = 1e-3;
+// The advised density gives caches to this share of a node's surface in small pieces.
 constexpr double kMended = 0.9;
 // The largest extras.relume.texelDensity.
-constexpr double kMostDensity = 100.0;
-// Of smooth parts that want more texels than that, small as they are, nobody asks to be told.
-constexpr double kMostFollowed = 16.0;
-// Smooth parts that turn so many times as much as they should from texel to texel show it.
+constexpr double kMaxDensity = 100.0;
+// Smooth parts that would need more than this factor of density are so small that no warning is given.
+constexpr double kMaxFollowed = 16.0;
+// A smooth part shows its texels when its normals turn by this multiple of kMaxTurn from texel to texel.
 constexpr float kVisibleTurn = 1.5f;
 
 // A density as a person would write it, rounded up to two digits.
@@ -36,7 +36,7 @@ std::string rounded(double density) {
 
 std::string number(double value) { return decimalGeneral(value, 3); }
 
-// Seen surface of a node that reads the grid.
+// The seen surface of a node that reads the grid.
 struct Unlit {
   double backs = 0.0;   // [m²] backs of one-sided faces
   double buried = 0.0;  // [m²] behind or inside something
@@ -45,7 +45,7 @@ struct Unlit {
   std::vector<std::pair<double, double>> wanted;
 };
 
-// The density at which most of the small surface has caches.
+// The density at which most of a node's surface in small pieces gets caches.
 double mendingDensity(Unlit& unlit) {
   std::sort(unlit.wanted.begin(), unlit.wanted.end());
   double lit = 0.0;
@@ -58,9 +58,9 @@ double mendingDensity(Unlit& unlit) {
 
 class Adviser {
  public:
-  Adviser(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+  Adviser(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
           const CacheOptions& options, Context& context)
-      : scene_(scene), set_(set), cells_(cells), shared_(shared), options_(options), context_(context) {}
+      : scene_(scene), set_(set), texels_(texels), shared_(shared), options_(options), context_(context) {}
 
   void run() {
     std::vector<Unlit> unlit(scene_.instances.size());
@@ -68,51 +68,51 @@ class Adviser {
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].buried; },
-        [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].buried; }, [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
     forLargest(
-        kMostNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
     adviseSmooth();
   }
 
  private:
   std::string nameOf(std::uint32_t instance) const { return "node \"" + scene_.instances[instance].node + "\""; }
 
-  // Adds a patch without any cache to its node's surface; returns its area then, or 0. [m²]
+  // Add a patch without any cache to its node's surface. Returns its area [m²], or 0 for a patch that has a cache.
   double addPatch(std::uint32_t p, Unlit& unlit) const {
     bool buried = false;
-    for (std::uint32_t c = cells_.firstCell[p]; c < cells_.firstCell[p + 1]; ++c) {
-      if (shared_.cacheOfCell[c] != kNoCache) return 0.0;
+    for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) {
+      if (shared_.cacheOfTexel[c] != kNoCache) return 0.0;
       buried = buried || shared_.buried[c] != 0;
     }
     const Patch& patch = set_.patches[p];
     const double area = patch.area;
-    // A texel has a cache of its own from `least` full texels of surface on: area (density / texel size)² = least.
-    const double least = ownCacheTexels(options_), texel = cells_.texelSize;
-    const double wanted = std::sqrt(least * texel * texel / std::max(area, 1e-30));
+    // A texel gets a cache of its own from minTexels full texels of surface on: area (density / texel size)² =
+    // minTexels.
+    const double minTexels = ownCacheTexels(options_), texel = texels_.texelSize;
+    const double wanted = std::sqrt(minTexels * texel * texel / std::max(area, 1e-30));
     if (buried || wanted <= static_cast<double>(patch.density)) {
       const Instance& instance = scene_.instances[patch.instance];
       const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
       (patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]) ? unlit.backs : unlit.buried) += area;
       return area;
     }
-    // What of the density the level does not ask for stays as it is.
+    // Keep the part of the density that does not come from the level.
     const double others = patch.density / scene_.instances[patch.instance].texelDensity;
     unlit.small += area;
     unlit.wanted.emplace_back(wanted / others, area);
     return area;
   }
 
-  // The nodes with the most of some surface, if it is worth a line.
-  void forLargest(std::size_t most, const std::function<double(std::uint32_t)>& area,
+  // Visit the nodes with the most of some kind of surface, as far as that is worth a warning.
+  void forLargest(std::size_t maxCount, const std::function<double(std::uint32_t)>& area,
                   const std::function<void(std::uint32_t)>& warn) const {
     std::vector<std::uint32_t> order(scene_.instances.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
-    for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
-      if (!(area(order[i]) > kLeastShare * set_.areaSeen)) break;
+    for (std::size_t i = 0; i < std::min(maxCount, order.size()); ++i) {
+      if (!(area(order[i]) > kMinShare * set_.areaSeen)) break;
       warn(order[i]);
     }
   }
@@ -120,9 +120,9 @@ class Adviser {
   void warnSmall(std::uint32_t instance, Unlit& unlit) const {
     const double density = mendingDensity(unlit);
     const std::string what = nameOf(instance) + ": " + number(unlit.small) +
-                             " m² of seen surface are in pieces too small for texels of " + number(cells_.texelSize) +
+                             " m² of seen surface are in pieces too small for texels of " + number(texels_.texelSize) +
                              " m and read the grid; ";
-    if (density <= kMostDensity)
+    if (density <= kMaxDensity)
       context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + nameOf(instance) + " from " +
                                               number(scene_.instances[instance].texelDensity) + " to " +
                                               rounded(density) +
@@ -151,24 +151,24 @@ class Adviser {
                          "it doubleSided");
   }
 
-  // Small smooth parts that followCurvature() could not give texels enough.
+  // Warn of small smooth parts to which followCurvature() could not give enough texels.
   void adviseSmooth() const {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {
-      const float texel = cells_.texelSize / part.density, turn = part.curvature * texel;
-      if (!isFollowed(part, cells_.texelSize) || turn / part.factor < kVisibleTurn * kMaxTurn) continue;
+      const float texel = texels_.texelSize / part.density, turn = part.curvature * texel;
+      if (!isFollowed(part, texels_.texelSize) || turn / part.factor < kVisibleTurn * kMaxTurn) continue;
       const double factor = turn / kMaxTurn;
-      if (factor > kMostFollowed) continue;
+      if (factor > kMaxFollowed) continue;
       area[part.instance] += part.area;
       density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
     }
     forLargest(
-        kMostSmooth, [&](std::uint32_t i) { return area[i]; },
+        kMaxSmooth, [&](std::uint32_t i) { return area[i]; },
         [&](std::uint32_t i) {
-          const double wanted = std::min(density[i] / area[i], kMostDensity);
+          const double wanted = std::min(density[i] / area[i], kMaxDensity);
           context_.message(Severity::info,
                            nameOf(i) + ": " + number(area[i]) + " m² of smooth surface are curved too tightly " +
-                               "for texels of " + number(cells_.texelSize) +
+                               "for texels of " + number(texels_.texelSize) +
                                " m, which may show as facets and seams; extras.relume.texelDensity of " +
                                rounded(wanted) + " follows it (now " + number(scene_.instances[i].texelDensity) + ")");
         });
@@ -176,7 +176,7 @@ class Adviser {
 
   const Scene& scene_;
   const PatchSet& set_;
-  const CellSet& cells_;
+  const PatchTexels& texels_;
   const SharedCaches& shared_;
   const CacheOptions& options_;
   Context& context_;
@@ -184,9 +184,9 @@ class Adviser {
 
 }  // namespace
 
-void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
                        const CacheOptions& options, Context& context) {
-  Adviser(scene, set, cells, shared, options, context).run();
+  Adviser(scene, set, texels, shared, options, context).run();
 }
 
 }  // namespace relume

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What of the level the light map does not do justice to, node by node, and what would: surfaces left to the grid, and
-// smooth parts whose texels do not follow their curvature.
+// Warns, node by node, where the light map falls short, and says what would help: surfaces that read the grid instead,
+// and smooth parts whose texels are too large for their curvature.
 #pragma once
 
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/share_caches.h"
 
 namespace relume {
 
-// Logs warnings that name the node, with the texelDensity that mends it where one does, and the figure
-// grid_lit_area_share.
-void warnAboutLightmap(const Scene& scene, const PatchSet& set, const CellSet& cells, const SharedCaches& shared,
+// Log warnings that name the node, and the texelDensity that helps if one does. Reports the figure grid_lit_area_share.
+void warnAboutLightmap(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
                        const CacheOptions& options, Context& context);
 
 }  // namespace relume

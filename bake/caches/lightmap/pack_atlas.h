@@ -16,13 +16,13 @@ namespace relume {
 struct AtlasPlan {
   std::uint32_t side = 0;             // [texel]
   std::vector<glm::uvec2> rectangle;  // [texel] origin of each rectangle
-  std::vector<glm::uvec2> single;     // [texel] place of each single texel: runs along rows of what is left
-  double used = 0.0;                  // share of all texels that rectangles without their gutter, and singles, take
+  std::vector<glm::uvec2> single;     // [texel] coordinates of each single texel; they fill rows of what is left
+  double used = 0.0;                  // share of all texels in rectangles, without their gutters, and in single texels
 };
 
-// Pack on a square of `side` texels, or on the smallest that is found when side = 0 (a multiple of 8). Each rectangle
-// keeps `gutter` texels free at its right and top. Nothing when it does not fit.
-// context: nothing fits once it is cancelled; may be null.
+// Pack into a square of `side` texels or, with side = 0, into the smallest square found whose side is a multiple of 8.
+// Each rectangle keeps `gutter` texels free at its right and its top. Nothing when it does not fit, or once `context`
+// (may be null) is cancelled.
 std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
                                    std::uint32_t side, const Context* context = nullptr);
 

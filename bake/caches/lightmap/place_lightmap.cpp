@@ -25,18 +25,19 @@ namespace {
 
 // Counts grow about like texelSize^-1.6: between lines and areas.
 constexpr double kCountPower = 1.6;
-// Bytes of a texel of a patch: its cell with places for its cache, kept twice while the best count is searched for, and
-// what caches are shared by; of a texel of the largest patch, its samples; of a texel of the light map; of a corner.
-constexpr double kTexelBytes = 2.0 * (sizeof(Cell) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
+// Bytes per texel of a patch: the texel with the spots for its cache, twice, because the best trial is kept during the
+// search, and what sharing caches needs. Per texel of the largest patch: its samples. Per texel of the light map. Per
+// corner.
+constexpr double kTexelBytes = 2.0 * (sizeof(PatchTexel) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
                  kAtlasBytes = 17.0, kCornerBytes = 12.0;
-// The search for the texel size gives up a trial at so many times the caches asked for. Levels as people make them stay
-// below 3 from the first guess on (63 levels); a crowd of full texels within one texel of each other may have 300, and
-// takes the square of its texels to count them.
+// The search for the texel size gives up a trial that opens this many times the caches asked for. Levels as people make
+// them stay below 3 from the first guess on (63 levels). Many full texels within one texel of each other may reach 300,
+// and the time to count them grows with the square of the texels.
 constexpr double kTooMany = 8.0;
-constexpr float kOftenMinTexels = 8.0f;  // beyond, few caches earn their cost and texels shrink to find them
+constexpr float kOftenMinTexels = 8.0f;  // with more, few caches pay, and texels shrink until enough do
 
-struct Texels {
-  CellSet cells;
+struct Trial {
+  PatchTexels texels;
   SharedCaches shared;
 };
 
@@ -51,7 +52,7 @@ class Placer {
         gutter_(static_cast<std::uint32_t>(std::ceil(options.gutterTexels))) {}
 
   Result<PlacedLightmap> run() {
-    // 1. Charts of all meshes, their places and sides that are seen
+    // 1. Charts of all meshes, and a patch for each instance and side that is seen
     set_ = makePatches(scene_, playSpace_, options_, context_);
     if (context_.cancelled()) return cancelledError();
     if (set_.patches.empty() || !(set_.areaSeen > 0.0))
@@ -61,21 +62,21 @@ class Placer {
           "are in sight"};
 
     // 2. The texel size that makes as many unique caches as asked for, and the caches
-    Texels texels;
+    Trial trial;
     std::optional<AtlasPlan> plan;
     AtlasRequest request;
     if (options_.lightmapSize == 0) {
-      texels = searchCount();
+      trial = searchCount();
       if (context_.cancelled()) return cancelledError();
-      sortCaches(texels.shared);
-      request = requestAtlas(texels.cells, texels.shared);
+      sortCaches(trial.shared);
+      request = requestAtlas(trial.texels, trial.shared);
       plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_, 0, &context_);
     } else {
-      plan = searchSide(texels, request);
+      plan = searchSide(trial, request);
     }
     if (context_.cancelled()) return cancelledError();
     if (refused_) return *refused_;
-    if (texels.shared.caches.empty())
+    if (trial.shared.caches.empty())
       return Error{
           ErrorCode::failed,
           "every cache of the light map lies behind or inside geometry: turn faces to the side that is seen, or "
@@ -89,50 +90,51 @@ class Placer {
     // 3. The texture of indices, and where the triangles read it
     if (Status ok = reserveAtlas(plan->side); !ok) return ok.error();
     PlacedLightmap result;
-    result.lightmap = fillAtlas(scene_, set_, texels.cells, texels.shared, request, *plan, gutter_, seams_, context_);
+    result.lightmap = fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, seams_, context_);
     if (context_.cancelled()) return cancelledError();
-    report(texels, *plan, request);
-    warnAboutLightmap(scene_, set_, texels.cells, texels.shared, options_, context_);
-    result.caches = std::move(texels.shared.caches);
+    report(trial, *plan, request);
+    warnAboutLightmap(scene_, set_, trial.texels, trial.shared, options_, context_);
+    result.caches = std::move(trial.shared.caches);
     return result;
   }
 
  private:
-  // Nothing where what it needs is beyond the budget: then refused_ says so.
-  Texels place(double texelSize, std::size_t mostCaches = std::numeric_limits<std::size_t>::max()) {
-    Texels texels;
+  // Lay texels of this size and give them caches. Empty when that needs more memory than there may be: refused_ says
+  // so.
+  Trial lay(double texelSize, std::size_t maxCaches = std::numeric_limits<std::size_t>::max()) {
+    Trial trial;
     if (Status ok = reserveTexels(static_cast<float>(texelSize)); !ok) {
       refused_ = ok.error();
-      return texels;
+      return trial;
     }
     followCurvature(set_, static_cast<float>(texelSize));
-    texels.cells = layCells(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
-    if (context_.cancelled()) return texels;
-    texels.shared = shareCells(scene_, set_, texels.cells, prober_, options_, mostCaches, context_);
-    pairs_ += texels.shared.statistics.pairs;
-    return texels;
+    trial.texels = layTexels(scene_, playSpace_, set_, static_cast<float>(texelSize), context_);
+    if (context_.cancelled()) return trial;
+    trial.shared = shareCaches(scene_, set_, trial.texels, prober_, options_, maxCaches, context_);
+    pairs_ += trial.shared.statistics.pairs;
+    return trial;
   }
 
-  // What to do about too many texels.
+  // What users can do about too many texels.
   std::string remedy() const {
     if (options_.lightmapSize > 0) return "lower --lightmap";
     return options_.minChartTexels > kOftenMinTexels ? "lower caches.minChartTexels or --lightmap-caches"
                                                      : "lower --lightmap-caches";
   }
 
-  // Texels with their places and samples, before they are laid: those of all patches' rectangles.
+  // Reserve memory before texels are laid, for all texels of all patches' rectangles.
   Status reserveTexels(float texelSize) {
-    double texels = 0.0, most = 0.0;
+    double texels = 0.0, largest = 0.0;
     for (const Patch& patch : set_.patches) {
       const glm::uvec2 size = resolutionOf(scene_, set_, patch, texelSize);
       texels += static_cast<double>(size.x) * size.y;
-      most = std::max(most, static_cast<double>(size.x) * size.y);
+      largest = std::max(largest, static_cast<double>(size.x) * size.y);
     }
     std::array<char, 48> text;
     std::snprintf(text.data(), text.size(), "%.0f texels of %.3g m", texels, static_cast<double>(texelSize));
     Status ok =
-        reserveMemory(context_, "light map", kTexelBytes * texels + kSampledBytes * most, text.data(), remedy());
-    // A light map that is too large is the options' fault: it is not left out with a warning.
+        reserveMemory(context_, "light map", kTexelBytes * texels + kSampledBytes * largest, text.data(), remedy());
+    // A light map that is too large is an error of the options: refuse it, instead of leaving it out with a warning.
     if (!ok) ok.error().code = ErrorCode::usage;
     return ok;
   }
@@ -149,32 +151,32 @@ class Placer {
 
   double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
 
-  // The texel size whose count of unique caches comes nearest to the target: secant steps in the logarithms. After a
-  // trial that was given up, halves of what lies between it and the last one that was not.
-  Texels searchCount() {
+  // Search for the texel size whose number of unique caches is nearest to the target, by secant steps in logarithms.
+  // After a trial that was given up, take the geometric mean of its size and the last one that was not.
+  Trial searchCount() {
     constexpr int kSteps = 7;
     constexpr double kCloseEnough = 0.03;
     const double target = options_.lightmapCaches;
-    const auto mostCaches = static_cast<std::size_t>(kTooMany * target);
-    Texels best;
+    const auto maxCaches = static_cast<std::size_t>(kTooMany * target);
+    Trial best;
     double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
     double tooFine = 0.0;  // the largest size that was given up
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
       ++steps_;
-      Texels texels = place(size, mostCaches);
+      Trial trial = lay(size, maxCaches);
       if (refused_) return best;
-      if (texels.shared.tooMany) {
+      if (trial.shared.tooMany) {
         tooFine = size;
         size = lastSize > size ? std::sqrt(size * lastSize) : size * std::pow(kTooMany, 1.0 / power);
         continue;
       }
-      const double count = std::max(1.0, static_cast<double>(texels.shared.caches.size()));
+      const double count = std::max(1.0, static_cast<double>(trial.shared.caches.size()));
       const double off = std::abs(std::log(count / target));
       if (lastSize > 0.0 && lastSize != size)
         power = std::clamp(-std::log(count / lastCount) / std::log(size / lastSize), 0.7, 3.0);
       if (off < bestOff) {
         bestOff = off;
-        best = std::move(texels);
+        best = std::move(trial);
       }
       if (bestOff < kCloseEnough) break;
       lastSize = size;
@@ -182,20 +184,20 @@ class Placer {
       size *= std::pow(count / target, 1.0 / power);
       if (size <= tooFine) size = std::sqrt(tooFine * lastSize);
     }
-    if (bestOff == INFINITY) best = place(size);
-    followCurvature(set_, best.cells.texelSize);
+    if (bestOff == INFINITY) best = lay(size);
+    followCurvature(set_, best.texels.texelSize);
     return best;
   }
 
-  // The smallest texels whose patches fit the light map that was asked for.
-  std::optional<AtlasPlan> searchSide(Texels& texels, AtlasRequest& request) {
+  // Search for the smallest texels whose patches fit into the light map that was asked for.
+  std::optional<AtlasPlan> searchSide(Trial& trial, AtlasRequest& request) {
     constexpr int kSteps = 6, kTries = 24;
     const double capacity = static_cast<double>(options_.lightmapSize) * options_.lightmapSize;
     double size = firstGuess(capacity);
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
-      const Texels trial = place(size);
+      const Trial tried = lay(size);
       if (refused_) return std::nullopt;
-      const AtlasRequest wish = requestAtlas(trial.cells, trial.shared);
+      const AtlasRequest wish = requestAtlas(tried.texels, tried.shared);
       double area = static_cast<double>(wish.single.size());
       for (const glm::uvec2& r : wish.rectangle) area += static_cast<double>(r.x + gutter_) * (r.y + gutter_);
       const double ratio = area / (0.93 * capacity);
@@ -203,10 +205,10 @@ class Placer {
       size *= std::pow(std::max(ratio, 1e-3), 1.0 / kCountPower);
     }
     for (int i = 0; i < kTries && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
-      texels = place(size);
+      trial = lay(size);
       if (refused_) return std::nullopt;
-      sortCaches(texels.shared);
-      request = requestAtlas(texels.cells, texels.shared);
+      sortCaches(trial.shared);
+      request = requestAtlas(trial.texels, trial.shared);
       if (auto plan = packAtlas(request.rectangle, static_cast<std::uint32_t>(request.single.size()), gutter_,
                                 options_.lightmapSize, &context_))
         return plan;
@@ -214,7 +216,7 @@ class Placer {
     return std::nullopt;
   }
 
-  // Order caches along a Morton curve: neighbours in space read neighbouring links and lie near in memory.
+  // Sort the caches along a Morton curve, so that neighbours in space lie near each other in memory, as do their links.
   void sortCaches(SharedCaches& shared) const {
     const std::size_t count = shared.caches.size();
     if (count == 0) return;
@@ -237,12 +239,12 @@ class Placer {
       renamed[order[i].second] = i;
     }
     shared.caches = std::move(sorted);
-    for (std::uint32_t& c : shared.cacheOfCell) {
+    for (std::uint32_t& c : shared.cacheOfTexel) {
       if (c != kNoCache) c = renamed[c];
     }
   }
 
-  void report(const Texels& texels, const AtlasPlan& plan, const AtlasRequest& request) {
+  void report(const Trial& trial, const AtlasPlan& plan, const AtlasRequest& request) {
     double charts = 0.0, uvArea = 0.0, surfaceArea = 0.0;
     ChartQuality quality;
     for (const MeshCharts& mesh : set_.meshes) {
@@ -263,17 +265,17 @@ class Placer {
     context_.figure("search_steps", steps_);
     context_.figure("search_texel_pairs", static_cast<double>(pairs_));
     context_.figure("patches", static_cast<double>(set_.patches.size()));
-    context_.figure("texel_m", texels.cells.texelSize);
-    context_.figure("lightmap_caches", static_cast<double>(texels.shared.caches.size()));
+    context_.figure("texel_m", trial.texels.texelSize);
+    context_.figure("lightmap_caches", static_cast<double>(trial.shared.caches.size()));
     context_.figure("lightmap_side", plan.side);
     context_.figure("packing_share", plan.used);
     context_.figure("seams_m", seams_.length);
     context_.figure("seam_jump_unstitched_texels", seams_.before);
     context_.figure("seam_jump_texels", seams_.after);
     context_.figure("rectangles", static_cast<double>(request.rectangle.size()));
-    context_.figure("texels_shared", texels.shared.statistics.shared);
-    context_.figure("caches_moved", texels.shared.statistics.moved);
-    context_.figure("texels_without_cache", texels.shared.statistics.dropped);
+    context_.figure("texels_shared", trial.shared.statistics.shared);
+    context_.figure("caches_moved", trial.shared.statistics.moved);
+    context_.figure("texels_without_cache", trial.shared.statistics.dropped);
     warnWide();
   }
 

@@ -2,7 +2,7 @@
 // Places the caches of the light map (PIC 4.4): charts to patches to texels to unique caches to a texture of indices.
 #pragma once
 
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/share_caches.h"
 #include "relume/caches.h"
 #include "relume/result.h"
 

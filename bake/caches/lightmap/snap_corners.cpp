@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // See snap_corners.h. Caches do not lie at the centres of their texels: at borders they move toward the surface that is
 // there, and shared ones lie elsewhere altogether. With P(u) the bilinear mean of the caches' positions at coordinate
-// u, a corner at x takes the u of least
+// u, a corner at x takes the u that minimises
 //   |P(u) - x|² + kStay texelSize² |u - u_0|²
-// near its own u_0, by Gauss-Newton steps. Light that changes evenly over space is then read without error at corners,
-// and alike from all charts that meet in one. Corners of triangles larger than texels stay: what lies between them
-// would move.
+// near its own u_0, by Gauss-Newton steps. Light that changes linearly in space is then read without error at corners,
+// and alike by all charts that meet at one. Corners of triangles larger than texels stay where they are: what the
+// triangle reads between them would move.
 #include "bake/caches/lightmap/snap_corners.h"
 
 #include <glm/common.hpp>
@@ -21,9 +21,9 @@ namespace relume {
 namespace {
 
 constexpr float kStay = 0.05f;
-constexpr float kMostMove = 1.0f;  // [texel]
+constexpr float kMaxMove = 1.0f;  // [texel]
 constexpr int kSteps = 4;
-// Triangles up to the first length move freely, from the second on not at all. [texel]
+// [texel] Corners of triangles up to the first length move freely, those from the second length on not at all.
 constexpr float kFree = 1.5f, kFixed = 4.0f;
 
 class Snapper {
@@ -32,11 +32,11 @@ class Snapper {
           const glm::vec2& high)
       : shared_(shared), texels_(texels), low_(low), high_(high), stay_(kStay * texelSize * texelSize) {}
 
-  glm::vec2 snap(const glm::vec2& start, const glm::vec3& x, float most) const {
+  glm::vec2 snap(const glm::vec2& start, const glm::vec3& x, float maxMove) const {
     glm::vec2 u = start;
     float cost = costOf(u, start, x);
     for (int step = 0; step < kSteps; ++step) {
-      // Differences over half a texel see past the kinks at texel centres.
+      // Take differences over half a texel, which smooths the kinks at texel centres.
       constexpr float kH = 0.25f;
       const glm::vec3 p = read(u);
       const glm::vec3 du = (read(u + glm::vec2(kH, 0)) - read(u - glm::vec2(kH, 0))) / (2.0f * kH);
@@ -49,8 +49,8 @@ class Snapper {
       const glm::vec2 move = glm::vec2(c * right.x - b * right.y, a * right.y - b * right.x) / determinant;
       bool better = false;
       for (float part = 1.0f; part > 0.2f && !better; part *= 0.5f) {
-        const glm::vec2 next =
-            glm::clamp(start + glm::clamp(u + part * move - start, glm::vec2(-most), glm::vec2(most)), low_, high_);
+        const glm::vec2 next = glm::clamp(
+            start + glm::clamp(u + part * move - start, glm::vec2(-maxMove), glm::vec2(maxMove)), low_, high_);
         const float nextCost = costOf(next, start, x);
         if (nextCost >= cost) continue;
         u = next;
@@ -101,7 +101,7 @@ void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, con
   const Mesh& mesh = scene.meshes[instance.mesh];
   const Snapper snapper(shared, texelSize, texels, low, high);
 
-  // Corners by place, those that are one side by side.
+  // Sort the corners by position and coordinate, which puts equal ones next to each other.
   const auto positionOf = [&](std::size_t i) {
     return mesh.position[mesh.triangle[chart.triangle[i / 3]][static_cast<int>(i % 3)]];
   };
@@ -120,10 +120,10 @@ void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, con
       for (std::size_t k = 0; k < 3; ++k)
         longest = std::max(longest, glm::distance(corner[first + k], corner[first + (k + 1) % 3]));
     }
-    const float most = kMostMove * std::clamp((kFixed - longest) / (kFixed - kFree), 0.0f, 1.0f);
-    if (!(most > 0.0f)) continue;
+    const float maxMove = kMaxMove * std::clamp((kFixed - longest) / (kFixed - kFree), 0.0f, 1.0f);
+    if (!(maxMove > 0.0f)) continue;
     const glm::vec3 x(instance.toWorld * glm::vec4(positionOf(order[begin]), 1.0f));
-    const glm::vec2 u = snapper.snap(corner[order[begin]], x, most);
+    const glm::vec2 u = snapper.snap(corner[order[begin]], x, maxMove);
     for (std::size_t i = begin; i < end; ++i) moved[order[i]] = u;
   }
   std::copy(moved.begin(), moved.end(), corner.begin());

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
-// Moves light-map coordinates of corners by a fraction of a texel, so that what a corner reads comes from where it is.
+// Moves the light-map coordinates of corners by a fraction of a texel, so that a corner reads light from where it is.
 #pragma once
 
-#include "bake/caches/lightmap/cells.h"
-#include "bake/caches/lightmap/share_cells.h"
+#include "bake/caches/lightmap/patch_texels.h"
+#include "bake/caches/lightmap/share_caches.h"
 
 #include <span>
 
 namespace relume {
 
-// A patch's rectangle in the atlas, filled.
+// The atlas, and the filled rectangle of a patch in it.
 struct SnapTexels {
   std::uint32_t side = 0;                // [texel] of the atlas
   std::span<const std::uint32_t> cache;  // [Size side²]
   glm::uvec2 origin{0}, size{1};         // [texel] of the rectangle
 };
 
-// Moves the texel coordinates (centres at integers) of a chart's corners, three a triangle in the order of the chart;
-// they stay within [low, high] of the atlas. Equal corners move alike.
+// Move the texel coordinates (centres at integers) of a chart's corners, three per triangle in the order of the chart.
+// They stay within [low, high] of the atlas. Equal corners move alike.
 void snapCorners(const Scene& scene, const Patch& patch, const Chart& chart, const SharedCaches& shared,
                  float texelSize, const SnapTexels& texels, const glm::vec2& low, const glm::vec2& high,
                  std::span<glm::vec2> corner);

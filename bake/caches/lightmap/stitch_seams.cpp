@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// See stitch_seams.h. What light a seam's sides read differs, to first order, by the gradient of light times the
-// distance of the places they read it from. With P_A, P_B the bilinear means of the caches' positions on the two sides
-// of a seam point x, the cost is
+// See stitch_seams.h. To first order, the light that the two sides of a seam read differs by the gradient of light
+// times the distance between the positions that they read it from. With P_A, P_B the bilinear means of the caches'
+// positions on the two sides of a seam point x, the cost is
 //   sum over seam points  length (|P_A - P_B|² + kStray (|P_A - x|² + |P_B - x|²))
 //   + sum over texels     share texelSize |p - p_0|²
-// p_0 the position of the cache the texel had. Texels take turns to choose what costs least among the caches that the
-// seam points around them read. Most of them are dilated: no surface of their own chart misses what they held.
+// where p_0 is the position of the cache that the texel had. Texel after texel chooses the cache that costs least among
+// those that the seam points around it read. Most of these texels are dilated: no surface of their own chart needs the
+// cache that they had.
 #include "bake/caches/lightmap/stitch_seams.h"
 
 #include "bake/base/parallel.h"
@@ -26,13 +27,13 @@ namespace {
 // Below this cosine an edge is a crease, where light may jump.
 constexpr float kMinCosine = 0.8f;
 constexpr double kStray = 0.25;
-// Seam points a texel, at most so many an edge.
+// Seam points per texel, and the most per edge.
 constexpr float kPointsPerTexel = 2.0f;
-constexpr int kMostPoints = 64;
+constexpr int kMaxPoints = 64;
 constexpr int kSweeps = 4;
 
-// An edge shared by two triangles of different charts; it goes from corner k of each to the next, the other way round
-// where `turned`.
+// An edge that two triangles of different charts share. In each it goes from the given corner to the next; `turned` if
+// the two run in opposite directions.
 struct SeamEdge {
   std::array<std::uint32_t, 2> triangle;
   std::array<std::uint8_t, 2> corner;
@@ -99,7 +100,7 @@ std::vector<SeamEdge> seamEdges(const Mesh& mesh, const MeshCharts& charts) {
   return edges;
 }
 
-// A sum of scale |w x + v|².
+// A sum of terms scale |w x + v|².
 struct Quadratic {
   double square = 0.0, constant = 0.0;
   glm::dvec3 linear{0.0};
@@ -167,7 +168,7 @@ class Stitcher {
     const glm::vec3 b(instance.toWorld * glm::vec4(mesh.position[v[(edge.corner[0] + 1) % 3]], 1.0f));
     const float length = glm::distance(a, b);
     const int count =
-        std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMostPoints);
+        std::clamp(static_cast<int>(std::min(kPointsPerTexel * length / texelSize_, 1e6f)), 1, kMaxPoints);
     for (int k = 0; k < count; ++k) {
       const float f = (static_cast<float>(k) + 0.5f) / static_cast<float>(count);
       SeamPoint point;
@@ -198,7 +199,7 @@ class Stitcher {
     }
   }
 
-  // Which points read a texel, how many texels hold a cache, and where each texel's light came from.
+  // Collect which points read each texel, how many texels hold each cache, and where each texel's light came from.
   void index() {
     users_.assign(shared_.caches.size(), 0);
     for (const std::uint32_t cache : texels_.cache) {
@@ -223,7 +224,7 @@ class Stitcher {
     firstRead_.push_back(static_cast<std::uint32_t>(read_.size()));
   }
 
-  // Means of the two sides.
+  // The mean positions that the two sides of a point read.
   std::array<glm::vec3, 2> sidesOf(const SeamPoint& p) const {
     std::array<glm::vec3, 2> mean{glm::vec3(0.0f), glm::vec3(0.0f)};
     for (std::size_t k = 0; k < 8; ++k) mean[k / 4] += std::abs(p.weight[k]) * positionAt(p.texel[k]);
@@ -240,7 +241,8 @@ class Stitcher {
     return length > 0.0 ? std::sqrt(sum / length) / static_cast<double>(texelSize_) : 0.0;
   }
 
-  // What a touched texel's cache costs by its place: quadratic, as the points that read it are means of places.
+  // The cost of a touched texel's cache as a function of the cache's position. It is quadratic, because the points that
+  // read it take means of positions.
   Quadratic costAround(std::size_t slot) const {
     const std::uint32_t texel = touched_[slot];
     const glm::dvec3 origin(origin_[slot]);
@@ -248,7 +250,8 @@ class Stitcher {
     cost.add(static_cast<double>(texels_.share[texel] * texelSize_), 1.0, -origin);
     for (std::uint32_t r = firstRead_[slot]; r < firstRead_[slot + 1]; ++r) {
       const SeamPoint& p = points_[read_[r]];
-      std::array<glm::dvec3, 2> others{glm::dvec3(0.0), glm::dvec3(0.0)};  // the means of the sides but for this texel
+      std::array<glm::dvec3, 2> others{glm::dvec3(0.0),
+                                       glm::dvec3(0.0)};  // the means of the two sides without this texel
       std::array<double, 2> own{0.0, 0.0};
       for (std::size_t k = 0; k < 8; ++k) {
         const double weight = std::abs(static_cast<double>(p.weight[k]));
@@ -280,11 +283,11 @@ class Stitcher {
     const glm::vec3 normal = shared_.caches[before].normal;
     const Quadratic costAt = costAround(slot);
     std::uint32_t best = before;
-    double least = 0.999 * costAt(shared_.caches[before].positionWorld);
+    double minCost = 0.999 * costAt(shared_.caches[before].positionWorld);
     for (const std::uint32_t candidate : candidates) {
       if (candidate == before || glm::dot(shared_.caches[candidate].normal, normal) < kMinCosine) continue;
-      if (const double cost = costAt(shared_.caches[candidate].positionWorld); cost < least) {
-        least = cost;
+      if (const double cost = costAt(shared_.caches[candidate].positionWorld); cost < minCost) {
+        minCost = cost;
         best = candidate;
       }
     }

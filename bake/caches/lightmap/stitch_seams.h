@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Makes both sides of a seam read alike: at an edge whose two triangles lie on different charts, texels around it
-// choose their caches again, so that the reads agree in the least-squares sense.
+// Makes both sides of a seam read alike. A seam is an edge whose two triangles lie on different charts. The texels
+// around it choose their caches again, so that what the two sides read agrees in the least-squares sense.
 #pragma once
 
 #include "bake/caches/lightmap/atlas_texels.h"
@@ -16,7 +16,7 @@ struct SeamTexels {
   std::span<const std::uint32_t> front, back;  // corners of the triangles
 };
 
-// Seams between surfaces that look the same way only. A cache that one texel alone reads stays with it.
+// Stitch the seams between surfaces that look the same way. A cache that a single texel reads stays with that texel.
 SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
                      const SeamTexels& texels, Context& context);
 

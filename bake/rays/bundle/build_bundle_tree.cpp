@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See bundle_tree.h. Embree splits in two by the surface area heuristic until a leaf's lanes hold the rest: 6.8
-// triangles of 8 in Sponza, where a tree that is split in eight at once has 2.9 and is half as fast. Then nodes of two
-// become nodes of eight so that the areas of all nodes together are least.
+// See bundle_tree.h. Embree first builds a binary tree by the surface area heuristic and splits until a leaf's lanes
+// hold the rest. In Sponza, 6.8 of 8 lanes are used; a tree split into eight at once uses 2.9 and is half as fast. Then
+// binary nodes are merged into nodes of eight so that the sum of all nodes' areas is least.
 #include "bake/rays/bundle/bundle_tree.h"
 
 #include "relume/bake/context.h"
@@ -16,9 +16,9 @@
 namespace relume {
 namespace {
 
-constexpr float kMaxCoordinates = 1e18f;  // [m] all nine together; squares of more overflow
+constexpr float kMaxCoordinates = 1e18f;  // [m] sum of all nine; squares of larger ones overflow
 
-// A node of two, or a leaf, in the memory of Embree's builder.
+// A binary node, or a leaf, in the memory of Embree's builder.
 struct Built {
   bool isLeaf = false;
   Built* child[2] = {};
@@ -91,7 +91,7 @@ class Flatten {
       addNode(*root, 1);
       return;
     }
-    // A node above the only leaf, which any ray may meet.
+    // The root of a tree of one leaf, which any ray may meet.
     Built above;
     constexpr float kAll = std::numeric_limits<float>::max() / 4;
     above.child[0] = root;
@@ -126,7 +126,7 @@ class Flatten {
     }
   }
 
-  // The children of a node of eight: at most `most` stand for `built`.
+  // The children of a node of eight: at most `max` stand for `built`.
   static void split(const Built& built, std::uint32_t max, std::vector<Child>& children) {
     const std::uint32_t shares[2] = {built.first[max], max - built.first[max]};
     for (std::uint32_t i = 0; i < 2; ++i) {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bake/rays/bundle/bundle_kernel.h"
-#include "bake/rays/hit_places.h"
+#include "bake/rays/hit_points.h"
 
 #include <embree3/rtcore.h>
 
@@ -29,9 +29,9 @@ struct BundleTriangle {
   std::uint32_t triangle;
 };
 
-// Built by Embree's builder; always the same tree where oneTBB has one thread (runOnOneThread). Triangles that are not
-// finite, or farther than 1e17 m, are left out. Empty on failure, which the device reports.
-// Empty when cancelled.
+// Builds the tree by Embree's builder. It is always the same if oneTBB has one thread (runOnOneThread). Triangles that
+// are not finite, or farther away than 1e17 m, are left out. Empty when cancelled, or on failure, which the device
+// reports.
 BundleTree buildBundleTree(RTCDevice device, std::span<const BundleTriangle> triangles, const Context& context);
 
 }  // namespace relume

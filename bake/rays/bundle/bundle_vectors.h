@@ -22,10 +22,11 @@ inline Ints splatInt(std::uint32_t v) { return splat<Ints>(static_cast<std::int3
 inline Vectors splat(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
 inline Floats along(const Vectors& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-// A triangle seen from the point: planes through it and the edges, and how its own plane lies. A ray d passes between
-// the edges where its products with the normals have one sign. (p + q) x (q - p) is the same but for the sign for both
-// triangles at an edge, so that no ray slips through (Davidovic et al., "3D Rasterization: A Bridge between
-// Rasterization and Ray Casting", GI 2012; Woop et al. 2013 say the same of single rays).
+// A triangle seen from the origin: the normals of the planes through the origin and its edges, and its own plane. A ray
+// d passes between the edges when its products with these normals have the same sign. The normal (p + q) x (q - p) of
+// an edge differs only by its sign between the two triangles at the edge, so that no ray slips through (Davidovic et
+// al., "3D Rasterization: A Bridge between Rasterization and Ray Casting", GI 2012; Woop et al. 2013 do it for single
+// rays).
 struct Triangles {
   Vectors edge[3];  // opposite to corner 0, 1, 2
   Vectors normal;   // N
@@ -37,7 +38,7 @@ inline Triangles seenFrom(const Vectors& a, const Vectors& b, const Vectors& c) 
   return {{cross(b + c, c - b), cross(c + a, a - c), cross(a + b, b - a)}, normal, dot(normal, a)};
 }
 
-// How rays pass the edges of triangles.
+// On which side of a triangle's edges rays pass.
 struct Passing {
   Floats first, second, third;  // the products
   Ints inside;
@@ -52,7 +53,8 @@ inline Passing pass(const Triangles& triangle, const Vectors& direction) {
   return r;
 }
 
-// Where rays meet the triangles' planes. The products' sum is 2 N . d, too, but rounds more, the farther the triangle.
+// Distances at which rays meet the triangles' planes. The sum of the three products would be 2 N . d, too, but its
+// rounding error grows with the triangle's distance.
 struct Meeting {
   Floats facing, distance;
 };

@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: MIT
 // Finds what many rays from one point hit, all at once, as a picture is drawn: each ray is a sample of an irregular
 // depth buffer (Johnson et al., "The Irregular Z-Buffer", ACM TOG 24(4), 2005) on the faces of a cube around the
-// point. A tree of the triangles is walked once a face, near nodes first; a node goes when no ray that passes its
-// rectangle ends behind it (Greene et al., "Hierarchical Z-Buffer Visibility", SIGGRAPH 93, asked of single rays where
-// the rectangle is small). Where few rays pass a node they are listed, and below it only these are asked. Packets of
-// rays walk the same tree once each.
+// point. A tree of the triangles is walked once per face, near nodes first. A node is skipped when no ray in its
+// rectangle ends behind it (Greene et al., "Hierarchical Z-Buffer Visibility", SIGGRAPH 93; for a small rectangle, the
+// single rays are tested). When few rays pass a node, they are listed, and only these are tested below it. Packets of
+// rays, by contrast, walk the same tree once per packet.
 //
-// Included by bundle_baseline.cpp and bundle_avx2.cpp; what bundle_vectors.h says of functions holds here, too. (The
-// rays and their pyramid as a class of their own, called from here, cost 6 % of the speed with g++ 12.)
-#include "bake/rays/bundle/bundle_cells.h"
+// Included by bundle_baseline.cpp and bundle_avx2.cpp; what bundle_vectors.h says of functions holds here, too. The
+// rays and their pyramid are part of this class: as a class of their own, they cost 6 % of the speed with g++ 12.
+#include "bake/rays/bundle/bundle_bins.h"
 
 namespace relume {
 namespace {
 
-constexpr float kMinDepth = 1e-30f;  // [m] nearer is beside the point itself
-constexpr float kNearer = 0.99999f;  // of squared distances to boxes, which round
+constexpr float kMinDepth = 1e-30f;  // [m] what is nearer counts as beside the origin, not in front of it
+constexpr float kNearer = 0.99999f;  // factor on squared distances to boxes, for their rounding errors
 
 class Walk {
  public:
   explicit Walk(const BundleJob& job)
       : job_(job),
-        cells_(job.blocks),
-        edges_(cells_),
+        bins_(job.blocks),
+        edges_(bins_),
         hemisphere_(job.axis[0] != 0.0f || job.axis[1] != 0.0f || job.axis[2] != 0.0f) {
-    for (std::uint32_t first = 0, side = cells_.blocks;; side = (side + 1) / 2) {
+    for (std::uint32_t first = 0, side = bins_.blocks;; side = (side + 1) / 2) {
       levelBegin_[levels_] = first;
       levelSide_[levels_++] = side;
       first += side * side;
@@ -32,39 +32,39 @@ class Walk {
   }
 
   void run() {
-    sortRays(job_, cells_);
+    sortRays(job_, bins_);
     for (std::uint32_t face = 0; face < 6; ++face) {
-      if (job_.begin[face * cells_.count] != job_.begin[(face + 1) * cells_.count]) walkFace(face);
+      if (job_.begin[face * bins_.count] != job_.begin[(face + 1) * bins_.count]) walkFace(face);
     }
   }
 
  private:
-  struct Rectangle {  // of the lanes
+  struct Rectangle {  // one per lane
     Floats u0, u1, v0, v1;
     Ints x0, x1, y0, y1;
   };
 
-  // What one box covers.
+  // What a single box covers.
   struct Box {
     float distance2, u0, u1, v0, v1;
-    std::uint32_t x0, y0, x1, y1;  // cells, first and last
+    std::uint32_t x0, y0, x1, y1;  // bins, first and last
   };
   static Box boxOf(const BundleFrame& f, std::uint32_t i) {
-    const std::uint32_t cells = f.cells[i];
-    return {f.distance2[i], f.u0[i],          f.u1[i],           f.v0[i],    f.v1[i],
-            cells & 255,    cells >> 8 & 255, cells >> 16 & 255, cells >> 24};
+    const std::uint32_t bins = f.bins[i];
+    return {f.distance2[i], f.u0[i],         f.u1[i],          f.v0[i],   f.v1[i],
+            bins & 255,     bins >> 8 & 255, bins >> 16 & 255, bins >> 24};
   }
 
-  void findCells(Rectangle& r) const {
-    r.x0 = cells_.of(r.u0, -kSlackCells), r.x1 = cells_.of(r.u1, kSlackCells);
-    r.y0 = cells_.of(r.v0, -kSlackCells), r.y1 = cells_.of(r.v1, kSlackCells);
+  void findBins(Rectangle& r) const {
+    r.x0 = bins_.of(r.u0, -kSlackBins), r.x1 = bins_.of(r.u1, kSlackBins);
+    r.y0 = bins_.of(r.v0, -kSlackBins), r.y1 = bins_.of(r.v1, kSlackBins);
   }
   static Ints onFace(const Rectangle& r) {
     constexpr float kEdge = 1.0f + kSlack;
     return (r.u0 <= kEdge) & (r.u1 >= -kEdge) & (r.v0 <= kEdge) & (r.v1 >= -kEdge);
   }
 
-  // The farthest of the four below a block of a level >= 1.
+  // The farthest of the four blocks below a block of level 1 or higher.
   float farthestBelow(std::uint32_t level, std::uint32_t x, std::uint32_t y) const {
     const std::uint32_t side = levelSide_[level - 1];
     const float* below = job_.farthest + levelBegin_[level - 1];
@@ -73,9 +73,9 @@ class Walk {
     return max(max(below[y0 + x0], below[y0 + x1]), max(below[y1 + x0], below[y1 + x1]));
   }
 
-  // The rays of a block were shortened.
+  // Update the pyramid after the rays of a block were shortened.
   void lower(std::uint32_t block) {
-    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
+    const std::uint32_t begin = begin_[block * kBlockBins], end = begin_[(block + 1) * kBlockBins];
     Floats all{};
     for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
       all = max(all, lanesWithin(i, begin, end) ? load(job_.t + i) : Floats{});
@@ -83,7 +83,7 @@ class Walk {
     float farthest = maxLane(all);
     if (!(farthest < job_.farthest[block])) return;
     job_.farthest[block] = farthest;
-    std::uint32_t x = block % cells_.blocks, y = block / cells_.blocks;
+    std::uint32_t x = block % bins_.blocks, y = block / bins_.blocks;
     for (std::uint32_t level = 1; level < levels_; ++level) {
       x /= 2, y /= 2;
       farthest = farthestBelow(level, x, y);
@@ -96,9 +96,9 @@ class Walk {
   void walkFace(std::uint32_t face) {
     depth_ = static_cast<int>(face / 2), across_ = (depth_ + 1) % 3, up_ = (depth_ + 2) % 3;
     backward_ = face % 2 != 0;
-    begin_ = job_.begin + face * cells_.count;
-    for (std::uint32_t i = 0; i < cells_.blocks * cells_.blocks; ++i) {
-      job_.farthest[i] = begin_[(i + 1) * kBlockCells] > begin_[i * kBlockCells] ? kInfinity : 0.0f;
+    begin_ = job_.begin + face * bins_.count;
+    for (std::uint32_t i = 0; i < bins_.blocks * bins_.blocks; ++i) {
+      job_.farthest[i] = begin_[(i + 1) * kBlockBins] > begin_[i * kBlockBins] ? kInfinity : 0.0f;
     }
     for (std::uint32_t level = 1; level < levels_; ++level) {
       const std::uint32_t side = levelSide_[level];
@@ -137,7 +137,7 @@ class Walk {
     }
   }
 
-  // Of the rays that pass a child, list in ray_ those that may still end in it.
+  // List in ray_ the rays that pass a child and may still end in it.
   void listPassing(const BundleFrame& frame, std::uint32_t lane) {
     const Floats near = splat(frame.distance2[lane]);
     passing_ = 0;
@@ -150,7 +150,7 @@ class Walk {
     }
   }
 
-  // Whether any ray may end in a box. Of small boxes, list the rays in ray_, up to the first few beyond kFewBundleRays.
+  // Whether any ray may end in a box. For a small box, list these rays in ray_, and stop soon after kFewBundleRays.
   bool isSeen(const Box& e, bool isLeaf) {
     const std::uint32_t x0 = e.x0 / kBundleStrip, x1 = e.x1 / kBundleStrip, y0 = e.y0 / kBundleStrip,
                         y1 = e.y1 / kBundleStrip;
@@ -168,7 +168,7 @@ class Walk {
 
     const Floats u0 = splat(e.u0), u1 = splat(e.u1), v0 = splat(e.v0), v1 = splat(e.v1), near = splat(e.distance2);
     for (std::uint32_t strip = y0; strip <= y1; ++strip) {
-      const std::uint32_t* row = begin_ + strip * kBundleStrip * cells_.side;
+      const std::uint32_t* row = begin_ + strip * kBundleStrip * bins_.side;
       const std::uint32_t begin = row[e.x0 * kBundleStrip], end = row[(e.x1 + 1) * kBundleStrip];
       for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
         const Floats u = load(job_.u + i), v = load(job_.v + i), t = load(job_.t + i);
@@ -181,7 +181,7 @@ class Walk {
     return passing_ > 0;
   }
 
-  // Lets those children wait that rays may meet. kFew: the rays in ray_ are all that pass the node.
+  // Put the children that rays may meet on the stack. kFew: the rays in ray_ are all that pass the node.
   template <bool kFew>
   void visitNode(std::uint32_t index, std::uint32_t depth) {
     const BundleNode& node = job_.nodes[index];
@@ -191,7 +191,7 @@ class Walk {
     const Floats a0 = load(node.low[across_]) - origin[across_], a1 = load(node.high[across_]) - origin[across_];
     const Floats b0 = load(node.low[up_]) - origin[up_], b1 = load(node.high[up_]) - origin[up_];
 
-    // Project the boxes, and leave out those beside the face or below the horizon.
+    // Project the boxes, and leave out those outside the face or below the horizon.
     const Floats perNear = 1.0f / max(near, splat(kMinDepth)), perFar = 1.0f / max(far, splat(kMinDepth));
     Rectangle r;
     r.u0 = a0 * (a0 < 0.0f ? perNear : perFar), r.u1 = a1 * (a1 < 0.0f ? perFar : perNear);
@@ -211,9 +211,9 @@ class Walk {
     unsigned bits = bitsOf(seen);
     if (bits == 0) return;
     if constexpr (!kFew) {
-      findCells(r);
+      findBins(r);
       store(frame.u0, r.u0), store(frame.u1, r.u1), store(frame.v0, r.v0), store(frame.v1, r.v1);
-      store(frame.cells, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
+      store(frame.bins, r.x0 | r.y0 << 8 | r.x1 << 16 | r.y1 << 24);
       frame.count = 0;
     }
     store(frame.distance2, distance2);
@@ -223,8 +223,8 @@ class Walk {
     alignas(32) float middle[kBundleLanes];
     store(middle, middle2);
 
-    // The one with the nearest middle comes to the top (3 % faster than the nearest box): as many lie below as are
-    // farther.
+    // Sort by the distance to the boxes' middles, the nearest on top (3 % faster than by the nearest point of the box).
+    // The position of each is the number of boxes that are farther.
     const unsigned all = bits;
     std::uint32_t* bottom = top_;
     for (; bits != 0; bits &= bits - 1) {
@@ -237,7 +237,7 @@ class Walk {
     top_ += __builtin_popcount(all);
   }
 
-  // Which children the listed rays pass, before they end: all ones. Keeps the list.
+  // For each child, all ones if a listed ray passes it before the ray ends. Keeps the list.
   Ints findPassing(const Rectangle& r, Floats distance2, BundleFrame& frame) const {
     const auto passingOf = [&](std::uint32_t first, std::uint32_t end) {
       Ints all{}, bit = splatInt(1u);
@@ -284,7 +284,7 @@ class Walk {
            job_.opaque(job_.self, leaf.geometry[lane], leaf.triangle[lane], b, c);
   }
 
-  // One ray after the other, all triangles of the leaf at once.
+  // Test one ray after the other against all triangles of the leaf at once.
   void crossRays(const BundleLeaf& leaf, std::uint32_t index, const Triangles& triangles) {
     constexpr std::uint32_t kNoBlock = 0xFFFFFFFFu;
     std::uint32_t shortened = kNoBlock;
@@ -320,10 +320,10 @@ class Walk {
     if (shortened != kNoBlock) lower(shortened);
   }
 
-  // One triangle after the other, the rays of each block that it may cover.
+  // Test one triangle after the other against the rays of each block that it may cover.
   void crossTriangles(const Box& entry, const BundleLeaf& leaf, std::uint32_t index, const Triangles& triangles,
                       const Vectors& a, const Vectors& b, const Vectors& c) {
-    // Project the corners; triangles that reach behind the point may cover all that the leaf covers.
+    // Project the corners. A triangle that reaches behind the origin may cover all that the leaf covers.
     const float sign = backward_ ? -1.0f : 1.0f;
     const Floats aDepth = along(a, depth_) * sign, bDepth = along(b, depth_) * sign, cDepth = along(c, depth_) * sign;
     const Ints behind = min(aDepth, min(bDepth, cDepth)) <= kMinDepth;
@@ -333,13 +333,13 @@ class Walk {
     Rectangle r;
     r.u0 = behind ? splat(-2.0f) : min(ua, min(ub, uc)), r.u1 = behind ? splat(2.0f) : max(ua, max(ub, uc));
     r.v0 = behind ? splat(-2.0f) : min(va, min(vb, vc)), r.v1 = behind ? splat(2.0f) : max(va, max(vb, vc));
-    // Planes through the point, as those of missing triangles, are never hit.
+    // A plane through the origin is never hit. Missing triangles have such planes.
     Ints seen = (max(aDepth, max(bDepth, cDepth)) > 0.0f) & onFace(r) & (triangles.plane != 0.0f);
     if (hemisphere_) {
       const Vectors axis = splat(job_.axis[0], job_.axis[1], job_.axis[2]);
       seen &= max(dot(a, axis), max(dot(b, axis), dot(c, axis))) > 0.0f;
     }
-    findCells(r);
+    findBins(r);
     const auto within = [](Ints first, std::uint32_t low, Ints last, std::uint32_t high) {
       return (first <= static_cast<std::int32_t>(high)) & (last >= static_cast<std::int32_t>(low));
     };
@@ -360,15 +360,16 @@ class Walk {
       };
       const Vectors& n = triangles.normal;
       const Triangles one{{edge(0), edge(1), edge(2)}, splat(n.x[i], n.y[i], n.z[i]), splat(triangles.plane[i])};
-      const auto first = [](std::int32_t cell, std::uint32_t limit) {
-        return (static_cast<std::uint32_t>(cell) > limit ? static_cast<std::uint32_t>(cell) : limit) / kBundleStrip;
+      const auto first = [](std::int32_t bin, std::uint32_t limit) {
+        return (static_cast<std::uint32_t>(bin) > limit ? static_cast<std::uint32_t>(bin) : limit) / kBundleStrip;
       };
-      const auto last = [](std::int32_t cell, std::uint32_t limit) {
-        return min(static_cast<std::uint32_t>(cell), limit) / kBundleStrip;
+      const auto last = [](std::int32_t bin, std::uint32_t limit) {
+        return min(static_cast<std::uint32_t>(bin), limit) / kBundleStrip;
       };
       const std::uint32_t x0 = first(r.x0[i], entry.x0), x1 = last(r.x1[i], entry.x1);
       const std::uint32_t y0 = first(r.y0[i], entry.y0), y1 = last(r.y1[i], entry.y1);
-      // Rays that meet it have three products with the sign of its plane's: leave out blocks beyond an edge.
+      // For rays that hit the triangle, the products with its three edges have the sign of its plane's. Leave out
+      // blocks that lie beyond an edge.
       const float facing = triangles.plane[i] < 0.0f ? -1.0f : 1.0f;
       float perU[3], perV[3], constant[3];
       for (int k = 0; k < 3; ++k) {
@@ -385,11 +386,11 @@ class Walk {
           const auto reaches = [&](int k) {
             return load((perU[k] < 0.0f ? edges_.begin : edges_.end) + x) * perU[k] + row[k] >= 0.0f;
           };
-          const Floats farthest = load(job_.farthest + y * cells_.blocks + x);
+          const Floats farthest = load(job_.farthest + y * bins_.blocks + x);
           unsigned blocks = bitsOf((kLane <= static_cast<std::int32_t>(x1 - x)) & (distance2[i] < farthest * farthest) &
                                    reaches(0) & reaches(1) & reaches(2));
           for (; blocks != 0; blocks &= blocks - 1) {
-            const std::uint32_t block = y * cells_.blocks + x + lowestBit(blocks);
+            const std::uint32_t block = y * bins_.blocks + x + lowestBit(blocks);
             if (crossBlock(leaf, index, i, one, block)) lower(block);
           }
         }
@@ -400,7 +401,7 @@ class Walk {
   // Whether any ray of a block was shortened.
   bool crossBlock(const BundleLeaf& leaf, std::uint32_t index, unsigned lane, const Triangles& one,
                   std::uint32_t block) {
-    const std::uint32_t begin = begin_[block * kBlockCells], end = begin_[(block + 1) * kBlockCells];
+    const std::uint32_t begin = begin_[block * kBlockBins], end = begin_[(block + 1) * kBlockBins];
     bool any = false;
     for (std::uint32_t i = firstOf(begin); i < end; i += kBundleLanes) {
       const Vectors direction{load(job_.x + i), load(job_.y + i), load(job_.z + i)};
@@ -437,17 +438,17 @@ class Walk {
   }
 
   const BundleJob& job_;
-  FaceCells cells_;
+  FaceBins bins_;
   BlockEdges edges_;
   bool hemisphere_;
   std::uint32_t levels_ = 0, levelBegin_[8], levelSide_[8];
 
-  // Of the face that is walked
+  // The face that is walked
   int depth_ = 0, across_ = 1, up_ = 2;  // axes
   bool backward_ = false;                // it faces along -depth
   const std::uint32_t* begin_ = nullptr;
   std::uint32_t* top_ = nullptr;
-  std::uint32_t passing_ = 0;  // rays in ray_, that may end in the box
+  std::uint32_t passing_ = 0;  // number of rays in ray_ that may end in the box
   std::uint32_t ray_[kFewBundleRays + 2 * kBundleLanes] = {};
 };
 

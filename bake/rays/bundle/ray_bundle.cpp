@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Hands a bundle of rays to the walk (bundle_walk.h) and its hits back in the order of the rays.
+// Hands a bundle of rays to the walk (bundle_walk.h), and returns its hits in the order of the rays.
 #include "bake/rays/bundle/ray_bundle.h"
 
 #include "bake/rays/ray_tracer_state.h"
@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-constexpr double kRaysPerBlock = 48.0;  // wished: six registers
+constexpr double kRaysPerBlock = 48.0;  // aimed at: six registers
 
 std::uint32_t blocksFor(std::size_t rays, bool hemisphere) {
   const double all = static_cast<double>(rays) * (hemisphere ? 2.0 : 1.0);
@@ -54,8 +54,8 @@ void RayBundle::trace(const RayTracer& tracer, const glm::vec3& origin, const gl
   job.count = static_cast<std::uint32_t>(count);
   job.direction = &directions.data()->x;
   job.blocks = blocksFor(count, axis != glm::vec3(0.0f));
-  // Lay out the arrays, twice: how much they need, and where they are.
-  const std::size_t cells = 6 * std::size_t{job.blocks} * job.blocks * kBundleStrip * kBundleStrip;
+  // Lay out the arrays twice: first to learn how much memory they need, then to place them.
+  const std::size_t bins = 6 * std::size_t{job.blocks} * job.blocks * kBundleStrip * kBundleStrip;
   const std::size_t padded = (count + kBundleLanes - 1) / kBundleLanes * kBundleLanes, depth = state.bundles.depth;
   for (const bool counting : {true, false}) {
     std::size_t lines = 0;
@@ -66,11 +66,11 @@ void RayBundle::trace(const RayTracer& tracer, const glm::vec3& origin, const gl
     for (float** array : {&job.faceU, &job.faceV, &job.x, &job.y, &job.z, &job.u, &job.v, &job.t, &job.b, &job.c}) {
       take(*array, padded);
     }
-    take(job.place, padded);
+    take(job.slot, padded);
     take(job.hit, padded);
     take(job.block, padded);
-    take(job.begin, cells + 1);
-    take(job.cursor, cells);
+    take(job.begin, bins + 1);
+    take(job.cursor, bins);
     take(job.farthest, bundlePyramidSize(job.blocks));
     take(job.frames, depth);
     take(job.stack, 7 * depth + kBundleLanes);
@@ -79,9 +79,9 @@ void RayBundle::trace(const RayTracer& tracer, const glm::vec3& origin, const gl
 
   walk(job, simd_);
 
-  // Name what was hit.
+  // Turn what was hit into hits.
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t at = job.place[i], word = job.hit[at];
+    const std::uint32_t at = job.slot[i], word = job.hit[at];
     if (word == kBundleNone) {
       hits[i] = {};
       continue;

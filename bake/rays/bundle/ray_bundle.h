@@ -18,8 +18,8 @@ class RayBundle {
   enum class Simd { best, baseline };
   explicit RayBundle(Simd simd = Simd::best) : simd_(simd) {}
 
-  // Nearest hits of rays from `origin`. axis: zero, or directions all lie in its hemisphere (a hint: what is below is
-  // not looked at). A tracer without a structure for bundles (RayStructure) traces packets. [Size hits >= directions]
+  // Nearest hits of rays from `origin`. axis: zero, or an axis in whose hemisphere all directions lie: what is below it
+  // is not looked at. A tracer without a structure for bundles (RayStructure) traces packets. [Size hits >= directions]
   void trace(const RayTracer& tracer, const glm::vec3& origin, const glm::vec3& axis,
              std::span<const glm::vec3> directions, std::span<Hit> hits);
 

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +67,7 @@ struct Mesh {
   std::string name;                          // glTF mesh name or "mesh<index>", "#<primitive>" appended when several
   std::vector<glm::vec3> position;           // [m]
   std::vector<glm::vec3> normal;             // unit; empty = flat
+  bool normalsRepaired = false;              // some were zero or not finite, and come from the triangles instead
   std::array<std::vector<glm::vec2>, 2> uv;  // TEXCOORD_0, TEXCOORD_1; empty when absent
   std::vector<glm::vec3> color;              // COLOR_0 (linear factor); empty when absent
   std::vector<float> colorAlpha;             // COLOR_0's alpha; empty when absent
@@ -141,7 +143,10 @@ struct Scene {
                                     // importer finds them
   LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric
   std::optional<std::uint64_t> exportedWith;  // level of relume export: identifyBakeFile() of the bake it was made with
-  std::vector<std::filesystem::path> files;   // every file that was read, the scene's first (for dependency files)
+  // For the same level: what its surfaces were when it was made, a hash of each by the BakedInstance::geometryHash that
+  // the bake has of it. `relume status` compares them.
+  std::map<std::uint64_t, std::uint64_t> exportedSurfaces;
+  std::vector<std::filesystem::path> files;  // every file that was read, the scene's first (for dependency files)
 
   std::uint32_t triangleCount() const;  // over all instances
   // World-space corners of triangle t of an instance, wound so that the front is counter-clockwise.

@@ -12,16 +12,16 @@
 
 namespace relume {
 
-// Points in cells of a uniform grid; finds the nearest within a cell's size.
+// Points sorted into the buckets of a uniform grid; finds the nearest within a bucket's size.
 class PointIndex {
  public:
-  // [m] [cell > 0]. `subset` lists the points that count; it and `points` must outlive this.
-  PointIndex(std::span<const glm::vec3> points, std::span<const std::uint32_t> subset, float cell);
+  // bucketSize [m] > 0. `subset` lists the points that count; it and `points` must outlive this.
+  PointIndex(std::span<const glm::vec3> points, std::span<const std::uint32_t> subset, float bucketSize);
 
   static constexpr std::uint32_t kNothing = 0xFFFFFFFFu;
-  // The point with the least distance to p, where distance² counts tolerance² (1 - cosine) more for a normal that turns
-  // away; of equals the first. kNothing when none lies within the cell's size with a cosine above 0.7. A zero normal
-  // matches zero normals only. [Size normals == points]
+  // The point with the least distance to p, where tolerance² (1 - cosine) is added to distance² for a normal that turns
+  // away; among equals, the first. kNothing when none lies within the bucket's size with a cosine above 0.7. A zero
+  // normal matches zero normals only. [Size normals == points]
   std::uint32_t nearest(const glm::vec3& p, const glm::vec3& normal, std::span<const glm::vec3> normals) const;
   // The same by distance alone.
   std::uint32_t nearest(const glm::vec3& p) const;
@@ -31,8 +31,8 @@ class PointIndex {
   std::uint32_t search(const glm::vec3& p, const Penalty& penalty) const;
 
   std::span<const glm::vec3> points_;
-  float cell_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+  float bucketSize_;
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> buckets_;
 };
 
 struct CachePair {

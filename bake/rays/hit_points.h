@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where rays hit triangles that are known to be hit, in plain IEEE operations of a fixed order: the same on any
-// processor, which Embree's approximate reciprocals are not.
+// Computes hit points of rays on triangles that they are known to hit, in plain IEEE operations of a fixed order. The
+// results are the same on any processor; Embree's, which use approximate reciprocals, are not.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -16,15 +16,15 @@ namespace relume {
 
 using Corners = std::array<glm::vec3, 3>;
 
-// Rays that hit, their triangles, and where: one lane each, so that compilers use vectors. Lanes of vectors and single
-// ones round alike.
+// Rays, the triangles that they hit, and the hit points: one lane per ray, so that compilers use vectors. All widths
+// round alike.
 template <unsigned Width>
-struct HitPlaces {
+struct HitPoints {
   alignas(64) float corner[9][Width], origin[3][Width], direction[3][Width], tMin[Width], tMax[Width];  // in
   alignas(64) float distance[Width];                                                                    // [m]
   alignas(64) float u[Width], v[Width];                                                                 // barycentric
   alignas(64) float facing[Width];  // [m^2] twice the area times the cosine; positive = the back was hit
-  alignas(64) float edge[Width];    // negative: on an edge within rounding, a neighbour may be hit as well
+  alignas(64) float edge[Width];    // negative: the ray meets an edge within rounding and may hit a neighbour, too
 
   void put(unsigned i, const Corners& c, const glm::vec3& from, const glm::vec3& to, float nearest, float farthest) {
     for (int k = 0; k < 9; ++k) corner[k][i] = c[static_cast<std::size_t>(k / 3)][k % 3];
@@ -38,10 +38,10 @@ struct HitPlaces {
 inline float largestOf(float x, float y, float z) { return std::max(std::abs(x), std::max(std::abs(y), std::abs(z))); }
 
 // Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (JGT 2(1), 1997), for triangles that are
-// known to be hit. A sliver seen edge on divides by zero: its first corner is taken.
+// known to be hit. A triangle seen edge-on divides by zero; its first corner is taken then.
 template <unsigned Width>
-void findHitPlaces(HitPlaces<Width>& p) {
-  constexpr float kEdgeUlps = 8.0f;  // barycentrics are off by as many of the sizes that enter them
+void findHitPoints(HitPoints<Width>& p) {
+  constexpr float kEdgeUlps = 8.0f;  // error of the barycentrics, relative to the numbers that they are made from
   constexpr float kSlack = kEdgeUlps * std::numeric_limits<float>::epsilon();
   for (unsigned i = 0; i < Width; ++i) {
     const float x0 = p.corner[0][i], y0 = p.corner[1][i], z0 = p.corner[2][i];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See cells.h.
-#include "bake/caches/lightmap/cells.h"
+// See patch_texels.h.
+#include "bake/caches/lightmap/patch_texels.h"
 
 #include "bake/base/parallel.h"
 
@@ -13,27 +13,27 @@
 namespace relume {
 namespace {
 
-// Samples along a texel.
+// Samples per texel along each axis.
 constexpr int kSamples = 4;
-// Places kept for a cell's cache.
-constexpr std::size_t kMostPoints = 8;
-// How far a cache moves from the texel's centre toward the middle of the surface in its cell: caches in a corner of a
-// room would see little but the corner.
+// Spots that are kept for a texel's cache.
+constexpr std::size_t kMaxPoints = 8;
+// Share of the way that a cache moves from the texel's centre toward the middle of the texel's surface: a cache in the
+// corner of a room would see little but the corner.
 constexpr float kInset = 0.8f;
-constexpr std::uint32_t kMostTexels = 8192;
-// Lattice points of a triangle that are looked through block by block where only a part of it is seen.
+constexpr std::uint32_t kMaxTexels = 8192;
+// A triangle with more sample points than this is looked through in blocks, of which unseen ones are skipped.
 constexpr std::int64_t kManyPoints = 1 << 16;
 constexpr int kBlock = 64;
 
-// Texels along an axis of `length` texels: one for less than one, else enough to span it from border to border.
+// Texels along an axis of `length` texels: one if it is shorter than a texel, otherwise enough to span it.
 std::uint32_t texelsAlong(float length) {
   if (!(length >= 1.0f)) return 1;
-  return std::min(static_cast<std::uint32_t>(std::min(length, 1e6f)) + 1, kMostTexels);
+  return std::min(static_cast<std::uint32_t>(std::min(length, 1e6f)) + 1, kMaxTexels);
 }
 
 float cross2(const glm::vec2& a, const glm::vec2& b) { return a.x * b.y - a.y * b.x; }
 
-// Weights of corners 1 and 2 at p; x < -1 for a triangle without area.
+// Barycentric weights of corners 1 and 2 at p. False outside the triangle, and for a triangle without area.
 bool barycentricAt(const std::array<glm::vec2, 3>& t, const glm::vec2& p, float slack, glm::vec2& weights) {
   const float twice = cross2(t[1] - t[0], t[2] - t[0]);
   if (twice == 0.0f) return false;
@@ -51,11 +51,11 @@ struct Sample {
   glm::vec2 uv;
   std::uint32_t slot;  // triangle of the chart
   glm::vec2 barycentric;
-  std::uint32_t cell;
+  std::uint32_t texel;
   float area;  // [chart m²]
 };
 
-// Samples of one patch: a lattice over the chart's rectangle, and the middles of triangles that fall between it.
+// Takes samples of one patch: at a lattice over the chart's rectangle, and in the middle of triangles that it misses.
 class PatchSampler {
  public:
   PatchSampler(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, const Patch& patch,
@@ -73,30 +73,31 @@ class PatchSampler {
     }
   }
 
-  void run(std::uint32_t patchIndex, std::vector<Cell>& cells, std::vector<ChartPoint>& points, Context& context) {
+  void run(std::uint32_t patchIndex, std::vector<PatchTexel>& texels, std::vector<ChartPoint>& points,
+           Context& context) {
     collect(context);
     if (samples_.empty() || context.cancelled()) return;
     std::stable_sort(samples_.begin(), samples_.end(),
-                     [](const Sample& a, const Sample& b) { return a.cell < b.cell; });
+                     [](const Sample& a, const Sample& b) { return a.texel < b.texel; });
     const float toWorld = patch_.uvScale.x * patch_.uvScale.y;
     for (std::size_t begin = 0; begin < samples_.size();) {
       std::size_t end = begin;
       glm::vec2 middle(0.0f);
       float area = 0.0f;
-      for (; end < samples_.size() && samples_[end].cell == samples_[begin].cell; ++end) {
+      for (; end < samples_.size() && samples_[end].texel == samples_[begin].texel; ++end) {
         middle += samples_[end].uv * samples_[end].area;
         area += samples_[end].area;
       }
-      Cell cell;
-      cell.patch = patchIndex;
-      cell.x = samples_[begin].cell % resolution_.x;
-      cell.y = samples_[begin].cell / resolution_.x;
-      cell.area = area * toWorld;
-      cell.firstPoint = static_cast<std::uint32_t>(points.size());
-      const glm::vec2 center = centerOf(cell.x, cell.y);
+      PatchTexel texel;
+      texel.patch = patchIndex;
+      texel.x = samples_[begin].texel % resolution_.x;
+      texel.y = samples_[begin].texel / resolution_.x;
+      texel.area = area * toWorld;
+      texel.firstPoint = static_cast<std::uint32_t>(points.size());
+      const glm::vec2 center = centerOf(texel.x, texel.y);
       addPoints(begin, end, glm::mix(center, middle / area, kInset), points);
-      cell.pointCount = static_cast<std::uint32_t>(points.size()) - cell.firstPoint;
-      cells.push_back(cell);
+      texel.pointCount = static_cast<std::uint32_t>(points.size()) - texel.firstPoint;
+      texels.push_back(texel);
       begin = end;
     }
   }
@@ -108,7 +109,7 @@ class PatchSampler {
     return t * size_;
   }
 
-  std::uint32_t cellOf(const glm::vec2& uv) const {
+  std::uint32_t texelIndexOf(const glm::vec2& uv) const {
     const glm::vec2 t = texelOf(uv, size_, resolution_);
     const auto x = std::min(static_cast<std::uint32_t>(std::max(t.x + 0.5f, 0.0f)), resolution_.x - 1);
     const auto y = std::min(static_cast<std::uint32_t>(std::max(t.y + 0.5f, 0.0f)), resolution_.y - 1);
@@ -119,7 +120,7 @@ class PatchSampler {
     return seenBy(scene_, playSpace_, patch_, {chart_.triangle[slot], barycentric});
   }
 
-  // Whether any of a block of the lattice may be seen on that triangle. Blocks are parallelograms of its plane.
+  // Whether any point of the triangle in a block of the lattice may be seen. Blocks are parallelograms in its plane.
   bool blockSeen(std::uint32_t slot, int x, int y) const {
     const auto& t = chart_.uv[slot];
     const float twice = cross2(t[1] - t[0], t[2] - t[0]);
@@ -159,7 +160,7 @@ class PatchSampler {
           rowOfBlocks.assign(static_cast<std::size_t>(lastX / kBlock) + 1, 0);
           for (int b = firstX / kBlock; b <= lastX / kBlock; ++b)
             rowOfBlocks[static_cast<std::size_t>(b)] = blockSeen(slot, b * kBlock, y / kBlock * kBlock);
-          any = true;  // so many points of the lattice cannot miss it
+          any = true;  // a triangle this large is not missed by the lattice
         }
         for (int x = firstX; x <= lastX; ++x) {
           if (many && !rowOfBlocks[static_cast<std::size_t>(x / kBlock)]) {
@@ -175,20 +176,21 @@ class PatchSampler {
           if (mark) continue;
           mark = 1;
           w = clampInside(w);
-          if (seen(slot, w)) samples_.push_back({uv, slot, w, cellOf(uv), sampleArea});
+          if (seen(slot, w)) samples_.push_back({uv, slot, w, texelIndexOf(uv), sampleArea});
         }
       }
-      // A triangle that the lattice missed stands for its own area.
+      // Take one sample of a triangle that the lattice missed, for its own area.
       constexpr glm::vec2 kMiddle(1.0f / 3.0f);
       if (!any && seen(slot, kMiddle)) {
         const glm::vec2 uv = (t[0] + t[1] + t[2]) / 3.0f;
         const float area = 0.5f * std::abs(cross2(t[1] - t[0], t[2] - t[0]));
-        if (area > 0.0f) samples_.push_back({uv, slot, kMiddle, cellOf(uv), area});
+        if (area > 0.0f) samples_.push_back({uv, slot, kMiddle, texelIndexOf(uv), area});
       }
     }
   }
 
-  // The target itself where a triangle of the cell covers it, then samples by distance from it, thinned evenly.
+  // Add spots for a texel's cache: the target itself if a triangle covers it, then samples by their distance from it,
+  // of which some are left out evenly.
   void addPoints(std::size_t begin, std::size_t end, const glm::vec2& target, std::vector<ChartPoint>& points) {
     const glm::vec2 world = patch_.uvScale;
     const auto distance2 = [&](const Sample& s) {
@@ -204,7 +206,7 @@ class PatchSampler {
       points.push_back({chart_.triangle[samples_[i].slot], clampInside(w)});
       break;
     }
-    const std::size_t count = end - begin, kept = std::min(kMostPoints, count);
+    const std::size_t count = end - begin, kept = std::min(kMaxPoints, count);
     for (std::size_t k = 0; k < kept; ++k) {
       const Sample& s = samples_[begin + k * count / kept];
       points.push_back({chart_.triangle[s.slot], s.barycentric});
@@ -223,21 +225,21 @@ class PatchSampler {
   std::vector<Sample> samples_;
 };
 
-// The one texel of a small patch: the chart's representative points, those that are seen first.
+// Add the one texel of a small patch. Its spots are the chart's representative points, seen ones first.
 void addSmallPatch(const Scene& scene, const PlaySpace& playSpace, const MeshCharts& charts, const Patch& patch,
-                   std::uint32_t index, std::vector<Cell>& cells, std::vector<ChartPoint>& points) {
+                   std::uint32_t index, std::vector<PatchTexel>& texels, std::vector<ChartPoint>& points) {
   const auto& candidates = charts.points[patch.chart];
-  Cell cell;
-  cell.patch = index;
-  cell.area = patch.area;
-  cell.firstPoint = static_cast<std::uint32_t>(points.size());
+  PatchTexel texel;
+  texel.patch = index;
+  texel.area = patch.area;
+  texel.firstPoint = static_cast<std::uint32_t>(points.size());
   for (const bool wanted : {true, false}) {
     for (const ChartPoint& point : candidates) {
       if (seenBy(scene, playSpace, patch, point) == wanted) points.push_back(point);
     }
   }
-  cell.pointCount = static_cast<std::uint32_t>(points.size()) - cell.firstPoint;
-  cells.push_back(cell);
+  texel.pointCount = static_cast<std::uint32_t>(points.size()) - texel.firstPoint;
+  texels.push_back(texel);
 }
 
 }  // namespace
@@ -257,14 +259,14 @@ glm::uvec2 resolutionOf(const Scene& scene, const PatchSet& set, const Patch& pa
   return {texelsAlong(length.x), texelsAlong(length.y)};
 }
 
-CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
-                 Context& context) {
-  CellSet result;
+PatchTexels layTexels(const Scene& scene, const PlaySpace& playSpace, const PatchSet& set, float texelSize,
+                      Context& context) {
+  PatchTexels result;
   result.texelSize = texelSize;
   result.resolution.resize(set.patches.size());
   constexpr std::size_t kGrain = 64;
   struct Part {
-    std::vector<Cell> cells;
+    std::vector<PatchTexel> texels;
     std::vector<ChartPoint> points;
     std::vector<std::uint32_t> count;
   };
@@ -275,27 +277,27 @@ CellSet layCells(const Scene& scene, const PlaySpace& playSpace, const PatchSet&
       const Patch& patch = set.patches[p];
       const MeshCharts& charts = set.meshes[scene.instances[patch.instance].mesh];
       const glm::uvec2 resolution = resolutionOf(scene, set, patch, texelSize);
-      const std::size_t before = part.cells.size();
+      const std::size_t before = part.texels.size();
       const auto index = static_cast<std::uint32_t>(p);
       if (resolution != glm::uvec2(1))
-        PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.cells, part.points, context);
+        PatchSampler(scene, playSpace, set, patch, resolution).run(index, part.texels, part.points, context);
       // Also where everything fell between the samples.
-      result.resolution[p] = part.cells.size() > before ? resolution : glm::uvec2(1);
-      if (part.cells.size() == before) addSmallPatch(scene, playSpace, charts, patch, index, part.cells, part.points);
-      part.count.push_back(static_cast<std::uint32_t>(part.cells.size() - before));
+      result.resolution[p] = part.texels.size() > before ? resolution : glm::uvec2(1);
+      if (part.texels.size() == before) addSmallPatch(scene, playSpace, charts, patch, index, part.texels, part.points);
+      part.count.push_back(static_cast<std::uint32_t>(part.texels.size() - before));
     }
   });
 
   // Join the parts in order.
-  result.firstCell.push_back(0);
+  result.firstTexel.push_back(0);
   for (const Part& part : parts) {
     const auto base = static_cast<std::uint32_t>(result.points.size());
-    for (Cell cell : part.cells) {
-      cell.firstPoint += base;
-      result.cells.push_back(cell);
+    for (PatchTexel texel : part.texels) {
+      texel.firstPoint += base;
+      result.texels.push_back(texel);
     }
     result.points.insert(result.points.end(), part.points.begin(), part.points.end());
-    for (const std::uint32_t count : part.count) result.firstCell.push_back(result.firstCell.back() + count);
+    for (const std::uint32_t count : part.count) result.firstTexel.push_back(result.firstTexel.back() + count);
   }
   return result;
 }

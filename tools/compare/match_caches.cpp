@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See compare_places.h.
-#include "tools/compare/compare_places.h"
+// See match_caches.h.
+#include "tools/compare/match_caches.h"
 
 #include <glm/geometric.hpp>
 
@@ -13,7 +13,9 @@ namespace {
 
 constexpr std::uint32_t kNothing = PointIndex::kNothing;
 
-int cellOf(float v, float cell) { return static_cast<int>(std::clamp(std::floor(v / cell), -1e6f, 1e6f)); }
+int bucketOf(float v, float bucketSize) {
+  return static_cast<int>(std::clamp(std::floor(v / bucketSize), -1e6f, 1e6f));
+}
 
 std::uint64_t keyOf(int x, int y, int z) {
   const auto bits = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFF; };
@@ -74,26 +76,26 @@ void findPartnersOfB(const Bake& a, const Bake& b, CacheMatch& match) {
 
 }  // namespace
 
-PointIndex::PointIndex(std::span<const glm::vec3> points, std::span<const std::uint32_t> subset, float cell)
-    : points_(points), cell_(cell) {
+PointIndex::PointIndex(std::span<const glm::vec3> points, std::span<const std::uint32_t> subset, float bucketSize)
+    : points_(points), bucketSize_(bucketSize) {
   for (const std::uint32_t i : subset) {
     const glm::vec3& p = points[i];
-    cells_[keyOf(cellOf(p.x, cell), cellOf(p.y, cell), cellOf(p.z, cell))].push_back(i);
+    buckets_[keyOf(bucketOf(p.x, bucketSize), bucketOf(p.y, bucketSize), bucketOf(p.z, bucketSize))].push_back(i);
   }
 }
 
 template <class Penalty>
 std::uint32_t PointIndex::search(const glm::vec3& p, const Penalty& penalty) const {
   std::uint32_t best = kNothing;
-  float min = cell_ * cell_;
-  const int x = cellOf(p.x, cell_), y = cellOf(p.y, cell_), z = cellOf(p.z, cell_);
+  float min = bucketSize_ * bucketSize_;
+  const int x = bucketOf(p.x, bucketSize_), y = bucketOf(p.y, bucketSize_), z = bucketOf(p.z, bucketSize_);
   for (int n = 0; n < 27; ++n) {
-    const auto found = cells_.find(keyOf(x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1));
-    if (found == cells_.end()) continue;
+    const auto found = buckets_.find(keyOf(x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1));
+    if (found == buckets_.end()) continue;
     for (const std::uint32_t i : found->second) {
       const glm::vec3 d = points_[i] - p;
       const float distance = glm::dot(d, d);
-      if (distance > cell_ * cell_) continue;
+      if (distance > bucketSize_ * bucketSize_) continue;
       const float cost = distance + penalty(i);
       if (cost < min || (cost == min && i < best)) {
         min = cost;
@@ -108,9 +110,9 @@ std::uint32_t PointIndex::nearest(const glm::vec3& p, const glm::vec3& normal,
                                   std::span<const glm::vec3> normals) const {
   const bool sphere = normal == glm::vec3(0.0f);
   return search(p, [&](std::uint32_t i) {
-    if (sphere) return normals[i] == glm::vec3(0.0f) ? 0.0f : 2.0f * cell_ * cell_;
+    if (sphere) return normals[i] == glm::vec3(0.0f) ? 0.0f : 2.0f * bucketSize_ * bucketSize_;
     const float cosine = glm::dot(normal, normals[i]);
-    return cell_ * cell_ * (cosine > 0.7f ? 1.0f - std::min(cosine, 1.0f) : 2.0f);
+    return bucketSize_ * bucketSize_ * (cosine > 0.7f ? 1.0f - std::min(cosine, 1.0f) : 2.0f);
   });
 }
 
@@ -136,7 +138,7 @@ std::vector<std::string> nodesOfCaches(const Bake& bake) {
   std::iota(all.begin(), all.end(), 0u);
   const float reach = std::max({lightmapSpacing(bake, cachesOf(bake, true).size()), gridSpacing(bake),
                                 2.0f * std::sqrt(std::max(s.areaEach, 0.0f)), 1e-3f});
-  // Small cells first: most caches have a surfel close by.
+  // Small buckets first: most caches have a surfel close by.
   const PointIndex near(s.positionWorld, all, std::max(2.0f * std::sqrt(std::max(s.areaEach, 0.0f)), 1e-3f));
   const PointIndex far(s.positionWorld, all, reach);
   std::vector<std::string> names(bake.caches.count());

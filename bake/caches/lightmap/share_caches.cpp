@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: MIT
+// See share_caches.h.
+#include "bake/caches/lightmap/share_caches.h"
+
+#include "bake/base/morton.h"
+#include "bake/base/parallel.h"
+#include "bake/base/point_grid.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+namespace relume {
+namespace {
+
+// Errors are relative to the light of a full texel of surface.
+// Error of a cache that is one texel away: light that changes linearly is read as constant.
+constexpr float kErrorPerTexel = 0.4f;
+// Error per 1 - cosine of the angle between normals. Below kMinCosine, nothing is shared.
+constexpr float kErrorPerNormal = 0.4f;
+constexpr float kMinCosine = 0.4f;
+// Error of reading the grid instead.
+constexpr float kGridError = 0.8f;
+// A cache is opened when it saves at least this error [full texels], times minChartTexels.
+constexpr float kCacheCost = 0.1f;
+// Factor on distance off the tangent planes: a shelf must not read the caches of the wall.
+constexpr float kOffPlane = 3.0f;
+// Texels with a smaller share of surface than this choose together: in groups of this many texels' width that look the
+// same way.
+constexpr float kSmallShare = 0.25f;
+constexpr float kGroupTexels = 0.4f;
+// [texel] How far away from a cache texels can be that it is opened for.
+constexpr float kMaxReach = 1.6f;
+// [texel] How far away texels that no cache serves look for any cache in sight, before they read the grid.
+constexpr float kLastReach = 3.0f;
+// With a larger share of near hits, a cache lies in a gap into which nothing looks.
+constexpr float kMaxNearShare = 0.9f;
+// Caches on surfaces may see this many times the share of back faces that caches of the grid may. They may see any
+// share of other objects' backs as long as they see at least kMinSeenShare of what the play space sees: the gap above a
+// one-sided lamp is dark, but it is not inside the lamp. Backs of a cache's own object always count: between the layers
+// of a curtain, a cache would be used in place of those that the curtain's light falls on.
+constexpr float kTolerance = 2.0f;
+constexpr float kMinSeenShare = 0.05f;
+constexpr int kRounds = 4;
+constexpr std::size_t kSightTests = 6;  // caches whose sight a texel tests
+
+// Texels that open a cache together.
+struct Unit {
+  std::uint32_t texel = 0;  // the one at which the cache is placed: that with the most surface
+  float weight = 0.0f;      // [full texels]
+  bool closed = false;      // has opened a cache, or cannot
+  float texelSize = 0.0f;   // [m]
+  SurfaceSpot spot;         // of `texel`
+};
+
+// A unit or a cache, as those around it see it.
+struct Neighbour {
+  SurfaceSpot spot;
+  std::uint32_t cache = 0;
+  float texelSize = 0.0f;    // [m]
+  float weight = 0.0f;       // [full texels]
+  float error = kGridError;  // of the best cache so far
+};
+
+class Sharer {
+ public:
+  Sharer(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const Prober& prober,
+         const CacheOptions& options, std::size_t maxCaches)
+      : scene_(scene),
+        set_(set),
+        texels_(texels),
+        prober_(prober),
+        options_(options),
+        maxCaches_(maxCaches),
+        reach_(std::min(kMaxReach, kGridError / kErrorPerTexel)),
+        texelSize_(std::max(texels.texelSize, 1e-12f)) {}
+
+  SharedCaches run(Context& context) {
+    result_.cacheOfTexel.assign(texels_.texels.size(), kNoCache);
+    findSpots(context);
+    std::vector<std::uint32_t> open(texels_.texels.size());
+    std::iota(open.begin(), open.end(), 0u);
+    // Later rounds serve texels from which no nearby cache is in sight, or whose cache proved invalid.
+    for (int round = 0; round < kRounds && !open.empty() && !context.cancelled(); ++round) {
+      makeUnits(open, context);
+      if (context.cancelled()) return {};
+      const std::size_t before = result_.caches.size();
+      openCaches(context);
+      if (result_.tooMany) return tooMany();
+      if (result_.caches.size() == before && round > 0) break;
+      checkCaches(before, context);
+      chooseCaches(open, reach_, kGridError, context);
+      std::erase_if(open, [&](std::uint32_t texel) { return result_.cacheOfTexel[texel] != kNoCache; });
+    }
+    if (context.cancelled()) return {};
+    chooseCaches(open, kLastReach, INFINITY, context);
+    if (context.cancelled()) return {};
+    compact();
+    result_.buried = std::move(invalid_);
+    return std::move(result_);
+  }
+
+ private:
+  float texelSizeOf(std::uint32_t texel) const {
+    return texels_.texelSize / set_.patches[texels_.texels[texel].patch].density;
+  }
+
+  SurfaceSpot spotAt(std::uint32_t texel, std::uint32_t k) const {
+    const PatchTexel& c = texels_.texels[texel];
+    SurfaceSpot spot = spotOf(scene_, set_.patches[c.patch], texels_.points[c.firstPoint + k]);
+    spot.positionWorld += spot.normal * prober_.liftAt(spot.positionWorld, texelSizeOf(texel));
+    return spot;
+  }
+
+  void findSpots(Context& context) {
+    spot_.resize(texels_.texels.size());
+    share_.resize(texels_.texels.size());
+    invalid_.assign(texels_.texels.size(), 0);
+    parallelChunks(context, "", spot_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto texel = static_cast<std::uint32_t>(i);
+        spot_[i] = spotAt(texel, 0);
+        share_[i] = std::min(1.0f, texels_.texels[i].area / (texelSizeOf(texel) * texelSizeOf(texel)));
+      }
+    });
+    low_ = glm::vec3(INFINITY);
+    for (const SurfaceSpot& spot : spot_) low_ = glm::min(low_, spot.positionWorld);
+  }
+
+  std::uint64_t groupOf(const glm::vec3& p) const { return mortonOf((p - low_) / (kGroupTexels * texelSize_)); }
+
+  // The face of a cube that a normal goes through.
+  static std::uint32_t sideOf(const glm::vec3& n) {
+    const glm::vec3 a = glm::abs(n);
+    const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    return static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
+  }
+
+  // Group the texels with little surface; sort all units by weight.
+  void makeUnits(const std::vector<std::uint32_t>& open, Context& context) {
+    struct Small {
+      std::uint64_t group;
+      std::uint32_t look, texel;
+    };
+    std::vector<Small> small;
+    unit_.clear();
+    for (const std::uint32_t texel : open) {
+      if (share_[texel] >= kSmallShare) {
+        unit_.push_back({texel, share_[texel], invalid_[texel] != 0, texelSizeOf(texel), spot_[texel]});
+        continue;
+      }
+      small.push_back({groupOf(spot_[texel].positionWorld), sideOf(spot_[texel].normal), texel});
+    }
+    std::sort(small.begin(), small.end(), [](const Small& a, const Small& b) {
+      if (a.group != b.group) return a.group < b.group;
+      return a.look != b.look ? a.look < b.look : a.texel < b.texel;
+    });
+    for (std::size_t begin = 0; begin < small.size();) {
+      Unit unit{kNone, 0.0f, true, 0.0f, {}};
+      std::size_t end = begin;
+      for (; end < small.size() && small[end].group == small[begin].group && small[end].look == small[begin].look;
+           ++end) {
+        const std::uint32_t texel = small[end].texel;
+        unit.weight += share_[texel];
+        const bool better = unit.texel == kNone || invalid_[texel] < invalid_[unit.texel] ||
+                            (invalid_[texel] == invalid_[unit.texel] && share_[texel] > share_[unit.texel]);
+        if (better) unit.texel = texel;
+      }
+      unit.closed = invalid_[unit.texel] != 0;
+      unit.texelSize = texelSizeOf(unit.texel);
+      unit.spot = spot_[unit.texel];
+      unit_.push_back(unit);
+      begin = end;
+    }
+    std::stable_sort(unit_.begin(), unit_.end(), [](const Unit& a, const Unit& b) { return a.weight > b.weight; });
+    std::vector<glm::vec3> position(unit_.size());
+    for (std::size_t u = 0; u < unit_.size(); ++u) position[u] = unit_[u].spot.positionWorld;
+    units_ = PointGrid(position, texelSize_, context);
+    nearUnit_.clear();
+    for (const std::uint32_t u : units_.order())
+      nearUnit_.push_back({unit_[u].spot, 0, unit_[u].texelSize, unit_[u].weight, kGridError});
+  }
+
+  // Relative error when a cache elsewhere lights `spot`, whose texels have the given size; infinite = it must not.
+  static float errorOf(const SurfaceSpot& spot, float texelSize, const glm::vec3& position, const glm::vec3& normal) {
+    const float agree = glm::dot(normal, spot.normal);
+    if (agree < kMinCosine) return INFINITY;
+    const glm::vec3 way = position - spot.positionWorld;
+    const float off = std::max(std::abs(glm::dot(way, spot.normal)), std::abs(glm::dot(way, normal)));
+    const float distance = std::sqrt(glm::dot(way, way) + (kOffPlane * kOffPlane - 1.0f) * off * off);
+    return kErrorPerTexel * distance / texelSize + kErrorPerNormal * (1.0f - agree);
+  }
+
+  // Visit the neighbours within a radius of p, and return how many were tested. `neighbour` is in the grid's order.
+  template <class Visit>
+  static std::uint64_t forEachNear(const PointGrid& grid, std::span<Neighbour> neighbour, const glm::vec3& p,
+                                   float radius, const Visit& visit) {
+    std::uint64_t pairs = 0;
+    grid.forEachRunIn(grid.boxAround(p, radius), [&](std::uint32_t begin, std::uint32_t end) {
+      pairs += end - begin;
+      for (Neighbour& each : neighbour.subspan(begin, end - begin)) {
+        const glm::vec3 way = each.spot.positionWorld - p;
+        if (glm::dot(way, way) <= radius * radius) visit(each);
+      }
+    });
+    return pairs;
+  }
+
+  // Go through the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are left
+  // out: the texels that are still open do not see them.
+  void openCaches(const Context& context) {
+    std::vector<std::pair<Neighbour*, float>> served;
+    const float cost = kCacheCost * options_.minChartTexels;
+    for (Unit& unit : unit_) {
+      if (context.cancelled()) return;
+      if (unit.closed || unit.weight <= 0.0f) continue;
+      const SurfaceSpot& spot = unit.spot;
+      served.clear();
+      float saved = 0.0f;
+      const auto serve = [&](Neighbour& other) {
+        const float error = errorOf(other.spot, other.texelSize, spot.positionWorld, spot.normal);
+        if (error >= other.error) return;
+        saved += other.weight * (other.error - error);
+        served.emplace_back(&other, error);
+      };
+      result_.statistics.pairs += forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texelSize, serve);
+      // (A full texel saves that much by itself, whatever lies around it.)
+      if (saved < cost) continue;
+      for (const auto& [other, error] : served) other->error = error;
+      unit.closed = true;
+      owner_.push_back(unit.texel);
+      result_.caches.push_back({spot.positionWorld, spot.normal});
+      result_.tooMany = result_.caches.size() - invalidCaches_ > maxCaches_;
+      if (result_.tooMany) return;
+    }
+  }
+
+  SharedCaches tooMany() const {
+    SharedCaches none;
+    none.tooMany = true;
+    none.statistics.pairs = result_.statistics.pairs;
+    return none;
+  }
+
+  // Choose the first spot of a texel from which few rays meet back faces, or otherwise the one from which the fewest
+  // do. Spots that see mostly backs count only if they see enough of what the play space sees. 0 = none, 1 = the
+  // texel's middle, 2 = another.
+  int chooseSpot(std::uint32_t texel) {
+    const float contact = 0.02f * texelSizeOf(texel), tolerance = kTolerance * options_.maxBackFaceShare;
+    const std::uint32_t own = set_.patches[texels_.texels[texel].patch].instance;
+    float minBack = INFINITY;
+    int verdict = 0;
+    for (std::uint32_t k = 0; k < texels_.texels[texel].pointCount; ++k) {
+      const SurfaceSpot candidate = spotAt(texel, k);
+      if (candidate.normal == glm::vec3(0.0f)) continue;
+      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, own);
+      const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
+      const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenShare;
+      if ((!outside && !gap) || around.back >= minBack) continue;
+      spot_[texel] = candidate;
+      verdict = k == 0 ? 1 : 2;
+      if (around.back <= options_.maxBackFaceShare) break;
+      minBack = around.back;
+    }
+    return verdict;
+  }
+
+  void checkCaches(std::size_t first, Context& context) {
+    std::vector<std::uint8_t> verdict(result_.caches.size() - first, 0);
+    parallelChunks(context, "check caches", verdict.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) verdict[i] = static_cast<std::uint8_t>(chooseSpot(owner_[first + i]));
+    });
+    for (std::size_t i = 0; i < verdict.size(); ++i) {
+      const auto cache = static_cast<std::uint32_t>(first + i);
+      const std::uint32_t texel = owner_[cache];
+      if (verdict[i] == 0) {
+        invalid_[texel] = 1;
+        owner_[cache] = kNone;
+        ++invalidCaches_;
+        continue;
+      }
+      result_.statistics.moved += verdict[i] == 2;
+      result_.caches[cache] = {spot_[texel].positionWorld, spot_[texel].normal};
+      result_.cacheOfTexel[texel] = cache;
+    }
+  }
+
+  bool inSight(std::uint32_t texel, std::uint32_t cache) const {
+    // Lift both ends, to look over the unevenness of the surface.
+    const SurfaceCache& other = result_.caches[cache];
+    const float lift = 0.05f * glm::distance(spot_[texel].positionWorld, other.positionWorld);
+    return prober_.connected(spot_[texel].positionWorld + spot_[texel].normal * lift,
+                             other.positionWorld + other.normal * lift);
+  }
+
+  // Let texels without a cache of their own read the cache of least error among those in sight.
+  void chooseCaches(const std::vector<std::uint32_t>& open, float reach, float maxError, Context& context) {
+    std::vector<std::uint32_t> valid;
+    std::vector<glm::vec3> position;
+    for (std::uint32_t c = 0; c < owner_.size(); ++c) {
+      if (owner_[c] == kNone) continue;
+      valid.push_back(c);
+      position.push_back(result_.caches[c].positionWorld);
+    }
+    const PointGrid grid(position, texelSize_, context);
+    std::vector<Neighbour> nearCache;
+    for (const std::uint32_t k : grid.order())
+      nearCache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
+    parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::pair<float, std::uint32_t>> candidates;
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t texel = open[i];
+        if (result_.cacheOfTexel[texel] != kNoCache) continue;
+        candidates.clear();
+        const float texelSize = texelSizeOf(texel);
+        forEachNear(grid, nearCache, spot_[texel].positionWorld, reach * texelSize, [&](const Neighbour& near) {
+          const float error = errorOf(spot_[texel], texelSize, near.spot.positionWorld, near.spot.normal);
+          if (error < maxError) candidates.emplace_back(error, near.cache);
+        });
+        const std::size_t tests = std::min(kSightTests, candidates.size());
+        std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests),
+                          candidates.end());
+        for (std::size_t k = 0; k < tests; ++k) {
+          if (!inSight(texel, candidates[k].second)) continue;
+          result_.cacheOfTexel[texel] = candidates[k].second;
+          break;
+        }
+      }
+    });
+  }
+
+  // Close the gaps that invalid caches left.
+  void compact() {
+    std::vector<std::uint32_t> renamed(result_.caches.size(), kNoCache);
+    std::uint32_t count = 0;
+    for (std::size_t c = 0; c < renamed.size(); ++c) {
+      if (owner_[c] == kNone) continue;
+      result_.caches[count] = result_.caches[c];
+      renamed[c] = count++;
+    }
+    result_.caches.resize(count);
+    std::uint32_t lit = 0;
+    for (std::uint32_t& cache : result_.cacheOfTexel) {
+      if (cache == kNoCache) continue;
+      cache = renamed[cache];
+      ++lit;
+    }
+    result_.statistics.shared = lit - count;
+    result_.statistics.dropped = static_cast<std::uint32_t>(result_.cacheOfTexel.size()) - lit;
+  }
+
+  const Scene& scene_;
+  const PatchSet& set_;
+  const PatchTexels& texels_;
+  const Prober& prober_;
+  const CacheOptions& options_;
+  const std::size_t maxCaches_;
+  const float reach_;                  // [texel] beyond which nothing is shared
+  const float texelSize_;              // [m]
+  std::vector<SurfaceSpot> spot_;      // of each texel
+  std::vector<float> share_;           // [0..1] of each texel, its surface as a share of a full texel
+  std::vector<std::uint8_t> invalid_;  // 1 = every spot of the texel is behind or inside something
+  std::vector<Unit> unit_;
+  std::vector<std::uint32_t> owner_;  // texel of each cache; kNone = invalid
+  std::size_t invalidCaches_ = 0;     // among result_.caches
+  PointGrid units_;
+  std::vector<Neighbour> nearUnit_;  // the units in the grid's order
+  glm::vec3 low_{0.0f};              // [m] lower corner of all spots' bounds
+  SharedCaches result_;
+};
+
+}  // namespace
+
+float ownCacheTexels(const CacheOptions& options) { return kCacheCost * options.minChartTexels / kGridError; }
+
+SharedCaches shareCaches(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const Prober& prober,
+                         const CacheOptions& options, std::size_t maxCaches, Context& context) {
+  return Sharer(scene, set, texels, prober, options, maxCaches).run(context);
+}
+
+}  // namespace relume

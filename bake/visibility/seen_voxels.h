@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// Counts hits per voxel. Space is cut into cubes, and a voxel is what one instance shows of one side within one cube,
+// so that a wall and the picture on it, or the two faces of a door, are told apart. Many small triangles share a voxel;
+// a large one spans many.
+#pragma once
+
+#include "relume/bake/scene.h"
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+struct VoxelHits {
+  std::uint64_t key = 0;
+  std::uint32_t direct = 0;   // hits straight from a receiver
+  std::uint32_t bounced = 0;  // hits after a bounce
+  glm::ivec3 cube{0};         // number of its cube along each axis
+  std::uint32_t facing = 0;   // its instance and side, see VoxelGrid::facingOf()
+};
+
+// The cubes that cut surfaces into voxels.
+struct VoxelGrid {
+  glm::vec3 origin{0.0f};  // [m]
+  float size = 1.0f;       // [m]
+
+  glm::ivec3 cubeOf(const glm::vec3& positionWorld) const;
+  // What tells the voxels of one cube apart: the instance, and the signed axis nearest to the side's normal.
+  static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide);
+  // The voxel of a point, without hits.
+  VoxelHits voxel(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
+
+  // The key of that voxel.
+  std::uint64_t key(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
+  // The keys of both sides of a surface at a point: of its normal, and of the opposite one.
+  std::array<std::uint64_t, 2> keys(std::uint32_t instance, const glm::vec3& positionWorld,
+                                    const glm::vec3& normal) const;
+  // Keys of the same instance and side in the six cubes that share a face with the point's.
+  std::array<std::uint64_t, 6> neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
+                                          const glm::vec3& normalOfSide) const;
+};
+
+// Identifies a voxel by a 64-bit hash of its facing and cube. Among a million voxels, two collide with probability
+// 3e-8.
+std::uint64_t voxelKey(std::uint32_t facing, const glm::ivec3& cube);
+
+// Finds voxels by their keys in about one step: keys are hashes, so their leading bits tell their rank among the sorted
+// ones. Thread-safe.
+class VoxelIndex {
+ public:
+  VoxelIndex() = default;
+  explicit VoxelIndex(std::vector<std::uint64_t> sortedKeys);
+  explicit VoxelIndex(std::span<const VoxelHits> sortedVoxels);
+
+  std::size_t size() const { return key_.size(); }
+  bool operator==(const VoxelIndex& other) const { return key_ == other.key_; }
+  // Index of a key among the sorted ones; size() when it is not one of them.
+  std::size_t find(std::uint64_t key) const;
+  bool contains(std::uint64_t key) const { return find(key) < size(); }
+
+ private:
+  std::vector<std::uint64_t> key_;
+  std::vector<std::uint32_t> bucketBegin_;  // [Size 2^n + 1] first of the keys with the same n leading bits
+  int shift_ = 0;                           // 64 - n
+};
+
+// A concurrent counter whose contents do not depend on the order of additions.
+class VoxelCounter {
+ public:
+  // Add the counts of these voxels, of which some may be the same. Thread-safe.
+  void add(std::span<const VoxelHits> hits);
+  // Every voxel that was hit, by ascending key.
+  std::vector<VoxelHits> sorted() const;
+
+ private:
+  static constexpr std::size_t kShards = 64;
+  struct Shard {
+    std::mutex mutex;
+    std::vector<VoxelHits> slots;  // open addressing; power of two; key 0 = empty
+    std::size_t used = 0;
+    void add(const VoxelHits& hits);
+  };
+  std::array<Shard, kShards> shards_;
+};
+
+}  // namespace relume

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL backend as a guest of its host: the host's visibility function, several relighters in one context, bakes
+// with parts missing, timing without waiting, and every binding as the host left it.
+#include "relume/relighter.h"
+
+#include "tests/runtime/furnace_bake.h"
+#include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/some_lights.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <epoxy/gl.h>
+
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+using test::makeRelighter, test::manySurfels;
+
+class GlHost : public test::GlTest {};
+
+TEST_F(GlHost, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
+  Relighter gl =
+      makeRelighter(bake, BackendKind::gl, 0, 0,
+                    "uniform float hostShadow;\n"
+                    "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 1u ? hostShadow : 0.0; }\n");
+  std::vector<Light> lights(2);
+  for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
+  LightSetup setup;
+  setup.lights = lights;
+  glProgramUniform1f(gl.gl()->surfelProgram(), glGetUniformLocation(gl.gl()->surfelProgram(), "hostShadow"), 0.25f);
+  EXPECT_TRUE(gl.relight(setup));
+  EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f);
+}
+
+TEST_F(GlHost, visibilityThatDoesNotCompileGivesItsLog) {
+  RelightOptions options;
+  options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
+  options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
+  const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::failed);
+  EXPECT_NE(made.error().message.find("relumeVisibility"), std::string::npos) << made.error().message;
+  EXPECT_GT(context_->errorCount(), 0);
+  context_->forgetErrors();
+}
+
+TEST_F(GlHost, twoRelightersShareABakeAndAContext) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
+  Relighter one = makeRelighter(bake, BackendKind::gl), two = makeRelighter(bake, BackendKind::gl, 2, 1);
+  LightSetup dark;
+  dark.emissionScale = glm::vec3(0.0f);
+  EXPECT_TRUE(one.relight({}));
+  EXPECT_TRUE(two.relight(dark));
+  EXPECT_NEAR(one.nodeRadiosity()[0].g, kPi, 1e-3f);
+  EXPECT_EQ(two.nodeRadiosity()[0], glm::vec3(0.0f));
+}
+
+TEST_F(GlHost, bakesWithoutLightmapGridOrLinksAreLit) {
+  Bake bake = test::makeSyntheticBake({.surfels = 100, .grid = {0, 0, 0}, .lightmapSize = 8, .lightmapCaches = 0});
+  Relighter none = makeRelighter(bake, BackendKind::gl);
+  EXPECT_TRUE(none.relight({}));
+  EXPECT_TRUE(none.cacheCoefficients().empty());
+  EXPECT_EQ(none.irradianceInGrid({0, 0, 0}, {0, 0, 1}), glm::vec3(0.0f));
+  bake.caches = Caches{};
+  bake.surfels.receiver = std::vector<std::uint32_t>(100, kGridReceiver);
+  Relighter empty = makeRelighter(bake, BackendKind::gl);
+  EXPECT_TRUE(empty.relight({}));
+  EXPECT_TRUE(empty.relight({}));
+}
+
+TEST_F(GlHost, timesEachPassWithoutWaiting) {
+  Relighter gl = makeRelighter(test::makeSyntheticBake(manySurfels(LinkKind::cone, 4)), BackendKind::gl);
+  for (int frame = 0; frame < 6; ++frame) EXPECT_TRUE(gl.relight({}));
+  glFinish();
+  const std::vector<PassTime> times = gl.passTimes();
+  ASSERT_EQ(times.size(), 3u);
+  EXPECT_STREQ(times[2].pass, "caches");
+  EXPECT_GT(times[2].ms, 0.0);
+}
+
+// What SavedState promises, set to something odd and read back.
+TEST_F(GlHost, bindingsOfTheHostAreAsTheyWere) {
+  GLuint buffers[9], textures[2], sampler = 0;
+  glGenBuffers(9, buffers);
+  glGenTextures(2, textures);
+  glGenSamplers(1, &sampler);
+  const auto bind = [&] {
+    for (GLuint i = 0; i < 7; ++i) {
+      glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[i]);
+      glBufferData(GL_SHADER_STORAGE_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
+      glBindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffers[i], 256, 512);
+    }
+    glBindBuffer(GL_UNIFORM_BUFFER, buffers[7]);
+    glBufferData(GL_UNIFORM_BUFFER, 4096, nullptr, GL_STATIC_DRAW);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 7, buffers[7]);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[8]);
+    glBindBuffer(GL_COPY_READ_BUFFER, buffers[1]);
+    glBindBuffer(GL_COPY_WRITE_BUFFER, buffers[2]);
+    glActiveTexture(GL_TEXTURE0 + 13);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[0]);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA16F, 4, 4, 2);
+    glBindSampler(13, sampler);
+    glActiveTexture(GL_TEXTURE0 + 15);
+    glBindTexture(GL_TEXTURE_2D, textures[1]);
+    glBindImageTexture(1, textures[0], 0, GL_FALSE, 1, GL_READ_ONLY, GL_RGBA16F);
+    glActiveTexture(GL_TEXTURE0 + 3);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
+    glPixelStorei(GL_PACK_ALIGNMENT, 2);
+    glPixelStorei(GL_PACK_ROW_LENGTH, 33);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers[3]);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers[4]);
+  };
+  bind();
+  const auto snapshot = [] {
+    std::vector<GLint64> state;
+    GLint value = 0;
+    GLint64 wide = 0;
+    for (const GLenum what :
+         {GL_CURRENT_PROGRAM, GL_SHADER_STORAGE_BUFFER_BINDING, GL_UNIFORM_BUFFER_BINDING, GL_COPY_READ_BUFFER_BINDING,
+          GL_COPY_WRITE_BUFFER_BINDING, GL_ACTIVE_TEXTURE, GL_UNPACK_ALIGNMENT, GL_UNPACK_ROW_LENGTH,
+          GL_PIXEL_UNPACK_BUFFER_BINDING, GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH, GL_PIXEL_PACK_BUFFER_BINDING}) {
+      glGetIntegerv(what, &value);
+      state.push_back(value);
+    }
+    for (GLuint i = 0; i < 8; ++i) {
+      glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, i, &value);
+      state.push_back(value);
+      for (const GLenum what : {GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE}) {
+        glGetInteger64i_v(what, i, &wide);
+        state.push_back(wide);
+      }
+      glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, i, &value);
+      state.push_back(value);
+      for (const GLenum what :
+           {GL_IMAGE_BINDING_NAME, GL_IMAGE_BINDING_LAYERED, GL_IMAGE_BINDING_LAYER, GL_IMAGE_BINDING_ACCESS}) {
+        glGetIntegeri_v(what, i, &value);
+        state.push_back(value);
+      }
+    }
+    for (GLenum unit = 0; unit < 16; ++unit) {
+      glActiveTexture(GL_TEXTURE0 + unit);
+      for (const GLenum what : {GL_TEXTURE_BINDING_2D, GL_TEXTURE_BINDING_2D_ARRAY, GL_SAMPLER_BINDING}) {
+        glGetIntegerv(what, &value);
+        state.push_back(value);
+      }
+    }
+    glActiveTexture(static_cast<GLenum>(state[5]));
+    return state;
+  };
+  const std::vector<GLint64> before = snapshot();
+  Relighter gl = makeRelighter(test::makeSyntheticBake(manySurfels(LinkKind::sh, 4)), BackendKind::gl);
+  EXPECT_EQ(snapshot(), before) << "create()";
+  const std::vector<Light> lights = test::someLights();
+  LightSetup setup;
+  setup.lights = lights;
+  EXPECT_TRUE(gl.relight(setup));
+  EXPECT_TRUE(gl.relight(setup));
+  EXPECT_EQ(snapshot(), before) << "relight()";
+  gl.reset();
+  EXPECT_FALSE(gl.cacheCoefficients().empty());
+  EXPECT_FALSE(gl.nodeRadiosity().empty());
+  EXPECT_FALSE(gl.passTimes().empty());
+  EXPECT_EQ(snapshot(), before) << "readers";
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  for (const GLenum what : {GL_UNPACK_ROW_LENGTH, GL_PACK_ROW_LENGTH}) glPixelStorei(what, 0);
+  for (const GLenum what : {GL_UNPACK_ALIGNMENT, GL_PACK_ALIGNMENT}) glPixelStorei(what, 4);
+  glDeleteBuffers(9, buffers);
+  glDeleteTextures(2, textures);
+  glDeleteSamplers(1, &sampler);
+}
+
+}  // namespace
+}  // namespace relume
