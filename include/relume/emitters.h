@@ -9,7 +9,9 @@
 #include "relume/array.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace relume {
 
@@ -37,5 +39,13 @@ struct Emitters {
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(surfel.size()); }
 };
+
+// Index of the first drivable material of that name: MaterialEmission::material. Nothing where there is none.
+inline std::optional<std::uint32_t> findMaterial(const Emitters& emitters, std::string_view name) {
+  for (std::uint32_t i = 0; i < emitters.materials.size(); ++i) {
+    if (emitters.materials[i].name == name) return i;
+  }
+  return std::nullopt;
+}
 
 }  // namespace relume

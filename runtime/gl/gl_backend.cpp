@@ -81,6 +81,8 @@ void GlBackend::bindSurfels() const {
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gl_, gpu_));
 }
 
+Status GlBackend::checkTextures(const LightSetup&) const { return done(); }
+
 void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved(gl_);
   timer_.mark(0);

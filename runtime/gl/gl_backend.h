@@ -33,6 +33,7 @@ class GlBackend final : public Backend, public GlResolve {
         timer_(gl_),
         coefficients_(memory) {}
 
+  Status checkTextures(const LightSetup& setup) const override;
   void reserve(const LightSetup& setup) override { surfels_.reserve(gl_, gpu_, bake_, setup); }
   void relight(const LightSetup& setup) override;
   void reset() override;
