@@ -62,9 +62,9 @@ Result<ImageSizes> declareImages(const Emitters& emitters, std::span<const Drive
   if (!images.empty() && emitters.materials.empty()) return noneDrivable();
   for (const DrivenImage& image : images) {
     const std::string name = "driven image of \"" + image.material + "\"";
-    if (image.width < 1 || image.height < 1 || image.width > kMaxImageSide || image.height > kMaxImageSide) {
+    if (image.width < 1 || image.height < 1 || image.width > kMaxDrivenSide || image.height > kMaxDrivenSide) {
       return usage(name + ": " + text(glm::uvec2(image.width, image.height)) + " texels, expected 1 to " +
-                   std::to_string(kMaxImageSide) + " along a side");
+                   std::to_string(kMaxDrivenSide) + " along a side");
     }
     bool found = false;
     for (std::size_t m = 0; m < sizes.size(); ++m) {

@@ -17,11 +17,11 @@
 namespace relume {
 
 // [texel] A side of a driven image, at most.
-inline constexpr std::uint32_t kMaxImageSide = 8192;
+inline constexpr std::uint32_t kMaxDrivenSide = 8192;
 
 class ImagePyramid {
  public:
-  // [width, height 1..kMaxImageSide] Takes all memory.
+  // [width, height 1..kMaxDrivenSide] Takes all memory.
   ImagePyramid(std::uint32_t width, std::uint32_t height, std::pmr::memory_resource* memory);
 
   std::uint32_t levels() const { return levels_; }

@@ -10,6 +10,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
+#include "tools/render/drive_scene.h"
 
 #include <cstdint>
 #include <memory>
@@ -44,6 +45,7 @@ struct RenderRequest {
   Camera camera;
   std::vector<SceneLight> lights;           // the punctual lights that are on
   bool emissive = false;                    // emitting surfaces are on
+  std::vector<DrivenMaterial> driven;       // that emit something else, and are on; driveScene() of the scene as well
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr]
   std::shared_ptr<const SkyMap> skyMap;     // in place of skyRadiance; null = none
   int bounces = 0;                          // [0..] frames from reset: light reflected so many times; 0 = converged
@@ -54,6 +56,8 @@ struct RenderRequest {
   bool straight = false;                    // bounced or unbounced is wanted
   bool centres = false;                     // normal, position or depth is wanted
 
+  // Whether surfaces that emit are drawn as such.
+  bool drawsEmission() const { return emissive || !driven.empty(); }
   // Radiance of the sky from a direction.
   glm::vec3 sky(const glm::vec3& direction) const { return skyMap ? skyMap->radiance(direction) : skyRadiance; }
 };

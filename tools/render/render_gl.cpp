@@ -175,7 +175,7 @@ class GlRenderer {
   void drawTile(const Tile& tile, const Relighter* relighter, std::uint32_t samples, bool centresOnly) const {
     targets_.begin(tile.width * samples, tile.height * samples);
     glUseProgram(program_);
-    glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
+    glUniform1f(9, request_.drawsEmission() ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
     if (relighter) relighter->gl()->bind();
     const glm::mat4 clip = tileClip(request_, level_, tile);
