@@ -35,6 +35,7 @@ namespace relume::gl {
   X(CreateShader, CREATESHADER)               \
   X(DeleteBuffers, DELETEBUFFERS)             \
   X(DeleteProgram, DELETEPROGRAM)             \
+  X(DeleteSamplers, DELETESAMPLERS)           \
   X(DeleteQueries, DELETEQUERIES)             \
   X(DeleteShader, DELETESHADER)               \
   X(DeleteTextures, DELETETEXTURES)           \
@@ -42,6 +43,7 @@ namespace relume::gl {
   X(DispatchCompute, DISPATCHCOMPUTE)         \
   X(GenBuffers, GENBUFFERS)                   \
   X(GenQueries, GENQUERIES)                   \
+  X(GenSamplers, GENSAMPLERS)                 \
   X(GenTextures, GENTEXTURES)                 \
   X(GetBufferSubData, GETBUFFERSUBDATA)       \
   X(GetError, GETERROR)                       \
@@ -57,7 +59,9 @@ namespace relume::gl {
   X(GetShaderiv, GETSHADERIV)                 \
   X(GetString, GETSTRING)                     \
   X(GetTexImage, GETTEXIMAGE)                 \
+  X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV) \
   X(GetUniformLocation, GETUNIFORMLOCATION)   \
+  X(IsTexture, ISTEXTURE)                     \
   X(LinkProgram, LINKPROGRAM)                 \
   X(MemoryBarrier, MEMORYBARRIER)             \
   X(PixelStorei, PIXELSTOREI)                 \
@@ -69,6 +73,7 @@ namespace relume::gl {
   X(ProgramUniform3fv, PROGRAMUNIFORM3FV)     \
   X(ProgramUniform3ui, PROGRAMUNIFORM3UI)     \
   X(QueryCounter, QUERYCOUNTER)               \
+  X(SamplerParameteri, SAMPLERPARAMETERI)     \
   X(ShaderSource, SHADERSOURCE)               \
   X(TexParameteri, TEXPARAMETERI)             \
   X(TexStorage2D, TEXSTORAGE2D)               \
