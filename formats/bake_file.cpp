@@ -4,6 +4,7 @@
 #include "formats/chunks.h"
 
 #include "formats/archive.h"
+#include "formats/format_version.h"
 #include "formats/memory.h"
 #include "formats/validate.h"
 
@@ -135,11 +136,6 @@ std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
   return Stored<T>::columns;
 }
 
-// The least version that has all that the bake has.
-std::uint32_t versionOf(const Bake& bake) {
-  return bake.emitters.materials.empty() ? kOldestBakeFormatVersion : kBakeFormatVersion;
-}
-
 using Archives = std::array<std::vector<std::byte>, 4>;
 
 // The chunks of a bake, scalars first, then arrays, then names; `archives` keeps what is not in the bake itself.
@@ -164,7 +160,7 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
         {{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0}, data});
   };
   forEachArray(bake, addArray);
-  if (versionOf(bake) > kOldestBakeFormatVersion) {
+  if (formatVersionOf(bake) > kOldestBakeFormatVersion) {
     addArchive(kMaterials, archives[1]);
     forEachEmitterArray(bake.emitters, addArray);
   }
@@ -269,7 +265,7 @@ Status writeBake(const Bake& bake, const std::filesystem::path& path) {
   Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
   if (!chunks) return chunks.error();
   return writeFileAtomically(path,
-                             [&](const ByteSink& sink) { return writeChunks(*chunks, sink, versionOf(bake)); });
+                             [&](const ByteSink& sink) { return writeChunks(*chunks, sink, formatVersionOf(bake)); });
 }
 
 Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
@@ -283,7 +279,7 @@ Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
     file.insert(file.end(), bytes.begin(), bytes.end());
     return true;
   };
-  writeChunks(*chunks, append, versionOf(bake));
+  writeChunks(*chunks, append, formatVersionOf(bake));
   return file;
 }
 

@@ -210,14 +210,32 @@ Emitters findEmitterFootprints(const Scene& scene, const SurfelMap& map, std::sp
 
 std::vector<glm::vec3> shineMarked(const Scene& scene, std::span<const SurfaceSample> surfels,
                                    std::vector<glm::vec3>& emission) {
+  // Of each material: its surface, and the light it sends as baked, but for a factor that all share.
+  struct Sums {
+    double area = 0.0, power = 0.0;
+  };
+  std::vector<Sums> ofMaterial(scene.materials.size());
   float brightest = 0.0f;
-  for (const glm::vec3& e : emission) brightest = std::max({brightest, e.x, e.y, e.z});
-  if (!(brightest > 0.0f)) brightest = 1.0f;
+  for (std::size_t s = 0; s < surfels.size(); ++s) {
+    if (surfels[s].emitter == kReflector) continue;
+    const glm::vec3& e = emission[s];
+    Sums& sums = ofMaterial[materialOf(scene, surfels[s])];
+    const double area = 1.0 / static_cast<double>(surfels[s].density);
+    sums.area += area;
+    sums.power += area * static_cast<double>(e.x + e.y + e.z) / 3.0;
+    brightest = std::max({brightest, e.x, e.y, e.z});
+  }
+  double strongest = 0.0;
+  for (const Sums& sums : ofMaterial) strongest = std::max(strongest, sums.power);
+
   std::vector<glm::vec3> before;
   for (std::size_t s = 0; s < surfels.size(); ++s) {
-    if (surfels[s].emitter == kReflector || !scene.material(scene.instances[surfels[s].emitter]).drivable) continue;
+    if (surfels[s].emitter == kReflector) continue;
+    const std::uint32_t m = materialOf(scene, surfels[s]);
+    if (!scene.materials[m].drivable) continue;
     if (before.empty()) before = emission;
-    emission[s] = glm::vec3(brightest);
+    const auto even = static_cast<float>(strongest / ofMaterial[m].area);
+    emission[s] = glm::vec3(even > 0.0f ? std::min(even, brightest) : 1.0f);
   }
   return before;
 }

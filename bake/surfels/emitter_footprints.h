@@ -19,8 +19,8 @@ namespace relume {
 Emitters findEmitterFootprints(const Scene& scene, const SurfelMap& map, std::span<const SurfaceSample> surfels,
                                const SurfaceSampler& sampler, float spacing, std::uint64_t seed, Context& context);
 
-// Let the surfels of marked materials shine, as white as the brightest emitter is bright, or with 1 W/m²/sr where there
-// is no other; returns what `emission` was before, or nothing where no material is marked. [Size n_S each]
+// Let the surfels of marked materials shine evenly, each material with as much light as the strongest of all and no
+// brighter than the brightest, or with 1 W/m²/sr where nothing emits: none gets all rays that are aimed at emitters. returns what `emission` was before, or nothing where no material is marked. [Size n_S each]
 std::vector<glm::vec3> shineMarked(const Scene& scene, std::span<const SurfaceSample> surfels,
                                    std::vector<glm::vec3>& emission);
 

@@ -96,7 +96,7 @@ struct PlacedSurfels {
   std::vector<SurfelSeed> seeds;  // [Size n_S]
   Emitters emitters;
   // Where materials are marked as drivable, surfels.emission of their surfels is what clusters and links are to reckon
-  // with, as if they shone like the brightest emitter, and this is what the bake is to say. [W/m²/sr] [Size 0 or n_S]
+  // with (shineMarked() in emitter_footprints.h), and this is what the bake is to say. [W/m²/sr] [Size 0 or n_S]
   std::vector<glm::vec3> bakedEmission;
   struct Statistics {
     double areaSeen = 0, areaTotal = 0;     // [m²]
