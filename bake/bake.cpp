@@ -119,7 +119,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   auto bake = stage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, tracer->description());
-    return Bake{std::move(placed->surfels), std::move(*hierarchy), std::move(*caches),   std::move(traced->links),
+    return Bake{std::move(placed->surfels), std::move(*hierarchy), std::move(*caches),    std::move(traced->links),
                 std::move(instances),       std::move(provenance), describeShapes(scene), std::move(placed->emitters)};
   });
   if (context.cancelled()) return cancelledError();

@@ -225,8 +225,8 @@ template <class List, class T>
 Status loadList(std::span<const std::byte> bytes, Array<T>& value, std::pmr::memory_resource* memory) {
   try {
     // The array's owner, in one block with its reference count. Moving a vector keeps its resource.
-    const auto list = std::allocate_shared<List>(std::pmr::polymorphic_allocator<List>(memory),
-                                                 List{std::pmr::vector<T>(memory)});
+    const auto list =
+        std::allocate_shared<List>(std::pmr::polymorphic_allocator<List>(memory), List{std::pmr::vector<T>(memory)});
     Status status = load(bytes, *list);
     if (status) value = Array<T>(list, list->elements);
     return status;

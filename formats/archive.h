@@ -30,8 +30,8 @@ Result<std::vector<std::byte>> saveArchive(std::span<const DrivableMaterial> val
 Result<std::vector<std::byte>> saveArchive(const Provenance& value);
 
 // invalidFile: truncated, a size beyond the bytes that are left, or bytes left over; unsupported: a class version of
-// another writer; memory. Allocates at most a small multiple of bytes.size(); lists from `memory` [not null], which must
-// outlive the array.
+// another writer; memory. Allocates at most a small multiple of bytes.size(); lists from `memory` [not null], which
+// must outlive the array.
 Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value);
 Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory);
 Status loadArchive(std::span<const std::byte> bytes, Array<DrivableMaterial>& value, std::pmr::memory_resource* memory);

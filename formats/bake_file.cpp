@@ -140,9 +140,9 @@ using Archives = std::array<std::vector<std::byte>, 4>;
 
 // The chunks of a bake, scalars first, then arrays, then names; `archives` keeps what is not in the bake itself.
 Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
-  const std::array<Result<std::vector<std::byte>>, 4> saved = {saveArchive(scalarsOf(bake)),
-                                                               saveArchive(bake.emitters.materials),
-                                                               saveArchive(bake.instances), saveArchive(bake.provenance)};
+  const std::array<Result<std::vector<std::byte>>, 4> saved = {
+      saveArchive(scalarsOf(bake)), saveArchive(bake.emitters.materials), saveArchive(bake.instances),
+      saveArchive(bake.provenance)};
   for (std::size_t i = 0; i < saved.size(); ++i) {
     if (!saved[i]) return saved[i].error();
     archives[i] = *saved[i];

@@ -46,8 +46,7 @@ void checkEmitters(const Bake& bake, Findings& findings, std::pmr::memory_resour
   const Emitters& e = bake.emitters;
   if (e.tap.size() != std::size_t{kFootprintTaps} * e.count())
     findings.add(Check::emitterArraySize, "emit.tap", std::size_t{kFootprintTaps} * e.count(), e.tap.size());
-  if (e.tapWidth.size() != e.count())
-    findings.add(Check::emitterArraySize, "emit.width", e.count(), e.tapWidth.size());
+  if (e.tapWidth.size() != e.count()) findings.add(Check::emitterArraySize, "emit.width", e.count(), e.tapWidth.size());
   std::uint64_t next = 0;
   for (std::size_t i = 0; i < e.materials.size(); ++i) {
     if (e.materials[i].firstEntry != next)

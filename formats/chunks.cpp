@@ -86,10 +86,9 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
     return expectedFound("header byte-order mark", kEndianMark, header.endianMark);
   }
   if (header.version < kOldestBakeFormatVersion || header.version > kBakeFormatVersion)
-    return Error{ErrorCode::unsupported, "format version " + std::to_string(header.version) +
-                                             ", this program reads versions " +
-                                             std::to_string(kOldestBakeFormatVersion) + " and " +
-                                             std::to_string(kBakeFormatVersion)};
+    return Error{ErrorCode::unsupported,
+                 "format version " + std::to_string(header.version) + ", this program reads versions " +
+                     std::to_string(kOldestBakeFormatVersion) + " and " + std::to_string(kBakeFormatVersion)};
   if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// See emitter_footprints.h. A surfel's cell may be of any shape, lie across a seam of the texture coordinates, or across
-// the edge of a repeated image. So its footprint is not a box but a few points: the points drawn in the cell, in order
-// along a Morton curve over their coordinates, are cut into kFootprintTaps runs of equal length, and each run gives its
-// middle. As points are even over the emitter, taps are even over the image, and an image keeps its power.
+// See emitter_footprints.h. A surfel's cell may be of any shape, lie across a seam of the texture coordinates, or
+// across the edge of a repeated image. So its footprint is not a box but a few points: the points drawn in the cell, in
+// order along a Morton curve over their coordinates, are cut into kFootprintTaps runs of equal length, and each run
+// gives its middle. As points are even over the emitter, taps are even over the image, and an image keeps its power.
 #include "bake/surfels/emitter_footprints.h"
 
 #include "bake/base/parallel.h"
@@ -21,8 +21,8 @@ namespace {
 constexpr std::size_t kPointsPerSurfel = 32;
 constexpr std::size_t kMaxPoints = 1u << 21;
 constexpr std::size_t kChunk = 16384;
-constexpr std::uint32_t kSalt = 2;   // of the points; 0 and 1 are the candidates' and the footprints'
-constexpr float kSeam = 4.0f;        // a run that is wider than so many taps lies across a seam
+constexpr std::uint32_t kSalt = 2;  // of the points; 0 and 1 are the candidates' and the footprints'
+constexpr float kSeam = 4.0f;       // a run that is wider than so many taps lies across a seam
 
 std::uint32_t materialOf(const Scene& scene, const SurfaceSample& sample) {
   return scene.meshes[scene.instances[sample.point.instance].mesh].material;
@@ -187,8 +187,7 @@ Emitters findEmitterFootprints(const Scene& scene, const SurfelMap& map, std::sp
       // A cell in which no point fell stands for its own.
       const ImagePlace own = placeOnImage(scene, surfels[s].point);
       std::span<const glm::vec2> places(cells.at.data() + cells.begin[s], cells.begin[s + 1] - cells.begin[s]);
-      const double ratio =
-          places.empty() ? own.areaRatio : cells.areaRatio[s] / static_cast<double>(places.size());
+      const double ratio = places.empty() ? own.areaRatio : cells.areaRatio[s] / static_cast<double>(places.size());
       if (places.empty()) places = {&own.at, 1};
       // A hexagon of the densest packing has the area √3/2 spacing².
       const double cell = 0.8660254 * spacing * spacing / surfels[s].density;

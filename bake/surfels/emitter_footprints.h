@@ -20,7 +20,8 @@ Emitters findEmitterFootprints(const Scene& scene, const SurfelMap& map, std::sp
                                const SurfaceSampler& sampler, float spacing, std::uint64_t seed, Context& context);
 
 // Let the surfels of marked materials shine evenly, each material with as much light as the strongest of all and no
-// brighter than the brightest, or with 1 W/m²/sr where nothing emits: none gets all rays that are aimed at emitters. returns what `emission` was before, or nothing where no material is marked. [Size n_S each]
+// brighter than the brightest, or with 1 W/m²/sr where nothing emits: none gets all rays that are aimed at emitters.
+// returns what `emission` was before, or nothing where no material is marked. [Size n_S each]
 std::vector<glm::vec3> shineMarked(const Scene& scene, std::span<const SurfaceSample> surfels,
                                    std::vector<glm::vec3>& emission);
 

@@ -17,7 +17,8 @@
 
 namespace relume {
 
-// Emitters, and drivable materials among them, and reflectors are kept apart: a surfel stands for points of its own class only.
+// Emitters, and drivable materials among them, and reflectors are kept apart: a surfel stands for points of its own
+// class only.
 inline constexpr std::uint32_t kReflector = 0xFFFFFFFFu;
 
 struct SurfaceSample {

@@ -21,11 +21,11 @@ inline constexpr std::uint32_t kFootprintTaps = 4;
 inline constexpr float kMaxTapWidth = 65536.0f;
 
 struct DrivableMaterial {
-  std::string name;                                // glTF material name, or "material<index>"
-  std::uint32_t firstEntry = 0, entryCount = 0;    // of Emitters: its surfels
-  bool marked = false;                             // extras.relume.drivable
-  bool textured = false;                           // has texture coordinates: images can drive it
-  bool clampU = false, clampV = false;             // how images continue past their edges; false = repeated
+  std::string name;                              // glTF material name, or "material<index>"
+  std::uint32_t firstEntry = 0, entryCount = 0;  // of Emitters: its surfels
+  bool marked = false;                           // extras.relume.drivable
+  bool textured = false;                         // has texture coordinates: images can drive it
+  bool clampU = false, clampV = false;           // how images continue past their edges; false = repeated
 };
 
 // Entries by material, and by ascending surfel within one. All empty in bakes of levels without emitters, and in those
@@ -33,9 +33,10 @@ struct DrivableMaterial {
 struct Emitters {
   Array<DrivableMaterial> materials;  // in the level's order; their entries follow one another
   Array<std::uint32_t> surfel;        // [Size n_E] index of the surfel; each at most once
-  Array<std::uint32_t> tap;   // [Size kFootprintTaps n_E] packUnorm16x2: places on the image, (0,0) the outer corner of
-                              // its first texel, the one glTF has at the top left
-  Array<float> tapWidth;      // [Size n_E] [0..kMaxTapWidth] square root of the part of the image's area that a tap stands for
+  Array<std::uint32_t> tap;  // [Size kFootprintTaps n_E] packUnorm16x2: places on the image, (0,0) the outer corner of
+                             // its first texel, the one glTF has at the top left
+  Array<float>
+      tapWidth;  // [Size n_E] [0..kMaxTapWidth] square root of the part of the image's area that a tap stands for
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(surfel.size()); }
 };

@@ -208,15 +208,16 @@ typedef void (*relume_visibility)(void* user, unsigned int light, unsigned int c
                                   const float* normals, float* visible);
 
 /* This frame's light of one drivable material, in place of what the level gave it: a colour, or an image where its
- * emissive texture is. It lights receivers alone: the host draws the emitter itself. emission_scale does not scale it. No
- * struct_size: an array of them is handed over. */
+ * emissive texture is. It lights receivers alone: the host draws the emitter itself. emission_scale does not scale it.
+ * No struct_size: an array of them is handed over. */
 typedef struct relume_material_emission {
   unsigned int material; /* [0..drivable_count - 1] */
   float radiance[3];     /* [W/m^2/sr] [0..1e9] of the whole; with an image, a factor on it */
   /* [W/m^2/sr] [0..1e9] NULL, or [3 * texel_count] linear red, green, blue, row 0 (v = 0, glTF's top one) first. */
   const float* image;
-  size_t texel_count;    /* width * height as declared in relume_relighter_desc */
-  unsigned int texture;  /* RELUME_BACKEND_GL: in place of image, a GL_TEXTURE_2D of that size with its mip levels; or 0 */
+  size_t texel_count; /* width * height as declared in relume_relighter_desc */
+  unsigned int
+      texture; /* RELUME_BACKEND_GL: in place of image, a GL_TEXTURE_2D of that size with its mip levels; or 0 */
 } relume_material_emission;
 
 typedef struct relume_light_setup {

@@ -23,8 +23,8 @@ namespace relume::cpu {
 class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
-  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. images: declared, by drivable material.
-  // memory: keeps all of this.
+  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. images: declared, by drivable
+  // material. memory: keeps all of this.
   CpuBackend(const Bake& bake, int lumaBands, int chromaBands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
              const ImageSizes& images, std::pmr::memory_resource* memory);
 

@@ -105,7 +105,8 @@ bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first
       radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
     for (std::size_t k = 0; k < emitters.size() && drives; ++k) {
       const std::uint32_t i = emitters[k].surfel - first;
-      radiosity.put(i, kPi * (setup.surfelEmission[surfels.bakedSurfel(emitters[k].surfel)] + surfels.driven(emitters[k])));
+      radiosity.put(
+          i, kPi * (setup.surfelEmission[surfels.bakedSurfel(emitters[k].surfel)] + surfels.driven(emitters[k])));
     }
     return true;
   }

@@ -24,9 +24,9 @@ std::pmr::vector<std::uint32_t> leafOrder(const Hierarchy& hierarchy, std::uint3
 class SurfelSet {
  public:
   struct Emitter {
-    std::uint32_t surfel;                // in leaf order
-    std::uint32_t material, entry;       // of Emitters; kNotDrivable and anything = none
-    glm::vec3 emission;                  // [W/m²/sr] baked
+    std::uint32_t surfel;           // in leaf order
+    std::uint32_t material, entry;  // of Emitters; kNotDrivable and anything = none
+    glm::vec3 emission;             // [W/m²/sr] baked
   };
   static constexpr std::uint32_t kNotDrivable = 0xFFFFFFFFu;
 
@@ -61,8 +61,8 @@ class SurfelSet {
   std::array<std::pmr::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
   NodeSet leaf_;
   std::pmr::vector<std::uint32_t> order_;  // [Size n_S], or 0
-  std::pmr::vector<Emitter> emitter_;   // those with emission, and those that can be driven
-  std::pmr::vector<glm::vec3> driven_;  // [Size emitter_, or 0 where none can be driven]
+  std::pmr::vector<Emitter> emitter_;      // those with emission, and those that can be driven
+  std::pmr::vector<glm::vec3> driven_;     // [Size emitter_, or 0 where none can be driven]
   std::pmr::vector<std::uint32_t> skyLeaf_;
 };
 

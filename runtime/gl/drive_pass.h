@@ -31,8 +31,8 @@ class DrivePass {
   void dispatch(const Functions& gl, GLuint first, GLuint end, GLuint by, const glm::vec3& factor) const;
 
   Program program_;
-  std::array<Sampler, 4> sampler_;      // repeat or clamp along u (bit 0) and v (bit 1); none without declared images
-  std::pmr::vector<Texture> texture_;   // [Size materials] of images in main memory, made when the first one comes
+  std::array<Sampler, 4> sampler_;     // repeat or clamp along u (bit 0) and v (bit 1); none without declared images
+  std::pmr::vector<Texture> texture_;  // [Size materials] of images in main memory, made when the first one comes
   std::size_t textureBytes_ = 0;
   GLint firstEntry_ = -1, endEntry_ = -1, drivenBy_ = -1, factor_ = -1;
 };

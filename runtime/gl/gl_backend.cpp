@@ -206,8 +206,9 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands,
-                                                            request.options.visibilityGlsl, request.images, request.memory);
+  Result<Owned<gl::GlBackend>> made =
+      gl::GlBackend::create(*functions, bake, request.lumaBands, request.chromaBands, request.options.visibilityGlsl,
+                            request.images, request.memory);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

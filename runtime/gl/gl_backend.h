@@ -22,8 +22,7 @@ class GlBackend final : public Backend, public GlResolve {
   // driver that runs here. memory: keeps all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands,
                                          std::string_view visibilityGlsl, const ImageSizes& images,
-                                         std::pmr::memory_resource* memory,
-                                         std::optional<GroupThreads> wanted = {});
+                                         std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
   GlBackend(const Functions& gl, const Bake& bake, int lumaBands, int chromaBands, const ImageSizes& images,
             std::pmr::memory_resource* memory)

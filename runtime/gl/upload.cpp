@@ -76,9 +76,8 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   }
 
   gpu.box = boxOf(surfels.positionWorld);
-  gpu.emits = bake.emitters.count() > 0 ||
-              std::any_of(surfels.emission.begin(), surfels.emission.end(),
-                          [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  gpu.emits = bake.emitters.count() > 0 || std::any_of(surfels.emission.begin(), surfels.emission.end(),
+                                                       [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
   std::pmr::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{}, memory);
   std::pmr::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0, memory);
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -37,8 +37,7 @@ bool isRadiance(const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >=
 // name(): made only where something is refused.
 template <class Name>
 Status checkImage(const MaterialEmission& emission, const Name& name, const glm::uvec2& size) {
-  if (size.x == 0)
-    return usage(name() + " has an image, but none is declared for it in RelightOptions::drivenImages");
+  if (size.x == 0) return usage(name() + " has an image, but none is declared for it in RelightOptions::drivenImages");
   if (emission.image.empty()) return done();
   const std::size_t expected = std::size_t{size.x} * size.y;
   if (emission.image.size() != expected) {

@@ -14,7 +14,7 @@
 namespace relume {
 
 struct DrivenError {
-  ImageDifference difference;        // of DiffDir + DiffInd, the light of the emitter and its bounces
+  ImageDifference difference;          // of DiffDir + DiffInd, the light of the emitter and its bounces
   double drivenMs = 0, surfelsMs = 0;  // [ms] of step 2, with the material driven, and with nothing driven
   std::size_t emissionBytes = 0;       // of the runtime's buffers
 };

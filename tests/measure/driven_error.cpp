@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Prints the tables of docs/notes/emission.md: each emitter lit alone, against `relume reference`.
 //   bench_driven_error LEVEL.glb CAMERA PRESET SPP [MARKED...]
-// MARKED: materials that are made drivable, as extras.relume.drivable does; texture coordinates are laid over the widest
-// two axes of their meshes where they have none. Each drivable material is driven by a colour, those that are marked by
-// an image as well.
+// MARKED: materials that are made drivable, as extras.relume.drivable does; texture coordinates are laid over the
+// widest two axes of their meshes where they have none. Each drivable material is driven by a colour, those that are
+// marked by an image as well.
+#include "tests/accuracy/driven_error.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
-#include "tests/accuracy/driven_error.h"
 
 #include <algorithm>
 #include <chrono>
@@ -32,7 +32,8 @@ void mark(Scene& scene, const std::string& name) {
       const glm::vec3 size = high - low;
       const int least = size.x <= size.y && size.x <= size.z ? 0 : (size.y <= size.z ? 1 : 2);
       const int u = (least + 1) % 3, v = (least + 2) % 3;
-      for (const glm::vec3& p : mesh.position) mesh.uv[0].push_back({(p[u] - low[u]) / size[u], (p[v] - low[v]) / size[v]});
+      for (const glm::vec3& p : mesh.position)
+        mesh.uv[0].push_back({(p[u] - low[u]) / size[u], (p[v] - low[v]) / size[v]});
     }
   }
 }
@@ -57,8 +58,8 @@ int run(int argc, char** argv) {
   Bake without = *baked;
   without.emitters = {};
   const auto fewer = serializeBake(without);
-  std::printf("%s, %s: %u surfels, %u of emitters, bake %.2f MiB, %.3f MiB of them what drives emitters\n\n", argv[1], argv[3],
-              baked->surfels.count(), baked->emitters.count(), static_cast<double>(bytes->size()) / 1048576.0,
+  std::printf("%s, %s: %u surfels, %u of emitters, bake %.2f MiB, %.3f MiB of them what drives emitters\n\n", argv[1],
+              argv[3], baked->surfels.count(), baked->emitters.count(), static_cast<double>(bytes->size()) / 1048576.0,
               fewer ? static_cast<double>(bytes->size() - fewer->size()) / 1048576.0 : 0.0);
   std::printf("| material | by | surfels | rmse %% | t1 %% | energy | noise %% | surfels ms | driven ms | MiB |\n");
   std::printf("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");

@@ -62,7 +62,8 @@ inline std::vector<glm::vec3> makeStripes(std::uint32_t width, std::uint32_t hei
   std::vector<glm::vec3> image;
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
-      const float u = static_cast<float>(x) / static_cast<float>(width), v = static_cast<float>(y) / static_cast<float>(height);
+      const float u = static_cast<float>(x) / static_cast<float>(width),
+                  v = static_cast<float>(y) / static_cast<float>(height);
       image.push_back(brightness * glm::vec3(u < 0.4f ? 1.0f : 0.1f, v, x % 2 == 0 ? 0.5f : 0.0f));
     }
   }

@@ -170,7 +170,8 @@ TEST(Driven, theFirstFrameAfterAReloadHasIt) {
   Relighter next = make(bake);
   ASSERT_TRUE(next.inherit(old, bake));
   ASSERT_TRUE(next.relight(setup));
-  const glm::vec3 before = old.irradianceInGrid({5, 2, 5}, {1, 0, 0}), after = next.irradianceInGrid({5, 2, 5}, {1, 0, 0});
+  const glm::vec3 before = old.irradianceInGrid({5, 2, 5}, {1, 0, 0}),
+                  after = next.irradianceInGrid({5, 2, 5}, {1, 0, 0});
   EXPECT_NEAR(after.r, before.r, 0.05f * before.r);
 }
 
@@ -193,7 +194,8 @@ TEST(Driven, whatCannotBeLitIsRefusedByNameAndLightStays) {
   const std::vector<Mistake> mistakes = {
       {"materialEmissions[0].material is 2, expected less than 2: \"screen\", \"panel\"",
        [](MaterialEmission& e, LightSetup&) { e.material = 2; }},
-      {"materialEmissions[0] (\"screen\").radiance is (", [](MaterialEmission& e, LightSetup&) { e.radiance.x = kNan; }},
+      {"materialEmissions[0] (\"screen\").radiance is (",
+       [](MaterialEmission& e, LightSetup&) { e.radiance.x = kNan; }},
       {".radiance is (-1, 1, 1)", [](MaterialEmission& e, LightSetup&) { e.radiance.x = -1.0f; }},
       {".radiance is (", [](MaterialEmission& e, LightSetup&) { e.radiance.z = kInfinity; }},
       {"(\"panel\") has an image, but none is declared",
@@ -234,7 +236,8 @@ TEST(Driven, imagesAreCheckedWhenTheyAreDeclared) {
     const Result<Relighter> made = Relighter::create(bake, options);
     return made ? std::string() : made.error().message;
   };
-  EXPECT_NE(refused({{"wall", 4, 4}}).find("no such drivable material; there are \"screen\", \"panel\""), std::string::npos);
+  EXPECT_NE(refused({{"wall", 4, 4}}).find("no such drivable material; there are \"screen\", \"panel\""),
+            std::string::npos);
   EXPECT_NE(refused({{"screen", 0, 4}}).find("0 x 4 texels"), std::string::npos);
   EXPECT_NE(refused({{"screen", 4, 8193}}).find("4 x 8193 texels"), std::string::npos);
   EXPECT_NE(refused({{"screen", 4, 4}, {"screen", 4, 4}}).find("declared twice"), std::string::npos);

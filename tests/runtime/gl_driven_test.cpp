@@ -38,8 +38,8 @@ class Texture2d {
   Texture2d(std::uint32_t width, std::uint32_t height, const std::vector<glm::vec3>& texels, bool mips = true) {
     glGenTextures(1, &name_);
     glBindTexture(GL_TEXTURE_2D, name_);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, static_cast<GLsizei>(width), static_cast<GLsizei>(height), 0, GL_RGB, GL_FLOAT,
-                 texels.data());
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, static_cast<GLsizei>(width), static_cast<GLsizei>(height), 0, GL_RGB,
+                 GL_FLOAT, texels.data());
     if (mips) glGenerateMipmap(GL_TEXTURE_2D);
     glBindTexture(GL_TEXTURE_2D, 0);
   }
@@ -117,7 +117,8 @@ TEST_F(GlDriven, readsTheHostsTextureAsItReadsItsImage) {
 TEST_F(GlDriven, texelsThatAreNoRadianceAreNoLight) {
   std::vector<glm::vec3> texels(16, glm::vec3(std::numeric_limits<float>::quiet_NaN(), -1.0f, 0.0f));
   const Texture2d texture(4, 4, texels);
-  Relighter gl = make(BackendKind::gl, {{"screen", 4, 4}}, EglContext::getProcAddress), dark = make(BackendKind::gl, {}, EglContext::getProcAddress);
+  Relighter gl = make(BackendKind::gl, {{"screen", 4, 4}}, EglContext::getProcAddress),
+            dark = make(BackendKind::gl, {}, EglContext::getProcAddress);
   MaterialEmission byTexture, black;
   byTexture.texture = texture.name();
   black.radiance = glm::vec3(0.0f);

@@ -135,8 +135,10 @@ Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>
       return usage("material \"" + name + "\" appears twice");
     const std::optional<glm::vec3> radiance = threeNumbers(value);
     if (name.empty() || (!radiance && !namesFile(value)) || (radiance && !isRadiance(*radiance))) {
-      return usage("MATERIAL=R,G,B, three numbers of 0 to 1e9, or MATERIAL=FILE with a name that ends in .exr or .png "
-                   "expected, \"" + text + "\" found");
+      return usage(
+          "MATERIAL=R,G,B, three numbers of 0 to 1e9, or MATERIAL=FILE with a name that ends in .exr or .png "
+          "expected, \"" +
+          text + "\" found");
     }
     if (radiance) {
       driven.radiance = *radiance;
@@ -152,8 +154,8 @@ Status driveScene(Scene& scene, std::span<const DrivenMaterial> driven, bool kee
   std::vector<bool> found(driven.size(), false);
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
     Material& material = scene.materials[m];
-    const auto mine = std::find_if(driven.begin(), driven.end(),
-                                   [&](const DrivenMaterial& d) { return d.name == material.name; });
+    const auto mine =
+        std::find_if(driven.begin(), driven.end(), [&](const DrivenMaterial& d) { return d.name == material.name; });
     if (mine == driven.end()) {
       if (!keepOthers) material.emission = glm::vec3(0.0f);
       continue;

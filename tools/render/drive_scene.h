@@ -22,9 +22,9 @@ namespace relume {
 
 struct DrivenMaterial {
   std::string name;
-  glm::vec3 radiance{1.0f};                // [W/m²/sr] with an image, a factor on it: 1
-  std::uint32_t width = 0, height = 0;     // [texel] of `image`; 0 = none
-  std::vector<glm::vec3> image;            // [W/m²/sr] row 0 on top
+  glm::vec3 radiance{1.0f};             // [W/m²/sr] with an image, a factor on it: 1
+  std::uint32_t width = 0, height = 0;  // [texel] of `image`; 0 = none
+  std::vector<glm::vec3> image;         // [W/m²/sr] row 0 on top
 };
 
 void addEmissionOption(CLI::App& command, std::vector<std::string>& texts);
