@@ -66,7 +66,7 @@ struct LightSetup {
   bool surfelIrradianceOnGpu = false;
   glm::vec3 emissionScale{1.0f};  // factor on the surfels' baked emission; 0 switches emitters off
   std::span<const glm::vec3>
-      surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)
+      surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission
   // Materials whose light is not the baked one, each at most once, in any order; those not named shine as baked. Not
   // together with surfelEmission.
   std::span<const MaterialEmission> materialEmissions{};
