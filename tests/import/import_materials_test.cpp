@@ -260,8 +260,8 @@ TEST(ImportMaterials, drivableIsReadFromExtras) {
   // A dark one keeps the place of its emissive texture, and is dark.
   GltfBuilder b;
   const int texture = b.texture(redGreen());
-  b.quad({{"material", b.material({{"emissiveTexture", {{"index", texture}}},
-                                   {"extras", {{"relume", {{"drivable", true}}}}}})}});
+  b.quad({{"material",
+           b.material({{"emissiveTexture", {{"index", texture}}}, {"extras", {{"relume", {{"drivable", true}}}}}})}});
   const Scene scene = importOrFail(b);
   EXPECT_NE(scene.materials[0].emissionTexture.image, kNone);
   EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0.0f));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `render` and `reference --emission` as a user runs them: the light is what was asked for, twice as much where twice as
-// much was asked for, and every mistake is named.
+// `render` and `reference --emission` as a user runs them: the light is what was asked for, twice as much where twice
+// as much was asked for, and every mistake is named.
 #include "tests/cli/run_program.h"
 #include "tools/images/image_io.h"
 
@@ -21,18 +21,18 @@ class EmissionOption : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / ("relume_emission_" + std::to_string(::getpid()));
     fs::create_directories(folder_);
-    const ProgramResult made = runProgram({"bake", kLevel, "-o", file("level.relume"), "--preset", "draft", "--surfels",
-                                           "4000", "--progress", "none"},
-                                          folder_);
+    const ProgramResult made = runProgram(
+        {"bake", kLevel, "-o", file("level.relume"), "--preset", "draft", "--surfels", "4000", "--progress", "none"},
+        folder_);
     ASSERT_EQ(made.status, 0) << made.err;
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
   static std::string file(const std::string& name) { return (folder_ / name).string(); }
 
   static ProgramResult render(const std::vector<std::string>& more, const std::string& output = "image.exr") {
-    std::vector<std::string> arguments{"render", kLevel,   "--bake",    file("level.relume"), "--size", "32x20",
-                                       "--samples", "1",   "--progress", "none",              "--force", "-o",
-                                       file(output), "--aov", "full"};
+    std::vector<std::string> arguments{
+        "render", kLevel,    "--bake", file("level.relume"), "--size", "32x20", "--samples", "1", "--progress",
+        "none",   "--force", "-o",     file(output),         "--aov",  "full"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProgram(arguments, folder_);
   }
@@ -77,14 +77,15 @@ TEST_F(EmissionOption, anImageIsReadAndLitAsTheReferenceDoes) {
   ASSERT_TRUE(writeImage(file("signs.exr"), 16, 8, texels));
   const std::vector<std::string> driven = {"--lights", "none", "--emission", "screen=" + file("signs.exr")};
   ASSERT_EQ(render(driven).status, 0);
-  std::vector<std::string> reference{"reference", kLevel, "--size", "32x20", "--spp", "64", "--progress", "none", "-o",
-                                     file("truth.exr")};
+  std::vector<std::string> reference{"reference", kLevel,       "--size", "32x20", "--spp",
+                                     "64",        "--progress", "none",   "-o",    file("truth.exr")};
   reference.insert(reference.end(), driven.begin(), driven.end());
   const ProgramResult traced = runProgram(reference, folder_);
   ASSERT_EQ(traced.status, 0) << traced.err;
   const glm::dvec3 found = sumOf("image.exr"), expected = sumOf("truth.exr");
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.05 * expected[c]);
-  const ProgramResult gl = render({"--lights", "none", "--emission", "screen=" + file("signs.exr"), "--backend", "gl"}, "gl.exr");
+  const ProgramResult gl =
+      render({"--lights", "none", "--emission", "screen=" + file("signs.exr"), "--backend", "gl"}, "gl.exr");
   if (gl.status == 5) return;  // no OpenGL here
   ASSERT_EQ(gl.status, 0) << gl.err;
   const glm::dvec3 onGl = sumOf("gl.exr");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where surfels of emitters lie on an image: evenly, whatever the coordinates are; and what marked materials are taken
 // for where they are dark.
-#include "formats/pack.h"
 #include "bake/surfels/surfels.h"
+#include "formats/pack.h"
 #include "tests/surfels/make_level.h"
 
 #include <algorithm>
@@ -91,8 +91,10 @@ TEST(EmitterFootprints, coverTheImageEvenly) {
   const Emitters& e = placed.emitters;
   const std::vector<glm::vec2> taps = tapsOf(e, 1);
   ASSERT_GT(taps.size(), 200u);
-  for (const glm::vec2& split : {glm::vec2(0.5f, 1.0f), glm::vec2(1.0f, 0.5f), glm::vec2(0.25f, 1.0f), glm::vec2(1.0f, 0.8f)}) {
-    const auto below = std::count_if(taps.begin(), taps.end(), [&](const glm::vec2& t) { return t.x <= split.x && t.y <= split.y; });
+  for (const glm::vec2& split :
+       {glm::vec2(0.5f, 1.0f), glm::vec2(1.0f, 0.5f), glm::vec2(0.25f, 1.0f), glm::vec2(1.0f, 0.8f)}) {
+    const auto below =
+        std::count_if(taps.begin(), taps.end(), [&](const glm::vec2& t) { return t.x <= split.x && t.y <= split.y; });
     EXPECT_NEAR(static_cast<double>(below) / static_cast<double>(taps.size()), split.x * split.y, 0.03);
   }
   double area = 0.0;
@@ -134,7 +136,8 @@ TEST(EmitterFootprints, markedMaterialsShineUntilTheBakeIsDone) {
     EXPECT_GT(shining.x, 0.0f);
     EXPECT_LE(shining.x, 8.0f);
     EXPECT_EQ(baked, screen ? glm::vec3(0.0f) : shining);
-    power[screen] += (screen ? 2.0 : 0.25) * double{shining.x + shining.y + shining.z} / (3.0 * e.materials[screen].entryCount);
+    power[screen] +=
+        (screen ? 2.0 : 0.25) * double{shining.x + shining.y + shining.z} / (3.0 * e.materials[screen].entryCount);
   }
   EXPECT_NEAR(power[1], power[0], 0.2 * power[0]);
 }
