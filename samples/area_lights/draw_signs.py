@@ -19,7 +19,9 @@ def write_png(path, width, height, rgb):
     """8-bit sRGB, rows from the top."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    rows = b"".join(b"\0" + rgb[3 * width * y:3 * width * (y + 1)] for y in range(height))
+    def filtered(row):  # by "Sub": what a pixel differs by from the one to its left
+        return b"\1" + row[:3] + bytes((b - a) & 255 for a, b in zip(row, row[3:]))
+    rows = b"".join(filtered(rgb[3 * width * y:3 * width * (y + 1)]) for y in range(height))
     pathlib.Path(path).write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
                                    + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b""))
 

@@ -30,19 +30,21 @@ class EmissionOption : public testing::Test {
   static std::string file(const std::string& name) { return (folder_ / name).string(); }
 
   static ProgramResult render(const std::vector<std::string>& more, const std::string& output = "image.exr") {
-    std::vector<std::string> arguments{
-        "render", kLevel,    "--bake", file("level.relume"), "--size", "32x20", "--samples", "1", "--progress",
-        "none",   "--force", "-o",     file(output),         "--aov",  "full"};
+    std::vector<std::string> arguments{"render",  kLevel,      "--bake",    file("level.relume"), "--size",
+                                       "32x20",   "--samples", "1",         "--progress",         "none",
+                                       "--force", "-o",        file(output)};
+    if (std::find(more.begin(), more.end(), "--aov") == more.end())
+      arguments.insert(arguments.end(), {"--aov", "full"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProgram(arguments, folder_);
   }
   // Sum of the light of an image that was drawn.
-  static glm::dvec3 sumOf(const std::string& output) {
+  static glm::dvec3 sumOf(const std::string& output, const std::vector<std::string>& layers = {""}) {
     const Result<ChannelImage> image = readExr(file(output));
     EXPECT_TRUE(image);
     glm::dvec3 sum(0.0);
-    if (image) {
-      for (const glm::vec3& pixel : image->layer("")) sum += glm::dvec3(pixel);
+    for (const std::string& layer : layers) {
+      for (const glm::vec3& pixel : image ? image->layer(layer) : std::vector<glm::vec3>()) sum += glm::dvec3(pixel);
     }
     return sum;
   }
@@ -62,7 +64,7 @@ TEST_F(EmissionOption, lightsWhatItNamesAlone) {
   EXPECT_EQ(sumOf("dark.exr"), glm::dvec3(0.0));
   const glm::dvec3 one = sumOf("one.exr"), two = sumOf("two.exr");
   EXPECT_GT(one.x, 1.0);
-  EXPECT_EQ(one.y, 0.0);
+  EXPECT_LT(one.y, 0.001 * one.x);  // packed colours are rounded with a dither
   EXPECT_NEAR(two.x, 2.0 * one.x, 0.01 * two.x);
   // Beside the level's own, which it replaces on that material.
   ASSERT_EQ(render({}, "all.exr").status, 0);
@@ -76,16 +78,18 @@ TEST_F(EmissionOption, anImageIsReadAndLitAsTheReferenceDoes) {
   for (std::size_t i = 0; i < texels.size(); ++i) texels[i] = i % 16 < 8 ? glm::vec3(20, 4, 0) : glm::vec3(0, 4, 20);
   ASSERT_TRUE(writeImage(file("signs.exr"), 16, 8, texels));
   const std::vector<std::string> driven = {"--lights", "none", "--emission", "screen=" + file("signs.exr")};
-  ASSERT_EQ(render(driven).status, 0);
+  std::vector<std::string> light = driven;
+  light.insert(light.end(), {"--aov", "indirect"});
+  ASSERT_EQ(render(light).status, 0);
   std::vector<std::string> reference{"reference", kLevel,       "--size", "32x20", "--spp",
                                      "64",        "--progress", "none",   "-o",    file("truth.exr")};
   reference.insert(reference.end(), driven.begin(), driven.end());
   const ProgramResult traced = runProgram(reference, folder_);
   ASSERT_EQ(traced.status, 0) << traced.err;
-  const glm::dvec3 found = sumOf("image.exr"), expected = sumOf("truth.exr");
+  const glm::dvec3 found = sumOf("image.exr"), expected = sumOf("truth.exr", {"DiffDir", "DiffInd"});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.05 * expected[c]);
-  const ProgramResult gl =
-      render({"--lights", "none", "--emission", "screen=" + file("signs.exr"), "--backend", "gl"}, "gl.exr");
+  light.insert(light.end(), {"--backend", "gl"});
+  const ProgramResult gl = render(light, "gl.exr");
   if (gl.status == 5) return;  // no OpenGL here
   ASSERT_EQ(gl.status, 0) << gl.err;
   const glm::dvec3 onGl = sumOf("gl.exr");
