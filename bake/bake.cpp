@@ -113,13 +113,14 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   });
   if (!receivers) return receivers.error();
   placed->surfels.receiver = std::move(*receivers);
+  if (!placed->bakedEmission.empty()) placed->surfels.emission = std::move(placed->bakedEmission);
 
   // 5. Hand over
   auto bake = stage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, tracer->description());
-    return Bake{std::move(placed->surfels), std::move(*hierarchy), std::move(*caches),   std::move(traced->links),
-                std::move(instances),       std::move(provenance), describeShapes(scene)};
+    return Bake{std::move(placed->surfels), std::move(*hierarchy), std::move(*caches),    std::move(traced->links),
+                std::move(instances),       std::move(provenance), describeShapes(scene), std::move(placed->emitters)};
   });
   if (context.cancelled()) return cancelledError();
   if (!bake) return bake;

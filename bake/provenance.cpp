@@ -104,6 +104,7 @@ std::uint64_t hashMaterial(const Material& material, const std::vector<std::uint
   h.value(material.alphaMode);
   h.value(material.alphaCutoff);
   h.value(static_cast<std::uint8_t>(material.doubleSided));
+  if (material.drivable) h.value(std::uint8_t{1});  // the others keep the sums that older bakes have
   return h.digest();
 }
 

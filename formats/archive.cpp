@@ -103,7 +103,10 @@ void checkVersion(std::uint32_t version) {
 
 // A list with a version of its own, so that cereal's loader for vectors, which resizes before it reads, is not used.
 struct InstanceList {
-  std::pmr::vector<BakedInstance> instances;
+  std::pmr::vector<BakedInstance> elements;
+};
+struct MaterialList {
+  std::pmr::vector<DrivableMaterial> elements;
 };
 
 }  // namespace
@@ -128,19 +131,43 @@ void serialize(Archive& archive, Provenance& p, std::uint32_t version) {
 
 namespace {
 
+// The number of a list's elements, which take at least `minBytes` each; a list that is read gets that many.
+template <class Archive, class List>
+void serializeCount(Archive& archive, List& list, std::size_t minBytes) {
+  std::uint64_t count = list.elements.size();
+  archive(count);
+  if constexpr (std::is_same_v<Archive, MemoryInput>) {
+    archive.checkCount(count, minBytes);
+    list.elements.resize(static_cast<std::size_t>(count));
+  }
+}
+
 template <class Archive>
 void serialize(Archive& archive, InstanceList& list, std::uint32_t version) {
   checkVersion(version);
-  constexpr std::size_t kMinBytes = 9 * sizeof(std::uint64_t);  // three sizes, five hashes and two numbers of 4
-  std::uint64_t count = list.instances.size();
-  archive(count);
-  if constexpr (std::is_same_v<Archive, MemoryInput>) {
-    archive.checkCount(count, kMinBytes);
-    list.instances.resize(static_cast<std::size_t>(count));
-  }
-  for (BakedInstance& i : list.instances)
+  serializeCount(archive, list, 9 * sizeof(std::uint64_t));  // three sizes, five hashes and two numbers of 4
+  for (BakedInstance& i : list.elements)
     archive(i.node, i.mesh, i.material, i.contentHash, i.transformHash, i.geometryHash, i.materialHash, i.topologyHash,
             i.firstShape, i.shapeCount);
+}
+
+template <class Archive>
+void serialize(Archive& archive, MaterialList& list, std::uint32_t version) {
+  checkVersion(version);
+  serializeCount(archive, list, sizeof(std::uint64_t) + 3 * sizeof(std::uint32_t));
+  constexpr std::uint32_t kMarked = 1, kTextured = 2, kClampU = 4, kClampV = 8;
+  for (DrivableMaterial& m : list.elements) {
+    std::uint32_t flags =
+        (m.marked ? kMarked : 0) | (m.textured ? kTextured : 0) | (m.clampU ? kClampU : 0) | (m.clampV ? kClampV : 0);
+    archive(m.name, m.firstEntry, m.entryCount, flags);
+    if constexpr (std::is_same_v<Archive, MemoryInput>) {
+      if (flags > 15) throw cereal::Exception("flags " + std::to_string(flags) + ", expected at most 15");
+      m.marked = (flags & kMarked) != 0;
+      m.textured = (flags & kTextured) != 0;
+      m.clampU = (flags & kClampU) != 0;
+      m.clampV = (flags & kClampV) != 0;
+    }
+  }
 }
 
 template <class T>
@@ -179,6 +206,7 @@ Status load(std::span<const std::byte> bytes, T& value) {
 CEREAL_CLASS_VERSION(relume::BakeScalars, relume::kClassVersion)
 CEREAL_CLASS_VERSION(relume::Provenance, relume::kClassVersion)
 CEREAL_CLASS_VERSION(relume::InstanceList, relume::kClassVersion)
+CEREAL_CLASS_VERSION(relume::MaterialList, relume::kClassVersion)
 
 namespace relume {
 
@@ -186,21 +214,37 @@ Result<std::vector<std::byte>> saveArchive(const BakeScalars& value) { return sa
 Result<std::vector<std::byte>> saveArchive(std::span<const BakedInstance> value) {
   return save(InstanceList{{value.begin(), value.end(), std::pmr::new_delete_resource()}});
 }
+Result<std::vector<std::byte>> saveArchive(std::span<const DrivableMaterial> value) {
+  return save(MaterialList{{value.begin(), value.end(), std::pmr::new_delete_resource()}});
+}
 Result<std::vector<std::byte>> saveArchive(const Provenance& value) { return save(value); }
 
-Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value) { return load(bytes, value); }
-Status loadArchive(std::span<const std::byte> bytes, Provenance& value) { return load(bytes, value); }
-Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory) {
+namespace {
+
+template <class List, class T>
+Status loadList(std::span<const std::byte> bytes, Array<T>& value, std::pmr::memory_resource* memory) {
   try {
     // The array's owner, in one block with its reference count. Moving a vector keeps its resource.
-    const auto list = std::allocate_shared<InstanceList>(std::pmr::polymorphic_allocator<InstanceList>(memory),
-                                                         InstanceList{std::pmr::vector<BakedInstance>(memory)});
+    const auto list =
+        std::allocate_shared<List>(std::pmr::polymorphic_allocator<List>(memory), List{std::pmr::vector<T>(memory)});
     Status status = load(bytes, *list);
-    if (status) value = Array<BakedInstance>(list, list->instances);
+    if (status) value = Array<T>(list, list->elements);
     return status;
   } catch (const std::bad_alloc& e) {
     return outOfMemory(e);
   }
+}
+
+}  // namespace
+
+Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value) { return load(bytes, value); }
+Status loadArchive(std::span<const std::byte> bytes, Provenance& value) { return load(bytes, value); }
+Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory) {
+  return loadList<InstanceList>(bytes, value, memory);
+}
+Status loadArchive(std::span<const std::byte> bytes, Array<DrivableMaterial>& value,
+                   std::pmr::memory_resource* memory) {
+  return loadList<MaterialList>(bytes, value, memory);
 }
 
 }  // namespace relume

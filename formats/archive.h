@@ -26,13 +26,15 @@ struct BakeScalars {
 // Same value, same bytes. memory: there was not enough.
 Result<std::vector<std::byte>> saveArchive(const BakeScalars& value);
 Result<std::vector<std::byte>> saveArchive(std::span<const BakedInstance> value);
+Result<std::vector<std::byte>> saveArchive(std::span<const DrivableMaterial> value);
 Result<std::vector<std::byte>> saveArchive(const Provenance& value);
 
 // invalidFile: truncated, a size beyond the bytes that are left, or bytes left over; unsupported: a class version of
-// another writer; memory. Allocates at most a small multiple of bytes.size(); the list of instances from `memory`
-// [not null], which must outlive the array.
+// another writer; memory. Allocates at most a small multiple of bytes.size(); lists from `memory` [not null], which
+// must outlive the array.
 Status loadArchive(std::span<const std::byte> bytes, BakeScalars& value);
 Status loadArchive(std::span<const std::byte> bytes, Array<BakedInstance>& value, std::pmr::memory_resource* memory);
+Status loadArchive(std::span<const std::byte> bytes, Array<DrivableMaterial>& value, std::pmr::memory_resource* memory);
 Status loadArchive(std::span<const std::byte> bytes, Provenance& value);
 
 }  // namespace relume

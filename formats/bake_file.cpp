@@ -4,6 +4,7 @@
 #include "formats/chunks.h"
 
 #include "formats/archive.h"
+#include "formats/format_version.h"
 #include "formats/memory.h"
 #include "formats/validate.h"
 
@@ -90,7 +91,16 @@ void forEachArray(BakeType& b, Visitor&& visit) {
   visit("mesh.shape", b.shapes);
 }
 
+// The same for the arrays that only bakes of levels with emitters have.
+template <class EmittersType, class Visitor>
+void forEachEmitterArray(EmittersType& e, Visitor&& visit) {
+  visit("emit.surfel", e.surfel);
+  visit("emit.tap", e.tap);
+  visit("emit.width", e.tapWidth);
+}
+
 constexpr const char* kScalars = "scalars";
+constexpr const char* kMaterials = "emit.material";
 constexpr const char* kInstances = "instances";
 constexpr const char* kProvenance = "provenance";
 
@@ -122,13 +132,17 @@ std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
   if (std::string_view(name) == "link.sh" && linkBands >= 1) return std::uint64_t{linkBands} * linkBands;
   if (std::string_view(name) == "grid.fine") return kBrickWords;
   if (std::string_view(name) == "mesh.shape") return kShapeWords;
+  if (std::string_view(name) == "emit.tap") return kFootprintTaps;
   return Stored<T>::columns;
 }
 
+using Archives = std::array<std::vector<std::byte>, 4>;
+
 // The chunks of a bake, scalars first, then arrays, then names; `archives` keeps what is not in the bake itself.
-Result<std::vector<Chunk>> chunksOf(const Bake& bake, std::array<std::vector<std::byte>, 3>& archives) {
-  const std::array<Result<std::vector<std::byte>>, 3> saved = {
-      saveArchive(scalarsOf(bake)), saveArchive(bake.instances), saveArchive(bake.provenance)};
+Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
+  const std::array<Result<std::vector<std::byte>>, 4> saved = {
+      saveArchive(scalarsOf(bake)), saveArchive(bake.emitters.materials), saveArchive(bake.instances),
+      saveArchive(bake.provenance)};
   for (std::size_t i = 0; i < saved.size(); ++i) {
     if (!saved[i]) return saved[i].error();
     archives[i] = *saved[i];
@@ -138,15 +152,20 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, std::array<std::vector<std
     chunks.push_back({{name, ElementType::archive, {bytes.size(), 1}, 0, 0, 0}, bytes});
   };
   addArchive(kScalars, archives[0]);
-  forEachArray(bake, [&](const char* name, const auto& array) {
+  const auto addArray = [&](const char* name, const auto& array) {
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
     const auto data = std::as_bytes(array.span());
     const std::uint64_t columns = columnsOf<T>(name, bake.links.bands);
     chunks.push_back(
         {{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0}, data});
-  });
-  addArchive(kInstances, archives[1]);
-  addArchive(kProvenance, archives[2]);
+  };
+  forEachArray(bake, addArray);
+  if (formatVersionOf(bake) > kOldestBakeFormatVersion) {
+    addArchive(kMaterials, archives[1]);
+    forEachEmitterArray(bake.emitters, addArray);
+  }
+  addArchive(kInstances, archives[2]);
+  addArchive(kProvenance, archives[3]);
   return chunks;
 }
 
@@ -181,6 +200,9 @@ class ChunkReader {
     return {};
   }
 
+  // Whether the next chunk has that name.
+  bool isNext(const char* name) const { return !failed() && !left_.empty() && left_.front().info.name == name; }
+
   // memory: of values that take any.
   template <class Value, class... Memory>
   void takeArchive(const char* name, Value& value, Memory*... memory) {
@@ -212,11 +234,16 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
     return Error{ErrorCode::invalidFile,
                  "chunk scalars: link bands: expected 0..8, found " + std::to_string(scalars.linkBands)};
   applyScalars(scalars, bake);
-  forEachArray(bake, [&](const char* name, auto& array) {
+  const auto takeArray = [&](const char* name, auto& array) {
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
     const auto bytes = reader.take(name, Stored<T>::type, columnsOf<T>(name, scalars.linkBands));
     array = Array<T>(owner, std::span<const T>(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)));
-  });
+  };
+  forEachArray(bake, takeArray);
+  if (reader.isNext(kMaterials)) {
+    reader.takeArchive(kMaterials, bake.emitters.materials, memory);
+    forEachEmitterArray(bake.emitters, takeArray);
+  }
   reader.takeArchive(kInstances, bake.instances, memory);
   reader.takeArchive(kProvenance, bake.provenance);
   reader.finish();
@@ -234,23 +261,25 @@ Result<Bake> named(const std::filesystem::path& path, Result<Bake> result) {
 Status writeBake(const Bake& bake, const std::filesystem::path& path) {
   if (const Status status = checkStructure(bake); !status)
     return Error{ErrorCode::failed, path.string() + ": not written, the bake is broken: " + status.error().message};
-  std::array<std::vector<std::byte>, 3> archives;
+  Archives archives;
   Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
   if (!chunks) return chunks.error();
-  return writeFileAtomically(path, [&](const ByteSink& sink) { return writeChunks(*chunks, sink); });
+  return writeFileAtomically(path,
+                             [&](const ByteSink& sink) { return writeChunks(*chunks, sink, formatVersionOf(bake)); });
 }
 
 Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
   if (const Status status = checkStructure(bake); !status)
     return Error{ErrorCode::failed, "the bake is broken: " + status.error().message};
-  std::array<std::vector<std::byte>, 3> archives;
+  Archives archives;
   Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
   if (!chunks) return chunks.error();
   std::vector<std::byte> file;
-  writeChunks(*chunks, [&](std::span<const std::byte> bytes) {
+  const ByteSink append = [&file](std::span<const std::byte> bytes) {
     file.insert(file.end(), bytes.begin(), bytes.end());
     return true;
-  });
+  };
+  writeChunks(*chunks, append, formatVersionOf(bake));
   return file;
 }
 

@@ -41,6 +41,34 @@ void checkCoordinates(const Array<glm::vec3>& positions, const char* name, Findi
   }
 }
 
+// Entries of the materials one after the other, and no surfel twice: each is lit by one material.
+void checkEmitters(const Bake& bake, Findings& findings, std::pmr::memory_resource* memory) {
+  const Emitters& e = bake.emitters;
+  if (e.tap.size() != std::size_t{kFootprintTaps} * e.count())
+    findings.add(Check::emitterArraySize, "emit.tap", std::size_t{kFootprintTaps} * e.count(), e.tap.size());
+  if (e.tapWidth.size() != e.count()) findings.add(Check::emitterArraySize, "emit.width", e.count(), e.tapWidth.size());
+  std::uint64_t next = 0;
+  for (std::size_t i = 0; i < e.materials.size(); ++i) {
+    if (e.materials[i].firstEntry != next)
+      findings.add(Check::emitterEntries, At{"emit.material", i}, "a first entry of " + std::to_string(next),
+                   e.materials[i].firstEntry);
+    next += e.materials[i].entryCount;
+  }
+  if (next != e.count())
+    findings.add(Check::emitterEntries, "emit.material", std::to_string(e.count()) + " entries in all", next);
+  if (e.surfel.empty()) return;
+  std::pmr::vector<bool> named(bake.surfels.positionWorld.size(), false, memory);
+  for (std::size_t i = 0; i < e.surfel.size(); ++i) {
+    const std::uint32_t surfel = e.surfel[i];
+    if (surfel >= named.size()) {
+      findings.add(Check::emitterSurfel, At{"emit.surfel", i}, "below " + std::to_string(named.size()), surfel);
+      continue;
+    }
+    if (named[surfel]) findings.add(Check::emitterSurfel, At{"emit.surfel", i}, "a surfel of no other entry", surfel);
+    named[surfel] = true;
+  }
+}
+
 void checkHierarchyArrays(const Bake& bake, Findings& findings) {
   const Hierarchy& h = bake.hierarchy;
   const std::uint64_t senders = bake.surfels.positionWorld.size() + h.skyDirection.size();
@@ -320,6 +348,7 @@ void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_r
   checkGroupRoots(bake.hierarchy, findings);
   checkCacheArrays(bake, findings);
   if (checkLinkArrays(bake, findings)) checkLinkNodes(bake, findings);
+  checkEmitters(bake, findings, memory);
   checkBands(bake, findings);
 }
 

@@ -62,10 +62,20 @@ void checkWeights(const Bake& bake, const LeafRanges& ranges, Findings& findings
   }
 }
 
-const char* kindOf(const Bake& bake, std::uint32_t sender) {
+// Surfels of materials that are marked as drivable: emitters, also where they are dark.
+std::vector<bool> markedSurfels(const Bake& bake) {
+  std::vector<bool> marked(bake.surfels.count(), false);
+  for (const DrivableMaterial& material : bake.emitters.materials) {
+    for (std::uint32_t i = 0; i < material.entryCount && material.marked; ++i)
+      marked[bake.emitters.surfel[material.firstEntry + i]] = true;
+  }
+  return marked;
+}
+
+const char* kindOf(const Bake& bake, const std::vector<bool>& marked, std::uint32_t sender) {
   if (sender >= bake.surfels.count()) return "sky";
   const glm::vec3& e = bake.surfels.emission[sender];
-  return e.x > 0.0f || e.y > 0.0f || e.z > 0.0f ? "emitter" : "reflector";
+  return e.x > 0.0f || e.y > 0.0f || e.z > 0.0f || marked[sender] ? "emitter" : "reflector";
 }
 
 void checkGroups(const Bake& bake, const LeafRanges& ranges, Findings& findings) {
@@ -77,6 +87,7 @@ void checkGroups(const Bake& bake, const LeafRanges& ranges, Findings& findings)
         findings.add(Check::groupsOverlap, At{"node.group", i}, "no node below another group", h.groupRoot[i]);
     }
   }
+  const std::vector<bool> marked = markedSurfels(bake);
   std::vector<const char*> kind(h.groupRoot.size(), nullptr);
   for (std::uint32_t sender = 0; sender < h.senderCount(); ++sender) {
     std::size_t group = 0;
@@ -85,7 +96,7 @@ void checkGroups(const Bake& bake, const LeafRanges& ranges, Findings& findings)
       findings.add(Check::groupsIncomplete, "sender " + std::to_string(sender), "below a group's root", "none");
       continue;
     }
-    const char* mine = kindOf(bake, sender);
+    const char* mine = kindOf(bake, marked, sender);
     if (kind[group] == nullptr) kind[group] = mine;
     if (std::string_view(kind[group]) != mine)
       findings.add(Check::groupMixed, "sender " + std::to_string(sender), kind[group], mine);

@@ -152,6 +152,11 @@ void checkNumbers(const Bake& bake, Findings& findings) {
       s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr",
       [](const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
       findings);
+  for (std::size_t i = 0; i < bake.emitters.tapWidth.size(); ++i) {
+    const float width = bake.emitters.tapWidth[i];
+    if (!(width >= 0.0f && width <= kMaxTapWidth))
+      findings.add(Check::emitterTapWidth, At{"emit.width", i}, "0 to 65536", width);
+  }
   const Hierarchy& h = bake.hierarchy;
   checkEach(h.skyDirection, "sky.direction", Check::skyDirection, "length 1", isUnit, findings);
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {

@@ -85,9 +85,10 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
     if (header.endianMark == 0x04030201) return Error{ErrorCode::unsupported, "header: the file is big endian"};
     return expectedFound("header byte-order mark", kEndianMark, header.endianMark);
   }
-  if (header.version != kBakeFormatVersion)
-    return Error{ErrorCode::unsupported, "format version " + std::to_string(header.version) +
-                                             ", this program reads version " + std::to_string(kBakeFormatVersion)};
+  if (header.version < kOldestBakeFormatVersion || header.version > kBakeFormatVersion)
+    return Error{ErrorCode::unsupported,
+                 "format version " + std::to_string(header.version) + ", this program reads versions " +
+                     std::to_string(kOldestBakeFormatVersion) + " and " + std::to_string(kBakeFormatVersion)};
   if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
@@ -182,9 +183,10 @@ std::size_t elementBytes(ElementType type) {
   return 0;
 }
 
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink) {
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version) {
   // Lay out: each chunk starts at the next multiple of 64; the file ends with the last byte of the last chunk.
   FileHeader header;
+  header.version = version;
   header.chunkCount = static_cast<std::uint32_t>(chunks.size());
   std::vector<TableRow> table;
   std::uint64_t end = sizeof(FileHeader) + chunks.size() * sizeof(TableRow);

@@ -18,7 +18,8 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kBakeFormatVersion = 3;
+// Files that need nothing of version 4 say 3, as they always did.
+inline constexpr std::uint32_t kBakeFormatVersion = 4, kOldestBakeFormatVersion = 3;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 
@@ -51,8 +52,8 @@ struct Chunk {
 };
 
 // Lay out the chunks (offset, bytes and hash are filled in) and hand header, table, padding and data to the sink, in
-// the order of the file. False when the sink refuses.
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink);
+// the order of the file. False when the sink refuses. version: what the header says.
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version = kBakeFormatVersion);
 
 // Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
 // in order, inside the file, without holes; padding zero. The spans point into `file`.

@@ -46,6 +46,9 @@ enum class Check : std::uint16_t {
   childOrder = 133,
   gridAfterLightmap = 134,
   coordinate = 135,
+  emitterArraySize = 136,
+  emitterEntries = 137,
+  emitterSurfel = 138,
   shapeRange = 150,
 
   // 201 and 401 were positions that are not finite: 135 says so.
@@ -54,6 +57,7 @@ enum class Check : std::uint16_t {
   surfelEmission = 204,
   surfelArea = 205,
   surfelReceiverUnfilled = 206,
+  emitterTapWidth = 207,
 
   firstWeightRange = 301,
   firstWeightLeaf = 302,
@@ -130,6 +134,9 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::childOrder, FindingSeverity::error, "children do not follow those of the nodes before"},
     {Check::gridAfterLightmap, FindingSeverity::error, "a cache of the grid comes after one of the light map"},
     {Check::coordinate, FindingSeverity::error, "position is not finite, or beyond the coordinates a bake may have"},
+    {Check::emitterArraySize, FindingSeverity::error, "emitter array has another size than emit.surfel"},
+    {Check::emitterEntries, FindingSeverity::error, "entries of drivable materials do not follow one another"},
+    {Check::emitterSurfel, FindingSeverity::error, "emitter entry names no surfel, or one that another entry names"},
 
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
     {Check::surfelAlbedo, FindingSeverity::error, "surfel albedo is not within 0 to 1"},
@@ -137,6 +144,7 @@ inline constexpr ValidationMessage kValidationMessages[] = {
      "surfel emission is negative, not finite or beyond what a bake may hold"},
     {Check::surfelArea, FindingSeverity::error, "area of a surfel is not positive and finite"},
     {Check::surfelReceiverUnfilled, FindingSeverity::warning, "surfel reads a light-map texel without a cache"},
+    {Check::emitterTapWidth, FindingSeverity::error, "width of an emitter's tap is not within 0 to 65536"},
 
     {Check::firstWeightRange, FindingSeverity::error, "pull weight is not within 0 to 1"},
     {Check::firstWeightLeaf, FindingSeverity::error, "pull weight of a leaf is not 0"},

@@ -7,6 +7,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/driven_emission.h"
 #include "runtime/shared/memory.h"
 
 #include <cstddef>
@@ -25,10 +26,14 @@ class Backend {
   Backend& operator=(const Backend&) = delete;
   virtual ~Backend() = default;
 
+  // What of a frame's textures the backend cannot read: usage.
+  virtual Status checkTextures(const LightSetup& setup) const = 0;
   // Take the memory that relight(setup) needs beyond what the frames before it needed. Throws std::bad_alloc, and has
   // changed no light then. The contents of the spans are not read.
   virtual void reserve(const LightSetup& setup) = 0;
-  // One frame, steps 2 to 5 (relighter.h). `setup` has passed checkSetup() and reserve(): no memory is taken.
+  // One frame, steps 2 to 5 (relighter.h). `setup` has passed checkSetup(), checkTextures() and reserve(): no memory is
+  // taken. Where it has both surfelEmission and materialEmissions, the light of these materials is added to that of the
+  // surfels.
   virtual void relight(const LightSetup& setup) = 0;
   // Forget last frame's light.
   virtual void reset() = 0;
@@ -50,6 +55,7 @@ struct BackendRequest {
   CacheBands bands;
   const RelightOptions& options;
   std::pmr::memory_resource* memory;  // [not null] must outlive the backend
+  const ImageSizes& images;           // that were declared, by drivable material
 };
 
 // Backends keep alive what they read of the bake's arrays every frame. The bake has passed checkBake().

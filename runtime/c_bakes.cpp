@@ -193,6 +193,15 @@ const char* relume_bake_instance_name(const relume_bake* bake, unsigned int inst
   return bake->bake.instances[instance].node.c_str();
 }
 
+unsigned int relume_bake_drivable_count(const relume_bake* bake) {
+  return bake == nullptr ? 0 : static_cast<unsigned int>(bake->bake.emitters.materials.size());
+}
+
+const char* relume_bake_drivable_name(const relume_bake* bake, unsigned int material) {
+  if (material >= relume_bake_drivable_count(bake)) return "";
+  return bake->bake.emitters.materials[material].name.c_str();
+}
+
 relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t count, float* positions,
                                   float* normals) {
   return run(bake, [&]() -> Status {

@@ -189,11 +189,13 @@ struct relume_relighter : relume::c::Handle {
       : Handle(std::move(shared)),
         relighter(std::move(created)),
         lights(&host->memory),
+        emissions(&host->memory),
         surfels(bake.surfels.count()),
         skyPatches(bake.hierarchy.skyDirection.size()),
         caches(bake.caches.count()) {}
 
   relume::Relighter relighter;
-  std::pmr::vector<relume::Light> lights;  // of the frame; keeps its memory
+  std::pmr::vector<relume::Light> lights;  // of the frame; these keep their memory
+  std::pmr::vector<relume::MaterialEmission> emissions;
   std::size_t surfels, skyPatches, caches;
 };

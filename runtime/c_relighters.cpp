@@ -60,6 +60,12 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
         return read.get_proc_address(read.get_proc_address_user, name);
       };
     }
+    if (read.driven_images == nullptr && read.driven_image_count > 0) return nullPointer("desc.driven_images");
+    for (std::size_t i = 0; i < read.driven_image_count; ++i) {
+      const relume_driven_image& image = read.driven_images[i];
+      if (image.material == nullptr) return nullPointer("desc.driven_images[].material");
+      options.drivenImages.push_back({image.material, image.width, image.height});
+    }
     options.memory = &bake->host->memory;
     Result<relume::Relighter> created = relume::Relighter::create(bake->bake, options);
     if (!created) return created.error();
@@ -103,8 +109,18 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
       light.outerConeRad = from.outer_cone_radians;
       relighter->lights.push_back(light);
     }
+    if (read.material_emissions == nullptr && read.material_emission_count > 0)
+      return nullPointer("setup.material_emissions");
+    relighter->emissions.clear();
+    for (std::size_t i = 0; i < read.material_emission_count; ++i) {
+      const relume_material_emission& from = read.material_emissions[i];
+      if (from.image == nullptr && from.texel_count > 0) return nullPointer("setup.material_emissions[].image");
+      relighter->emissions.push_back(
+          {from.material, vec3(from.radiance), vectors(from.image, from.texel_count), from.texture});
+    }
     relume::LightSetup frame;
     frame.lights = relighter->lights;
+    frame.materialEmissions = relighter->emissions;
     if (read.visibility != nullptr) {
       // One pointer: std::function allocates nothing for it.
       frame.visibilityBatch = [host = &read](std::uint32_t light, std::span<const glm::vec3> position,

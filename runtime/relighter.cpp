@@ -8,10 +8,13 @@
 #include "runtime/backend.h"
 #include "runtime/check_setup.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/driven_emission.h"
 #include "runtime/shared/glossy.h"
 #include "runtime/shared/memory.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <functional>
@@ -23,13 +26,16 @@
 namespace relume {
 
 struct Relighter::State {
-  explicit State(std::pmr::memory_resource* host) : memory(host), lights(&memory), inherited{&memory} {}
+  explicit State(std::pmr::memory_resource* host)
+      : memory(host), imageSizes(&memory), lights(&memory), inherited{&memory} {}
 
   AlignedMemory memory;  // of all that follows
   Caches caches;         // what look-ups read; shares the bake's arrays
   std::uint64_t sceneHash = 0;
   std::size_t surfelCount = 0, skyPatchCount = 0;
   bool surfelArrays = true;
+  Emitters emitters;      // shares the bake's arrays
+  ImageSizes imageSizes;  // of the images that were declared
   CacheBands bands;
   BackendKind kind = BackendKind::cpu;
   ParallelFor parallelFor;
@@ -61,6 +67,7 @@ Bake shareArrays(const Bake& bake) {
   shared.caches.lightmap.parts = {};
   shared.caches.lightmap.cornerUv = shared.caches.lightmap.backCornerUv = {};
   shared.links = bake.links;
+  shared.emitters = bake.emitters;
   shared.provenance.sceneHash = bake.provenance.sceneHash;
   return shared;
 }
@@ -106,7 +113,11 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->kind = options.backend;
   state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
-  const BackendRequest request{state->bands, options, &state->memory};
+  state->emitters = bake.emitters;
+  Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, &state->memory);
+  if (!sizes) return sizes.error();
+  state->imageSizes = std::move(*sizes);
+  const BackendRequest request{state->bands, options, &state->memory, state->imageSizes};
   Result<Owned<Backend>> backend =
       options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
   if (!backend) return backend.error();
@@ -151,6 +162,18 @@ void forReceivers(const ParallelFor& parallelFor, std::size_t count, const Body&
             });
 }
 
+// Baked emission off the radiance of surfels whose material the frame drives: the backend adds what it does.
+void takeOffDriven(const Emitters& emitters, const LightSetup& setup, std::span<const glm::vec3> baked,
+                   std::span<glm::vec3> radiance) {
+  for (const MaterialEmission& driven : setup.materialEmissions) {
+    const DrivableMaterial& material = emitters.materials[driven.material];
+    for (std::uint32_t i = 0; i < material.entryCount; ++i) {
+      const std::uint32_t s = emitters.surfel[material.firstEntry + i];
+      radiance[s] = glm::max(radiance[s] - setup.emissionScale * baked[s], 0.0f);
+    }
+  }
+}
+
 }  // namespace
 
 Relighter::Relighter(std::unique_ptr<State, Destroy> state) : state_(std::move(state)) {}
@@ -168,6 +191,7 @@ Status Relighter::relight(const LightSetup& setup) {
   applied.surfelIrradianceOnGpu = setup.surfelIrradianceOnGpu;
   applied.emissionScale = setup.emissionScale;
   applied.surfelEmission = setup.surfelEmission;
+  applied.materialEmissions = setup.materialEmissions;
   applied.skyRadiance = setup.skyRadiance;
   applied.skyPatches = setup.skyPatches;
   applied.bounceScale = setup.bounceScale;
@@ -190,6 +214,7 @@ Status Relighter::relight(const LightSetup& setup) {
           setup.surfelEmission.empty() ? setup.emissionScale * inherited.emission[s] : setup.surfelEmission[s];
       inherited.radiance[s] = own + setup.bounceScale * inherited.radiance[s];
     }
+    takeOffDriven(state_->emitters, setup, inherited.emission.span(), inherited.radiance);
   }
   state_->backend->relight(applied);
   return done();
@@ -201,7 +226,9 @@ Status Relighter::check(const LightSetup& setup) const {
   if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
     return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
   }
-  return checkSetup(setup, state_->surfelCount, state_->skyPatchCount);
+  if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok;
+  if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, state_->kind); !ok) return ok;
+  return state_->backend->checkTextures(setup);
 }
 
 void Relighter::reset() {

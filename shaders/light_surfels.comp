@@ -20,7 +20,7 @@ layout(std430, binding = RELUME_SLOT_TEXELS) readonly buffer Texels { uint texel
 layout(std430, binding = RELUME_SLOT_EMISSION) readonly buffer Emission { uint emissionColor[]; };
 layout(std430, binding = RELUME_SLOT_SURFEL_LIGHT) readonly buffer SurfelLight { vec4 surfelLight[]; };
 
-uniform bool relumeEmits;
+uniform bool relumeEmits;  // as baked or driven; then beside what the host hands over
 uniform bool relumeLitOnGpu;  // by the host's shader: surfelLight
 uniform vec3 relumeBoxOrigin;  // [m] of positions
 uniform vec3 relumeBoxStep;
@@ -88,7 +88,7 @@ vec3 radiosityOfSurfel(uint s, uint leaf) {
   }
   vec3 emission = vec3(0.0);
   if (relumeEmits) emission = relumeUnpackColor(emissionColor[s]) * relumeEmissionScale;
-  if (relumeHostOffset.y != kRelumeNone) emission = host[relumeHostOffset.y + s].rgb;
+  if (relumeHostOffset.y != kRelumeNone) emission += host[relumeHostOffset.y + s].rgb;
   return albedo * e + kPi * emission;
 }
 

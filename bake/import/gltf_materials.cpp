@@ -70,6 +70,20 @@ class MaterialReader {
     return slot(indexOr(info, "index", -1), indexOr(info, "texCoord", 0), transform, where);
   }
 
+  // extras.relume.drivable.
+  Result<bool> drivable(const tinygltf::Material& material, const std::string& where) const {
+    if (!material.extras.IsObject() || !material.extras.Has("relume")) return false;
+    const tinygltf::Value& relume = material.extras.Get("relume");
+    const std::string path = where + ".extras.relume";
+    if (!relume.IsObject()) return document_.invalid(path, "expected an object");
+    if (!relume.Has("drivable")) return false;
+    const tinygltf::Value& drivable = relume.Get("drivable");
+    const double number = numberOr(relume, "drivable", -1.0);  // Blender 3.4 writes false and true as 0 and 1
+    if (!drivable.IsBool() && number != 0.0 && number != 1.0)
+      return document_.invalid(path + ".drivable", "expected true or false");
+    return drivable.IsBool() ? drivable.Get<bool>() : number == 1.0;
+  }
+
  private:
   Result<Slot> slot(int texture, int texcoord, const tinygltf::Value& transform, const std::string& where) {
     Slot out;
@@ -162,7 +176,10 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
   const tinygltf::TextureInfo& info = source.emissiveTexture;
   const Result<Slot> emission = reader.slot(info.index, info.texCoord, info.extensions, where + ".emissiveTexture");
   if (!emission) return emission.error();
-  if (m.emission != glm::vec3(0.0f)) draft.emission = *emission;
+  const Result<bool> drivable = reader.drivable(source, where);
+  if (!drivable) return drivable.error();
+  m.drivable = *drivable;
+  if (m.emission != glm::vec3(0.0f) || m.drivable) draft.emission = *emission;
   return draft;
 }
 

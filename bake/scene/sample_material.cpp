@@ -91,21 +91,25 @@ Taps wrapTaps(float u, std::uint32_t size, Wrap wrap) {
 // What is read from a texel: linear colour and alpha, or alpha alone, which rays need millions of times.
 struct ColorAndAlpha {
   using Value = glm::vec4;
-  static glm::vec4 decode(const std::uint8_t* rgba) {
+  static glm::vec4 read(const Image::Level& level, std::size_t texel) {
+    if (!level.linear.empty()) return {level.linear[texel], 1.0f};
+    const std::uint8_t* rgba = &level.rgba[4 * texel];
     const SrgbTable& linear = srgbTable();
     return {linear[rgba[0]], linear[rgba[1]], linear[rgba[2]], static_cast<float>(rgba[3]) * (1.0f / 255.0f)};
   }
 };
 struct Alpha {
   using Value = float;
-  static float decode(const std::uint8_t* rgba) { return static_cast<float>(rgba[3]) * (1.0f / 255.0f); }
+  static float read(const Image::Level& level, std::size_t texel) {
+    return static_cast<float>(level.rgba[4 * texel + 3]) * (1.0f / 255.0f);
+  }
 };
 
 template <class Texel>
 typename Texel::Value sampleLevel(const Image::Level& level, const TextureRef& texture, const glm::vec2& uv,
                                   bool nearest) {
   const auto texel = [&](std::uint32_t x, std::uint32_t y) {
-    return Texel::decode(&level.rgba[4 * (static_cast<std::size_t>(y) * level.width + x)]);
+    return Texel::read(level, static_cast<std::size_t>(y) * level.width + x);
   };
   const Taps x = wrapTaps(uv.x, level.width, texture.wrapU);
   const Taps y = wrapTaps(uv.y, level.height, texture.wrapV);

@@ -2,6 +2,7 @@
 // The surfels' stage (PIC 4.2): candidates spread by area, one of three placements, the map from hits to surfels, and
 // albedo and emission integrated over what each surfel stands for.
 #include "bake/surfels/eliminate.h"
+#include "bake/surfels/emitter_footprints.h"
 #include "bake/surfels/footprint.h"
 #include "bake/surfels/move_to_visible.h"
 #include "bake/surfels/relax.h"
@@ -174,6 +175,9 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   const auto width = static_cast<float>(std::sqrt(sampler.measure() / static_cast<double>(footprintSamples)));
   Footprints footprints = integrateFootprints(scene, result.map, samples, inside.samples, width, context);
   if (context.cancelled()) return cancelledError();
+  result.emitters = findEmitterFootprints(scene, result.map, samples, sampler, spacing, seed, context);
+  if (context.cancelled()) return cancelledError();
+  result.bakedEmission = shineMarked(scene, samples, footprints.emission);
 
   // Move each surfel to where it is lit.
   result.seeds = moveToVisible(tracer, playSpace, result.map, samples, seed, context);

@@ -91,7 +91,7 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
 std::uint32_t emitterOf(const Scene& scene, std::uint32_t instance, std::uint32_t side) {
   const Instance& owner = scene.instances[instance];
   const glm::vec3& e = scene.material(owner).emission;
-  const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f) &&
+  const bool emits = (e.x > 0.0f || e.y > 0.0f || e.z > 0.0f || scene.material(owner).drivable) &&
                      (side % 2 == 0 || scene.bothSides(owner, side / 2 - owner.firstTriangle));
   return emits ? instance : kReflector;
 }
@@ -165,6 +165,19 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
   for (const Side& side : sides_) {
     measureEnd_.push_back(measureEnd_.back() + static_cast<double>(playSpace.seenArea[side.side]) * side.density);
   }
+}
+
+SurfaceSampler SurfaceSampler::emittersOnly() const {
+  SurfaceSampler only;
+  only.scene_ = scene_;
+  only.playSpace_ = playSpace_;
+  only.measureEnd_.push_back(0.0);
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    if (sides_[i].emitter == kReflector) continue;
+    only.sides_.push_back(sides_[i]);
+    only.measureEnd_.push_back(only.measureEnd_.back() + measureEnd_[i + 1] - measureEnd_[i]);
+  }
+  return only;
 }
 
 void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,

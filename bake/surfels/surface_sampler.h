@@ -17,7 +17,8 @@
 
 namespace relume {
 
-// Emitters and reflectors are kept apart: a surfel stands for points of its own class only.
+// Emitters, and drivable materials among them, and reflectors are kept apart: a surfel stands for points of its own
+// class only.
 inline constexpr std::uint32_t kReflector = 0xFFFFFFFFu;
 
 struct SurfaceSample {
@@ -36,6 +37,9 @@ class SurfaceSampler {
   SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpace, std::uint32_t pointCount,
                  std::uint32_t emitterPoints, Context& context);
 
+  // The same with the sides that emit alone; empty where none does.
+  SurfaceSampler emittersOnly() const;
+
   // About `count` points (fewer where alpha masks cut some out), in the order of the scene's triangles. Different
   // salts give different points. Same points at any thread count.
   std::vector<SurfaceSample> draw(std::size_t count, std::uint64_t seed, std::uint32_t salt, Context& context) const;
@@ -45,6 +49,7 @@ class SurfaceSampler {
   double measure() const { return measureEnd_.back(); }  // [m²] the same, times density
 
  private:
+  SurfaceSampler() = default;
   struct Side {
     std::uint32_t side = 0;
     std::uint32_t instance = 0;

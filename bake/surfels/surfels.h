@@ -6,6 +6,7 @@
 #include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
+#include "relume/emitters.h"
 #include "relume/result.h"
 #include "relume/surfels.h"
 
@@ -93,6 +94,10 @@ struct PlacedSurfels {
   Surfels surfels;  // receiver is kGridReceiver everywhere until caches are placed
   SurfelMap map;
   std::vector<SurfelSeed> seeds;  // [Size n_S]
+  Emitters emitters;
+  // Where materials are marked as drivable, surfels.emission of their surfels is what clusters and links are to reckon
+  // with (shineMarked() in emitter_footprints.h), and this is what the bake is to say. [W/m²/sr] [Size 0 or n_S]
+  std::vector<glm::vec3> bakedEmission;
   struct Statistics {
     double areaSeen = 0, areaTotal = 0;     // [m²]
     float spacingMin = 0, spacingMean = 0;  // [m] nearest-neighbour distance

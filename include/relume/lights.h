@@ -38,6 +38,21 @@ using Visibility = std::function<float(std::uint32_t light, const glm::vec3& pos
 using VisibilityBatch = std::function<void(std::uint32_t light, std::span<const glm::vec3> positionWorld,
                                            std::span<const glm::vec3> normal, std::span<float> visible)>;
 
+// This frame's light of one drivable material (relume/emitters.h), in place of what the level gave it: a colour, or an
+// image that is put where the emissive texture is. It lights receivers alone: the host draws the emitter itself. Only
+// the sides that the bake knows as emitting shine. LightSetup::emissionScale does not scale it.
+struct MaterialEmission {
+  std::uint32_t material = 0;  // index into Emitters::materials; findMaterial() has it by name
+  glm::vec3 radiance{1.0f};    // [W/m²/sr] [0..1e9] of the whole material; with an image, a factor on it
+  // [W/m²/sr] [0..1e9 each] [Size 0, or width * height as declared in RelightOptions::drivenImages] row 0 first, which
+  // is at texture coordinate v = 0: the top one in glTF. Linear, Rec. 709. Products with `radiance` beyond 1e9 are 1e9.
+  std::span<const glm::vec3> image{};
+  // GL backend: name of a GL_TEXTURE_2D of the declared size, with the texels of `image`; 0 = none. It is read from its
+  // mip levels, which the host has to make (glGenerateMipmap); any filterable colour format. Texels that are NaN or
+  // negative count as 0, what is above 1e9 as 1e9.
+  std::uint32_t texture = 0;
+};
+
 // One frame's light. Spans are read during relight() only.
 struct LightSetup {
   std::span<const Light> lights{};
@@ -49,9 +64,11 @@ struct LightSetup {
   // GL backend: direct light is what the host's shader has written by GlResolve::surfelGlsl(), in place of all of the
   // above. What it does not write anew stays as it was in the frame before.
   bool surfelIrradianceOnGpu = false;
-  glm::vec3 emissionScale{1.0f};  // factor on the surfels' baked emission; 0 switches emitters off
-  std::span<const glm::vec3>
-      surfelEmission{};                     // [W/m²/sr] [Size 0 or n_S] in place of baked emission (animated screens)
+  glm::vec3 emissionScale{1.0f};                // factor on the surfels' baked emission; 0 switches emitters off
+  std::span<const glm::vec3> surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission
+  // Materials whose light is not the baked one, each at most once, in any order; those not named shine as baked. Not
+  // together with surfelEmission.
+  std::span<const MaterialEmission> materialEmissions{};
   glm::vec3 skyRadiance{0.0f};              // [W/m²/sr] a constant sky; unseen without sky patches in the bake
   std::span<const glm::vec3> skyPatches{};  // [Size 0 or skyDirection.size()] radiance a patch, in place of the
                                             // constant; projectEnvironment() makes it from a map

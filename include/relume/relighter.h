@@ -56,6 +56,12 @@ using GetProcAddress = std::function<GlProc(const char* name)>;
 // Instruction sets of the CPU backend's inner loops. `best` asks the processor.
 enum class Simd { best, baseline, avx2, avx512 };
 
+// Images of one size that a frame may put on a drivable material (MaterialEmission): memory for them is taken once.
+struct DrivenImage {
+  std::string material;                 // name, as in Emitters::materials; all of that name
+  std::uint32_t width = 0, height = 0;  // [texel] [1..8192]
+};
+
 struct RelightOptions {
   BackendKind backend = BackendKind::cpu;
   int lumaBands = 0;    // [0, 1..8] 0 = what the bake recommends; at most the bands of SH links
@@ -66,6 +72,9 @@ struct RelightOptions {
   Simd simd = Simd::best;     // CPU backend; one that the processor lacks is refused
   // CPU backend: whether setups may hand over surfelIrradiance and surfelEmission. Without, 4 bytes a surfel are saved.
   bool surfelArrays = true;
+  // Materials that images are to drive, each at most once. The CPU backend keeps a third of an image's texels as mip
+  // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
+  std::vector<DrivenImage> drivenImages{};
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
   // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), textures on units of its own
   // below 12). Empty = nothing is in shadow.
@@ -138,7 +147,8 @@ struct AmbientVolume {
 
 class Relighter {
  public:
-  // usage: bands out of range, a Simd the processor lacks, the GL backend without getProcAddress; unsupported: no
+  // usage: bands out of range, a Simd the processor lacks, the GL backend without getProcAddress, a driven image of no
+  // size or of a material that the bake does not know as drivable, or that has no texture coordinates; unsupported: no
   // OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver allows; invalidFile:
   // the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in the message);
   // memory: it ran out.
@@ -153,6 +163,8 @@ class Relighter {
   [[nodiscard]] Status relight(const LightSetup& setup);
   // What relight() would refuse. usage: a span of the wrong size, a direction that is not of unit length, a number that
   // is not finite, negative, or outside the range include/relume/lights.h gives; the message names light and field.
+  // A driven material that the bake does not have, an image that was not declared, a texture that does not exist or is
+  // of another size; unsupported: the bake knows no drivable material at all. Every texel of an image is looked at.
   [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light. GL: throws std::bad_alloc, and forgets nothing, where there is no memory to clear with.
   void reset();

@@ -142,6 +142,12 @@ RELUME_API relume_status relume_bake_lightmap_coordinates(const relume_bake* bak
 /* Name of the instance's glTF node; "" for an index that is too large. Lives as long as the bake. */
 RELUME_API const char* relume_bake_instance_name(const relume_bake* bake, unsigned int instance);
 
+/* Materials whose light a frame may replace (relume_material_emission): those that emit, and those that the level marks
+ * with extras.relume.drivable. 0 of a bake of file format 3. */
+RELUME_API unsigned int relume_bake_drivable_count(const relume_bake* bake);
+/* Name of one; "" for an index that is too large. Lives as long as the bake. */
+RELUME_API const char* relume_bake_drivable_name(const relume_bake* bake, unsigned int material);
+
 /* Surfels, for hosts that light them themselves: the world positions [m] and unit normals of surfels first ..
  * first + count - 1, three floats each. Either output may be NULL. */
 RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t count, float* positions,
@@ -152,6 +158,12 @@ RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t fir
 /* Address of the OpenGL function `name` ("glUseProgram") for the context that is current, NULL where there is none. */
 typedef void (*relume_gl_proc)(void);
 typedef relume_gl_proc (*relume_get_proc_address)(void* user, const char* name);
+
+/* Images of one size that frames put on a drivable material. No struct_size: an array of them is handed over. */
+typedef struct relume_driven_image {
+  const char* material;       /* name, UTF-8; all drivable materials of that name */
+  unsigned int width, height; /* [1..8192 texels] */
+} relume_driven_image;
 
 typedef struct relume_relighter_desc {
   size_t struct_size;
@@ -166,6 +178,9 @@ typedef struct relume_relighter_desc {
    * relighter keeps the addresses that it was given, and the library links no OpenGL. */
   relume_get_proc_address get_proc_address;
   void* get_proc_address_user; /* handed to it */
+  /* Materials that images are to drive, each at most once: memory for them is taken here. Read within the call. */
+  const relume_driven_image* driven_images;
+  size_t driven_image_count;
   int glossy; /* 1 = the light map keeps the bands that relume_glossy_on_lightmap() alone reads; 0 = it does not */
 } relume_relighter_desc;
 
@@ -193,6 +208,19 @@ typedef struct relume_light {
 typedef void (*relume_visibility)(void* user, unsigned int light, unsigned int count, const float* positions,
                                   const float* normals, float* visible);
 
+/* This frame's light of one drivable material, in place of what the level gave it: a colour, or an image where its
+ * emissive texture is. It lights receivers alone: the host draws the emitter itself. emission_scale does not scale it.
+ * No struct_size: an array of them is handed over. */
+typedef struct relume_material_emission {
+  unsigned int material; /* [0..drivable_count - 1] */
+  float radiance[3];     /* [W/m^2/sr] [0..1e9] of the whole; with an image, a factor on it */
+  /* [W/m^2/sr] [0..1e9] NULL, or [3 * texel_count] linear red, green, blue, row 0 (v = 0, glTF's top one) first. */
+  const float* image;
+  size_t texel_count; /* width * height as declared in relume_relighter_desc */
+  unsigned int
+      texture; /* RELUME_BACKEND_GL: in place of image, a GL_TEXTURE_2D of that size with its mip levels; or 0 */
+} relume_material_emission;
+
 typedef struct relume_light_setup {
   size_t struct_size;
   const relume_light* lights;
@@ -207,6 +235,9 @@ typedef struct relume_light_setup {
   float sky_radiance[3];        /* [W/m^2/sr] a constant sky */
   float emission_scale[3];      /* factor on the baked emission; relume_light_setup_default() sets 1 */
   float bounce_scale;           /* [0..1] share of last frame's light; relume_light_setup_default() sets 1 */
+  /* Materials whose light is not the baked one, each at most once. Not together with surfel_emission. */
+  const relume_material_emission* material_emissions;
+  size_t material_emission_count;
 } relume_light_setup;
 
 /* Zeros but for struct_size, emission_scale and bounce_scale. Use it: zeros would switch emitters and bounces off. */

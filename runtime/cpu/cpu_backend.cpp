@@ -14,12 +14,13 @@
 namespace relume::cpu {
 
 CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       std::pmr::memory_resource* memory)
-    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, memory,
+                       const ImageSizes& images, std::pmr::memory_resource* memory)
+    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, images, memory,
                  leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
 
 CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order)
+                       const ImageSizes& images, std::pmr::memory_resource* memory,
+                       std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links, memory),
       bands_(bands),
@@ -27,7 +28,8 @@ CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, Par
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
       bounce_(caches_, bake.surfels, order, bake.links.kind, bands.lumaBands, memory),
-      surfels_(bake.surfels, bake.hierarchy, std::move(order), surfelArrays, memory),
+      driven_(bake.emitters, images, memory),
+      surfels_(bake.surfels, bake.hierarchy, bake.emitters, std::move(order), surfelArrays, memory),
       tree_(bake.hierarchy, memory),
       lights_(memory),
       node_(bake.hierarchy.nodeCount(), 0, memory),
@@ -41,6 +43,12 @@ void CpuBackend::relight(const LightSetup& setup) {
     return std::chrono::duration<double, std::milli>(to - from).count();
   };
   const auto start = Clock::now();
+  if (!setup.materialEmissions.empty()) {
+    // Light of surfels that is handed over has their baked emission already.
+    driven_.begin(setup.materialEmissions, parallelFor_);
+    surfels_.drive(driven_, setup.surfelEmission.empty() ? setup.emissionScale : glm::vec3(0.0f), parallelFor_);
+    driven_.end();
+  }
   LightSurfelsJob job;
   if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, cacheLight(), job);
   lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, lights_, node_, parallelFor_);
@@ -77,6 +85,7 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
   const CacheGrid& grid = caches_.grid;
   return {{"surfels", surfels_.bytes()},
           {"hierarchy", tree_.bytes()},
+          {"emission", driven_.bytes()},
           {"radiosity", bytes(node_)},
           {"links", links_.bytes()},
           {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
@@ -96,7 +105,7 @@ Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& re
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
   return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.bands, simd, options.parallelFor,
-                                                   options.surfelArrays, request.memory));
+                                                   options.surfelArrays, request.images, request.memory));
 }
 
 }  // namespace relume

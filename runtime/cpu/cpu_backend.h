@@ -23,10 +23,12 @@ namespace relume::cpu {
 class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
-  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. memory: keeps all of this.
+  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. images: declared, by drivable
+  // material. memory: keeps all of this.
   CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             std::pmr::memory_resource* memory);
+             const ImageSizes& images, std::pmr::memory_resource* memory);
 
+  Status checkTextures(const LightSetup&) const override { return done(); }
   void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
   void relight(const LightSetup& setup) override;
   void reset() override;
@@ -37,7 +39,7 @@ class CpuBackend final : public Backend {
 
  private:
   CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
+             const ImageSizes& images, std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
 
   CacheLight cacheLight() const { return {bands_, coefficients()}; }
 
@@ -48,6 +50,7 @@ class CpuBackend final : public Backend {
   const LightSurfelsKernel& surfelsKernel_;
   ParallelFor parallelFor_;
   Bounce bounce_;
+  DrivenEmission driven_;
   SurfelSet surfels_;
   PullTree tree_;
   std::pmr::vector<PreparedLight> lights_;  // of the frame; keeps its memory

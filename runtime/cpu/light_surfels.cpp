@@ -98,12 +98,23 @@ void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightS
 // Radiosity by emission of a block; false when it has none.
 bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first, std::uint32_t count,
           BlockColors& radiosity) {
+  const std::span<const SurfelSet::Emitter> emitters = surfels.emitters(first, first + count);
+  const bool drives = !setup.materialEmissions.empty();
   if (!setup.surfelEmission.empty()) {
     for (std::uint32_t i = 0; i < count; ++i)
       radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
+    for (std::size_t k = 0; k < emitters.size() && drives; ++k) {
+      const std::uint32_t i = emitters[k].surfel - first;
+      radiosity.put(
+          i, kPi * (setup.surfelEmission[surfels.bakedSurfel(emitters[k].surfel)] + surfels.driven(emitters[k])));
+    }
     return true;
   }
-  const std::span<const SurfelSet::Emitter> emitters = surfels.emitters(first, first + count);
+  if (drives && !emitters.empty()) {
+    std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
+    for (const SurfelSet::Emitter& each : emitters) radiosity.put(each.surfel - first, kPi * surfels.driven(each));
+    return true;
+  }
   if (emitters.empty() || setup.emissionScale == glm::vec3(0.0f)) return false;
   std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
   for (const SurfelSet::Emitter& each : emitters)

@@ -36,18 +36,21 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 }  // namespace
 
 Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
-                                           std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
-                                           std::optional<GroupThreads> wanted) {
+                                           std::string_view visibilityGlsl, const ImageSizes& images,
+                                           std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted) {
   const GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const SavedState saved(gl);
-  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, memory);
+  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, images, memory);
   Result<GpuBake> gpu = uploadBake(backend->gl_, bake, bands, threads, memory);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
   Result<BouncePass> bounce = BouncePass::create(backend->gl_, bands);
   if (!bounce) return bounce.error();
   backend->bounce_ = std::move(*bounce);
+  Result<DrivePass> drive = DrivePass::create(backend->gl_, bake.emitters, images, memory);
+  if (!drive) return drive.error();
+  backend->drive_ = std::move(*drive);
   Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl, memory);
   if (!surfels) return surfels.error();
   backend->surfels_ = std::move(*surfels);
@@ -79,10 +82,39 @@ void GlBackend::bindSurfels() const {
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gl_, gpu_));
 }
 
+void GlBackend::reserve(const LightSetup& setup) {
+  if (!setup.materialEmissions.empty()) {
+    const SavedState saved(gl_);
+    drive_.reserve(gl_, setup, driven_);
+  }
+  surfels_.reserve(gl_, gpu_, bake_, setup);
+}
+
+// Write the emission of this frame, where it is not that of the frame before.
+void GlBackend::driveEmitters(const LightSetup& setup) {
+  const bool drives = !setup.materialEmissions.empty();
+  if (!drives && !drove_) return;
+  driven_.begin(setup.materialEmissions, {});
+  // Light of surfels that is handed over has their baked emission already.
+  const glm::vec3 undriven =
+      !drives ? glm::vec3(1.0f) : (setup.surfelEmission.empty() ? setup.emissionScale : glm::vec3(0.0f));
+  drive_.run(gl_, gpu_, driven_, undriven);
+  driven_.end();
+  drove_ = drives;
+  storageBarrier(gl_);
+}
+
+std::vector<std::pair<std::string, std::size_t>> GlBackend::bufferSizes() const {
+  auto sizes = gpu_.bufferSizes();
+  sizes.emplace_back("emission", driven_.bytes() + drive_.textureBytes());
+  return sizes;
+}
+
 void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved(gl_);
   timer_.mark(0);
   if (setup.surfelIrradianceOnGpu) storageBarrier(gl_);  // what the host's shader has written
+  driveEmitters(setup);
   const bool bounces = lit_ && setup.bounceScale > 0.0f;
   if (bounces && bounce_.run(gl_, gpu_)) storageBarrier(gl_);
   surfels_.run(gl_, gpu_, bake_, setup, bounces);
@@ -172,8 +204,8 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<Owned<gl::GlBackend>> made =
-      gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.memory);
+  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(
+      *functions, bake, request.bands, request.options.visibilityGlsl, request.images, request.memory);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/backend.h"
+#include "runtime/gl/drive_pass.h"
 #include "runtime/gl/functions.h"
 #include "runtime/gl/passes.h"
 #include "runtime/gl/timer.h"
@@ -16,29 +17,35 @@ namespace relume::gl {
 class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
-  // call. unsupported: buffers too large; failed: a shader's log. wanted: what work groups are to suit; nothing = the
+  // call. unsupported: buffers too large; failed: a shader's log. images: declared, by
+  // drivable material. wanted: what work groups are to suit; nothing = the
   // driver that runs here. memory: keeps all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
-                                         std::string_view visibilityGlsl, std::pmr::memory_resource* memory,
-                                         std::optional<GroupThreads> wanted = {});
+                                         std::string_view visibilityGlsl, const ImageSizes& images,
+                                         std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
-  GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, std::pmr::memory_resource* memory)
+  GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, const ImageSizes& images,
+            std::pmr::memory_resource* memory)
       : memory_(memory),
         gl_(gl),
         bake_(bake),
         bands_(bands),
         gpu_(memory),
+        imageSizes_(images, memory),
+        driven_(bake.emitters, images, memory),
+        drive_(memory),
         surfels_(memory),
         timer_(gl_),
         coefficients_(memory) {}
 
-  void reserve(const LightSetup& setup) override { surfels_.reserve(gl_, gpu_, bake_, setup); }
+  Status checkTextures(const LightSetup& setup) const override { return drive_.check(gl_, setup, imageSizes_); }
+  void reserve(const LightSetup& setup) override;
   void relight(const LightSetup& setup) override;
   void reset() override;
   std::span<const float> coefficients() const override;
   std::vector<glm::vec3> nodeRadiosity() const override;
   std::vector<PassTime> passTimes() const override;
-  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return gpu_.bufferSizes(); }
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
   const GlResolve* gl() const override { return this; }
 
   GlResolveInputs inputs() const override;
@@ -50,12 +57,18 @@ class GlBackend final : public Backend, public GlResolve {
   void bindSurfels() const override;
 
  private:
+  void driveEmitters(const LightSetup& setup);
+
   std::pmr::memory_resource* memory_;
   Functions gl_;  // before all that deletes by it
   Bake bake_;     // shares the arrays
   CacheBands bands_;
   GpuBake gpu_;
   BouncePass bounce_;
+  ImageSizes imageSizes_;  // of the images that were declared
+  DrivenEmission driven_;
+  DrivePass drive_;
+  bool drove_ = false;          // whether the emission on the GPU is not the baked one
   mutable SurfelPass surfels_;  // makes the buffer for the host's light when it is first bound
   PullPass pull_;
   CachePass caches_;

@@ -35,10 +35,12 @@ inline void deleteBuffer(const Functions& gl, GLuint name) { gl.DeleteBuffers(1,
 inline void deleteTexture(const Functions& gl, GLuint name) { gl.DeleteTextures(1, &name); }
 inline void deleteProgram(const Functions& gl, GLuint name) { gl.DeleteProgram(name); }
 inline void deleteShader(const Functions& gl, GLuint name) { gl.DeleteShader(name); }
+inline void deleteSampler(const Functions& gl, GLuint name) { gl.DeleteSamplers(1, &name); }
 inline void deleteQuery(const Functions& gl, GLuint name) { gl.DeleteQueries(1, &name); }
 }  // namespace detail
 
 using Texture = Handle<detail::deleteTexture>;
+using Sampler = Handle<detail::deleteSampler>;
 using Program = Handle<detail::deleteProgram>;
 using Shader = Handle<detail::deleteShader>;
 using Query = Handle<detail::deleteQuery>;

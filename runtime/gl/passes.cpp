@@ -193,7 +193,8 @@ void SurfelPass::run(const Functions& gl, GpuBake& gpu, const Bake& bake, const 
   const GLuint program = program_.get();
   gl.UseProgram(program);
   gl.ProgramUniform1i(program, litOnGpu_, setup.surfelIrradianceOnGpu ? 1 : 0);
-  gl.ProgramUniform1i(program, emits_, gpu.emits ? 1 : 0);
+  const bool drives = !setup.materialEmissions.empty();
+  gl.ProgramUniform1i(program, emits_, gpu.emits && (drives || setup.surfelEmission.empty()) ? 1 : 0);
   gl.ProgramUniform3fv(program, boxOrigin_, 1, &gpu.box.origin.x);
   gl.ProgramUniform3fv(program, boxStep_, 1, &gpu.box.step.x);
   gl.ProgramUniform1ui(program, flatEnd_, gpu.flatEnd);
@@ -202,7 +203,8 @@ void SurfelPass::run(const Functions& gl, GpuBake& gpu, const Bake& bake, const 
   gl.ProgramUniform1ui(program, senderEnd_, gpu.senderEnd);
   gl.ProgramUniform1ui(program, lightCount_, static_cast<GLuint>(packed_.size()));
   gl.ProgramUniform3ui(program, hostOffset_, irradiance, emission, sky);
-  gl.ProgramUniform3f(program, emissionScale_, setup.emissionScale.x, setup.emissionScale.y, setup.emissionScale.z);
+  const glm::vec3 scale = drives ? glm::vec3(1.0f) : setup.emissionScale;
+  gl.ProgramUniform3f(program, emissionScale_, scale.x, scale.y, scale.z);
   gl.ProgramUniform3f(program, skyRadiance_, setup.skyRadiance.x, setup.skyRadiance.y, setup.skyRadiance.z);
   gl.ProgramUniform1f(program, bounceScale_, bounce ? setup.bounceScale : 0.0f);
   bindStorage(gl, RELUME_SLOT_SURFELS, gpu.surfels);

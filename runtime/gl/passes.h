@@ -56,7 +56,7 @@ class SurfelPass {
                                    std::pmr::memory_resource* memory);
   // Memory of run(): the scratch arrays, and the surfels' order where the host hands over light of each.
   void reserve(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup);
-  // (2), second half. bounce: whether last frame's light may be read.
+  // (2), second half. bounce: whether last frame's light may be read. What drives materials is in GpuBake::emission.
   void run(const Functions& gl, GpuBake& gpu, const Bake& bake, const LightSetup& setup, bool bounce);
   GLuint program() const { return program_.get(); }
   // [vec4 each] irradiance of the surfels for the host's shader to write; made, all zero, when it is first asked for.

@@ -30,6 +30,28 @@ Buffer makeArray(const Functions& gl, std::span<const T> data) {
   return makeBuffer(gl, data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
+// emission: packed, by place.
+void makeEmitters(const Functions& gl, const Emitters& emitters, std::span<const Placed> placed,
+                  std::span<const std::uint32_t> emission, GpuBake& gpu, std::pmr::memory_resource* memory) {
+  if (emitters.count() == 0) {
+    gpu.emitters = makeBuffer(gl, nullptr, 0, GL_STATIC_DRAW);
+    return;
+  }
+  std::uint32_t surfels = 0;
+  for (const std::uint32_t s : emitters.surfel) surfels = std::max(surfels, s + 1);
+  std::pmr::vector<std::uint32_t> slotOf(surfels, 0, memory);
+  for (std::uint32_t i = 0; i < placed.size(); ++i) {
+    if (placed[i].node != kRelumeNone && placed[i].surfel < surfels) slotOf[placed[i].surfel] = i;
+  }
+  std::pmr::vector<RelumeEmitter> entries(emitters.count(), memory);
+  for (std::uint32_t e = 0; e < emitters.count(); ++e) {
+    const std::uint32_t slot = slotOf[emitters.surfel[e]], *tap = emitters.tap.data() + std::size_t{kFootprintTaps} * e;
+    static_assert(kFootprintTaps == 4);
+    entries[e] = {slot, emission[slot], emitters.tapWidth[e], 0, {tap[0], tap[1], tap[2], tap[3]}};
+  }
+  gpu.emitters = makeArray<RelumeEmitter>(gl, entries);
+}
+
 // Decide the surfels' order, and upload them in it. Albedo has the CPU backend's dithers.
 void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& gpu,
                  std::pmr::memory_resource* memory) {
@@ -54,8 +76,8 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   }
 
   gpu.box = boxOf(surfels.positionWorld);
-  gpu.emits = std::any_of(surfels.emission.begin(), surfels.emission.end(),
-                          [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
+  gpu.emits = bake.emitters.count() > 0 || std::any_of(surfels.emission.begin(), surfels.emission.end(),
+                                                       [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
   std::pmr::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{}, memory);
   std::pmr::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0, memory);
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -66,6 +88,7 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
                           ditherOf(each.dither));
     if (gpu.emits) emission[i] = packColor(surfels.emission[s], ditherOf(s));
   }
+  makeEmitters(gl, bake.emitters, blocks.placed(), emission, gpu, memory);
   // Of gridded ones, where each one's shares begin, then the shares.
   std::pmr::vector<std::uint32_t> begin(memory), shares(memory);
   const std::uint32_t sharesBegin = gpu.surfelEnd - gpu.tiltedEnd + 1;
@@ -425,7 +448,7 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBan
 
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
-  return {{"surfels", bytes(surfels) + bytes(emission) + surfelOrder.size() * sizeof(surfelOrder[0])},
+  return {{"surfels", bytes(surfels) + bytes(emission) + bytes(emitters) + surfelOrder.size() * sizeof(surfelOrder[0])},
           {"hierarchy", bytes(pullNode) + bytes(pullRuns) + bytes(pullRounds) + bytes(leafNode)},
           {"radiosity", bytes(nodes)},
           {"links", bytes(rows) + bytes(links) + bytes(linkShape)},

@@ -41,6 +41,7 @@ struct GpuBake {
   // Surfels flat first, then tilted, then gridded (runtime/shared/receivers.h), each by ascending leaf, with empty
   // places between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
   Buffer surfels, emission, leafNode;
+  Buffer emitters;                        // RELUME_SLOT_EMITTERS
   Buffer gridded;                         // RELUME_SLOT_GRIDDED
   Buffer nodes;                           // runtime/shared/pack_color.h, written every frame
   Buffer pullNode, pullRuns, pullRounds;  // PullSchedule
@@ -58,7 +59,7 @@ struct GpuBake {
   // Where flat, tilted and all surfels end, and the sky's patches: multiples of RELUME_SURFEL_GROUP.
   GLuint flatEnd = 0, tiltedEnd = 0, surfelEnd = 0, senderEnd = 0;
   SurfelBox box;       // of the surfels' positions
-  bool emits = false;  // whether any surfel has emission
+  bool emits = false;  // whether any surfel has emission, or can have
   PullGroup pullGroup;
   GLuint pullGroupCount = 0, pullRoundCount = 0;
   GLuint firstMapCache = 0;            // caches from here on are the light map's

@@ -17,6 +17,7 @@
   5  // surfels, caches of the light map (out): packed irradiance of each texel's cache for its
      // own normal
 #define RELUME_SLOT_EMISSION 6      // surfels: packed emission of each, if any emits
+#define RELUME_SLOT_EMITTERS 0      // emitters (out: RELUME_SLOT_EMISSION): RelumeEmitter[]
 #define RELUME_SLOT_SURFEL_LIGHT 7  // surfels: irradiance of each by the host's own shader
 #define RELUME_SLOT_PULL 0          // pull: a word an inner node (runtime/gl/pull_schedule.h)
 #define RELUME_SLOT_RUNS 1          // pull: runs of them, two words each
@@ -67,6 +68,7 @@
 #define RELUME_MAX_COORDINATE 1e9f  // [m]
 #define RELUME_MAX_NORMAL2 4.0f
 #define RELUME_MAX_EXPONENT 1e4f
+#define RELUME_MAX_RADIANCE 1e9f  // [W/m²/sr]
 
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64
@@ -81,6 +83,7 @@
 namespace relume::gl {
 using uint = std::uint32_t;
 using glm::uvec3;
+using glm::uvec4;
 using glm::vec3;
 using glm::vec4;
 #endif
@@ -106,6 +109,18 @@ struct RelumeLight {
   vec4 intensity;  // point, spot [W/sr]; directional [W/m²]; w: plus this rises from 0 to 1 (point: 0 and 1)
 };
 
+// By what a run of emitter entries is driven.
+const uint kRelumeBaked = 0u, kRelumeColor = 1u, kRelumeImage = 2u;
+
+// std430
+struct RelumeEmitter {
+  uint slot;       // in the emission's buffer
+  uint baked;      // [W/m²/sr] packed (runtime/shared/pack_color.h)
+  float tapWidth;  // Emitters::tapWidth
+  uint unused;
+  uvec4 tap;  // Emitters::tap
+};
+
 // std140
 struct RelumeResolve {
   vec3 gridOriginWorld;     // [m]
@@ -121,6 +136,7 @@ struct RelumeResolve {
 };
 
 #ifdef __cplusplus
+static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
 static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 &&

@@ -50,6 +50,22 @@ void write(const fs::path& path, const Bytes& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
+TEST_F(BakeFile, onlyFilesWithEmittersAreOfVersion4) {
+  const Bytes without = smallFile(), with = *serializeBake(makeSmallDrivableBake());
+  EXPECT_EQ(getAt<std::uint32_t>(without, 8), 3u);
+  EXPECT_EQ(getAt<std::uint32_t>(with, 8), 4u);
+  const Result<Bake> bake = parse(with);
+  ASSERT_TRUE(bake) << bake.error().message;
+  ASSERT_EQ(bake->emitters.materials.size(), 2u);
+  EXPECT_EQ(bake->emitters.materials[0].name, "glow");
+  EXPECT_TRUE(bake->emitters.materials[0].clampU && bake->emitters.materials[0].textured);
+  EXPECT_FALSE(bake->emitters.materials[0].clampV || bake->emitters.materials[0].marked);
+  EXPECT_TRUE(bake->emitters.materials[1].marked);
+  EXPECT_EQ(bake->emitters.surfel.toVector(), (std::vector<std::uint32_t>{5, 4}));
+  EXPECT_EQ(bake->emitters.tapWidth.toVector(), (std::vector<float>{0.125f, 0.5f}));
+  EXPECT_EQ(*serializeBake(*bake), with);
+}
+
 TEST_F(BakeFile, roundTripKeepsEveryByteOfAllLinkKinds) {
   for (const LinkKind kind : kLinkKinds) {
     const Bytes file = smallFile(kind);

@@ -55,7 +55,7 @@ void mutate(Bytes& file, std::mt19937& random) {
 class Mutation : public testing::TestWithParam<LinkKind> {};
 
 TEST_P(Mutation, isRefusedOrUsable) {
-  const Bytes good = *serializeBake(makeSmallBake(GetParam()));
+  const Bytes good = *serializeBake(makeSmallDrivableBake(GetParam()));
   std::mt19937 random(12345);
   int refused = 0, usable = 0;
   for (int i = 0; i < 6000; ++i) {

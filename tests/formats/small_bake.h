@@ -145,6 +145,18 @@ inline Bake makeSmallBake(LinkKind kind = LinkKind::cone) {
   return bake;
 }
 
+// The same with its lamp drivable, as files of version 4 have it.
+inline Bake makeSmallDrivableBake(LinkKind kind = LinkKind::cone) {
+  Bake bake = makeSmallBake(kind);
+  bake.emitters.materials =
+      std::vector<DrivableMaterial>{{"glow", 0, 1, false, true, true, false}, {"screen", 1, 1, true}};
+  bake.emitters.surfel = std::vector<std::uint32_t>{5, 4};
+  const std::uint32_t a = packUnorm16x2({0.25f, 0.5f}), b = packUnorm16x2({1, 0});
+  bake.emitters.tap = std::vector<std::uint32_t>{a, a, b, b, b, a, b, a};
+  bake.emitters.tapWidth = std::vector<float>{0.125f, 0.5f};
+  return bake;
+}
+
 // Change one instance in place.
 template <class Edit>
 void editInstance(Bake& bake, std::size_t index, const Edit& edit) {

@@ -42,6 +42,12 @@ void editCone(Bake& b, std::size_t i, const std::function<void(ConeLink&)>& chan
   b.links.cone = links;
 }
 
+void editMaterial(Bake& b, const std::function<void(DrivableMaterial&)>& change) {
+  std::vector<DrivableMaterial> materials = b.emitters.materials.toVector();
+  change(materials.back());
+  b.emitters.materials = materials;
+}
+
 const std::vector<Corruption>& corruptions() {
   using V = glm::vec3;
   constexpr LinkKind cone = LinkKind::cone, sh = LinkKind::sh, oct6 = LinkKind::oct6, irradiance = LinkKind::irradiance;
@@ -127,6 +133,17 @@ const std::vector<Corruption>& corruptions() {
       {Check::receiverWithoutLightmap, "dropped map", cone, [](Bake& b) { b.caches.lightmap = Lightmap{}; }},
       {Check::shapeRange, "beyond", cone, [](Bake& b) { editInstance(b, 1, [](BakedInstance& i) { i.shapeCount = 2; }); }},
       {Check::shapeRange, "overflow", cone, [](Bake& b) { editInstance(b, 0, [](BakedInstance& i) { i.firstShape = 0xFFFFFFFFu; }); }},
+      {Check::emitterArraySize, "taps", cone, [](Bake& b) { shorten(b.emitters.tap); }},
+      {Check::emitterArraySize, "widths", cone, [](Bake& b) { shorten(b.emitters.tapWidth); }},
+      {Check::emitterEntries, "hole", cone, [](Bake& b) { editMaterial(b, [](DrivableMaterial& m) { ++m.firstEntry; }); }},
+      {Check::emitterEntries, "overflow", cone,
+       [](Bake& b) { editMaterial(b, [](DrivableMaterial& m) { m.entryCount = 0xFFFFFFFFu; }); }},
+      {Check::emitterEntries, "entries of no material", cone, [](Bake& b) { b.emitters.materials = {}; }},
+      {Check::emitterSurfel, "range", cone, [](Bake& b) { set(b.emitters.surfel, 1, 6u); }},
+      {Check::emitterSurfel, "twice", cone, [](Bake& b) { set(b.emitters.surfel, 1, 5u); }},
+      {Check::emitterTapWidth, "nan", cone, [](Bake& b) { set(b.emitters.tapWidth, 0, kNan); }},
+      {Check::emitterTapWidth, "negative", cone, [](Bake& b) { set(b.emitters.tapWidth, 0, -1.0f); }},
+      {Check::emitterTapWidth, "huge", cone, [](Bake& b) { set(b.emitters.tapWidth, 1, 1e6f); }},
       {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
       {Check::coordinate, "surfel nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
@@ -214,13 +231,16 @@ std::string textOf(const std::vector<Finding>& findings) {
 }
 
 TEST(Validate, smallBakeHasNoFindings) {
-  for (const LinkKind kind : kLinkKinds) EXPECT_EQ(textOf(validateBake(makeSmallBake(kind))), "");
+  for (const LinkKind kind : kLinkKinds) {
+    EXPECT_EQ(textOf(validateBake(makeSmallBake(kind))), "");
+    EXPECT_EQ(textOf(validateBake(makeSmallDrivableBake(kind))), "");
+  }
 }
 
 TEST(Validate, eachCorruptionGivesItsFinding) {
   for (const Corruption& c : corruptions()) {
     SCOPED_TRACE(std::to_string(static_cast<int>(c.check)) + " " + c.name);
-    Bake bake = makeSmallBake(c.kind);
+    Bake bake = makeSmallDrivableBake(c.kind);
     c.corrupt(bake);
     const std::vector<Finding> findings = validateBake(bake);
     EXPECT_TRUE(has(findings, c.check)) << textOf(findings);
@@ -235,7 +255,7 @@ TEST(Validate, eachCorruptionGivesItsFinding) {
 TEST(Validate, structureCheckRefusesExactlyTheHundreds) {
   for (const Corruption& c : corruptions()) {
     SCOPED_TRACE(std::to_string(static_cast<int>(c.check)) + " " + c.name);
-    Bake bake = makeSmallBake(c.kind);
+    Bake bake = makeSmallDrivableBake(c.kind);
     c.corrupt(bake);
     const Status status = checkStructure(bake);
     const bool structural = static_cast<int>(c.check) < 200;
@@ -254,6 +274,15 @@ TEST(Validate, everyMessageHasACorruptionAndIsListedOnce) {
     EXPECT_TRUE(corrupted.count(m.check)) << static_cast<int>(m.check) << " has no test";
   }
   EXPECT_EQ(listed.size(), corrupted.size());
+}
+
+// The surfels of a marked material are emitters, also where they are dark; those of another are not.
+TEST(Validate, darkSurfelsOfMarkedMaterialsAreEmitters) {
+  Bake bake = makeSmallDrivableBake();
+  set(bake.surfels.emission, 4, glm::vec3(0.0f));
+  EXPECT_EQ(textOf(validateBake(bake)), "");
+  set(bake.surfels.emission, 5, glm::vec3(0.0f));
+  EXPECT_TRUE(has(validateBake(bake), Check::groupMixed));
 }
 
 TEST(Validate, findingNamesPlaceExpectedAndFoundAndCounts) {

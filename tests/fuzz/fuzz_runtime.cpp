@@ -21,8 +21,11 @@ bool isLight(const glm::vec3& e) {
   return std::isfinite(e.x) && std::isfinite(e.y) && std::isfinite(e.z) && e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f;
 }
 
-// Two setups: lights of every kind, near and far and at their bounds; then emitters that the host drives, under a sky.
-bool relightTwice(Relighter& relighter, const Bake& bake) {
+const std::vector<glm::vec3> kImage(15, glm::vec3(0.5f, 1e9f, 0.0f));
+
+// Three setups: lights of every kind, near and far and at their bounds; emitters that the host drives, under a sky; and
+// driven materials.
+bool relightThrice(Relighter& relighter, const Bake& bake, const std::vector<DrivenImage>& images) {
   const std::array<Light, 5> lights = {
       Light{.kind = LightKind::point, .intensity = {60, 40, 1}, .positionWorld = {1, 1, 1}},
       Light{.kind = LightKind::point,
@@ -48,6 +51,18 @@ bool relightTwice(Relighter& relighter, const Bake& bake) {
   setup.surfelEmission = emission;
   setup.skyPatches = sky;
   setup.bounceScale = 0.5f;
+  if (!relighter.relight(setup)) return false;
+
+  // Every other material by a colour, or by the image that was declared for the first.
+  std::vector<MaterialEmission> emissions;
+  for (std::uint32_t m = 0; m < bake.emitters.materials.size(); m += 2) {
+    MaterialEmission& driven = emissions.emplace_back();
+    driven.material = m;
+    driven.radiance = {1e9f, 0, 2};
+    if (m == 0 && !images.empty()) driven.image = kImage;
+  }
+  setup.surfelEmission = {};
+  setup.materialEmissions = emissions;
   return static_cast<bool>(relighter.relight(setup));
 }
 
@@ -97,13 +112,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::array<RelightOptions, 3> choices = {
       RelightOptions{}, RelightOptions{.lumaBands = 1, .chromaBands = 1, .simd = Simd::baseline},
       RelightOptions{.lumaBands = 2, .chromaBands = 2, .simd = Simd::avx2}};
-  for (const RelightOptions& options : choices) {
+  std::vector<DrivenImage> images;
+  if (!bake->emitters.materials.empty() && bake->emitters.materials[0].textured)
+    images.push_back({bake->emitters.materials[0].name, 5, 3});
+  for (RelightOptions options : choices) {
+    options.drivenImages = images;
     Result<Relighter> relighter = Relighter::create(*bake, options);
     if (!relighter) {
       if (valid && relighter.error().code == ErrorCode::invalidFile) std::abort();  // validate promised that it loads
       continue;
     }
-    if (!relightTwice(*relighter, *bake)) std::abort();
+    if (!relightThrice(*relighter, *bake, images)) std::abort();
     if (!readAll(*relighter, *bake) && valid) std::abort();
   }
   return 0;

@@ -52,11 +52,22 @@ TEST_P(Golden, writerStillWritesTheSameBytes) {
   EXPECT_TRUE(*written == readBytes(kFolder + GetParam().file));
 }
 
+TEST(GoldenEmitters, version4LoadsWithThem) {
+  const Result<Bake> bake = mapBake(kFolder + "v4_cone.relume");
+  ASSERT_TRUE(bake) << bake.error().message;
+  EXPECT_TRUE(validateBake(*bake).empty());
+  EXPECT_EQ(findMaterial(bake->emitters, "screen"), 1u);
+  EXPECT_EQ(bake->emitters.surfel[0], 5u);
+  const Result<std::vector<std::byte>> written = serializeBake(makeSmallDrivableBake());
+  ASSERT_TRUE(written);
+  EXPECT_TRUE(*written == readBytes(kFolder + "v4_cone.relume"));
+}
+
 TEST(GoldenOld, earlierVersionsAreRefusedByName) {
   const Result<Bake> bake = mapBake(kFolder + "v1_oct6.relume");
   ASSERT_FALSE(bake);
   EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-  EXPECT_NE(bake.error().message.find("format version 1, this program reads version 3"), std::string::npos)
+  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 and 4"), std::string::npos)
       << bake.error().message;
 }
 

@@ -19,5 +19,11 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
+  const relume::Status status =
+      relume::writeBake(relume::makeSmallDrivableBake(), std::string(argv[1]) + "/v4_cone.relume");
+  if (!status) {
+    std::fprintf(stderr, "%s\n", status.error().message.c_str());
+    return 2;
+  }
   return 0;
 }

@@ -242,5 +242,30 @@ TEST(ImportMaterials, imagesComeFromFilesDataUrisAndBufferViews) {
   }
 }
 
+TEST(ImportMaterials, drivableIsReadFromExtras) {
+  const auto material = [](const json& drivable) {
+    GltfBuilder b;
+    b.quad({{"material", b.material({{"extras", {{"relume", {{"drivable", drivable}}}}}})}});
+    return b.import();
+  };
+  for (const json& yes : {json(true), json(1)}) EXPECT_TRUE(material(yes)->materials[0].drivable);
+  for (const json& no : {json(false), json(0)}) EXPECT_FALSE(material(no)->materials[0].drivable);
+  for (const json& wrong : {json("yes"), json(2), json::array(), json(nullptr)}) {
+    const Result<Scene> scene = material(wrong);
+    ASSERT_FALSE(scene) << wrong.dump();
+    EXPECT_EQ(scene.error().code, ErrorCode::invalidFile);
+    EXPECT_NE(scene.error().message.find("extras.relume.drivable: expected true or false"), std::string::npos)
+        << scene.error().message;
+  }
+  // A dark one keeps the place of its emissive texture, and is dark.
+  GltfBuilder b;
+  const int texture = b.texture(redGreen());
+  b.quad({{"material",
+           b.material({{"emissiveTexture", {{"index", texture}}}, {"extras", {{"relume", {{"drivable", true}}}}}})}});
+  const Scene scene = importOrFail(b);
+  EXPECT_NE(scene.materials[0].emissionTexture.image, kNone);
+  EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0.0f));
+}
+
 }  // namespace
 }  // namespace relume

@@ -335,7 +335,8 @@ TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
 TEST(SurfelSet, liesOnTheLitSideOfWhatItStandsForAndNear) {
   const Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260});
   const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
-  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order, true, std::pmr::new_delete_resource());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, bake.emitters, order, true,
+                               std::pmr::new_delete_resource());
   cpu::LightSurfelsJob job;
   surfels.describe(job);
   for (std::uint32_t i = 0; i < order.size(); ++i) {
@@ -354,7 +355,8 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   LightSetup setup;
   setup.lights = lights;
   const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
-  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, order, true, std::pmr::new_delete_resource());
+  const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, bake.emitters, order, true,
+                               std::pmr::new_delete_resource());
   for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
     std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), 0);
     std::pmr::vector<cpu::PreparedLight> prepared(std::pmr::new_delete_resource());

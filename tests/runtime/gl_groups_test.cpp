@@ -18,7 +18,7 @@ Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThrea
   EXPECT_TRUE(functions) << (functions ? "" : functions.error().message);
   if (!functions) return nullptr;
   auto made = gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {},
-                                    std::pmr::new_delete_resource(), threads);
+                                    ImageSizes(), std::pmr::new_delete_resource(), threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }

@@ -13,6 +13,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/terminal.h"
 #include "tools/images/image_io.h"
+#include "tools/render/drive_scene.h"
 #include "tools/render/exposure.h"
 #include "tools/render/reference_layers.h"
 #include "tools/render/view_options.h"
@@ -37,6 +38,7 @@ struct ReferenceArguments {
   ViewOptions view;
   SceneOptions sceneOptions;
   ReferenceOptions options;
+  std::vector<std::string> emissions;
   DynamicParts dynamic = DynamicParts::solid;
   bool half = false, force = false;
   TerminalOptions terminal;
@@ -110,6 +112,7 @@ int runReference(const ReferenceArguments& arguments) {
   files.read("the scene", arguments.scene);
   files.read("the file of --lights-file", arguments.view.lightsFile);
   files.read("the file of --sky-map", arguments.view.skyMap);
+  for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
   files.write("-o", arguments.output, imageKind(arguments.output));
   files.force = arguments.force;
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
@@ -119,6 +122,14 @@ int runReference(const ReferenceArguments& arguments) {
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+
+  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
+  };
+  const auto driven = readEmissions(arguments.emissions, fits);
+  if (!driven) return fail(driven.error());
+  if (Status ok = driveScene(*scene, *driven, view->emissive || driven->empty()); !ok) return fail(ok.error());
+  view->emissive = view->emissive || !driven->empty();
 
   // 2. Trace
   auto image = trace(*scene, *view, *exponent, arguments, context);
@@ -138,6 +149,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
       app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->type_name("FILE")->required();
   addViewOptions(*command, a->view);
+  addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   static const std::map<std::string, DynamicParts> kDynamic = {
       {"solid", DynamicParts::solid}, {"receivers", DynamicParts::receivers}, {"hidden", DynamicParts::hidden}};

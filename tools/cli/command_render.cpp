@@ -42,6 +42,7 @@ struct RenderArguments {
   std::vector<std::string> aovs{"full"};
   ViewOptions view;
   SceneOptions sceneOptions;
+  std::vector<std::string> emissions;
   std::uint32_t samples = 4, shadowSize = 2048;
   bool sideBySide = false, allowStale = false, json = false, force = false;
   TerminalOptions terminal;
@@ -97,6 +98,12 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   return done();
 }
 
+MemoryCheck memoryCheck(Context& context) {
+  return [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
+  };
+}
+
 // What the view says of a request.
 void setView(const View& view, RenderRequest& request) {
   request.camera = view.camera;
@@ -119,6 +126,7 @@ CommandFiles filesOf(const RenderArguments& arguments, const std::vector<Aov>& a
   files.read("the bake", arguments.bake);
   files.read("the file of --lights-file", arguments.view.lightsFile);
   files.read("the file of --sky-map", arguments.view.skyMap);
+  for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
   const bool several = aovs.size() > 1 && !arguments.sideBySide;
   for (const Aov aov : aovs) {
     const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several);
@@ -291,6 +299,11 @@ int runRender(const RenderArguments& arguments) {
                                              "with --sky-patches 64");
   }
 
+  auto driven = readEmissions(arguments.emissions, memoryCheck(context));
+  if (!driven) return fail(driven.error());
+  if (Status ok = driveScene(*scene, *driven, request.emissive || driven->empty()); !ok) return fail(ok.error());
+  request.driven = std::move(*driven);
+
   // 3. Draw and write
   const auto begin = std::chrono::steady_clock::now();
   auto frame = drawWith(arguments.backend, *scene, request, context);
@@ -318,6 +331,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
                     "render with a bake of another state of the scene: parts are found by name, the others read the "
                     "grid; a warning says so");
   addViewOptions(*command, a->view);
+  addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();

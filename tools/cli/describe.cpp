@@ -4,6 +4,7 @@
 
 #include "bake/base/read_json.h"
 #include "bake/import/check_mesh.h"
+#include "formats/format_version.h"
 #include "tools/render/scene_bounds.h"
 
 #include <algorithm>
@@ -108,6 +109,13 @@ Json describeChunks(std::span<const ChunkInfo> chunks) {
   return list;
 }
 
+Json describeDrivable(const Emitters& emitters) {
+  Json list = Json::array();
+  for (const DrivableMaterial& m : emitters.materials)
+    list.push_back({{"material", m.name}, {"surfels", m.entryCount}, {"images", m.textured}, {"marked", m.marked}});
+  return list;
+}
+
 Json describeSurfels(const Bake& bake) {
   const Surfels& s = bake.surfels;
   const SpacingStatistics spacing = surfelSpacing(s);
@@ -116,6 +124,7 @@ Json describeSurfels(const Bake& bake) {
   const auto onGrid = std::count(s.receiver.begin(), s.receiver.end(), kGridReceiver);
   return {{"count", s.count()},
           {"emitters", emitters},
+          {"drivable", describeDrivable(bake.emitters)},
           {"areaEachM2", s.areaEach},
           {"areaTotalM2", static_cast<double>(s.areaEach) * s.count()},
           {"readFromGrid", onGrid},
@@ -224,7 +233,7 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
   for (const BakedInstance& i : bake.instances)
     instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
   return {{"kind", "bake"},
-          {"formatVersion", kBakeFormatVersion},
+          {"formatVersion", formatVersionOf(bake)},
           {"bytes", bytes},
           {"hash", hex(fileHash)},
           {"provenance",

@@ -4,6 +4,7 @@
 
 #include "bake/base/read_json.h"
 #include "formats/compact_links.h"
+#include "formats/format_version.h"
 #include "tools/compare/compare_scene.h"
 
 #include <glm/common.hpp>
@@ -60,7 +61,7 @@ Json whatWasBaked(const Bake& a, const Bake& b) {
   return {{"sameScene", pa.sceneHash == pb.sceneHash},
           {"toolVersion", pairOf(pa.toolVersion, pb.toolVersion)},
           {"algorithmVersion", pairOf(pa.algorithmVersion, pb.algorithmVersion)},
-          {"formatVersion", pairOf(kBakeFormatVersion, kBakeFormatVersion)},
+          {"formatVersion", pairOf(formatVersionOf(a), formatVersionOf(b))},
           {"rayTracer", pairOf(pa.rayTracer, pb.rayTracer)},
           {"seed", pairOf(pa.seed, pb.seed)},
           {"options", compareOptions(pa.optionsJson, pb.optionsJson)},

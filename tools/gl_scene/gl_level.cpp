@@ -73,6 +73,11 @@ GlTexture uploadImage(const Image& image) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   for (std::size_t level = 0; level < image.levels.size(); ++level) {
     const Image::Level& l = image.levels[level];
+    if (!l.linear.empty()) {
+      glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), GL_RGB32F, static_cast<GLsizei>(l.width),
+                   static_cast<GLsizei>(l.height), 0, GL_RGB, GL_FLOAT, l.linear.data());
+      continue;
+    }
     glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), GL_SRGB8_ALPHA8, static_cast<GLsizei>(l.width),
                  static_cast<GLsizei>(l.height), 0, GL_RGBA, GL_UNSIGNED_BYTE, l.rgba.data());
   }
@@ -82,7 +87,7 @@ GlTexture uploadImage(const Image& image) {
 
 GlTexture uploadWhite() {
   Image white;
-  white.levels.push_back({1, 1, {255, 255, 255, 255}});
+  white.levels.push_back({1, 1, {255, 255, 255, 255}, {}});
   return uploadImage(white);
 }
 

@@ -110,7 +110,7 @@ class CpuRenderer {
     }
     if (relit_.straight)
       frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
-    if (request_.emissive && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle))) {
+    if (request_.drawsEmission() && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle))) {
       frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
     }
   }

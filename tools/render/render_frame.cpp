@@ -101,13 +101,42 @@ std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights) {
   return result;
 }
 
-Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& options, const Visibility& visibility,
+namespace {
+
+// What the request drives, by the bake's materials of the same names; one that the bake does not know is refused.
+std::vector<MaterialEmission> emissionsOf(const RenderRequest& request) {
+  const Emitters& emitters = request.bake->emitters;
+  std::vector<MaterialEmission> list;
+  for (const DrivenMaterial& d : request.driven) {
+    MaterialEmission emission;
+    emission.radiance = d.radiance;
+    emission.image = d.image;
+    const std::size_t before = list.size();
+    for (std::uint32_t m = 0; m < emitters.materials.size(); ++m) {
+      emission.material = m;
+      if (emitters.materials[m].name == d.name) list.push_back(emission);
+    }
+    emission.material = static_cast<std::uint32_t>(emitters.materials.size());
+    if (list.size() == before) list.push_back(emission);
+  }
+  return list;
+}
+
+}  // namespace
+
+Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& common, const Visibility& visibility,
                              const std::function<void(const Relighter&)>& prepare) {
   Relit relit;
   if (!request.bake) return relit;
+  RelightOptions options = common;
+  for (const DrivenMaterial& d : request.driven) {
+    if (!d.image.empty()) options.drivenImages.push_back({d.name, d.width, d.height});
+  }
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   LightSetup setup;
   setup.lights = lights;
+  const std::vector<MaterialEmission> emissions = emissionsOf(request);
+  setup.materialEmissions = emissions;
   setup.visibility = visibility;
   setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
   setup.skyRadiance = request.sky.radiance;

@@ -10,6 +10,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
+#include "tools/render/drive_scene.h"
 
 #include <cstdint>
 #include <optional>
@@ -42,8 +43,9 @@ bool needsBake(Aov aov);
 struct RenderRequest {
   const Bake* bake = nullptr;  // null: no light over links
   Camera camera;
-  std::vector<SceneLight> lights;  // the punctual lights that are on
-  bool emissive = false;           // emitting surfaces are on
+  std::vector<SceneLight> lights;      // the punctual lights that are on
+  bool emissive = false;               // emitting surfaces are on
+  std::vector<DrivenMaterial> driven;  // that emit something else, and are on; driveScene() of the scene as well
   Sky sky;
   int bounces = 0;                          // [0..] frames from reset: light reflected so many times; 0 = converged
   std::uint32_t width = 320, height = 180;  // [1..16384]
@@ -53,6 +55,9 @@ struct RenderRequest {
   bool straight = false;                    // bounced or unbounced is wanted
   std::optional<float> exponent;            // [0..kMaxExponent] of all surfaces' lobes: glossy is wanted
   bool centres = false;                     // normal, position or depth is wanted
+
+  // Whether surfaces that emit are drawn as such.
+  bool drawsEmission() const { return emissive || !driven.empty(); }
 };
 
 // Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.

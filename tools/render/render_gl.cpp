@@ -188,7 +188,7 @@ class GlRenderer {
                 float exponent = -1.0f) const {
     targets_.begin(tile.width * samples, tile.height * samples);
     glUseProgram(program_);
-    glUniform1f(9, request_.emissive ? 1.0f : 0.0f);
+    glUniform1f(9, request_.drawsEmission() ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
     glUniform1f(11, exponent);
     const CameraRays rays(request_.camera, request_.width, request_.height);

@@ -42,6 +42,11 @@ if is_wanted caches; then
     --overlay caches --headless 1 -o "$scratch/frames"
   cp "$scratch/frames/frame_0000.png" "$here/caches.png"
 fi
+# Rendering: emitters that a frame drives
+if is_wanted area_lights; then
+  samples/area_lights/film.sh "$scratch/film" high 192x120 >"$scratch/film.log"
+  cp "$scratch/film/strip.png" "$here/area_lights.png"
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side

@@ -33,7 +33,9 @@ enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 struct Image {
   struct Level {
     std::uint32_t width = 0, height = 0;
-    std::vector<std::uint8_t> rgba;  // [Size 4 width height]
+    std::vector<std::uint8_t> rgba;   // [Size 4 width height]
+    std::vector<glm::vec3> linear{};  // [Size 0, or width height] in place of rgba, of emission alone: linear light,
+                                      // which no file of a level has (tools/render/drive_scene.h)
   };
   std::string name;
   std::vector<Level> levels;  // [Size >= 1] level 0 is the image
@@ -59,6 +61,7 @@ struct Material {
   TextureRef emissionTexture;               // sRGB
   AlphaMode alphaMode = AlphaMode::opaque;  // BLEND is read as a mask with cutoff 0.5
   float alphaCutoff = 0.5f;
+  bool drivable = false;     // extras.relume.drivable: counts as an emitter, also while it is dark
   bool doubleSided = false;  // emits from both sides, but for solids; both sides of any face reflect
 };
 

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// Which version of the format a bake is written as: the least one that has all that the bake has.
+#pragma once
+
+#include "formats/chunks.h"
+#include "relume/bake_data.h"
+
+#include <cstdint>
+
+namespace relume {
+
+inline std::uint32_t formatVersionOf(const Bake& bake) {
+  return bake.emitters.materials.empty() ? kOldestBakeFormatVersion : kBakeFormatVersion;
+}
+
+}  // namespace relume
