@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Collects findings: one a check, with the first place and a count. Private to formats/.
+// Collects findings: one per check, with the first position in the file's arrays and a count. Private to formats/.
 #pragma once
 
 #include "formats/decimal.h"
@@ -40,7 +40,7 @@ class Findings {
     if constexpr (std::is_floating_point_v<T>) return decimal(v);
     return std::to_string(v);
   }
-  // A place is made of an array's name and an index, late.
+  // The position is made of an array's name and an index, only when it is needed.
   template <class T>
   requires requires(const T& t) { t.array; }
   static std::string text(const T& at) { return std::string(at.array) + "[" + std::to_string(at.index) + "]"; }

@@ -13,7 +13,7 @@
 
 namespace relume {
 
-// One finding a check: the first place, and how many more there are.
+// One finding per check: the first position at which it holds, and how many more there are.
 struct Finding {
   Check check;
   FindingSeverity severity;

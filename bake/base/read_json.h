@@ -17,7 +17,8 @@ inline constexpr std::size_t kMaxJsonDepth = 128;
 
 enum class JsonComments { refuse, skip };
 
-// invalidFile: not JSON, with the place; or nested deeper than kMaxJsonDepth. The message does not name the file.
+// invalidFile: not JSON, with the position in the text; or nested deeper than kMaxJsonDepth. The message does not name
+// the file.
 Result<nlohmann::json> readJson(std::string_view text, JsonComments comments = JsonComments::refuse);
 
 }  // namespace relume

@@ -33,14 +33,14 @@ struct ExportedLevel {
   std::uint64_t bytesPruned = 0;  // of the source's buffers, which nothing refers to any more
 };
 
-// `scene` must come from loadScene(level), and `bake` be one of that scene as it is (checkSameScene()); bakeFileHash is
+// `scene` must come from loadScene(path), and `bake` be one of that scene as it is (checkSameScene()); bakeFileHash is
 // identifyBakeFile()'s. Without a light map in the bake, or with nothing on it, the level comes out as it is, with a
 // warning. Errors of importGltf(); usage: the level came out of here before; failed: the level changed since the scene
 // was loaded, or cancelled. Any thread.
-Result<ExportedLevel> exportLevel(const std::filesystem::path& level, const Scene& scene, const Bake& bake,
+Result<ExportedLevel> exportLevel(const std::filesystem::path& path, const Scene& scene, const Bake& bake,
                                   std::uint64_t bakeFileHash, Context& context);
 
 // What exportLevel() would refuse of the file alone, for commands that bake first.
-Status checkExportable(const std::filesystem::path& level);
+Status checkExportable(const std::filesystem::path& path);
 
 }  // namespace relume

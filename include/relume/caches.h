@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Caches: the places where light is gathered (PIC 4.4), the grid and the light map that index them, and where each
+// Caches: the points where light is gathered (PIC 4.4), the grid and the light map that index them, and where each
 // triangle of the scene finds its light.
 #pragma once
 

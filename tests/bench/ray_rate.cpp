@@ -34,11 +34,11 @@ struct Origin {
 // Rays as the links' stage casts them.
 void castFrom(const Origin& origin, const DirectionStrata& strata, std::vector<glm::vec3>& directions) {
   DirectionStrata::Sequence sequence(strata, origin.normal, RandomStream(0, 1, origin.cache));
-  DirectionStrata::Sample tile[DirectionStrata::kTile];
+  DirectionStrata::Sample block[DirectionStrata::kBlock];
   directions.clear();
   while (directions.size() < strata.count()) {
-    sequence.next(tile);
-    for (const DirectionStrata::Sample& sample : tile) directions.push_back(sample.direction);
+    sequence.next(block);
+    for (const DirectionStrata::Sample& sample : block) directions.push_back(sample.direction);
   }
 }
 

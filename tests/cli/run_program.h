@@ -3,6 +3,7 @@
 #pragma once
 
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,6 +24,7 @@ struct ProgramResult {
   int status = -1;  // exit status; 128 + signal when one killed it
   std::string out, err;
   double seconds = 0.0;
+  double cpuSeconds = 0.0;  // of all its threads: unlike `seconds`, hardly more on a busy machine
 };
 
 inline std::string readAll(const std::filesystem::path& path) {
@@ -52,11 +54,16 @@ class Program {
 
   ProgramResult wait() {
     int status = 0;
-    ::waitpid(pid_, &status, 0);
+    rusage usage{};
+    ::wait4(pid_, &status, 0, &usage);
     ProgramResult result;
     result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     result.out = readAll(out_);
     result.err = readAll(err_);
+    const auto secondsOf = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    result.cpuSeconds = secondsOf(usage.ru_utime) + secondsOf(usage.ru_stime);
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     return result;
   }

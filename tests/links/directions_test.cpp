@@ -19,8 +19,8 @@ std::vector<DirectionStrata::Sample> samplesOf(const DirectionStrata& strata, co
                                                std::uint64_t item) {
   DirectionStrata::Sequence sequence(strata, normal, RandomStream(7, 1, item));
   std::vector<DirectionStrata::Sample> samples(strata.count());
-  for (std::size_t i = 0; i < samples.size(); i += DirectionStrata::kTile) {
-    sequence.next(std::span(samples).subspan(i).first<DirectionStrata::kTile>());
+  for (std::size_t i = 0; i < samples.size(); i += DirectionStrata::kBlock) {
+    sequence.next(std::span(samples).subspan(i).first<DirectionStrata::kBlock>());
   }
   return samples;
 }

@@ -80,7 +80,7 @@ TEST_P(OpenLevel, isSeenAsFarAsASmallOneIs) {
   EXPECT_GT(found, asked * 97 / 100);
 
   // What is laid out follows what is seen.
-  EXPECT_LT(baked.surfels.map.cell.size(), 4u << 20);
+  EXPECT_LT(baked.surfels.map.tile.size(), 4u << 20);
   EXPECT_LT(baked.caches.lightmap.cache.size(), 1u << 20);
   const CacheGrid& grid = baked.caches.grid;
   EXPECT_LT(glm::length(grid.spacing * glm::vec3(grid.resolution)), 1000.0f);

@@ -44,7 +44,7 @@ class SideOfPart {
     return t < triangles() && first(t) + 2 < corners_.size() && corners_[first(t)] != kGridLit &&
            corners_[first(t) + 1] != kGridLit && corners_[first(t) + 2] != kGridLit;
   }
-  // A point's place on the map; weights of the corners in glTF order. Only where onMap().
+  // A point's light-map coordinates; weights of the corners in glTF order. Only where onMap().
   glm::vec2 at(std::uint32_t t, const glm::vec3& weight) const {
     return weight.x * corner(t, 0) + weight.y * corner(t, 1) + weight.z * corner(t, 2);
   }
@@ -94,25 +94,25 @@ std::vector<Sample> spread(const std::vector<double>& area, std::size_t count) {
   return samples;
 }
 
-// Place and normal of a point of the light map, from the caches it copies from.
-struct Place {
+// Position and normals of a point of the light map, from the caches it copies from.
+struct Spot {
   glm::vec3 positionWorld{0.0f}, normal{0.0f}, planeNormal{0.0f};
 };
 
-std::optional<Place> placeOnMap(const Caches& caches, const glm::vec2& uv) {
+std::optional<Spot> spotOnMap(const Caches& caches, const glm::vec2& uv) {
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return std::nullopt;
-  Place place;
+  Spot spot;
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    place.positionWorld += stencil.weight[k] / total * caches.positionWorld[stencil.cache[k]];
-    place.normal += stencil.weight[k] * caches.normal[stencil.cache[k]];
+    spot.positionWorld += stencil.weight[k] / total * caches.positionWorld[stencil.cache[k]];
+    spot.normal += stencil.weight[k] * caches.normal[stencil.cache[k]];
   }
-  const float length = glm::length(place.normal);
+  const float length = glm::length(spot.normal);
   if (!(length > 0.0f)) return std::nullopt;
-  place.normal /= length;
-  place.planeNormal = place.normal;
-  return place;
+  spot.normal /= length;
+  spot.planeNormal = spot.normal;
+  return spot;
 }
 
 class Placer {
@@ -243,23 +243,23 @@ class Placer {
     r.b.onMap = sideB.onMap(sample.triangle);
     if (r.a.onMap) r.a.uv = sideA.at(sample.triangle, sample.weight);
     if (r.b.onMap) r.b.uv = sideB.at(sample.triangle, sample.weight);
-    std::optional<Place> placeA, placeB;
+    std::optional<Spot> spotA, spotB;
     if (scene_ != nullptr) {
-      placeA = placeB = placeInScene(pair.instance, back, sample);
+      spotA = spotB = spotInScene(pair.instance, back, sample);
     } else {
-      if (r.a.onMap) placeA = placeOnMap(a_.caches, r.a.uv);
-      if (r.b.onMap) placeB = placeOnMap(b_.caches, r.b.uv);
-      if (!placeA) placeA = placeB;
-      if (!placeB || pair.still) placeB = placeA;
+      if (r.a.onMap) spotA = spotOnMap(a_.caches, r.a.uv);
+      if (r.b.onMap) spotB = spotOnMap(b_.caches, r.b.uv);
+      if (!spotA) spotA = spotB;
+      if (!spotB || pair.still) spotB = spotA;
     }
-    if (!placeA) return;
-    put(*placeA, r.a);
-    put(*placeB, r.b);
+    if (!spotA) return;
+    put(*spotA, r.a);
+    put(*spotB, r.b);
     r.group = groupOf(a_.instances[pair.a].node);
     out_.list.push_back(r);
   }
 
-  Place placeInScene(std::uint32_t instance, bool back, const Sample& sample) const {
+  Spot spotInScene(std::uint32_t instance, bool back, const Sample& sample) const {
     const bool mirrored = scene_->instances[instance].flipped;
     const glm::vec2 bc =
         mirrored ? glm::vec2(sample.weight.z, sample.weight.y) : glm::vec2(sample.weight.y, sample.weight.z);
@@ -270,10 +270,10 @@ class Placer {
             side * shadingNormal(*scene_, point), side * geometricNormal(*scene_, point)};
   }
 
-  static void put(const Place& place, Reading& reading) {
-    reading.positionWorld = place.positionWorld;
-    reading.normal = place.normal;
-    reading.planeNormal = place.planeNormal;
+  static void put(const Spot& spot, Reading& reading) {
+    reading.positionWorld = spot.positionWorld;
+    reading.normal = spot.normal;
+    reading.planeNormal = spot.planeNormal;
   }
 
   // Surfaces that read the grid have no texels to say where they are.

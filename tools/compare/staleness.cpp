@@ -40,10 +40,10 @@ void compareOptions(const BakeOptions& options, const Provenance& provenance, st
     for (const OptionInfo& info : listOptions(*before)) values[info.name] = info.value;
     for (const OptionInfo& info : listOptions(options)) {
       if (values[info.name] != info.value)
-        others.push_back("option " + info.name + " was " + values[info.name] + ", is " + info.value);
+        others.emplace_back("option " + info.name + " was " + values[info.name] + ", is " + info.value);
     }
   }
-  if (others.size() == found) others.push_back("the options of this version are others than the bake's");
+  if (others.size() == found) others.emplace_back("the options of this version are others than the bake's");
 }
 
 // At most three changes in words; a level that has little in common with the baked one is called another level.
@@ -63,7 +63,8 @@ void compareRayTracer(const BakeOptions* options, const Provenance& then, std::v
   if (!before || (options != nullptr && options->embreeIsa != before->embreeIsa)) return;
   const std::string now = rayTracerName(before->embreeIsa);
   if (now != then.rayTracer)
-    others.push_back("the ray tracer was " + then.rayTracer + ", is " + (now.empty() ? "none that starts here" : now));
+    others.emplace_back("the ray tracer was " + then.rayTracer + ", is " +
+                        (now.empty() ? "none that starts here" : now));
 }
 
 // The scene's parts, where a geometry differs from the baked one by noise alone with the baked one's hash.
@@ -96,18 +97,18 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
   if (then.sceneHash != hashScene(scene, now)) {
     stale.parts = compareParts(bake.instances, now);
     if (isAnotherLevel(stale.parts, bake.instances.size(), now.size())) {
-      stale.others.push_back(anotherLevel(bake.instances, now));
+      stale.others.emplace_back(anotherLevel(bake.instances, now));
       stale.parts.clear();
     }
-    if (then.viewHash != hashViews(scene)) stale.others.push_back("cameras or play volumes changed");
+    if (then.viewHash != hashViews(scene)) stale.others.emplace_back("cameras or play volumes changed");
     if (stale.upToDate())
-      stale.others.push_back("the order of the scene's parts changed, or which of them share a mesh");
+      stale.others.emplace_back("the order of the scene's parts changed, or which of them share a mesh");
   }
   if (then.viewHash == hashViews(scene) && then.cameraHash != hashCameras(scene))
-    stale.notes.push_back("cameras changed; light did not need a rebake");
+    stale.notes.emplace_back("cameras changed; light did not need a rebake");
   if (then.algorithmVersion != kAlgorithmVersion)
-    stale.others.push_back("algorithm version was " + std::to_string(then.algorithmVersion) + ", is " +
-                           std::to_string(kAlgorithmVersion));
+    stale.others.emplace_back("algorithm version was " + std::to_string(then.algorithmVersion) + ", is " +
+                              std::to_string(kAlgorithmVersion));
   compareRayTracer(options, then, stale.others);
   if (options != nullptr) compareOptions(*options, then, stale.others);
   return stale;
@@ -116,7 +117,7 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
 Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash) {
   Staleness stale;
   if (scene.exportedWith != bakeFileHash) {
-    stale.others.push_back("relume export made this level with another bake; export it again from its source");
+    stale.others.emplace_back("relume export made this level with another bake; export it again from its source");
     return stale;
   }
   // Export keeps the order of the parts, and all triangles with their corners' positions and normals.
@@ -124,8 +125,8 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
   const Array<LightmapPart>& placed = bake.caches.lightmap.parts;
   std::vector<std::optional<std::uint64_t>> hashNow(scene.meshes.size());
   if (now.size() != bake.instances.size()) {
-    stale.others.push_back("the exported level had " + std::to_string(bake.instances.size()) + " parts, has " +
-                           std::to_string(now.size()));
+    stale.others.emplace_back("the exported level had " + std::to_string(bake.instances.size()) + " parts, has " +
+                              std::to_string(now.size()));
   }
   for (std::size_t i = 0; i < now.size() && stale.others.empty(); ++i) {
     const BakedInstance& then = bake.instances[i];
@@ -143,10 +144,12 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
     if (recounted || (surface != scene.exportedSurfaces.end() && surface->second != *hashNow[mesh]))
       changed(PartChange::Kind::reshaped);
   }
-  if (!stale.upToDate()) stale.others.push_back("an exported level was changed; change its source, bake and export it");
-  stale.notes.push_back("relume export made this level with this bake; only its source tells whether a rebake is due");
+  if (!stale.upToDate())
+    stale.others.emplace_back("an exported level was changed; change its source, bake and export it");
+  stale.notes.emplace_back(
+      "relume export made this level with this bake; only its source tells whether a rebake is due");
   if (scene.exportedSurfaces.empty() && !bake.instances.empty())
-    stale.notes.push_back("an older relume export made this level; whether vertices moved since cannot be told");
+    stale.notes.emplace_back("an older relume export made this level; whether vertices moved since cannot be told");
   return stale;
 }
 

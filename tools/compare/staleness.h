@@ -36,8 +36,8 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
 // those that were baked, in their order; else invalidFile: names both files, what changed, and --allow-stale.
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile);
 
-// For --allow-stale: let the scene's instance i find its place on the light map in Lightmap::parts[i] again, by
-// partKeys(). Instances the bake does not know, and those with another number of triangles, have no place there then
+// For --allow-stale: let the scene's instance i find its coordinates on the light map in Lightmap::parts[i] again, by
+// partKeys(). Instances that the bake does not know, and those with another number of triangles, have none there then
 // and read the grid. Bake::instances holds the scene's instances first, then those that were baked, which surfels
 // index. Returns how many instances found theirs.
 std::uint32_t fitToScene(const Scene& scene, Bake& bake);

@@ -155,14 +155,14 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
       float side = 0.0f;
       const glm::mat4 clip = fitDirectional(level, light.direction, side);
       map.mapFromWorld = mapFromClip * clip;
-      map.place = {0.0f, static_cast<float>(flatLayer), side / static_cast<float>(size_), 0.0f};
+      map.layer = {0.0f, static_cast<float>(flatLayer), side / static_cast<float>(size_), 0.0f};
       renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
       continue;
     }
     const float far = farthest(level, light.positionWorld), near = std::max(0.01f, 1e-4f * far);
     map.light = glm::vec4(light.positionWorld, 1.0f / far);
     if (needsCube(light)) {
-      map.place = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
+      map.layer = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
       for (std::uint32_t side = 0; side < 6; ++side)
         renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(),
                     6 * cube + side, size_ / 2);
@@ -173,7 +173,7 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
           glm::perspective(2.0f * half, 1.0f, near, far) *
           glm::lookAt(light.positionWorld, light.positionWorld + light.direction, anyUp(light.direction));
       map.mapFromWorld = mapFromClip * clip;
-      map.place = {0.0f, static_cast<float>(flatLayer), 2.0f * std::tan(half) / static_cast<float>(size_), 0.0f};
+      map.layer = {0.0f, static_cast<float>(flatLayer), 2.0f * std::tan(half) / static_cast<float>(size_), 0.0f};
       renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
     }
   }
@@ -199,7 +199,7 @@ void ShadowMaps::setUniforms(GLuint program) const {
     glProgramUniformMatrix4fv(program, location("relumeShadowFromWorld" + at), 1, GL_FALSE,
                               glm::value_ptr(maps_[i].mapFromWorld));
     glProgramUniform4fv(program, location("relumeShadowLight" + at), 1, glm::value_ptr(maps_[i].light));
-    glProgramUniform4fv(program, location("relumeShadowPlace" + at), 1, glm::value_ptr(maps_[i].place));
+    glProgramUniform4fv(program, location("relumeShadowLayer" + at), 1, glm::value_ptr(maps_[i].layer));
   }
   glProgramUniform1i(program, location("relumeShadowFlat"), kFlatUnit);
   glProgramUniform1i(program, location("relumeShadowSides"), kSideUnit);
@@ -218,7 +218,7 @@ std::string ShadowMaps::glsl() {
          "u;\nconst float relumeSideTangent = " + decimalGlsl(kSideTangent) + ";\n" + R"(
 uniform mat4 relumeShadowFromWorld[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
-uniform vec4 relumeShadowPlace[relumeShadowCount];
+uniform vec4 relumeShadowLayer[relumeShadowCount];
 uniform sampler2DArray relumeShadowFlat;
 uniform sampler2DArray relumeShadowSides;
 // Bilinear mean of four comparisons, the depths in the order of textureGather: (0,1), (1,1), (1,0), (0,0).
@@ -251,21 +251,21 @@ float relumeVisibilityCube(vec3 v, float layer, float reference) {
   return relumeCompare(textureGather(relumeShadowSides, vec3(uv, layer)), uv * size, reference);
 }
 float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
-  vec4 source = relumeShadowLight[light], place = relumeShadowPlace[light];
-  if (place.x < 0.0) return 1.0;
+  vec4 source = relumeShadowLight[light], layer = relumeShadowLayer[light];
+  if (layer.x < 0.0) return 1.0;
   bool directional = source.w == 0.0;
   mat4 m = relumeShadowFromWorld[light];
   vec3 toLight = source.xyz - positionWorld;
-  float texel = directional ? place.z : place.z * length(toLight);
+  float texel = directional ? layer.z : layer.z * length(toLight);
   vec3 along = normalize(directional ? -vec3(m[0][2], m[1][2], m[2][2]) : toLight);
   float cosine = dot(along, normal);
   vec3 p = positionWorld + normal * (2.0 * texel * sqrt(max(1.0 - cosine * cosine, 0.0)) + 0.25 * texel);
   float reference = (distance(p, source.xyz) - 0.25 * texel) * source.w;
-  if (place.x > 0.5) return relumeVisibilityCube(p - source.xyz, 6.0 * place.y, reference);
+  if (layer.x > 0.5) return relumeVisibilityCube(p - source.xyz, 6.0 * layer.y, reference);
   vec4 q = m * vec4(p, 1.0);
   if (!directional && q.w <= 0.0) return 0.0;
   vec3 at = q.xyz / q.w;
-  return relumeVisibilityFlat(at, place.y, directional ? at.z : reference);
+  return relumeVisibilityFlat(at, layer.y, directional ? at.z : reference);
 }
 )";
 }

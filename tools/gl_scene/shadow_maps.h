@@ -45,7 +45,7 @@ class ShadowMaps {
   struct Map {
     glm::mat4 mapFromWorld{1.0f};              // flat: [0..1] map coordinates, after division by w
     glm::vec4 light{0.0f};                     // position [m]; 1 / farthest distance [1/m], 0 = directional
-    glm::vec4 place{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
+    glm::vec4 layer{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
   };
   Status allocate(std::uint32_t flat, std::uint32_t cubes);
   void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,

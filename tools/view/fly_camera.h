@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A camera that flies: a place, and a direction as two angles.
+// A camera that flies: a position, and a direction as two angles.
 #pragma once
 
 #include "relume/bake/scene.h"

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSecondsAFrame = 1.0 / 15.0;
 
-// Let one light orbit: the one that is named, else the first that is on and has a place.
+// Let one light orbit: the one that is named, else the first that is on and has a position.
 Status chooseMoving(ViewState& state, const std::string& name) {
   for (ViewedLight& viewed : state.lights) {
     const bool wanted = name.empty() ? viewed.on && viewed.light.kind != LightKind::directional : viewed.name == name;

@@ -26,7 +26,7 @@ struct ViewerOptions {
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
-  std::string moving;                 // that light; empty: the first that is on and has a place
+  std::string moving;                 // that light; empty: the first that is on and has a position
   std::string output;                 // folder of the headless frames
   bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends

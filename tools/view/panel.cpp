@@ -22,7 +22,7 @@ void lightControls(ViewedLight& viewed) {
   ImGui::ColorEdit3("colour", glm::value_ptr(viewed.light.intensity),
                     ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
   if (viewed.light.kind != LightKind::directional) {
-    if (ImGui::DragFloat3("place", glm::value_ptr(viewed.light.positionWorld), 0.02f, -1e6f, 1e6f, "%.2f"))
+    if (ImGui::DragFloat3("position", glm::value_ptr(viewed.light.positionWorld), 0.02f, -1e6f, 1e6f, "%.2f"))
       viewed.home = viewed.light.positionWorld;
   }
   if (viewed.light.kind != LightKind::point) {

@@ -81,9 +81,9 @@ struct Mesh {
 // extras.relume.bake: "static", "dynamic", "ignore", "gridLit"
 enum class BakeMode : std::uint8_t { fixed, dynamic, ignore, gridLit };
 
-// A mesh at a place. `fixed` and `gridLit` instances occlude and send light; of the two only `fixed` ones are on the
-// light map, the others read the grid. Dynamic ones are kept for drawing (lit by the grid); ignored ones are drawn by
-// nobody and not imported.
+// A mesh with its transform. `fixed` and `gridLit` instances occlude and send light; of the two only `fixed` ones are
+// on the light map, the others read the grid. Dynamic ones are kept for drawing (lit by the grid); ignored ones are
+// drawn by nobody and not imported.
 struct Instance {
   std::string node;               // glTF node name, or "unnamed node <k>": the k-th drawn one without
   std::uint32_t nodeIndex = 0;    // glTF node
@@ -98,7 +98,7 @@ struct Instance {
 
   // Whether it is part of the bake: stands where it is for good, occludes and sends light.
   bool baked() const { return mode == BakeMode::fixed || mode == BakeMode::gridLit; }
-  // Whether it has a place on the light map.
+  // Whether it may be on the light map.
   bool charted() const { return mode == BakeMode::fixed; }
 };
 
