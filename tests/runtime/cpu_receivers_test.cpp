@@ -191,7 +191,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
       normal[s] = glm::normalize(normal[s] + glm::vec3(0.3f, 0.2f, 0.1f));
     bake.surfels.normal = std::move(normal);
     const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
-    const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, bake.emitters, order, true, std::pmr::new_delete_resource());
+    const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, bake.emitters, order, true,
+                                std::pmr::new_delete_resource());
     const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
