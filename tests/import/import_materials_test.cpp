@@ -250,7 +250,7 @@ TEST(ImportMaterials, drivableIsReadFromExtras) {
   };
   for (const json& yes : {json(true), json(1)}) EXPECT_TRUE(material(yes)->materials[0].drivable);
   for (const json& no : {json(false), json(0)}) EXPECT_FALSE(material(no)->materials[0].drivable);
-  for (const json& wrong : {json("yes"), json(2), json::array(), json(nullptr)}) {
+  for (const json& wrong : {json("yes"), json(2), json::array({true}), json::object({{"on", true}})}) {
     const Result<Scene> scene = material(wrong);
     ASSERT_FALSE(scene) << wrong.dump();
     EXPECT_EQ(scene.error().code, ErrorCode::invalidFile);
