@@ -36,5 +36,5 @@ for i in "${!frames[@]}"; do
     --size "$size" --samples 3 --progress none -o "$picture" --aov full
   pictures+=("$picture")
 done
-python3 samples/area_lights/draw_signs.py strip 4 "$output/strip.png" "${pictures[@]}"
+python3 samples/strip.py 4 "$output/strip.png" "${pictures[@]}"
 echo "wrote $output/strip.png"

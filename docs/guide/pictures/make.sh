@@ -47,6 +47,11 @@ if is_wanted area_lights; then
   samples/area_lights/film.sh "$scratch/film" high 192x120 >"$scratch/film.log"
   cp "$scratch/film/strip.png" "$here/area_lights.png"
 fi
+# Rendering: a day
+if is_wanted sky; then
+  samples/day/film.sh "$scratch/day" high 192x120 >"$scratch/day.log"
+  cp "$scratch/day/strip.png" "$here/sky.png"
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
