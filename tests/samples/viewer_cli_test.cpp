@@ -84,6 +84,28 @@ TEST_F(ViewerCommand, lightsOfAFileAreOn) {
   EXPECT_NE(log().find("has no \"position\""), std::string::npos) << log();
 }
 
+TEST_F(ViewerCommand, aSkyMapLightsAndIsSeen) {
+  const std::string made = bake(kLevel), sky = at("sky.hdr");
+  // Red toward -X and +Z, dark elsewhere: 4 x 2 texels of shared exponents.
+  std::string texels;
+  for (int i = 0; i < 8; ++i) texels += i % 4 == 0 ? std::string("\x80\0\0\x84", 4) : std::string("\0\0\0\0", 4);
+  std::ofstream(sky, std::ios::binary) << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" << texels;
+  const int status = view(kLevel, made, "dark", "--lights none");
+  if (status == kNoGl) GTEST_SKIP() << log();
+  const auto frame = [&](const char* folder, const std::string& rotation) {
+    EXPECT_EQ(view(kLevel, made, folder, "--lights none --sky-map '" + sky + "' --sky-rotation " + rotation), 0)
+        << log();
+    return readAll(folder_ / folder / "frame_0000.png");
+  };
+  const std::string one = frame("one", "0"), other = frame("other", "90");
+  EXPECT_NE(one, readAll(folder_ / "dark" / "frame_0000.png"));
+  EXPECT_NE(one, other);
+  EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + at("nowhere.hdr") + "'"), 2);
+  EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + made + "'"), 3);
+  EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + sky + "' --sky-rotation 400"), 1);
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 // Cameras that no node has are none of the level's: the viewer looks where `relume render` does.
 TEST_F(ViewerCommand, aLevelWithoutACameraIsFramed) {
   const std::string level = changed(folder_ / "no_camera.glb", "\"camera\":", "\"cameri\":");

@@ -43,6 +43,8 @@ Status checkFrames(const Scene& scene, const ViewerOptions& options) {
     CommandFiles files;
     files.read("the bake", options.bake);
     files.read("a file of the scene", scene.files);
+    files.read("the file of --lights-file", options.lightsFile);
+    files.read("the file of --sky-map", options.skyMap);
     files.write("-o", framePath(options.output, frame), FileKind::png);
     files.force = options.force;
     if (Status ok = checkOutputs(files, context); !ok) return ok;
@@ -63,7 +65,7 @@ Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& op
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
-  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands, EglContext::getProcAddress);
+  auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), EglContext::getProcAddress);
   if (!viewer) return viewer.error();
   std::printf("bands %s\n", viewer->bands().c_str());
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);

@@ -38,6 +38,10 @@ int main(int argc, char** argv) {
   if (!scene) return fail(scene.error());
   const auto bake = readBakeOf(*scene, options->bake, options->scene, options->allowStale, context);
   if (!bake) return fail(bake.error());
+  if (!options->skyMap.empty() && bake->hierarchy.skyDirection.empty())
+    say(Severity::warning, options->bake +
+                               ": has no patches of sky, so the sky map lights nothing here; bake with "
+                               "--sky-patches 64");
   const Status status =
       options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
   return status ? 0 : fail(status.error());

@@ -43,6 +43,12 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
                  "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
                  "innerConeAngle, outerConeAngle}, as KHR_lights_punctual; as `relume render` reads it")
       ->type_name("FILE");
+  app.add_option("--sky-map", o.skyMap,
+                 "equirectangular sky, OpenEXR or Radiance HDR, in W/m²/sr, as `relume render` reads it")
+      ->type_name("FILE");
+  app.add_option("--sky-rotation", o.skyRotationDeg, "degrees by which the sky map is turned about +Y, -360..360")
+      ->check(numberFrom(-360.0, 360.0))
+      ->capture_default_str();
   app.add_flag("--allow-stale", o.allowStale,
                "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
                "warning says so");

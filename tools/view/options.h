@@ -21,6 +21,8 @@ struct ViewerOptions {
   std::string scene, bake, camera;
   std::vector<std::string> lights{"all"};  // as `relume render`
   std::string lightsFile;                  // as `relume render`; empty: none
+  std::string skyMap;                      // likewise
+  float skyRotationDeg = 0.0f;             // [-360..360] of the map
   SceneOptions sceneOptions;
   bool allowStale = false;  // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;

@@ -42,8 +42,12 @@ void lightsControls(Viewer& viewer, ViewState& state) {
     ImGui::PopID();
   }
   ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
-  ImGui::ColorEdit3("sky", glm::value_ptr(state.sky),
-                    ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
+  if (state.sky.map) {
+    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
+  } else {
+    ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance),
+                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
+  }
   ImGui::SliderFloat("bounces", &state.bounceScale, 0.0f, 1.0f, "%.2f");
   ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f");
   ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f");

@@ -8,6 +8,7 @@
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"
+#include "tools/render/read_sky_map.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/view_options.h"
 #include "tools/view/display.h"
@@ -128,16 +129,16 @@ Status addFileLights(const std::string& path, ViewState& state) {
 
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands,
-                              const GetProcAddress& getProcAddress) {
+Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, const ViewerOptions& viewerOptions,
+                              const SkyMap* skyMap, const GetProcAddress& getProcAddress) {
   auto level = GlLevel::create(scene, &bake.caches.lightmap);
   if (!level) return level.error();
-  auto shadows = ShadowMaps::create(shadowSize);
+  auto shadows = ShadowMaps::create(viewerOptions.shadowSize);
   if (!shadows) return shadows.error();
   RelightOptions options;
   options.backend = BackendKind::gl;
-  options.lumaBands = bands.luma;
-  options.chromaBands = bands.chroma;
+  options.lumaBands = viewerOptions.bands.luma;
+  options.chromaBands = viewerOptions.bands.chroma;
   options.glossy = true;
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = getProcAddress;
@@ -157,6 +158,11 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, std::uint32_
   viewer.surfels_.emplace(std::move(*surfels));
   viewer.caches_.emplace(std::move(*caches));
   viewer.nothing_ = GlVertexArray::make();
+  if (skyMap != nullptr) {
+    auto backdrop = Backdrop::create(*skyMap);
+    if (!backdrop) return backdrop.error();
+    viewer.backdrop_.emplace(std::move(*backdrop));
+  }
   return viewer;
 }
 
@@ -177,7 +183,12 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     LightSetup setup;
     setup.lights = lights;
     setup.emissionScale = glm::vec3(state.emission);
-    setup.skyRadiance = state.sky;
+    setup.skyRadiance = state.sky.radiance;
+    if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
+      skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
+      patchesRotation_ = state.sky.rotationDeg;
+    }
+    setup.skyPatches = skyPatches_;
     setup.bounceScale = state.bounceScale;
     if (Status ok = relighter_.relight(setup); !ok) return ok;
   }
@@ -191,7 +202,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glDepthMask(GL_TRUE);
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
-  const glm::vec3 sky = 1.0f - glm::exp(-std::exp2(state.exposure) * state.sky);
+  const glm::vec3 sky = 1.0f - glm::exp(-std::exp2(state.exposure) * state.sky.radiance);
   const auto shown = [&](float c) { return encode ? linearToSrgb(c) : c; };
   glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
   glClearDepth(1.0);
@@ -200,6 +211,11 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const float far = size + glm::length(state.camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
   const glm::mat4 clip = state.camera.clipFromWorld(static_cast<float>(width) / static_cast<float>(height),
                                                     std::max(0.02f, 5e-4f * far), far);
+  if (backdrop_) {
+    glDisable(GL_DEPTH_TEST);
+    backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
+    glEnable(GL_DEPTH_TEST);
+  }
   drawLevel(state, lights, moved, clip, encode);
   drawOverlays(state, clip, width, height, encode);
   glFinish();
@@ -308,6 +324,12 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
   for (const MovingNode& node : movingNodes(scene))
     state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
+  if (!options.skyMap.empty()) {
+    auto map = readSkyMap(options.skyMap);
+    if (!map) return map.error();
+    state.sky.map = std::make_shared<const SkyMap>(std::move(*map));
+    state.sky.rotationDeg = options.skyRotationDeg;
+  }
   state.exposure = options.exposure;
   state.reflectance = options.reflectance;
   state.roughness = options.roughness;

@@ -3,6 +3,7 @@
 // whatever framebuffer is bound. Needs a current OpenGL 4.3 context for its lifetime.
 #pragma once
 
+#include "bake/scene/sky.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
@@ -10,6 +11,7 @@
 #include "runtime/shared/bands.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"
+#include "tools/view/backdrop.h"
 #include "tools/view/discs.h"
 #include "tools/view/fly_camera.h"
 #include "tools/view/options.h"
@@ -48,7 +50,7 @@ struct ViewState {
   FlyCamera camera;
   std::vector<ViewedLight> lights;
   float emission = 1.0f;  // factor on emitting surfaces
-  glm::vec3 sky{0.0f};    // [W/m²/sr]
+  Sky sky;                // its map, where it has one, is the one that the viewer was made with
   float bounceScale = 1.0f;
   ViewMode mode = ViewMode::full;
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
@@ -63,8 +65,8 @@ struct ViewState {
 class Viewer {
  public:
   // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer. getProcAddress: of
-  // whatever made the context.
-  static Result<Viewer> create(const Scene& scene, const Bake& bake, std::uint32_t shadowSize, const Bands& bands,
+  // whatever made the context. skyMap: null = none.
+  static Result<Viewer> create(const Scene& scene, const Bake& bake, const ViewerOptions& options, const SkyMap* skyMap,
                                const GetProcAddress& getProcAddress);
 
   // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones.
@@ -94,6 +96,9 @@ class Viewer {
   GlProgram program_, lightmapProgram_;
   GlVertexArray nothing_;
   std::optional<Discs> surfels_, caches_;
+  std::optional<Backdrop> backdrop_;
+  std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
+  std::optional<float> patchesRotation_;  // [deg]
   std::vector<std::pair<std::string, double>> times_;
 };
 

@@ -122,7 +122,7 @@ Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& opti
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
-  auto viewer = Viewer::create(scene, bake, options.shadowSize, options.bands, glfwGetProcAddress);
+  auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), glfwGetProcAddress);
   if (!viewer) return viewer.error();
   std::printf("bands %s\n", viewer->bands().c_str());
   return loop(window.get(), scene, bake, *viewer, *state);
