@@ -216,3 +216,13 @@ relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t 
     return relume::done();
   });
 }
+
+relume_status relume_bake_sky_directions(const relume_bake* bake, float* directions) {
+  return run(bake, [&]() -> Status {
+    const auto& patches = bake->bake.hierarchy.skyDirection;
+    if (patches.empty()) return relume::done();
+    if (directions == nullptr) return nullPointer("directions");
+    std::memcpy(directions, patches.data(), patches.size() * sizeof(glm::vec3));
+    return relume::done();
+  });
+}

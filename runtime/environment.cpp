@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Sky maps and convergence: see relighter.h.
+// Skies and convergence: see relighter.h.
 #include "formats/equirectangular.h"
+#include "formats/sh.h"
 #include "relume/relighter.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -56,6 +58,30 @@ std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirectio
   std::vector<glm::vec3> radiance(skyDirection.size());
   for (std::size_t p = 0; p < radiance.size(); ++p) {
     radiance[p] = weight[p] > 0.0 ? glm::vec3(sum[p] / weight[p]) : texels[texelAt(skyDirection[p], width, height)];
+  }
+  return radiance;
+}
+
+std::vector<glm::vec3> twoColorSky(std::span<const glm::vec3> skyDirection, const glm::vec3& overhead,
+                                   const glm::vec3& underfoot) {
+  std::vector<glm::vec3> radiance;
+  radiance.reserve(skyDirection.size());
+  for (const glm::vec3& d : skyDirection) radiance.push_back(glm::mix(underfoot, overhead, 0.5f + 0.5f * d.y));
+  return radiance;
+}
+
+std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection, std::span<const glm::vec3> coefficients) {
+  int bands = 1;
+  while (bands <= kMaxBands && static_cast<std::size_t>(bands * bands) != coefficients.size()) ++bands;
+  if (bands > kMaxBands) return {};
+  std::vector<glm::vec3> radiance;
+  radiance.reserve(skyDirection.size());
+  for (const glm::vec3& d : skyDirection) {
+    std::array<float, kMaxCoefficients> y;
+    evaluateSh(bands, d, y);
+    glm::vec3 sum(0.0f);
+    for (std::size_t i = 0; i < coefficients.size(); ++i) sum += y[i] * coefficients[i];
+    radiance.push_back(glm::max(sum, glm::vec3(0.0f)));
   }
   return radiance;
 }

@@ -58,7 +58,7 @@ SkyMap reducedSky(const SkyMap& map, std::uint32_t maxWidth) {
 }
 
 glm::vec3 Sky::along(const glm::vec3& direction) const {
-  if (!map) return radiance;
+  if (!map) return below ? glm::mix(*below, radiance, 0.5f + 0.5f * direction.y) : radiance;
   const std::uint32_t width = map->width;
   const glm::dvec2 place = toEquirectangular(direction);
   // A turn counter-clockwise about +Y brings what lies farther along the row.

@@ -268,6 +268,16 @@ class Relighter {
                                                         std::span<const glm::vec3> texels, std::uint32_t width,
                                                         std::uint32_t height);
 
+// Radiance of each sky patch under a sky of one colour overhead and another underfoot, by height between them.
+[[nodiscard]] std::vector<glm::vec3> twoColorSky(std::span<const glm::vec3> skyDirection, const glm::vec3& overhead,
+                                                 const glm::vec3& underfoot);
+
+// The same under a sky of spherical harmonics: radiance [W/m²/sr] is the sum of coefficients times orthonormal
+// functions, without Condon-Shortley signs: 0.282095; 0.488603 (y, z, x); and so on, y_l^m at l * l + l + m. What is
+// negative counts as 0. Empty unless there are 1, 4, 9, 16, 25, 36, 49 or 64 coefficients.
+[[nodiscard]] std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection,
+                                           std::span<const glm::vec3> coefficients);
+
 // Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times. Returns
 // the number of frames, or what check() says of the setup. For tools and tests; a game converges over its frames by
 // itself.

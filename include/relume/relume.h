@@ -153,6 +153,10 @@ RELUME_API const char* relume_bake_drivable_name(const relume_bake* bake, unsign
 RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t count, float* positions,
                                              float* normals);
 
+/* Unit directions, as seen from the level, of the patches of sky that relume_light_setup.sky_patches lights: three
+ * floats each. [3 * relume_bake_info.sky_patches] */
+RELUME_API relume_status relume_bake_sky_directions(const relume_bake* bake, float* directions);
+
 /* ---- Relighters ---- */
 
 /* Address of the OpenGL function `name` ("glUseProgram") for the context that is current, NULL where there is none. */

@@ -44,7 +44,7 @@ int measure(const std::string& level, const std::string& bakePath, const std::st
   const auto map = std::make_shared<const SkyMap>(makeSky());
   std::printf("| turned by | RMSE %% | t1 %% | energy | noise of the reference %% |\n|---:|---:|---:|---:|---:|\n");
   for (const float turn : turns) {
-    const Sky sky{{}, map, turn};
+    const Sky sky{{}, {}, map, turn};
     RenderRequest request;
     request.bake = &view->bake;
     request.camera = view->camera;

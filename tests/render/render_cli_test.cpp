@@ -96,7 +96,8 @@ TEST_F(RenderCommand, refusesOptionsOutOfRange) {
   expectRefused(render({"--bake", bake_, "--samples", "0"}), 1, {"--samples"});
   expectRefused(render({"--bake", bake_, "--backend", "vulkan"}), 1, {"--backend"});
   expectRefused(render({"--bake", bake_, "-o", "image.jpg"}), 1, {".exr", ".png"});
-  for (const char* sky : {"1,1", "1,1,1,1", "1,nan,1", "1,inf,1", "a,b,c", ""})
+  for (const char* sky :
+       {"1,1", "1,1,1,1", "1,1,1,1,1,-1", "1,1,1,1,1,1,1", "1,1,1,", "1,nan,1", "1,inf,1", "a,b,c", ""})
     expectRefused(render({"--bake", bake_, "--sky", sky}), 1, {"--sky", "R,G,B"});
   for (const char* exposure : {"nan", "inf", "31", "-31", "bright", "1 ", ""})
     expectRefused(render({"--bake", bake_, "--exposure", exposure}), 1, {"--exposure", "auto"});
@@ -303,6 +304,17 @@ TEST_F(RenderCommand, aSkyMapLightsWhatASkyOfItsRadianceDoes) {
     brightest = std::max(brightest, constant[i].y);
   }
   EXPECT_GT(brightest, 0.0f);
+
+  // So does one of two colours that are the same; of two that are not, neither of them.
+  const auto both = drawn({"--sky", "1,2,3,1,2,3"}), above = drawn({"--sky", "1,2,3,0,0,0"}),
+             below = drawn({"--sky", "0,0,0,1,2,3"});
+  ASSERT_EQ(both.size(), constant.size());
+  for (std::size_t i = 0; i < constant.size(); ++i) {
+    EXPECT_NEAR(both[i].y, constant[i].y, 1e-4f * (1.0f + constant[i].y)) << i;
+    // Light adds up, and so does what it is reflected to.
+    EXPECT_NEAR(above[i].y + below[i].y, constant[i].y, 0.02f * (1.0f + constant[i].y)) << i;
+  }
+  EXPECT_NE(above, below);
 
   // Light from one side: the picture changes with the turn.
   std::vector<glm::vec3> oneSide(8, glm::vec3(0.0f));

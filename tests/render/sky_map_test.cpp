@@ -49,7 +49,7 @@ std::vector<glm::vec3> manyDirections() {
 }
 
 Sky skyOf(SkyMap map, float rotationDeg = 0.0f) {
-  return {{}, std::make_shared<const SkyMap>(std::move(map)), rotationDeg};
+  return {{}, {}, std::make_shared<const SkyMap>(std::move(map)), rotationDeg};
 }
 
 TEST(SkyMap, ATexelIsWhereTheHeaderSays) {

@@ -38,7 +38,7 @@ struct Handles {
 class CApi : public ::testing::Test {
  protected:
   void SetUp() override {
-    bake_ = test::makeSyntheticBake({.surfels = 700, .lightmapCaches = 24, .linksPerCache = 32});
+    bake_ = test::makeSyntheticBake({.surfels = 700, .skyPatches = 12, .lightmapCaches = 24, .linksPerCache = 32});
     bake_.instances = std::vector<BakedInstance>{{"room", {}, {}}};
     bake_.caches.lightmap.cornerUv =
         std::vector<std::uint32_t>{packUnorm16x2({0.25f, 0.5f}), kGridLit, kGridLit, packUnorm16x2({1, 0}), 7, 70000};
@@ -368,6 +368,18 @@ TEST_F(CApi, noExceptionCrosses) {
   };
   EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_FAILED);
   EXPECT_STREQ(relume_relighter_error(h.relighter), "no shadows today");
+}
+
+TEST_F(CApi, skyDirectionsAreTheBakes) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  const auto& patches = bake_.hierarchy.skyDirection;
+  ASSERT_GT(patches.size(), 0u);
+  std::vector<float> directions(3 * patches.size());
+  ASSERT_EQ(relume_bake_sky_directions(h.bake, directions.data()), RELUME_OK);
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    EXPECT_EQ(glm::vec3(directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]), patches[i]);
+  EXPECT_EQ(relume_bake_sky_directions(h.bake, nullptr), RELUME_ERROR_USAGE);
 }
 
 TEST_F(CApi, aFrameAllocatesNothing) {

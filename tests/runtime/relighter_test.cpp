@@ -435,6 +435,26 @@ TEST(Environment, patchesAverageTheirTexels) {
   EXPECT_TRUE(projectEnvironment(centres, {}, 0, 0).empty());
 }
 
+TEST(Sky, ofTwoColorsAndOfSphericalHarmonics) {
+  const std::vector<glm::vec3> directions{{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0.6f, 0.8f}};
+  const glm::vec3 blue(1, 2, 4), brown(0.4f, 0.2f, 0.0f);
+  const std::vector<glm::vec3> two = twoColorSky(directions, blue, brown);
+  EXPECT_EQ(two[0], blue);
+  EXPECT_EQ(two[1], brown);
+  EXPECT_LT(glm::distance(two[2], 0.5f * (blue + brown)), 1e-6f);
+  EXPECT_LT(glm::distance(two[3], 0.8f * blue + 0.2f * brown), 1e-6f);
+
+  // The same sky in two bands: its mean, and half its difference along y.
+  const float y0 = 0.28209479f, y1 = 0.48860251f;
+  const std::vector<glm::vec3> coefficients{0.5f * (blue + brown) / y0, 0.5f * (blue - brown) / y1, {}, {}};
+  const std::vector<glm::vec3> harmonics = shSky(directions, coefficients);
+  for (std::size_t i = 0; i < two.size(); ++i) EXPECT_LT(glm::distance(harmonics[i], two[i]), 1e-5f) << i;
+  EXPECT_EQ(shSky(directions, std::vector<glm::vec3>{{}, {0, -9, 0}, {}, {}})[0], glm::vec3(0.0f))
+      << "no light below 0";
+  EXPECT_TRUE(shSky(directions, std::span(coefficients).first(3)).empty());
+  EXPECT_TRUE(shSky(directions, {}).empty());
+}
+
 TEST(Environment, theMiddleOfARowIsMinusZAndColumnsTurnTowardPlusX) {
   const std::vector<glm::vec3> centres = {{0, 0, -1}, {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}};
   std::vector<glm::vec3> texels(64 * 3, glm::vec3(0.0f));

@@ -77,8 +77,10 @@ Result<SkyMap> readSkyMap(const std::filesystem::path& path, const MemoryCheck& 
 }
 
 std::vector<glm::vec3> skyPatchesOf(const Sky& sky, std::span<const glm::vec3> skyDirection) {
+  if (sky.isConstant()) return {};
+  if (!sky.map) return twoColorSky(skyDirection, sky.radiance, *sky.below);
   constexpr std::uint32_t kRows = kPatchColumns / 2;
-  const Sky coarse{{}, std::make_shared<const SkyMap>(reducedSky(*sky.map, kPatchColumns)), sky.rotationDeg};
+  const Sky coarse{{}, {}, std::make_shared<const SkyMap>(reducedSky(*sky.map, kPatchColumns)), sky.rotationDeg};
   std::vector<glm::vec3> texels;
   texels.reserve(std::size_t{kPatchColumns} * kRows);
   for (std::uint32_t y = 0; y < kRows; ++y) {

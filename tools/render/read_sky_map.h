@@ -16,7 +16,7 @@ namespace relume {
 // io: not readable; invalidFile: neither, broken, or a texel that is not within 0..1e9, by its place; errors of `fits`.
 Result<SkyMap> readSkyMap(const std::filesystem::path& path, const MemoryCheck& fits = {});
 
-// Mean radiance of each sky patch under a sky that has a map (LightSetup::skyPatches). [Size skyDirection]
+// Mean radiance of each sky patch (LightSetup::skyPatches). [Size skyDirection, or 0 where the sky is constant]
 std::vector<glm::vec3> skyPatchesOf(const Sky& sky, std::span<const glm::vec3> skyDirection);
 
 }  // namespace relume

@@ -140,8 +140,7 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.visibility = visibility;
   setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
   setup.skyRadiance = request.sky.radiance;
-  std::vector<glm::vec3> patches;
-  if (request.sky.map) patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
+  const std::vector<glm::vec3> patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
   setup.skyPatches = patches;
 
   // All light, after the frames asked for

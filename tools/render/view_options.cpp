@@ -159,7 +159,10 @@ void addViewOptions(CLI::App& command, ViewOptions& options) {
                   "innerConeAngle, outerConeAngle}, as KHR_lights_punctual, but in W/sr and W/m^2 whatever "
                   "--light-unit says")
       ->type_name("FILE");
-  command.add_option("--sky", options.sky, "radiance of a constant sky as R,G,B [W/m^2/sr]")->capture_default_str();
+  command
+      .add_option("--sky", options.sky,
+                  "radiance of a constant sky as R,G,B, or R,G,B,R,G,B of overhead and underfoot [W/m^2/sr]")
+      ->capture_default_str();
   command
       .add_option("--sky-map", options.skyMap,
                   "radiance of the sky by direction: an equirectangular OpenEXR or Radiance HDR file [W/m^2/sr], its "
@@ -187,13 +190,28 @@ Result<std::optional<float>> readExponent(const std::string& text) {
   return exponent;
 }
 
+// "R,G,B" of a constant sky, or "R,G,B,R,G,B" of what is overhead and what is underfoot.
+Status readSky(const std::string& text, Sky& sky) {
+  std::size_t comma = text.find(',');  // the third
+  for (int i = 0; i < 2 && comma != std::string::npos; ++i) comma = text.find(',', comma + 1);
+  const auto color = [](const std::string& part) {
+    const std::optional<glm::vec3> c = threeNumbers(part);
+    return c && c->x >= 0.0f && c->y >= 0.0f && c->z >= 0.0f && isWithin(*c, kMaxRadiance) ? c : std::nullopt;
+  };
+  const std::optional<glm::vec3> above = color(text.substr(0, comma));
+  if (comma != std::string::npos) sky.below = color(text.substr(comma + 1));
+  if (!above || (comma != std::string::npos && !sky.below)) {
+    return usage("--sky: R,G,B, or R,G,B,R,G,B for overhead and underfoot, numbers of 0 to 1e9, expected, \"" + text +
+                 "\" found");
+  }
+  sky.radiance = *above;
+  return done();
+}
+
 Result<View> readView(const ViewOptions& options) {
   View view;
   if (Status ok = readSize(options.size, view); !ok) return ok.error();
-  const std::optional<glm::vec3> sky = threeNumbers(options.sky);
-  if (!sky || sky->x < 0.0f || sky->y < 0.0f || sky->z < 0.0f || !isWithin(*sky, kMaxRadiance))
-    return usage("--sky: R,G,B, three numbers of 0 to 1e9, expected, \"" + options.sky + "\" found");
-  view.sky.radiance = *sky;
+  if (Status ok = readSky(options.sky, view.sky); !ok) return ok.error();
   if (!options.skyMap.empty() && !view.sky.isDark())
     return usage("--sky and --sky-map: one of them expected, both found");
   const std::optional<float> rotation = finiteNumber(options.skyRotation);
