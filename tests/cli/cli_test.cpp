@@ -113,8 +113,9 @@ TEST_F(Cli, usageErrors) {
                 "relume bake: unknown option \"--surfel\"; did you mean \"--surfels\"?");
   expectFailure(run(bakeArguments(room_, {"--raysp=9"})), 1, "unknown option \"--raysp\"; did you mean \"--rays\"?");
   const std::string picture = (folder_ / "picture.png").string();
-  expectFailure(run({"render", room_, "--aov", "direct", "-o", picture, "--sky", "1,1"}), 1,
-                "--sky: R,G,B, three numbers of 0 to 1e9, expected, \"1,1\" found");
+  expectFailure(
+      run({"render", room_, "--aov", "direct", "-o", picture, "--sky", "1,1"}), 1,
+      "--sky: R,G,B, or R,G,B,R,G,B for overhead and underfoot, numbers of 0 to 1e9, expected, \"1,1\" found");
   expectFailure(run({"render", room_, "-o", out_, "--samples", "99"}), 1,
                 "--samples: a whole number of 1..16 expected, \"99\" found");
   expectFailure(run({"render", room_, "-o", out_, "--backend", "dx"}), 1, "--backend: a value of cpu, gl expected");

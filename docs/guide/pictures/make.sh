@@ -49,7 +49,7 @@ if is_wanted area_lights; then
 fi
 # Rendering: a day
 if is_wanted sky; then
-  samples/day/film.sh "$scratch/day" high 192x120 >"$scratch/day.log"
+  samples/day/film.sh "$scratch/day" high 128x80 >"$scratch/day.log"
   cp "$scratch/day/strip.png" "$here/sky.png"
 fi
 # A level from Blender
