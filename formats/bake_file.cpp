@@ -296,6 +296,14 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<c
     }
     Result<Bake> bake = assemble(*chunks, owner, memory);
     if (!bake) return bake;
+    // A bake has one file: the version is the least that has what is in it.
+    if (const std::uint32_t version = versionOf(bytes); version != formatVersionOf(*bake)) {
+      return Error{ErrorCode::invalidFile,
+                   "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
+                       (bake->emitters.materials.empty() ? ", of a bake without emitters, found "
+                                                         : ", of a bake with emitters, found ") +
+                       std::to_string(version)};
+    }
     if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
   } catch (const std::bad_alloc& e) {

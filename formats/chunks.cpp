@@ -240,6 +240,12 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
   return chunks;
 }
 
+std::uint32_t versionOf(std::span<const std::byte> file) {
+  FileHeader header;
+  std::memcpy(&header, file.data(), sizeof(header));
+  return header.version;
+}
+
 Status verifyChunks(std::span<const Chunk> chunks) {
   for (const Chunk& chunk : chunks) {
     if (const std::uint64_t hash = hashOf(chunk.data); hash != chunk.info.hash)

@@ -62,6 +62,9 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
 Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file,
                                            std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
+// What the header of a file says that readChunks() has taken.
+std::uint32_t versionOf(std::span<const std::byte> file);
+
 // invalidFile: names the first chunk whose data does not have the table's hash.
 Status verifyChunks(std::span<const Chunk> chunks);
 

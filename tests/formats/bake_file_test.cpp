@@ -64,6 +64,16 @@ TEST_F(BakeFile, onlyFilesWithEmittersAreOfVersion4) {
   EXPECT_EQ(bake->emitters.surfel.toVector(), (std::vector<std::uint32_t>{5, 4}));
   EXPECT_EQ(bake->emitters.tapWidth.toVector(), (std::vector<float>{0.125f, 0.5f}));
   EXPECT_EQ(*serializeBake(*bake), with);
+
+  // No bake has two files: one of another version than its own is refused.
+  for (const auto& [file, version, message] :
+       {std::tuple{without, 4u, "expected 3, of a bake without emitters, found 4"},
+        std::tuple{with, 3u, "expected 4, of a bake with emitters, found 3"}}) {
+    Bytes other = file;
+    putAt(other, 8, version);
+    reseal(other);
+    EXPECT_NE(errorOf(other).find(message), std::string::npos) << errorOf(other);
+  }
 }
 
 TEST_F(BakeFile, roundTripKeepsEveryByteOfAllLinkKinds) {
