@@ -5,6 +5,7 @@
 #include "bake/visibility/surface_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <mutex>
@@ -26,14 +27,15 @@ std::vector<VoxelHits> dropThin(const Scene& scene, const VoxelGrid& grid, std::
   std::vector<std::atomic<std::uint64_t>> area(voxels.size());
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
     const glm::vec3 normal = crossOf(corners);
-    std::vector<std::size_t> found;
-    const double parts = forEachPart(corners, triangle, grid.size, tree, i, [&](const glm::vec3& p) {
-      for (const std::uint64_t key : grid.keys(i, p, normal)) found.push_back(index.find(key));
-    });
-    const auto share = static_cast<std::uint64_t>(triangle / unit / parts);
-    for (const std::size_t at : found) {
-      if (at < voxels.size()) area[at].fetch_add(share, std::memory_order_relaxed);
-    }
+    std::vector<std::pair<std::size_t, double>> found;  // voxel, weight
+    const double all =
+        forEachPart(corners, triangle, grid.size, tree, i, context, [&](const glm::vec3& p, double weight) {
+          for (const std::uint64_t key : grid.keys(i, p, normal)) {
+            if (const std::size_t at = index.find(key); at < voxels.size()) found.emplace_back(at, weight);
+          }
+        });
+    for (const auto& [at, weight] : found)
+      area[at].fetch_add(static_cast<std::uint64_t>(triangle / unit / all * weight), std::memory_order_relaxed);
   });
 
   // Sort by hits per area and drop from the low end. A voxel in which no part of a triangle has its centre has no area
@@ -68,9 +70,12 @@ void fillHoles(const Scene& scene, const VoxelGrid& grid, std::vector<VoxelHits>
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
     std::vector<VoxelHits> found;
-    forEachPart(corners, area, grid.size, tree, i, [&](const glm::vec3& p) {
+    std::array<std::uint64_t, 2> last{};  // parts of a voxel follow one another
+    forEachPart(corners, area, grid.size, tree, i, context, [&](const glm::vec3& p, double) {
       for (std::size_t side = 0; side < 2; ++side) {
         VoxelHits voxel = grid.voxel(i, p, side == 0 ? normal : -normal);
+        if (voxel.key == last[side]) continue;
+        last[side] = voxel.key;
         if (index.contains(voxel.key)) continue;
         std::uint32_t around = 0, direct = 0;
         for (const std::uint64_t neighbour : grid.neighbours(i, p, side == 0 ? normal : -normal)) {

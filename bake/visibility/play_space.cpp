@@ -196,21 +196,23 @@ void measureSides(const RayTracer& tracer, const VoxelGrid& grid, const std::vec
   space.partly.assign(space.seenArea.size(), 0);
   forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
     const glm::vec3 normal = crossOf(corners);
-    std::array<std::uint64_t, 2> seen{}, direct{};
-    const double parts = forEachPart(corners, area, grid.size, space.tree, i, [&](const glm::vec3& p) {
-      const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
-      for (std::size_t side = 0; side < 2; ++side) {
-        const std::size_t at = voxelIndex.find(keys[side]);
-        if (at == voxels.size()) continue;
-        ++seen[side];
-        if (voxels[at].direct > 0) ++direct[side];
-      }
-    });
+    std::array<double, 2> seen{};  // weights of parts
+    std::array<bool, 2> direct{};
+    const double all =
+        forEachPart(corners, area, grid.size, space.tree, i, context, [&](const glm::vec3& p, double weight) {
+          const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
+          for (std::size_t side = 0; side < 2; ++side) {
+            const std::size_t at = voxelIndex.find(keys[side]);
+            if (at == voxels.size()) continue;
+            seen[side] += weight;
+            if (voxels[at].direct > 0) direct[side] = true;
+          }
+        });
     for (std::size_t side = 0; side < 2; ++side) {
       const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
-      space.seenArea[index] = area * static_cast<float>(seen[side]) / static_cast<float>(parts);
-      space.visible[index] = direct[side] > 0 ? 1 : 0;
-      space.partly[index] = seen[side] > 0 && static_cast<double>(seen[side]) < parts ? 1 : 0;
+      space.seenArea[index] = area * static_cast<float>(seen[side]) / static_cast<float>(all);
+      space.visible[index] = direct[side] ? 1 : 0;
+      space.partly[index] = seen[side] > 0.0 && seen[side] < all ? 1 : 0;
     }
   });
   space.voxels = std::move(voxelIndex);

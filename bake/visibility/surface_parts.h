@@ -17,6 +17,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace relume {
@@ -33,7 +34,8 @@ inline glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(
 template <class Visit>
 void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
   // Small chunks: large triangles, which have many parts, often follow one another.
-  parallelChunks(context, "", scene.triangleCount(), 128, [&](std::size_t begin, std::size_t end) {
+  const std::size_t chunk = std::clamp<std::size_t>(scene.triangleCount() / 256, 1, 128);
+  parallelChunks(context, "", scene.triangleCount(), chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
       const Instance& instance = scene.instances[i];
@@ -123,59 +125,116 @@ inline bool isNeedle(const std::array<glm::vec3, 3>& c, float area) {
   return longest > 64.0f * area;
 }
 
-// forEachPart() for a needle. Its parts come from halving the longest edge again and again, which makes them about as
-// wide as they are long.
-template <class Visit>
-double forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float area, float voxelSize, const VoxelTree& tree,
-                           std::uint32_t instance, const Visit& visit) {
-  struct Piece {
-    std::array<glm::dvec3, 3> corner;
-    int halvings;
-  };
-  const glm::vec3 normal = crossOf(corners);
-  const double wanted = std::min(4.0 * area / voxelSize / voxelSize, TriangleParts::kMax * TriangleParts::kMax);
-  const int max = std::max(0, static_cast<int>(std::ceil(std::log2(wanted))));
-  std::vector<Piece> stack;
-  stack.push_back({{glm::dvec3(corners[0]), glm::dvec3(corners[1]), glm::dvec3(corners[2])}, 0});
-  while (!stack.empty()) {
-    const Piece piece = stack.back();
-    stack.pop_back();
-    const auto& c = piece.corner;
-    const glm::vec3 low(glm::min(glm::min(c[0], c[1]), c[2])), high(glm::max(glm::max(c[0], c[1]), c[2]));
-    if (!tree.meets(instance, normal, low, high)) continue;
-    if (piece.halvings == max) {
-      visit(glm::vec3((c[0] + c[1] + c[2]) / 3.0));
-      continue;
-    }
-    std::size_t k = 0;  // the longest edge goes from corner k to the next
-    const auto lengthOf = [&](std::size_t i) { return glm::distance(c[i], c[(i + 1) % 3]); };
-    for (std::size_t i = 1; i < 3; ++i) k = lengthOf(i) > lengthOf(k) ? i : k;
-    const glm::dvec3 &from = c[k], &to = c[(k + 1) % 3], &across = c[(k + 2) % 3], middle = 0.5 * (from + to);
-    stack.push_back({{from, middle, across}, piece.halvings + 1});
-    stack.push_back({{middle, to, across}, piece.halvings + 1});
+// How far apart two floats of the largest of these coordinates are. [m] Finer parts would fall on one another.
+inline float spacingOf(const std::array<glm::vec3, 3>& c) {
+  const glm::vec3 most = glm::max(glm::abs(c[0]), glm::max(glm::abs(c[1]), glm::abs(c[2])));
+  return std::max({most.x, most.y, most.z}) * std::numeric_limits<float>::epsilon();
+}
+
+// A needle's half: a right-angled triangle from its tip to the altitude on its longest edge. The rectangle
+// [u0, u1] x [v0, v1] of it is cut out by two lines along the altitude and two through the tip.
+struct NeedleHalf {
+  glm::dvec3 tip, along, altitude;  // [m] from the tip to the altitude's foot, from there to its other end
+  double share;                     // of the needle's area
+
+  glm::dvec3 at(double u, double v) const { return tip + u * (along + v * altitude); }
+};
+
+inline std::array<NeedleHalf, 2> halvesOf(const std::array<glm::vec3, 3>& corners) {
+  std::size_t k = 0;  // the longest edge goes from corner k to the next
+  const auto lengthOf = [&](std::size_t i) { return glm::distance(corners[i], corners[(i + 1) % 3]); };
+  for (std::size_t i = 1; i < 3; ++i) k = lengthOf(i) > lengthOf(k) ? i : k;
+  const glm::dvec3 from(corners[k]), to(corners[(k + 1) % 3]), top(corners[(k + 2) % 3]), edge = to - from;
+  const double t = std::clamp(glm::dot(top - from, edge) / glm::dot(edge, edge), 0.0, 1.0);
+  const glm::dvec3 foot = from + t * edge;
+  return {{{from, foot - from, top - foot, t}, {to, foot - to, top - foot, 1.0 - t}}};
+}
+
+// Asks a voxel tree about boxes of one triangle, and whether the run is cancelled, after which no box meets anything.
+class TriangleInTree {
+ public:
+  TriangleInTree(const VoxelTree& tree, std::uint32_t instance, const glm::vec3& normal, const Context& context)
+      : tree_(tree), instance_(instance), normal_(normal), context_(context) {}
+
+  template <class... Box>
+  bool meets(const Box&... box) {
+    if (++asked_ % 4096 == 0 && context_.cancelled()) cancelled_ = true;
+    return !cancelled_ && tree_.meets(instance_, normal_, box...);
   }
-  return std::exp2(max);
+
+ private:
+  const VoxelTree& tree_;
+  std::uint32_t instance_;
+  glm::vec3 normal_;
+  const Context& context_;
+  std::uint32_t asked_ = 0;
+  bool cancelled_ = false;
+};
+
+// forEachPart() for a needle. Each half is cut across or along, whichever it is longer, until no part is longer than
+// the equal parts of other triangles: unlike those, its parts differ in area.
+template <class Visit>
+void forEachPartOfNeedle(const std::array<glm::vec3, 3>& corners, float voxelSize, TriangleInTree& tree,
+                         const Visit& visit) {
+  struct Part {
+    double u0, u1, v0, v1;
+  };
+  const double longest = 0.5 * std::max(voxelSize, 4.0f * spacingOf(corners));
+  std::vector<Part> stack;
+  for (const NeedleHalf& half : halvesOf(corners)) {
+    const double along = glm::length(half.along), across = glm::length(half.altitude);
+    stack.push_back({0.0, 1.0, 0.0, 1.0});
+    while (!stack.empty()) {
+      const Part part = stack.back();
+      const auto [u0, u1, v0, v1] = part;
+      stack.pop_back();
+      glm::dvec3 low(INFINITY), high(-INFINITY);
+      for (const glm::dvec3& p : {half.at(u0, v0), half.at(u0, v1), half.at(u1, v0), half.at(u1, v1)}) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+      }
+      // Centres are rounded to floats once, as the box is.
+      const glm::vec3 first(low), last(high);
+      const glm::vec3 rounding = std::numeric_limits<float>::epsilon() * glm::max(glm::abs(first), glm::abs(last));
+      if (!tree.meets(first, last, rounding)) continue;
+      const double length = (u1 - u0) * along, width = (v1 - v0) * u1 * across;
+      const double u = 0.5 * (u0 + u1), v = 0.5 * (v0 + v1);
+      if (std::max(length, width) <= longest) {
+        visit(glm::vec3(half.at(u, v)), half.share * (u1 * u1 - u0 * u0) * (v1 - v0));
+      } else if (length > width) {
+        stack.push_back({u0, u, v0, v1});
+        stack.push_back({u, u1, v0, v1});
+      } else {
+        stack.push_back({u0, u1, v0, v});
+        stack.push_back({u0, u1, v, v1});
+      }
+    }
+  }
 }
 
 // Visit the centres of those parts of a triangle that may be in a voxel of the tree, or of all parts when the tree is
-// empty: visit(position). Returns the number of all parts.
+// empty: visit(position, weight). Returns the weight of all parts; a part's weight is in proportion to its area. Visits
+// only some of them once the run is cancelled.
 template <class Visit>
 double forEachPart(const std::array<glm::vec3, 3>& corners, float area, float voxelSize, const VoxelTree& tree,
-                   std::uint32_t instance, const Visit& visit) {
+                   std::uint32_t instance, const Context& context, const Visit& visit) {
   const TriangleParts parts(area, voxelSize);
   const std::uint32_t n = parts.along;
   const auto visitRow = [&](std::uint32_t row, std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t k = 2 * begin; k < std::min(2 * end, 2 * (n - row) - 1); ++k)
-      visit(pointOf(corners, parts.centre(row, k)));
+      visit(pointOf(corners, parts.centre(row, k)), 1.0);
   };
   if (n < TriangleParts::kFew || tree.empty()) {
     for (std::uint32_t row = 0; row < n; ++row) visitRow(row, 0, n);
     return parts.count();
   }
-  if (isNeedle(corners, area)) return forEachPartOfNeedle(corners, area, voxelSize, tree, instance, visit);
-  const glm::vec3 normal = crossOf(corners);
+  TriangleInTree inTree(tree, instance, crossOf(corners), context);
+  if (isNeedle(corners, area)) {
+    forEachPartOfNeedle(corners, voxelSize, inTree, visit);
+    return 1.0;
+  }
   forEachBlock(
-      corners, n, [&](const glm::vec3& low, const glm::vec3& high) { return tree.meets(instance, normal, low, high); },
+      corners, n, [&](const glm::vec3& low, const glm::vec3& high) { return inTree.meets(low, high); },
       [&](const PartBlock& block) {
         for (std::uint32_t row = block.row; row < std::min(block.row + block.width, n); ++row)
           visitRow(row, block.column, block.column + block.width);

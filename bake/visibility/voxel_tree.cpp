@@ -53,9 +53,12 @@ bool VoxelTree::holds(std::size_t level, std::uint32_t axis, const glm::ivec3& l
 
 bool VoxelTree::meets(std::uint32_t instance, const glm::vec3& normal, const glm::vec3& low,
                       const glm::vec3& high) const {
+  return meets(instance, normal, low, high, 1e-6f * (glm::abs(low) + glm::abs(high) + glm::abs(grid_.origin)));
+}
+
+bool VoxelTree::meets(std::uint32_t instance, const glm::vec3& normal, const glm::vec3& low, const glm::vec3& high,
+                      const glm::vec3& rounding) const {
   if (level_.empty()) return true;
-  // Widen the box a little: rounding may have moved what lies on its border.
-  const glm::vec3 rounding = 1e-6f * (glm::abs(low) + glm::abs(high) + glm::abs(grid_.origin));
   const glm::ivec3 around(reach_);
   const glm::ivec3 first = grid_.cubeOf(low - rounding) - around, last = grid_.cubeOf(high + rounding) + around;
   // Go up to the level at which the box meets at most two cubes along each axis.

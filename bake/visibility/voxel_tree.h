@@ -22,8 +22,11 @@ class VoxelTree {
 
   bool empty() const { return level_.empty(); }
   // Whether a box [m] may hold a voxel of that instance whose side looks along `normal` or against it. May say yes
-  // where none is, never no where one is. True for a tree without levels.
+  // where none is, never no where one is. True for a tree without levels. The points that the box stands for may lie
+  // `rounding` [m] outside of it; without one, as far as those of pointOf().
   bool meets(std::uint32_t instance, const glm::vec3& normal, const glm::vec3& low, const glm::vec3& high) const;
+  bool meets(std::uint32_t instance, const glm::vec3& normal, const glm::vec3& low, const glm::vec3& high,
+             const glm::vec3& rounding) const;
 
  private:
   bool holds(std::size_t level, std::uint32_t axis, const glm::ivec3& low, const glm::ivec3& high) const;

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace relume {
@@ -66,10 +68,12 @@ TEST(VoxelTree, findsTheSamePartsAsLookingAtAll) {
   const VoxelTree tree(grid, voxels, 0);
   std::set<std::uint64_t> keys;
   for (const VoxelHits& c : voxels) keys.insert(c.key);
+  Context context;
   std::size_t visited = 0, all = 0;
   const auto found = [&](const VoxelTree& by, std::size_t& visits) {
     std::multiset<std::uint64_t> hits;
-    const double parts = forEachPart(corners, area, grid.size, by, 0, [&](const glm::vec3& p) {
+    const double parts = forEachPart(corners, area, grid.size, by, 0, context, [&](const glm::vec3& p, double weight) {
+      EXPECT_EQ(weight, 1.0);
       ++visits;
       const std::uint64_t key = grid.key(0, p, normal);
       if (keys.count(key)) hits.insert(key);
@@ -79,6 +83,81 @@ TEST(VoxelTree, findsTheSamePartsAsLookingAtAll) {
   };
   EXPECT_EQ(found(tree, visited), found(VoxelTree(), all));
   EXPECT_LT(5 * visited, all);
+}
+
+// The voxels that points of a triangle, drawn evenly, lie in.
+std::vector<VoxelHits> voxelsOf(const std::array<glm::vec3, 3>& corners, const VoxelGrid& grid, std::uint32_t points) {
+  std::vector<VoxelHits> voxels;
+  for (std::uint32_t i = 0; i < points; ++i) {
+    RandomStream random(5, 1, i);
+    const float edge = std::sqrt(random.uniform()), b = edge * random.uniform();
+    voxels.push_back(grid.voxel(0, pointOf(corners, {edge - b, b}), crossOf(corners)));
+  }
+  const auto byKey = [](const VoxelHits& a, const VoxelHits& b) { return a.key < b.key; };
+  std::sort(voxels.begin(), voxels.end(), byKey);
+  const auto same = [](const VoxelHits& a, const VoxelHits& b) { return a.key == b.key; };
+  voxels.erase(std::unique(voxels.begin(), voxels.end(), same), voxels.end());
+  return voxels;
+}
+
+// A needle with its tip at an end, and one with the middle corner in the middle.
+const std::array<glm::vec3, 3> kNeedles[] = {{glm::vec3{3, 1, 2}, {63, 31, 22}, {63, 31.6f, 21}},
+                                             {glm::vec3{3, 1, 2}, {63, 31, 22}, {33, 16.6f, 11.5f}}};
+
+// Each voxel gets that share of the needle which lies in it, and all shares make one.
+TEST(VoxelTree, partsOfANeedleWeighAsMuchAsTheirArea) {
+  for (const auto& corners : kNeedles) {
+    const float area = 0.5f * glm::length(crossOf(corners));
+    ASSERT_TRUE(isNeedle(corners, area));
+    const VoxelGrid grid{{-1, -1, -1}, 0.1f};
+    const std::vector<VoxelHits> voxels = voxelsOf(corners, grid, 200000);
+    const VoxelIndex index(voxels);
+    const VoxelTree tree(grid, voxels, 1);
+    Context context;
+    std::vector<double> found(voxels.size()), truth(voxels.size());
+    double sum = 0.0;
+    const double all = forEachPart(corners, area, grid.size, tree, 0, context, [&](const glm::vec3& p, double weight) {
+      sum += weight;
+      if (const std::size_t at = index.find(grid.key(0, p, crossOf(corners))); at < found.size()) found[at] += weight;
+    });
+    EXPECT_EQ(all, 1.0);
+    EXPECT_NEAR(sum, 1.0, 1e-5) << "no point fell on the very tips";
+    constexpr std::uint32_t kDraws = 1000000;
+    for (std::uint32_t i = 0; i < kDraws; ++i) {
+      RandomStream random(6, 1, i);
+      const float edge = std::sqrt(random.uniform()), b = edge * random.uniform();
+      const std::uint64_t key = grid.key(0, pointOf(corners, {edge - b, b}), crossOf(corners));
+      if (const std::size_t at = index.find(key); at < truth.size()) truth[at] += 1.0 / kDraws;
+    }
+    double error = 0.0;
+    for (std::size_t i = 0; i < truth.size(); ++i) error += std::abs(found[i] - truth[i]);
+    EXPECT_LT(error, 0.25) << "of all the area is in the wrong voxel";
+  }
+}
+
+// A needle of 100 km by a metre costs as much as it has voxels.
+TEST(VoxelTree, aLongNeedleCostsWhatItsVoxelsCost) {
+  const std::array<glm::vec3, 3> corners{glm::vec3{0, 1e5f, 1}, {1, 0, 0}, {1, 1e5f, 0}};
+  const float area = 0.5f * glm::length(crossOf(corners));
+  const VoxelGrid grid{{-0.016f, -0.016f, -0.016f}, 0.044f};
+  const std::vector<VoxelHits> voxels = voxelsOf(corners, grid, 1000);
+  const VoxelIndex index(voxels);
+  const VoxelTree tree(grid, voxels, 0);
+  Context context;
+  std::size_t visits = 0;
+  std::set<std::uint64_t> met;
+  const auto visit = [&](const glm::vec3& p, double) {
+    ++visits;
+    const std::uint64_t key = grid.key(0, p, crossOf(corners));
+    if (index.contains(key)) met.insert(key);
+  };
+  forEachPart(corners, area, grid.size, tree, 0, context, visit);
+  EXPECT_LT(visits, 64 * voxels.size());
+  EXPECT_GT(10 * met.size(), 9 * voxels.size()) << "points far out are a sixth of a voxel apart, so some are missed";
+  context.cancel();
+  visits = 0;
+  forEachPart(corners, area, grid.size, tree, 0, context, visit);
+  EXPECT_LT(visits, 4096u);
 }
 
 }  // namespace
