@@ -148,10 +148,7 @@ void checkNumbers(const Bake& bake, Findings& findings) {
         return v.x >= 0.0f && v.x <= 1.0f && v.y >= 0.0f && v.y <= 1.0f && v.z >= 0.0f && v.z <= 1.0f;
       },
       findings);
-  checkEach(
-      s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr",
-      [](const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; },
-      findings);
+  checkEach(s.emission, "surfel.emission", Check::surfelEmission, "0 to 1e9 W/m²/sr", isRadiance, findings);
   for (std::size_t i = 0; i < bake.emitters.tapWidth.size(); ++i) {
     const float width = bake.emitters.tapWidth[i];
     if (!(width >= 0.0f && width <= kMaxTapWidth))

@@ -25,4 +25,9 @@ inline bool isWithin(const glm::vec3& v, float max) {
   return std::abs(v.x) <= max && std::abs(v.y) <= max && std::abs(v.z) <= max;
 }
 
+// Whether all channels are from 0 to kMaxRadiance. False for NaN.
+inline bool isRadiance(const glm::vec3& v) {
+  return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f;
+}
+
 }  // namespace relume

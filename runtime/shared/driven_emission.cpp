@@ -31,9 +31,6 @@ Error noneDrivable() {
           "file format 3, which has none; bake the level again"};
 }
 
-// Comparisons that NaN fails.
-bool isRadiance(const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }
-
 // name(): made only where something is refused.
 template <class Name>
 Status checkImage(const MaterialEmission& emission, const Name& name, const glm::uvec2& size) {

@@ -5,6 +5,7 @@
 #include "bake/reference/path_tracer.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
+#include "tools/render/reference_layers.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
 
@@ -14,20 +15,6 @@
 
 namespace relume {
 namespace {
-
-ChannelImage channelsOf(const ReferenceImage& image) {
-  ChannelImage file{image.width, image.height, {}};
-  file.setLayer("DiffInd", image.indirect);
-  file.setLayer("DiffDir", image.direct);
-  file.setLayer("DiffIndErr", image.indirectError);
-  file.setLayer("DiffDirErr", image.directError);
-  file.setLayer("DiffCol", image.albedo);
-  file.setLayer("Emit", image.emission);
-  file.setLayer("Position", image.position, "XYZ");
-  file.setLayer("Normal", image.normal, "XYZ");
-  file.channels["Depth.Z"] = image.depth;
-  return file;
-}
 
 // [ms] of the pass over the surfels, the least of some frames.
 Result<double> timeSurfels(const Bake& bake, const DrivenMaterial* driven) {
@@ -86,7 +73,7 @@ Result<DrivenError> measureDriven(const Scene& scene, const Bake& bake, const Dr
   candidate.setLayer("", composeAov(*frame, Aov::indirect));
   CompareOptions compare;
   compare.layers = {"DiffDir", "DiffInd"};
-  const auto difference = compareImages(channelsOf(*reference), candidate, compare);
+  const auto difference = compareImages(toChannels(*reference, radianceOf(*reference)), candidate, compare);
   if (!difference) return difference.error();
   DrivenError error;
   error.difference = *difference;

@@ -6,6 +6,7 @@
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
+#include "tests/runtime/c_handles.h"
 #include "tests/runtime/c_lights.h"
 #include "tests/runtime/hot_reload.h"
 #include "tests/runtime/some_lights.h"
@@ -23,16 +24,7 @@
 namespace relume {
 namespace {
 
-struct Handles {
-  relume_context* context = nullptr;
-  relume_bake* bake = nullptr;
-  relume_relighter* relighter = nullptr;
-  ~Handles() {
-    relume_context_destroy(context);
-    relume_bake_destroy(bake);
-    relume_relighter_destroy(relighter);
-  }
-};
+using test::Handles;
 
 // A room of a synthetic bake, as a host has it: bytes in memory, a context, a relighter.
 class CApi : public ::testing::Test {

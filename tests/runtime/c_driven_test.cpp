@@ -4,6 +4,7 @@
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "relume/relume.h"
+#include "tests/runtime/c_handles.h"
 #include "tests/runtime/driven_bake.h"
 
 #include <gtest/gtest.h>
@@ -15,16 +16,7 @@
 namespace relume {
 namespace {
 
-struct Handles {
-  relume_context* context = nullptr;
-  relume_bake* bake = nullptr;
-  relume_relighter* relighter = nullptr;
-  ~Handles() {
-    relume_relighter_destroy(relighter);
-    relume_bake_destroy(bake);
-    relume_context_destroy(context);
-  }
-};
+using test::Handles;
 
 class CDriven : public ::testing::Test {
  protected:

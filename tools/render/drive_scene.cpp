@@ -18,8 +18,6 @@ namespace {
 
 Error usage(std::string message) { return {ErrorCode::usage, "--emission: " + std::move(message)}; }
 
-bool isRadiance(const glm::vec3& v) { return isWithin(v, kMaxRadiance) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f; }
-
 // Name and value of a text; both empty where it has no '='.
 std::pair<std::string, std::string> halves(const std::string& text) {
   const std::size_t at = text.find('=');

@@ -196,7 +196,7 @@ Status readSky(const std::string& text, Sky& sky) {
   for (int i = 0; i < 2 && comma != std::string::npos; ++i) comma = text.find(',', comma + 1);
   const auto color = [](const std::string& part) {
     const std::optional<glm::vec3> c = threeNumbers(part);
-    return c && c->x >= 0.0f && c->y >= 0.0f && c->z >= 0.0f && isWithin(*c, kMaxRadiance) ? c : std::nullopt;
+    return c && isRadiance(*c) ? c : std::nullopt;
   };
   const std::optional<glm::vec3> above = color(text.substr(0, comma));
   if (comma != std::string::npos) sky.below = color(text.substr(comma + 1));

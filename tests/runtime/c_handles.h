@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// A context of relume.h and what was made with it, for tests.
+#pragma once
+
+#include "relume/relume.h"
+
+namespace relume::test {
+
+// Handles may be destroyed in any order; here the context goes first.
+struct Handles {
+  relume_context* context = nullptr;
+  relume_bake* bake = nullptr;
+  relume_relighter* relighter = nullptr;
+
+  Handles() = default;
+  Handles(const Handles&) = delete;
+  Handles& operator=(const Handles&) = delete;
+  ~Handles() {
+    relume_context_destroy(context);
+    relume_bake_destroy(bake);
+    relume_relighter_destroy(relighter);
+  }
+};
+
+}  // namespace relume::test
