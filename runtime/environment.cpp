@@ -32,9 +32,9 @@ std::uint32_t nearestPatch(std::span<const glm::vec3> centre, const glm::vec3& d
 
 // The texel a direction falls into.
 std::size_t texelAt(const glm::vec3& d, std::uint32_t width, std::uint32_t height) {
-  const glm::dvec2 place = toEquirectangular(d);
-  const auto column = std::min(static_cast<std::uint32_t>(std::max(place.x * width, 0.0)), width - 1);
-  const auto row = std::min(static_cast<std::uint32_t>(place.y * height), height - 1);
+  const glm::dvec2 uv = toEquirectangular(d);
+  const auto column = std::min(static_cast<std::uint32_t>(std::max(uv.x * width, 0.0)), width - 1);
+  const auto row = std::min(static_cast<std::uint32_t>(uv.y * height), height - 1);
   return std::size_t{row} * width + column;
 }
 
@@ -49,8 +49,8 @@ std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirectio
     // A row's texels cover equal solid angles: the difference of the cosines of its borders.
     const double solidAngle = std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height);
     for (std::uint32_t column = 0; column < width; ++column) {
-      const glm::dvec2 place((column + 0.5) / width, (row + 0.5) / height);
-      const std::uint32_t patch = nearestPatch(skyDirection, fromEquirectangular(place));
+      const glm::dvec2 uv((column + 0.5) / width, (row + 0.5) / height);
+      const std::uint32_t patch = nearestPatch(skyDirection, fromEquirectangular(uv));
       sum[patch] += solidAngle * glm::dvec3(texels[std::size_t{row} * width + column]);
       weight[patch] += solidAngle;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Step 2, first half: last frame's irradiance at the surfels whose normal is not the light map's (RELUME_BOUNCE_GRID 0) or
-// that read the grid (1), one thread each. It goes to the leaf's place among the nodes, where light_surfels.comp finds it.
+// that read the grid (1), one thread each. It goes to the leaf's slot among the nodes, where light_surfels.comp finds it.
 #include "resolve.glsl"
 #include "lib/leaf_node.glsl"
 #include "lib/pack.glsl"

@@ -4,7 +4,7 @@
 // RELUME_LANES-th link, then the sums are added up in shared memory. RELUME_CACHES caches a work group of RELUME_THREADS.
 // RELUME_LINK_KIND: what links hold (include/relume/links.h, compact_links.h): coefficients (PIC 4.5), or a cone that is projected
 // here (PIC 4.6, Eq. (5), (6)). Repacked links (runtime/shared/link_set.h) are read four at a time; for them, "link" below is
-// four of them, which RELUME_NODE_STEPS places in the row tell the nodes' high halves.
+// four of them, which RELUME_NODE_STEPS indices in the row tell the nodes' high halves.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "lib/color.glsl"
@@ -31,7 +31,7 @@ layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uvec4 linkWo
 #define RELUME_ROW_WORDS 1
 layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWord[]; };
 #endif
-// Of each row its first link, then places where nodes step, two a word.
+// Of each row its first link, then the indices where nodes step, two a word.
 layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowWord[]; };
 #if RELUME_LINK_KIND != RELUME_LINKS_CONE
 layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint shapeWord[]; };
@@ -160,8 +160,8 @@ void addFour(uint four, uint at, uint step_[RELUME_NODE_STEPS + 1]) {
   // The eight bits of f are bits 6 to 13 of a half.
   uvec2 halves = uvec2((transfers & 0xFFu) << 6 | (transfers & 0xFF00u) << 14, (transfers & 0xFF0000u) >> 10 | (transfers >> 24) << 22);
   vec4 f = vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
-  uvec4 sender = word & 0xFFFFu, place = at + uvec4(0u, 1u, 2u, 3u);
-  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(place, uvec4(step_[k]))) << 16;
+  uvec4 sender = word & 0xFFFFu, index = at + uvec4(0u, 1u, 2u, 3u);
+  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(index, uvec4(step_[k]))) << 16;
   for (int i = 0; i < 4; ++i) {
     uint bits = word[i] >> 16;
     addCone(sender[i], f[i], relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6));

@@ -141,7 +141,7 @@ vec4 relumeCoefficients(uint word) {
   return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
 }
 
-// Node of a depth map: v is its direction, a its place in the quadrant.
+// Node of a depth map: v is its direction, a its position in the quadrant.
 float relumeDepthNode(uint map, vec3 v, ivec2 a) {
   const int half_ = kRelumeDepthSide / 2;
   uint node = uint((half_ + (v.y < 0.0 ? -a.y : a.y)) * kRelumeDepthSide + half_ + (v.x < 0.0 ? -a.x : a.x));

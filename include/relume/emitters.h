@@ -33,7 +33,7 @@ struct DrivableMaterial {
 struct Emitters {
   Array<DrivableMaterial> materials;  // in the level's order; their entries follow one another
   Array<std::uint32_t> surfel;        // [Size n_E] index of the surfel; each at most once
-  Array<std::uint32_t> tap;  // [Size kFootprintTaps n_E] packUnorm16x2: places on the image, (0,0) the outer corner of
+  Array<std::uint32_t> tap;  // [Size kFootprintTaps n_E] packUnorm16x2: points on the image, (0,0) the outer corner of
                              // its first texel, the one glTF has at the top left
   Array<float>
       tapWidth;  // [Size n_E] [0..kMaxTapWidth] square root of the part of the image's area that a tap stands for

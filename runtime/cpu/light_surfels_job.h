@@ -72,14 +72,14 @@ struct LightSurfelsKernel {
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's
-  // under their lobes. before: kSurfelBlock numbers each of red, green, blue, by place in `tilted`.
+  // under their lobes. before: kSurfelBlock numbers each of red, green, blue, by index in `tilted`.
   void (*addTiltedBounce)(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted,
                           std::uint32_t count, const float* before, float* e);
   // e += bounceScale * the grid's at these surfels of the block that begins at `first`. share: those of one after the
   // other.
   void (*addGriddedBounce)(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
                            std::uint32_t count, const std::uint32_t* share, float* e);
-  // at = the numbers of the `wanted` bits that are set from `first` on, and anything in kAtRoom places behind them.
+  // at = the numbers of the `wanted` bits that are set from `first` on, and anything in kAtRoom entries behind them.
   void (*listBits)(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at);
   // node[at[i]] = albedo * e + emitted, packed with the dither of its node. `emitted` may be null.
   void (*store)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, const float* e,

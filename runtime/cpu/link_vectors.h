@@ -64,7 +64,7 @@ __attribute__((always_inline)) inline V loadFirst(const Word* from, int count) {
 }
 
 // The links from `at` on of one group: transfers f, ratios of bands for their cones, directions. Lanes past the `count`
-// that are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `place` is the group's within
+// that are left carry nothing, and name node 0. Row: what nodes() needs of the whole row; `index` is the group's within
 // it. writeNodes() writes the nodes of any number of links, and zeros up to a whole vector. One struct a way of storing
 // them (include/relume/links.h).
 struct PlainLinks {
@@ -94,8 +94,8 @@ struct PlainLinks {
   }
   Floats transfer() const { return halfToFloat(packed); }
   static constexpr float kColorUnit = 1.0f;
-  void colors(const std::uint32_t* node, const Row& row, std::int32_t place, int count, Floats* color) const {
-    scaledColors(gather(node, nodes(row, place, count)), transfer(), color);
+  void colors(const std::uint32_t* node, const Row& row, std::int32_t index, int count, Floats* color) const {
+    scaledColors(gather(node, nodes(row, index, count)), transfer(), color);
   }
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const {
@@ -179,10 +179,10 @@ struct RepackedLinks {
   static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
                          std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
-    const int place = static_cast<int>(at - job.rowBegin[cache]);
+    const int index = static_cast<int>(at - job.rowBegin[cache]);
     int i = 0;
     for (std::uint32_t k = 0; k <= job.nodeSteps; ++k) {
-      const int next = k < job.nodeSteps ? step[k] - place : count, last = next < count ? next : count;
+      const int next = k < job.nodeSteps ? step[k] - index : count, last = next < count ? next : count;
       if (last <= i) continue;
       // What is written past the step's last is written again by the next step.
       for (int j = i; j < last; j += kLanes) {
@@ -196,20 +196,20 @@ struct RepackedLinks {
   }
   Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
 #if RELUME_LANES == 16
-  // The high bits of a row's nodes, which grow by 2^16 from some places on, for vectors read in their order.
+  // The high bits of a row's nodes, which grow by 2^16 from some indices on, for vectors read in their order.
   struct Row {
     const std::uint16_t *step, *end;
-    std::int32_t next;  // place of the next step
+    std::int32_t next;  // index of the next step
     Ints high{};        // of the nodes before it
 
     __attribute__((always_inline)) Row(const LightCachesJob& job, std::uint32_t cache)
         : step(job.nodeStep + std::size_t{job.nodeSteps} * cache),
           end(step + job.nodeSteps),
           next(step < end ? *step : kNever) {}
-    __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t place) {
+    __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t index) {
       Ints node = low | high;
-      while (next < place + kLanes) {
-        const Ints reached = (laneNumbers<Ints>() + place >= next) & (1 << 16);
+      while (next < index + kLanes) {
+        const Ints reached = (laneNumbers<Ints>() + index >= next) & (1 << 16);
         node += reached;
         high += 1 << 16;
         next = ++step < end ? *step : kNever;
@@ -221,9 +221,9 @@ struct RepackedLinks {
   // What carries nothing is not read. The bits of f, put where a float has them, add to the exponent of a colour's
   // unit: a product without a multiplication, 2^8 too small (f never is a denormal half: link_set.cpp).
   static constexpr float kColorUnit = 256.0f;
-  __attribute__((always_inline)) void colors(const std::uint32_t* node, Row& row, std::int32_t place, int,
+  __attribute__((always_inline)) void colors(const std::uint32_t* node, Row& row, std::int32_t index, int,
                                              Floats* color) const {
-    const Ints at = row.nodes(word & 0xFFFF, place);
+    const Ints at = row.nodes(word & 0xFFFF, index);
     const __mmask16 carries = _mm_test_epi8_mask((__m128i)f, (__m128i)f);
     const auto bits = (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), carries, (__m512i)at, node, 4);
     const Ints unit = ((bits >> 3) & 0x1F800000) | (64 << 23), factor = bytesToInts(f) << 19;

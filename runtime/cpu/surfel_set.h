@@ -37,7 +37,7 @@ class SurfelSet {
   SurfelSet& operator=(const SurfelSet&) = delete;
 
   std::uint32_t count() const { return leaf_.size(); }
-  // Places and words of `job`.
+  // Fill in what `job` says of surfels.
   void describe(LightSurfelsJob& job) const;
   // Nodes of the surfels of a block. [Size at >= count + kAtRoom]
   void leaves(const LightSurfelsKernel& kernel, std::uint32_t block, std::uint32_t count, std::uint32_t* at) const {
@@ -51,7 +51,7 @@ class SurfelSet {
   const glm::vec3& driven(const Emitter& emitter) const {
     return driven_[static_cast<std::size_t>(&emitter - emitter_.data())];
   }
-  // Surfel of the bake by place in leaf order. Only with keepOrder.
+  // Surfel of the bake by its slot in leaf order. Only with keepOrder.
   std::uint32_t bakedSurfel(std::uint32_t i) const { return order_[i]; }
   std::span<const std::uint32_t> skyLeaves() const { return skyLeaf_; }  // [Size sky patches]
   std::size_t bytes() const;

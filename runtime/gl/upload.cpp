@@ -30,8 +30,8 @@ Buffer makeArray(const Functions& gl, std::span<const T> data) {
   return makeBuffer(gl, data.data(), data.size_bytes(), GL_STATIC_DRAW);
 }
 
-// emission: packed, by place.
-void makeEmitters(const Functions& gl, const Emitters& emitters, std::span<const Placed> placed,
+// emission: packed, by slot.
+void makeEmitters(const Functions& gl, const Emitters& emitters, std::span<const SenderSlot> slots,
                   std::span<const std::uint32_t> emission, GpuBake& gpu, std::pmr::memory_resource* memory) {
   if (emitters.count() == 0) {
     gpu.emitters = makeBuffer(gl, nullptr, 0, GL_STATIC_DRAW);
@@ -40,8 +40,8 @@ void makeEmitters(const Functions& gl, const Emitters& emitters, std::span<const
   std::uint32_t surfels = 0;
   for (const std::uint32_t s : emitters.surfel) surfels = std::max(surfels, s + 1);
   std::pmr::vector<std::uint32_t> slotOf(surfels, 0, memory);
-  for (std::uint32_t i = 0; i < placed.size(); ++i) {
-    if (placed[i].node != kRelumeNone && placed[i].surfel < surfels) slotOf[placed[i].surfel] = i;
+  for (std::uint32_t i = 0; i < slots.size(); ++i) {
+    if (slots[i].node != kRelumeNone && slots[i].surfel < surfels) slotOf[slots[i].surfel] = i;
   }
   std::pmr::vector<RelumeEmitter> entries(emitters.count(), memory);
   for (std::uint32_t e = 0; e < emitters.count(); ++e) {
@@ -58,8 +58,8 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   const Surfels& surfels = bake.surfels;
   const Hierarchy& hierarchy = bake.hierarchy;
   const std::uint32_t count = surfels.count();
-  std::array<std::pmr::vector<Placed>, 3> byKind{std::pmr::vector<Placed>(memory), std::pmr::vector<Placed>(memory),
-                                                 std::pmr::vector<Placed>(memory)};
+  std::array<std::pmr::vector<SenderSlot>, 3> byKind{
+      std::pmr::vector<SenderSlot>(memory), std::pmr::vector<SenderSlot>(memory), std::pmr::vector<SenderSlot>(memory)};
   std::uint32_t leaf = 0;
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (!hierarchy.isLeaf(node) || hierarchy.sender(node) >= count) continue;
@@ -70,9 +70,9 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   LeafBlocks blocks(memory);
   GLuint* const ends[] = {&gpu.flatEnd, &gpu.tiltedEnd, &gpu.surfelEnd};
   for (std::size_t kind = 0; kind < byKind.size(); ++kind) {
-    for (const Placed& each : byKind[kind]) blocks.add(each);
+    for (const SenderSlot& each : byKind[kind]) blocks.add(each);
     blocks.endBlock();
-    *ends[kind] = static_cast<GLuint>(blocks.placed().size());
+    *ends[kind] = static_cast<GLuint>(blocks.slots().size());
   }
 
   gpu.box = boxOf(surfels.positionWorld);
@@ -81,18 +81,18 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   std::pmr::vector<SurfelWords> words(gpu.surfelEnd, SurfelWords{}, memory);
   std::pmr::vector<std::uint32_t> emission(gpu.emits ? gpu.surfelEnd : 0, 0, memory);
   for (std::size_t i = 0; i < words.size(); ++i) {
-    const Placed& each = blocks.placed()[i];
+    const SenderSlot& each = blocks.slots()[i];
     if (each.node == kRelumeNone) continue;
     const std::uint32_t s = each.surfel;
     words[i] = packSurfel(gpu.box, surfels.positionWorld[s], surfels.normal[s], surfels.albedo[s], surfels.receiver[s],
                           ditherOf(each.dither));
     if (gpu.emits) emission[i] = packColor(surfels.emission[s], ditherOf(s));
   }
-  makeEmitters(gl, bake.emitters, blocks.placed(), emission, gpu, memory);
+  makeEmitters(gl, bake.emitters, blocks.slots(), emission, gpu, memory);
   // Of gridded ones, where each one's shares begin, then the shares.
   std::pmr::vector<std::uint32_t> begin(memory), shares(memory);
   const std::uint32_t sharesBegin = gpu.surfelEnd - gpu.tiltedEnd + 1;
-  for (const Placed& each : blocks.placed().subspan(gpu.tiltedEnd)) {
+  for (const SenderSlot& each : blocks.slots().subspan(gpu.tiltedEnd)) {
     begin.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
     if (each.node != kRelumeNone) appendGridShares(bake.caches, surfels, each.surfel, shares);
   }
@@ -106,8 +106,8 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   std::sort(sky.begin(), sky.end());
   for (const std::uint32_t node : sky) blocks.add({hierarchy.sender(node) - count, node, 0});
   blocks.endBlock();
-  gpu.senderEnd = static_cast<GLuint>(blocks.placed().size());
-  for (const Placed& each : blocks.placed().subspan(gpu.surfelEnd)) gpu.skyOrder.push_back(each.surfel);
+  gpu.senderEnd = static_cast<GLuint>(blocks.slots().size());
+  for (const SenderSlot& each : blocks.slots().subspan(gpu.surfelEnd)) gpu.skyOrder.push_back(each.surfel);
   gpu.leafNode = makeArray<std::uint32_t>(gl, blocks.words());
 }
 

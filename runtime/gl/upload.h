@@ -39,7 +39,7 @@ struct GpuBake {
   GpuBake& operator=(GpuBake&&) = default;
 
   // Surfels flat first, then tilted, then gridded (runtime/shared/receivers.h), each by ascending leaf, with empty
-  // places between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
+  // slots between (shaders/lib/leaf_node.glsl); leafNode: theirs, then the sky's.
   Buffer surfels, emission, leafNode;
   Buffer emitters;                        // RELUME_SLOT_EMITTERS
   Buffer gridded;                         // RELUME_SLOT_GRIDDED
@@ -52,8 +52,8 @@ struct GpuBake {
   Buffer texels;                          // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;  // but for mapNormal written every frame
   std::pmr::vector<LinkBatch> batches;
-  int nodeSteps = -1;  // repacked links: places a row where nodes step; -1 = links as they are baked
-  // The bake's number of each surfel, kRelumeNone at empty places; see orderSurfels().
+  int nodeSteps = -1;  // repacked links: indices a row where nodes step; -1 = links as they are baked
+  // The bake's number of each surfel, kRelumeNone at empty slots; see orderSurfels().
   std::pmr::vector<std::uint32_t> surfelOrder;
   std::pmr::vector<std::uint32_t> skyOrder;  // likewise the patches of the sky
   // Where flat, tilted and all surfels end, and the sky's patches: multiples of RELUME_SURFEL_GROUP.

@@ -25,7 +25,7 @@ bool canPackAgain(const Links& links) {
   return true;
 }
 
-// The nearest f of eight bits, as they are stored: nothing, or four places behind the leading one from 2^-14 on. (Below
+// The nearest f of eight bits, as they are stored: nothing, or four bits behind the leading one from 2^-14 on. (Below
 // that are denormal halves, which kernels need not know then.)
 std::uint32_t packTransfer8(float f) {
   constexpr std::uint32_t kMin = 16;

@@ -14,7 +14,7 @@
 
 namespace relume {
 
-// The four texels around a point and its place between them. Texel centres are at (i + 0.5) / size; beyond the outer
+// The four texels around a point and its position between them. Texel centres are at (i + 0.5) / size; beyond the outer
 // ones the map is constant.
 struct TexelQuad {
   std::array<std::size_t, 4> texel;
