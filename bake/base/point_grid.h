@@ -42,9 +42,7 @@ class PointGrid {
   template <class Visit>
   void forEachRun(const glm::vec3& p, int rings, const Visit& visit) const {
     const Bucket c = bucketOf(p);
-    for (std::int64_t z = c.z - rings; z <= c.z + rings; ++z) {
-      for (std::int64_t y = c.y - rings; y <= c.y + rings; ++y) visitRow(c.x - rings, c.x + rings, y, z, visit);
-    }
+    forEachRunIn({{c.x - rings, c.y - rings, c.z - rings}, {c.x + rings, c.y + rings, c.z + rings}}, visit);
   }
 
   // The buckets that a cube of half width `halfWidth` [m] around p meets.
@@ -55,8 +53,11 @@ class PointGrid {
   // Visit the points in the buckets of a box.
   template <class Visit>
   void forEachRunIn(const Box& box, const Visit& visit) const {
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z) {
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y) visitRow(box.low.x, box.high.x, y, z, visit);
+    // Within the grid: a box may have millions of rows beyond it, and all of them where the grid has no points.
+    const std::int64_t z1 = std::min(box.high.z, size_.z - 1), y1 = std::min(box.high.y, size_.y - 1);
+    for (std::int64_t z = std::max<std::int64_t>(box.low.z, 0); z <= z1; ++z) {
+      for (std::int64_t y = std::max<std::int64_t>(box.low.y, 0); y <= y1; ++y)
+        visitRow(box.low.x, box.high.x, y, z, visit);
     }
   }
 

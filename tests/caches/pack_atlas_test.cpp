@@ -17,20 +17,33 @@ TEST(PackAtlas, NothingOverlapsAndTheGutterStaysFree) {
   ASSERT_TRUE(plan);
   ASSERT_EQ(plan->single.size(), kSingles);
   EXPECT_GT(plan->used, 0.5);
-  std::vector<int> taken(std::size_t{plan->side} * plan->side, 0);
+  EXPECT_EQ(plan->size.x, plan->size.y);
+  std::vector<int> taken(std::size_t{plan->size.x} * plan->size.y, 0);
   const auto take = [&](std::uint32_t x, std::uint32_t y) {
-    if (x < plan->side && y < plan->side) ++taken[std::size_t{y} * plan->side + x];
+    if (x < plan->size.x && y < plan->size.y) ++taken[std::size_t{y} * plan->size.x + x];
   };
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const glm::uvec2 at = plan->rectangle[i];
-    ASSERT_LE(at.x + sizes[i].x, plan->side);
-    ASSERT_LE(at.y + sizes[i].y, plan->side);
+    ASSERT_LE(at.x + sizes[i].x, plan->size.x);
+    ASSERT_LE(at.y + sizes[i].y, plan->size.y);
     for (std::uint32_t y = 0; y < sizes[i].y + kGutter; ++y) {
       for (std::uint32_t x = 0; x < sizes[i].x + kGutter; ++x) take(at.x + x, at.y + y);
     }
   }
   for (const glm::uvec2& at : plan->single) take(at.x, at.y);
   for (const int count : taken) EXPECT_LE(count, 1);
+}
+
+TEST(PackAtlas, OneLongRectangleDoesNotMakeAWholeSquare) {
+  const std::vector<glm::uvec2> sizes{{8000, 2}, {5000, 1}, {3, 7}};
+  constexpr std::uint32_t kSingles = 20000;
+  const auto plan = packAtlas(sizes, kSingles, 1, 0);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->size.x, 8000u);
+  EXPECT_LE(plan->size.y, 24u);
+  ASSERT_EQ(plan->single.size(), kSingles);
+  for (const glm::uvec2& at : plan->single) EXPECT_LT(at.y, plan->size.y);
+  for (std::size_t i = 0; i < sizes.size(); ++i) EXPECT_LE(plan->rectangle[i].y + sizes[i].y, plan->size.y);
 }
 
 TEST(PackAtlas, SaysWhenItDoesNotFit) {

@@ -222,5 +222,18 @@ TEST(EliminateSamples, coincidentCandidatesAreNoHang) {
   EXPECT_EQ(order->size(), 100u);
 }
 
+// A search far wider than the grid costs what the grid does: this would go on for centuries.
+TEST(PointGrid, rowsBeyondTheGridCostNothing) {
+  Context context;
+  const std::vector<glm::vec3> points{{0, 0, 0}, {1, 2, 3}};
+  for (const std::size_t count : {std::size_t{0}, points.size()}) {
+    const PointGrid grid(std::span<const glm::vec3>(points).first(count), 1.0f, context);
+    std::size_t found = 0;
+    grid.forEachRunIn(grid.boxAround({0.5f, 0.5f, 0.5f}, 1e9f),
+                      [&](std::uint32_t begin, std::uint32_t end) { found += end - begin; });
+    EXPECT_EQ(found, count);
+  }
+}
+
 }  // namespace
 }  // namespace relume

@@ -96,7 +96,7 @@ class Filler {
         request_(request),
         plan_(plan),
         gutter_(gutter),
-        texels_(std::size_t{plan.side} * plan.side, kNoCache),
+        texels_(std::size_t{plan.size.x} * plan.size.y, kNoCache),
         share_(texels_.size(), 0.0f),
         home_(shared.caches.size(), glm::uvec2(kNone)) {}
 
@@ -108,21 +108,22 @@ class Filler {
     if (context.cancelled()) return {};
     for (std::size_t s = 0; s < request_.single.size(); ++s) {
       const glm::uvec2& at = plan_.single[s];
-      texels_[std::size_t{at.y} * plan_.side + at.x] = request_.single[s];
-      share_[std::size_t{at.y} * plan_.side + at.x] = 1.0f;
+      texels_[std::size_t{at.y} * plan_.size.x + at.x] = request_.single[s];
+      share_[std::size_t{at.y} * plan_.size.x + at.x] = 1.0f;
       home_[request_.single[s]] = at;
     }
     surround();
     for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) writeCorners(p, false);
     if (context.cancelled()) return {};
     seams = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize,
-                        {plan_.side, texels_, share_, parts_, front_, back_}, context);
+                        {plan_.size, texels_, share_, parts_, front_, back_}, context);
     parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
     });
 
     Lightmap map;
-    map.width = map.height = plan_.side;
+    map.width = plan_.size.x;
+    map.height = plan_.size.y;
     map.cache = std::move(texels_);
     map.parts = std::move(parts_);
     map.cornerUv = std::move(front_);
@@ -156,13 +157,13 @@ class Filler {
     const float texelSize = patchTexels_.texelSize / set_.patches[patch].density;
     for (std::uint32_t c = patchTexels_.firstTexel[patch]; c < patchTexels_.firstTexel[patch + 1]; ++c) {
       const PatchTexel& texel = patchTexels_.texels[c];
-      share_[std::size_t{origin.y + texel.y} * plan_.side + origin.x + texel.x] =
+      share_[std::size_t{origin.y + texel.y} * plan_.size.x + origin.x + texel.x] =
           std::min(1.0f, texel.area / (texelSize * texelSize));
     }
-    for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.side; ++y) {
-      for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.side; ++x) {
+    for (std::uint32_t y = 0; y < size.y + gutter_ && origin.y + y < plan_.size.y; ++y) {
+      for (std::uint32_t x = 0; x < size.x + gutter_ && origin.x + x < plan_.size.x; ++x) {
         const std::uint32_t cache = texels[std::size_t{std::min(y, size.y - 1)} * size.x + std::min(x, size.x - 1)];
-        texels_[std::size_t{origin.y + y} * plan_.side + origin.x + x] = cache;
+        texels_[std::size_t{origin.y + y} * plan_.size.x + origin.x + x] = cache;
         if (x < size.x && y < size.y && home_[cache] == glm::uvec2(kNone)) home_[cache] = origin + glm::uvec2(x, y);
       }
     }
@@ -170,7 +171,7 @@ class Filler {
 
   // Copy filled texels to the free ones around them: 16-bit coordinates miss a texel's centre by a little.
   void surround() {
-    const glm::uvec2 size(plan_.side);
+    const glm::uvec2 size = plan_.size;
     std::vector<std::uint32_t> ring = texels_;
     for (std::uint32_t y = 0; y < size.y; ++y) {
       for (std::uint32_t x = 0; x < size.x; ++x) {
@@ -181,9 +182,7 @@ class Filler {
     texels_ = std::move(ring);
   }
 
-  std::uint32_t pack(const glm::vec2& texel) const {
-    return packUnorm16x2((texel + 0.5f) / static_cast<float>(plan_.side));
-  }
+  std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / glm::vec2(plan_.size)); }
 
   // Write where the triangles of a patch read. snapped: once the texels have their final caches.
   void writeCorners(std::uint32_t p, bool snapped) {
@@ -203,14 +202,14 @@ class Filler {
         std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
     } else {
       // Stay a little inside, so that rounding of coordinates and filters does not reach a neighbour's texels.
-      const float inset = 1.0f / 512.0f + static_cast<float>(plan_.side) / 65535.0f;
+      const glm::vec2 inset = 1.0f / 512.0f + glm::vec2(plan_.size) / 65535.0f;
       const glm::uvec2 size = patchTexels_.resolution[p];
       const glm::vec2 origin(plan_.rectangle[request_.rectangleOf[p]]);
       glm::vec2 low(0.0f), high(0.0f);
       for (int a = 0; a < 2; ++a) {
         if (size[a] > 1) {
-          low[a] = inset;
-          high[a] = static_cast<float>(size[a] - 1) - inset;
+          low[a] = inset[a];
+          high[a] = static_cast<float>(size[a] - 1) - inset[a];
         }
       }
       std::vector<glm::vec2> texel;
@@ -220,7 +219,7 @@ class Filler {
       }
       if (snapped) {
         snapCorners(scene_, patch, chart, shared_, patchTexels_.texelSize / patch.density,
-                    {plan_.side, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
+                    {plan_.size, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
                     texel);
       }
       for (std::size_t i = 0; i < texel.size(); ++i)

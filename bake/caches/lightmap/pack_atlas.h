@@ -14,15 +14,16 @@
 namespace relume {
 
 struct AtlasPlan {
-  std::uint32_t side = 0;             // [texel]
+  glm::uvec2 size{0};                 // [texel]
   std::vector<glm::uvec2> rectangle;  // [texel] origin of each rectangle
   std::vector<glm::uvec2> single;     // [texel] coordinates of each single texel; they fill rows of what is left
   double used = 0.0;                  // share of all texels in rectangles, without their gutters, and in single texels
 };
 
 // Pack into a square of `side` texels or, with side = 0, into the smallest square found whose side is a multiple of 8.
-// Each rectangle keeps `gutter` texels free at its right and its top. Nothing when it does not fit, or once `context`
-// (may be null) is cancelled.
+// Where a long rectangle makes that square more than half empty, its empty rows at the end are cut off. Each rectangle
+// keeps `gutter` texels free at its right and its top. Nothing when it does not fit, or once `context` (may be null) is
+// cancelled.
 std::optional<AtlasPlan> packAtlas(std::span<const glm::uvec2> sizes, std::uint32_t singles, std::uint32_t gutter,
                                    std::uint32_t side, const Context* context = nullptr);
 

@@ -88,7 +88,7 @@ class Placer {
                        " texels a side"};
 
     // 3. The texture of indices, and where the triangles read it
-    if (Status ok = reserveAtlas(plan->side); !ok) return ok.error();
+    if (Status ok = reserveAtlas(plan->size); !ok) return ok.error();
     PlacedLightmap result;
     result.lightmap = fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, seams_, context_);
     if (context_.cancelled()) return cancelledError();
@@ -139,10 +139,10 @@ class Placer {
     return ok;
   }
 
-  Status reserveAtlas(std::uint32_t side) {
-    const double texels = static_cast<double>(side) * side, corners = 3.0 * scene_.triangleCount();
+  Status reserveAtlas(const glm::uvec2& size) {
+    const double texels = static_cast<double>(size.x) * size.y, corners = 3.0 * scene_.triangleCount();
     Status ok = reserveMemory(context_, "light map", kAtlasBytes * texels + kCornerBytes * corners,
-                              std::to_string(side) + " x " + std::to_string(side) + " texels and " +
+                              std::to_string(size.x) + " x " + std::to_string(size.y) + " texels and " +
                                   std::to_string(scene_.triangleCount()) + " triangles",
                               remedy());
     if (!ok) ok.error().code = ErrorCode::usage;
@@ -267,7 +267,8 @@ class Placer {
     context_.figure("patches", static_cast<double>(set_.patches.size()));
     context_.figure("texel_m", trial.texels.texelSize);
     context_.figure("lightmap_caches", static_cast<double>(trial.shared.caches.size()));
-    context_.figure("lightmap_side", plan.side);
+    context_.figure("lightmap_width", plan.size.x);
+    context_.figure("lightmap_height", plan.size.y);
     context_.figure("packing_share", plan.used);
     context_.figure("seams_m", seams_.length);
     context_.figure("seam_jump_unstitched_texels", seams_.before);

@@ -71,9 +71,9 @@ class Snapper {
     float total = 0.0f;
     for (std::uint32_t k = 0; k < 4; ++k) {
       const float w = (k & 1 ? f.x : 1.0f - f.x) * (k & 2 ? f.y : 1.0f - f.y);
-      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1),
-                          y = std::min(base.y + (k >> 1), texels_.side - 1);
-      const std::uint32_t cache = texels_.cache[std::size_t{y} * texels_.side + x];
+      const std::uint32_t x = std::min(base.x + (k & 1), texels_.atlas.x - 1),
+                          y = std::min(base.y + (k >> 1), texels_.atlas.y - 1);
+      const std::uint32_t cache = texels_.cache[std::size_t{y} * texels_.atlas.x + x];
       if (cache == kNoCache || !(w > 0.0f)) continue;
       mean += w * shared_.caches[cache].positionWorld;
       total += w;

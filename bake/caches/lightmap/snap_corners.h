@@ -11,8 +11,8 @@ namespace relume {
 
 // The atlas, and the filled rectangle of a patch in it.
 struct SnapTexels {
-  std::uint32_t side = 0;                // [texel] of the atlas
-  std::span<const std::uint32_t> cache;  // [Size side²]
+  glm::uvec2 atlas{0};                   // [texel] its size
+  std::span<const std::uint32_t> cache;  // [Size width * height of the atlas]
   glm::uvec2 origin{0}, size{1};         // [texel] of the rectangle
 };
 

@@ -137,14 +137,14 @@ class Stitcher {
 
   // The four texels of a coordinate; weights of side B are negative. False where one of them is empty.
   bool addQuad(const glm::vec2& uv, float sign, std::size_t slot, SeamPoint& point) const {
-    const float side = static_cast<float>(texels_.side);
-    const glm::vec2 p = glm::clamp(uv * side - 0.5f, glm::vec2(0.0f), glm::vec2(side - 1.0f));
+    const glm::vec2 size(texels_.size);
+    const glm::vec2 p = glm::clamp(uv * size - 0.5f, glm::vec2(0.0f), size - 1.0f);
     const glm::uvec2 base(p);
     const glm::vec2 f = p - glm::vec2(base);
     for (std::uint32_t k = 0; k < 4; ++k) {
-      const std::uint32_t x = std::min(base.x + (k & 1), texels_.side - 1),
-                          y = std::min(base.y + (k >> 1), texels_.side - 1);
-      const std::uint32_t texel = y * texels_.side + x;
+      const std::uint32_t x = std::min(base.x + (k & 1), texels_.size.x - 1),
+                          y = std::min(base.y + (k >> 1), texels_.size.y - 1);
+      const std::uint32_t texel = y * texels_.size.x + x;
       if (texels_.cache[texel] == kNoCache) return false;
       point.texel[slot + k] = texel;
       point.weight[slot + k] = sign * (k & 1 ? f.x : 1.0f - f.x) * (k & 2 ? f.y : 1.0f - f.y);

@@ -9,9 +9,9 @@ namespace relume {
 
 // The atlas while it is filled.
 struct SeamTexels {
-  std::uint32_t side = 0;             // [texel]
-  std::vector<std::uint32_t>& cache;  // [Size side²] changed where that helps
-  std::span<const float> share;       // [Size side²] of a full texel of surface that reads it without seams, [0..1]
+  glm::uvec2 size{0};                 // [texel]
+  std::vector<std::uint32_t>& cache;  // [Size width * height] changed where that helps
+  std::span<const float> share;  // [Size width * height] of a full texel of surface that reads it without seams, [0..1]
   std::span<const LightmapPart> parts;
   std::span<const std::uint32_t> front, back;  // corners of the triangles
 };
