@@ -85,12 +85,12 @@ def check_linked(where, library):
     check(not found, f'the runtime links OpenGL: {found}')
 
 
-def configure(name, prefix, *arguments, reason=None):
-    """A project of tests/consumer, configured in an empty folder against an installation. With `reason` it must fail so."""
+def configure(name, prefix, *arguments, reason=None, folder='tests/consumer'):
+    """A project of `folder`, configured in an empty folder against an installation. With `reason` it must fail so."""
     build = os.path.join(work, name)
     shutil.rmtree(build, ignore_errors=True)
     launcher = [f'-DCMAKE_{l}_COMPILER_LAUNCHER={options.launcher}' for l in ('C', 'CXX')] if options.launcher else []
-    command = ['cmake', '-G', 'Ninja', '-S', os.path.join(source, 'tests/consumer', name), '-B', build,
+    command = ['cmake', '-G', 'Ninja', '-S', os.path.join(source, folder, name), '-B', build,
                '-DCMAKE_PREFIX_PATH=' + prefix, *launcher, *arguments]
     if reason is None:
         run(*command)
@@ -181,6 +181,8 @@ for component in ('runtime', 'dev'):
     run('cmake', '--install', options.build, '--prefix', prefix, '--component', component)
 check_games(prefix, bake, expected)
 configure('baking', prefix, reason='component bake: it is not installed here')
+if subprocess.run(['pkg-config', '--exists', 'glfw3', 'epoxy', 'stb'], check=False).returncode == 0:
+    run('cmake', '--build', configure('04_embed', prefix, folder='samples'))
 run('cmake', '--install', options.build, '--prefix', prefix, '--component', 'bake_dev')
 check_baker(prefix, level, bake)
 

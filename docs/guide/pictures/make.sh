@@ -52,6 +52,22 @@ if is_wanted sky; then
   samples/day/film.sh "$scratch/day" high 128x80 >"$scratch/day.log"
   cp "$scratch/day/strip.png" "$here/sky.png"
 fi
+# Embedding: a renderer to copy
+if is_wanted embed; then
+  cp samples/level/two_rooms.glb "$scratch/embed.glb"
+  "$relume" bake "$scratch/embed.glb" -o "$scratch/embed.relume" --export-glb "$scratch/embed_game.glb" --progress none
+  xvfb-run -a "$tools/../samples/04_embed/embed" "$scratch/embed_game.glb" "$scratch/embed.relume" "$scratch/embed.png" 70
+  python3 - samples "$scratch/embed.png" "$here/embed.png" <<'PYTHON'
+import sys
+sys.path.insert(0, sys.argv[1])
+sys.dont_write_bytecode = True
+from strip import read_png, write_png
+width, height, rows = read_png(sys.argv[2])  # halved
+mean = lambda x, y, c: (rows[y][3 * x + c] + rows[y][3 * x + 3 + c] + rows[y + 1][3 * x + c] + rows[y + 1][3 * x + 3 + c]) // 4
+write_png(sys.argv[3], width // 2, height // 2,
+          bytes(mean(x, y, c) for y in range(0, height, 2) for x in range(0, width, 2) for c in range(3)))
+PYTHON
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// See level.h.
+#include "level.h"
+
+#include <glm/common.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include <tiny_gltf.h>
+
+namespace {
+
+struct Loader {
+  const tinygltf::Model& model;
+  Level level;
+  int lightmapSet = -1;      // TEXCOORD set of the light map
+  float lightFactor = 1.0f;  // from the level's unit to W/sr and W/m²
+
+  // Component c of element i, integers as the fractions that they stand for where they are normalised.
+  double number(const tinygltf::Accessor& a, std::size_t i, std::size_t c) const {
+    if (a.bufferView < 0) return 0.0;  // as glTF has it
+    const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(a.bufferView));
+    const std::vector<unsigned char>& data = model.buffers.at(static_cast<std::size_t>(view.buffer)).data;
+    const auto size =
+        static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(a.componentType)));
+    const std::size_t at = view.byteOffset + a.byteOffset + i * static_cast<std::size_t>(a.ByteStride(view)) + c * size;
+    if (at + size > data.size()) throw std::out_of_range("an accessor is longer than its buffer");
+    const auto as = [&](auto value, double one) {
+      std::memcpy(&value, data.data() + at, sizeof value);
+      return static_cast<double>(value) / (a.normalized ? one : 1.0);
+    };
+    switch (a.componentType) {
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return as(std::uint8_t{}, 255.0);
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return as(std::uint16_t{}, 65535.0);
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return as(std::uint32_t{}, 1.0);
+      case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        return as(0.0f, 1.0);
+      default:
+        throw std::runtime_error("signed integers are not read here");
+    }
+  }
+
+  // The accessor of an attribute; null where a primitive has none of it.
+  const tinygltf::Accessor* find(const tinygltf::Primitive& primitive, const std::string& name) const {
+    const auto found = primitive.attributes.find(name);
+    return found == primitive.attributes.end() ? nullptr : &model.accessors.at(static_cast<std::size_t>(found->second));
+  }
+
+  void addPrimitive(const tinygltf::Primitive& primitive, const glm::mat4& worldFromNode) {
+    const tinygltf::Accessor* const position = find(primitive, "POSITION");
+    const tinygltf::Accessor* const normal = find(primitive, "NORMAL");
+    const tinygltf::Accessor* const uv = find(primitive, "TEXCOORD_0");
+    const tinygltf::Accessor* const map = find(primitive, "TEXCOORD_" + std::to_string(lightmapSet));
+    if (primitive.mode != TINYGLTF_MODE_TRIANGLES || position == nullptr || normal == nullptr) return;
+    const auto first = static_cast<std::uint32_t>(level.vertices.size());
+    const glm::mat3 normalMatrix = glm::transpose(glm::inverse(glm::mat3(worldFromNode)));
+    for (std::size_t i = 0; i < position->count; ++i) {
+      const glm::vec3 p(number(*position, i, 0), number(*position, i, 1), number(*position, i, 2));
+      const glm::vec3 n(number(*normal, i, 0), number(*normal, i, 1), number(*normal, i, 2));
+      Vertex v{glm::vec3(worldFromNode * glm::vec4(p, 1.0f)), glm::normalize(normalMatrix * n), {}, {65535, 65535}};
+      if (uv != nullptr) v.uv = {number(*uv, i, 0), number(*uv, i, 1)};
+      for (std::size_t c = 0; map != nullptr && c < 2; ++c)
+        v.lightmapUv[c] = static_cast<std::uint16_t>(std::lround(65535.0 * number(*map, i, c)));
+      level.low = glm::min(level.low, v.position);
+      level.high = glm::max(level.high, v.position);
+      level.vertices.push_back(v);
+    }
+    Draw draw{static_cast<std::uint32_t>(level.indices.size()), static_cast<std::uint32_t>(position->count),
+              primitive.material >= 0 ? static_cast<std::size_t>(primitive.material) : level.materials.size() - 1};
+    const tinygltf::Accessor* const index =
+        primitive.indices >= 0 ? &model.accessors.at(static_cast<std::size_t>(primitive.indices)) : nullptr;
+    if (index != nullptr) draw.indexCount = static_cast<std::uint32_t>(index->count);
+    for (std::uint32_t i = 0; i < draw.indexCount; ++i)
+      level.indices.push_back(first + (index != nullptr ? static_cast<std::uint32_t>(number(*index, i, 0)) : i));
+    level.draws.push_back(draw);
+  }
+
+  void addNode(std::size_t n, const glm::mat4& worldFromParent) {
+    const tinygltf::Node& node = model.nodes.at(n);
+    glm::mat4 local(1.0f);
+    if (node.matrix.size() == 16) {
+      local = glm::mat4(glm::make_mat4(node.matrix.data()));
+    } else {
+      if (node.translation.size() == 3) local[3] = glm::vec4(glm::vec3(glm::make_vec3(node.translation.data())), 1.0f);
+      if (node.rotation.size() == 4) local = local * glm::mat4(glm::mat4_cast(glm::make_quat(node.rotation.data())));
+      for (int a = 0; node.scale.size() == 3 && a < 3; ++a)
+        local[a] *= static_cast<float>(node.scale[static_cast<std::size_t>(a)]);
+    }
+    const glm::mat4 world = worldFromParent * local;
+    if (node.mesh >= 0) {
+      for (const tinygltf::Primitive& primitive : model.meshes.at(static_cast<std::size_t>(node.mesh)).primitives)
+        addPrimitive(primitive, world);
+    }
+    if (node.camera >= 0 && level.worldFromCamera == glm::mat4(1.0f)) {
+      level.worldFromCamera = world;
+      level.fovYRad = static_cast<float>(model.cameras.at(static_cast<std::size_t>(node.camera)).perspective.yfov);
+    }
+    if (const auto found = node.extensions.find("KHR_lights_punctual"); found != node.extensions.end()) {
+      const tinygltf::Light& light =
+          model.lights.at(static_cast<std::size_t>(found->second.Get("light").GetNumberAsInt()));
+      glm::vec3 color(lightFactor * static_cast<float>(light.intensity));
+      for (int c = 0; light.color.size() == 3 && c < 3; ++c)
+        color[c] *= static_cast<float>(light.color[static_cast<std::size_t>(c)]);
+      relume::Light* const ours = light.type == "directional" ? &level.sun
+                                  : light.type == "point"     ? &level.lamp
+                                                              : nullptr;
+      if (ours != nullptr && ours->intensity == glm::vec3(0.0f)) {  // the first of each kind; spots are left to you
+        ours->intensity = color;
+        ours->positionWorld = glm::vec3(world[3]);
+        ours->direction = -glm::normalize(glm::vec3(world[2]));
+      }
+    }
+    for (const int child : node.children) addNode(static_cast<std::size_t>(child), world);
+  }
+
+  void addMaterial(const tinygltf::Material& m) {
+    Material made;
+    made.color = glm::vec4(glm::make_vec4(m.pbrMetallicRoughness.baseColorFactor.data()));
+    made.emission = glm::vec3(glm::make_vec3(m.emissiveFactor.data()));
+    if (const auto strength = m.extensions.find("KHR_materials_emissive_strength"); strength != m.extensions.end())
+      made.emission *= static_cast<float>(strength->second.Get("emissiveStrength").GetNumberAsDouble());
+    if (m.alphaMode == "MASK") made.alphaCutoff = static_cast<float>(m.alphaCutoff);
+    if (const int texture = m.pbrMetallicRoughness.baseColorTexture.index; texture >= 0)
+      made.image = model.textures.at(static_cast<std::size_t>(texture)).source;
+    level.materials.push_back(made);
+  }
+
+  void run() {
+    const tinygltf::Value& lightmap = model.asset.extras.Get("relume").Get("lightmap");
+    if (!lightmap.IsObject()) throw std::runtime_error("no light map: export it with relume bake --export-glb");
+    lightmapSet = lightmap.Get("texcoord").GetNumberAsInt();
+    level.bakeScene = lightmap.Get("sceneHash").Get<std::string>();
+    const tinygltf::Scene& scene = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0)));
+    const tinygltf::Value& unit = scene.extras.Get("relume").Get("lightUnit");
+    if (unit.IsString() && unit.Get<std::string>() == "photometric") lightFactor = 1.0f / 683.0f;
+    for (const tinygltf::Material& m : model.materials) addMaterial(m);
+    level.materials.emplace_back();
+    for (const tinygltf::Image& i : model.images)
+      level.images.push_back(
+          {i.width, i.height, i.component == 4 && i.bits == 8 ? i.image : std::vector<unsigned char>()});
+    for (const int node : scene.nodes) addNode(static_cast<std::size_t>(node), glm::mat4(1.0f));
+    if (level.indices.empty()) throw std::runtime_error("no triangles");
+  }
+};
+
+}  // namespace
+
+relume::Result<Level> loadLevel(const std::string& path) {
+  tinygltf::TinyGLTF parser;
+  tinygltf::Model model;
+  std::string error, warning;
+  if (!parser.LoadBinaryFromFile(&model, &error, &warning, path))
+    return relume::Error{relume::ErrorCode::io, path + ": " + error};
+  try {
+    Loader loader{model, {}};
+    loader.run();
+    return std::move(loader.level);
+  } catch (const std::exception& e) {
+    return relume::Error{relume::ErrorCode::invalidFile, path + ": " + e.what()};
+  }
+}
