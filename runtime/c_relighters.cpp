@@ -2,6 +2,8 @@
 // relume.h over the C++ API: relighters and their light.
 #include "runtime/c_handles.h"
 
+#include <algorithm>
+#include <cstring>
 #include <functional>
 #include <span>
 
@@ -78,18 +80,21 @@ const char* relume_relighter_error(const relume_relighter* relighter) {
   return relighter == nullptr ? "" : relighter->error.text();
 }
 
-void relume_light_setup_default(relume_light_setup* setup) {
-  if (setup == nullptr) return;
-  *setup = {};
-  setup->struct_size = sizeof *setup;
-  for (float& channel : setup->emission_scale) channel = 1.0f;
-  setup->bounce_scale = 1.0f;
+void relume_light_setup_default(relume_light_setup* setup, size_t struct_size) {
+  if (setup == nullptr || struct_size < sizeof setup->struct_size) return;
+  // Of the host's header, which may be older or newer: no byte beyond its struct is written.
+  relume_light_setup whole{};
+  whole.struct_size = struct_size;
+  for (float& channel : whole.emission_scale) channel = 1.0f;
+  whole.bounce_scale = 1.0f;
+  std::memset(setup, 0, struct_size);
+  std::memcpy(setup, &whole, std::min(struct_size, sizeof whole));
 }
 
 relume_status relume_relight(relume_relighter* relighter, const relume_light_setup* setup) {
   return run(relighter, [&]() -> Status {
     relume_light_setup read;
-    relume_light_setup_default(&read);
+    relume_light_setup_default(&read, sizeof read);
     if (Status ok = readStruct(setup, sizeof read.struct_size + 1, "setup", read); !ok) return ok;
     if (read.lights == nullptr && read.light_count > 0) return nullPointer("setup.lights");
     relighter->lights.clear();

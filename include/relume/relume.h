@@ -244,8 +244,9 @@ typedef struct relume_light_setup {
   size_t material_emission_count;
 } relume_light_setup;
 
-/* Zeros but for struct_size, emission_scale and bounce_scale. Use it: zeros would switch emitters and bounces off. */
-RELUME_API void relume_light_setup_default(relume_light_setup* setup);
+/* Zeros but for struct_size, emission_scale and bounce_scale. Use it: zeros would switch emitters and bounces off.
+ * struct_size: sizeof *setup; as many bytes are written, whatever header the library was built with. */
+RELUME_API void relume_light_setup_default(relume_light_setup* setup, size_t struct_size);
 
 /* One frame. A setup that is refused is not applied: last frame's light stays. */
 RELUME_API relume_status relume_relight(relume_relighter* relighter, const relume_light_setup* setup);

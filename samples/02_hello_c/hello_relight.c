@@ -68,7 +68,7 @@ static relume_status run(relume_relighter* relighter, const float point[3]) {
   lights[1].intensity[0] = 4.0f; /* [W/sr] */
   lights[1].intensity[1] = 3.0f;
   lights[1].intensity[2] = 2.0f;
-  relume_light_setup_default(&setup);
+  relume_light_setup_default(&setup, sizeof setup);
   setup.lights = lights;
   setup.light_count = 2;
   for (frame = 0; frame < 16; ++frame) {

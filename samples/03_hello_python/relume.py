@@ -150,7 +150,7 @@ class Relighter:
         """One frame. visibility(light, positions, normals) gives a share in [0..1] for each of the points, which come as
         flat arrays of floats, at most 256 points a call."""
         setup = _LightSetup()
-        _library.relume_light_setup_default(ctypes.byref(setup))
+        _library.relume_light_setup_default(ctypes.byref(setup), ctypes.c_size_t(ctypes.sizeof(setup)))
         setup.lights = (_Light * len(lights))(*lights)
         setup.light_count = len(lights)
         setup.sky_radiance = tuple(sky_radiance)

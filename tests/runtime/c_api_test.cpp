@@ -40,7 +40,7 @@ class CApi : public ::testing::Test {
     bytes_ = *bytes;
     lights_ = test::someLights();
     cLights_ = test::cLights(lights_);
-    relume_light_setup_default(&setup_);
+    relume_light_setup_default(&setup_, sizeof setup_);
     setup_.lights = cLights_.data();
     setup_.light_count = cLights_.size();
   }

@@ -9,7 +9,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -65,7 +68,7 @@ TEST_F(CDriven, lightIsTheCppApis) {
   emissions[1].image = &image_[0].x;
   emissions[1].texel_count = image_.size();
   relume_light_setup setup;
-  relume_light_setup_default(&setup);
+  relume_light_setup_default(&setup, sizeof setup);
   setup.material_emissions = emissions;
   setup.material_emission_count = 2;
 
@@ -97,7 +100,7 @@ TEST_F(CDriven, mistakesAreUsageAndLightStays) {
   EXPECT_EQ(create(nullptr, 1), RELUME_ERROR_USAGE);
   ASSERT_EQ(create(nullptr, 0), RELUME_OK);
   relume_light_setup setup;
-  relume_light_setup_default(&setup);
+  relume_light_setup_default(&setup, sizeof setup);
   ASSERT_EQ(relume_relight(h_.relighter, &setup), RELUME_OK);
   const std::size_t count = relume_coefficients_per_cache(h_.relighter) * bake_.caches.count();
   std::vector<float> before(count), after(count);
@@ -118,6 +121,25 @@ TEST_F(CDriven, mistakesAreUsageAndLightStays) {
   setup.struct_size = offsetof(relume_light_setup, material_emissions);
   setup.material_emissions = &emission;
   EXPECT_EQ(relume_relight(h_.relighter, &setup), RELUME_OK);
+}
+
+TEST_F(CDriven, defaultsWriteNoByteBeyondTheHostsStruct) {
+  ASSERT_EQ(create(nullptr, 0), RELUME_OK);
+  constexpr std::size_t kOlder = offsetof(relume_light_setup, material_emissions),
+                        kNewer = sizeof(relume_light_setup) + 24;
+  alignas(relume_light_setup) unsigned char memory[kNewer + 8];
+  auto* const setup = reinterpret_cast<relume_light_setup*>(memory);
+  for (const std::size_t size : {kOlder, kNewer}) {
+    std::fill(std::begin(memory), std::end(memory), std::uint8_t{0xA5});
+    relume_light_setup_default(setup, size);
+    EXPECT_EQ(setup->struct_size, size);
+    EXPECT_EQ(setup->emission_scale[1], 1.0f);
+    EXPECT_EQ(setup->bounce_scale, 1.0f);
+    for (std::size_t i = size; i < sizeof memory; ++i) ASSERT_EQ(memory[i], 0xA5) << i << " of " << size;
+    EXPECT_EQ(relume_relight(h_.relighter, setup), RELUME_OK) << relume_relighter_error(h_.relighter);
+  }
+  for (std::size_t i = sizeof(relume_light_setup); i < kNewer; ++i)
+    EXPECT_EQ(memory[i], 0) << "of a newer host's fields";
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ class CMemory : public ::testing::Test {
     ASSERT_TRUE(bytes) << bytes.error().message;
     bytes_ = *bytes;
     lights_ = test::cLights(test::someLights());
-    relume_light_setup_default(&setup_);
+    relume_light_setup_default(&setup_, sizeof setup_);
     setup_.lights = lights_.data();
     setup_.light_count = lights_.size();
   }

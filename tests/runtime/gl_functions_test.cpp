@@ -216,7 +216,7 @@ TEST_F(GlFunctionsInC, light) {
   ASSERT_EQ(relume_relighter_create(bake_, &desc_, &relighter_), RELUME_OK) << relume_bake_error(bake_);
   const relume_light sun = {RELUME_DIRECTIONAL, {3, 2, 1}, {}, {0.6f, -0.8f, 0.0f}, 0, 0, 0};
   relume_light_setup setup;
-  relume_light_setup_default(&setup);
+  relume_light_setup_default(&setup, sizeof setup);
   setup.lights = &sun;
   setup.light_count = 1;
   forgetCalls(0);

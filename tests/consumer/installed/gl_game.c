@@ -49,7 +49,7 @@ static relume_status light(relume_bake* bake, relume_backend backend, const floa
     fprintf(stderr, "%s\n", relume_bake_error(bake));
     return status;
   }
-  relume_light_setup_default(&setup);
+  relume_light_setup_default(&setup, sizeof setup);
   setup.lights = &sun;
   setup.light_count = 1;
   for (frame = 0; frame < 3 && status == RELUME_OK; ++frame) status = relume_relight(relighter, &setup);
