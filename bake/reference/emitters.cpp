@@ -39,14 +39,18 @@ Emitters::Emitters(const Scene& scene, RayGeometry geometry)
 }
 
 EmitterSample Emitters::sample(RandomStream& random) const {
+  if (empty()) return {};
+  const double u = (random.bits() + 0.5) * 0x1p-32;
+  return sample(u, random.uniform2());
+}
+
+EmitterSample Emitters::sample(double u, const glm::vec2& v) const {
   EmitterSample s;
   if (empty()) return s;
-  const double u = (random.bits() + 0.5) * 0x1p-32;
   const auto found = std::lower_bound(cumulative_.begin(), cumulative_.end(), u);
   const auto k = static_cast<std::size_t>(std::min(found, cumulative_.end() - 1) - cumulative_.begin());
 
   // Uniform in the triangle: b = √u₁ (1 - u₂), c = √u₁ u₂.
-  const glm::vec2 v = random.uniform2();
   const float root = std::sqrt(v.x);
   const SurfacePoint p{instance_[k], triangle_[k], {root * (1.0f - v.y), root * v.y}};
   const Instance& instance = scene_.instances[p.instance];
@@ -60,5 +64,30 @@ EmitterSample Emitters::sample(RandomStream& random) const {
 }
 
 float Emitters::density(const SurfacePoint& p) const { return perInstance_[p.instance]; }
+
+glm::vec3 EmitterConnection::irradiance() const {
+  if (radiance == glm::vec3(0.0f)) return radiance;
+  return radiance * (cosine * cosEmitter / (distance * distance * density));
+}
+
+EmitterConnection connectEmitter(const RayTracer& tracer, const EmitterSample& s, const glm::vec3& origin,
+                                 const glm::vec3& shading, const glm::vec3& geometric) {
+  EmitterConnection c;
+  const bool behind = glm::dot(s.position - origin, s.normal) > 0.0f;
+  if (behind && !s.bothSides) return c;
+  const glm::vec3 facing = behind ? -s.normal : s.normal;
+  const glm::vec3 target = s.position + facing * tracer.epsilonAt(s.position);
+  const glm::vec3 path = target - origin;
+  c.distance = glm::length(path);
+  if (!(c.distance > 0.0f)) return c;
+  const glm::vec3 direction = path / c.distance;
+  c.cosine = glm::dot(shading, direction);
+  c.cosEmitter = -glm::dot(facing, direction);
+  if (c.cosine <= 0.0f || c.cosEmitter <= 0.0f || glm::dot(geometric, direction) <= 0.0f) return c;
+  if (tracer.occluded({origin, 0.0f, direction, c.distance})) return c;
+  c.density = s.density;
+  c.radiance = s.radiance;
+  return c;
+}
 
 }  // namespace relume

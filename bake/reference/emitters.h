@@ -28,6 +28,8 @@ class Emitters {
   bool empty() const { return cumulative_.empty(); }
   // Draw a point; density 0 when there is no emitter.
   EmitterSample sample(RandomStream& random) const;
+  // The same by numbers of the caller's: u [0..1) chooses the triangle, v [0..1)² the point on it.
+  EmitterSample sample(double u, const glm::vec2& v) const;
   // [1/m²] probability per area with which sample() finds this point; 0 where nothing emits.
   float density(const SurfacePoint& p) const;
 
@@ -37,5 +39,21 @@ class Emitters {
   std::vector<double> cumulative_;                  // [Size emitters] power up to and with this one, sums to 1
   std::vector<float> perInstance_;                  // [1/m²] [Size instances] density on an instance's triangles
 };
+
+// How a point that was drawn on an emitter is seen from a surface.
+struct EmitterConnection {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] toward the surface; zero: nothing arrives, and the rest has no meaning
+  float cosine = 0.0f;       // at the surface
+  float cosEmitter = 0.0f;   // at the emitter
+  float distance = 0.0f;     // [m]
+  float density = 0.0f;      // [1/m²] probability per area
+
+  // [W/m²] Irradiance over the probability of having drawn the point: L cos cosEmitter / (d² density).
+  glm::vec3 irradiance() const;
+};
+
+// Connect a sample with a surface by a shadow ray from `origin`, which lies a little off it. Normals must be unit.
+EmitterConnection connectEmitter(const RayTracer& tracer, const EmitterSample& sample, const glm::vec3& origin,
+                                 const glm::vec3& shading, const glm::vec3& geometric);
 
 }  // namespace relume

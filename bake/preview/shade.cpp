@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// See shade.h.
+#include "bake/preview/shade.h"
+
+#include "bake/base/parallel.h"
+#include "bake/base/random.h"
+#include "bake/preview/receivers.h"
+#include "bake/reference/path_tracer.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x72637370;  // the random streams' stage
+constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
+constexpr float kSameNormal = 0.98f;          // cosine within which a sub-pixel shows what its pixel's centre shows
+constexpr float kSamePlane = 1.0f;            // [pixel] off the centre's plane, likewise
+
+class Shader {
+ public:
+  Shader(const ShadeInput& input, PreviewFrame& frame) : in_(input), frame_(frame), make_(input.camera) {}
+
+  // One row of pixels.
+  void row(std::uint32_t y, std::vector<Ray>& rays, std::vector<Hit>& hits, const Context& context) const {
+    const std::uint32_t samples = in_.options.samples, width = kRaysAtOnce / (samples * samples);
+    for (std::uint32_t x = 0; x < frame_.width && !context.cancelled(); x += width)
+      span(y, x, std::min(x + width, frame_.width), rays, hits, context);
+  }
+
+ private:
+  void span(std::uint32_t y, std::uint32_t begin, std::uint32_t end, std::vector<Ray>& rays, std::vector<Hit>& hits,
+            const Context& context) const {
+    const std::uint32_t samples = in_.options.samples, count = samples * samples;
+    const float step = 1.0f / static_cast<float>(samples);
+    rays.clear();
+    for (std::uint32_t x = begin; x < end; ++x) {
+      for (std::uint32_t s = 0; s < count; ++s) {
+        Ray& ray = rays.emplace_back();
+        in_.camera.at(static_cast<float>(x) + (static_cast<float>(s % samples) + 0.5f) * step,
+                      static_cast<float>(y) + (static_cast<float>(s / samples) + 0.5f) * step, ray.origin,
+                      ray.direction);
+      }
+    }
+    hits.resize(rays.size());
+    in_.scene.drawn.trace(rays, hits, RayOrder::coherent);
+    for (std::size_t i = 0; i < rays.size() && !context.cancelled(); ++i)
+      addSample(begin + static_cast<std::uint32_t>(i / count), y, static_cast<std::uint32_t>(i % count), rays[i],
+                hits[i]);
+  }
+
+  void addSample(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const Ray& ray, const Hit& hit) const {
+    const std::size_t pixel = std::size_t{y} * frame_.width + x;
+    const float weight = 1.0f / static_cast<float>(in_.options.samples * in_.options.samples);
+    if (!hit) {
+      frame_.emission[pixel] += weight * in_.scene.sky.along(ray.direction);
+      return;
+    }
+    const Scene& scene = in_.scene.drawn.scene();
+    const SeenSurface seen = seenAt(scene, ray, hit);
+    const Receiver receiver = make_.at(seen);
+    const glm::vec3 albedo = albedoAt(scene, seen.point), reflected = weight * kInvPi * albedo;
+    const Splat light = indirectAt(x, y, receiver);
+    frame_.albedo[pixel] += weight * albedo;
+    frame_.bounced[pixel] += reflected * light.reflected;
+    frame_.straight[pixel] += reflected * (light.sky + fromEmitters(pixel, sample, receiver));
+    frame_.direct[pixel] +=
+        reflected * directIrradiance(in_.scene.drawn, in_.scene.lights, receiver.positionWorld, receiver.normal);
+    if (in_.emitters != nullptr && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))
+      frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+  }
+
+  // Whether a sub-pixel shows the surface that its pixel's centre shows.
+  static bool isSame(const Receiver& center, const Receiver& r) {
+    return glm::dot(center.normal, r.normal) > kSameNormal &&
+           std::abs(glm::dot(r.positionWorld - center.positionWorld, center.normal)) < kSamePlane * center.footprint;
+  }
+
+  Splat indirectAt(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+    const std::size_t pixel = std::size_t{y} * frame_.width + x;
+    const Receiver& center = in_.receivers[pixel];
+    if (isSame(center, r)) return in_.centers[pixel];
+    const Splat own = in_.tiles.splat(x, y, r);
+    if (own.weight > 0.0f) return own;
+    // Too thin for a pixel's centre to have shown it: as whichever neighbour is most alike.
+    return mostAlike(x, y, r);
+  }
+
+  Splat mostAlike(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+    Splat best;
+    float bestError = 0.0f;
+    for (std::uint32_t v = y > 2 ? y - 2 : 0; v <= std::min(y + 2, frame_.height - 1); ++v) {
+      for (std::uint32_t u = x > 2 ? x - 2 : 0; u <= std::min(x + 2, frame_.width - 1); ++u) {
+        const std::size_t pixel = std::size_t{v} * frame_.width + u;
+        const Receiver& other = in_.receivers[pixel];
+        if (other.normal == glm::vec3(0.0f)) continue;
+        const float error = 1.0f - glm::dot(r.normal, other.normal) +
+                            glm::distance(r.positionWorld, other.positionWorld) / (16.0f * r.footprint);
+        if (best.weight > 0.0f && error >= bestError) continue;
+        best = in_.centers[pixel];
+        best.weight = 1.0f;
+        bestError = error;
+      }
+    }
+    return best;
+  }
+
+  // Irradiance by points on emitters, stratified over the pixel's samples: a rank-1 sequence (Roberts 2018), shifted
+  // at random for each pixel.
+  glm::vec3 fromEmitters(std::size_t pixel, std::uint32_t sample, const Receiver& r) const {
+    if (in_.emitters == nullptr || in_.emitters->empty()) return glm::vec3(0.0f);
+    const std::uint32_t samples = in_.options.samples * in_.options.samples;
+    const std::uint32_t each = std::max(1u, (in_.options.emitterRays + samples - 1) / samples);
+    RandomStream random(in_.options.seed, kStage, pixel);
+    const double shift = random.uniform();
+    const glm::vec2 turn = random.uniform2();
+    const glm::vec3 origin = r.positionWorld + r.geometricNormal * in_.scene.transport.epsilonAt(r.positionWorld);
+    glm::vec3 sum(0.0f);
+    for (std::uint32_t i = sample * each; i < (sample + 1) * each; ++i) {
+      const double u = shift + 0.8191725133961645 * (i + 1);
+      const glm::dvec2 v = glm::dvec2(turn) + glm::dvec2(0.6710436067037893, 0.5497004779019703) * (i + 1.0);
+      const EmitterSample point = in_.emitters->sample(u - std::floor(u), glm::vec2(v - glm::floor(v)));
+      sum += connectEmitter(in_.scene.transport, point, origin, r.normal, r.geometricNormal).irradiance();
+    }
+    return sum / static_cast<float>(each);
+  }
+
+  const ShadeInput& in_;
+  PreviewFrame& frame_;
+  ReceiverMaker make_;
+};
+
+}  // namespace
+
+void shadeFrame(const ShadeInput& input, PreviewFrame& frame, Context& context) {
+  const Shader shader(input, frame);
+  parallelChunks(context, "draw", frame.height, 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    for (std::size_t y = begin; y < end; ++y) shader.row(static_cast<std::uint32_t>(y), rays, hits, context);
+  });
+}
+
+}  // namespace relume

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// How much of a record a point reads (RCS Eqs. (2) to (4)).
+#pragma once
+
+#include "bake/preview/record.h"
+
+#include <cstdint>
+
+namespace relume {
+
+// smooth: Ward's, less what it is at the border of its reach, so that it ends in 0. ward: the paper's, which jumps
+// there. tabellion: by the nearest distance and the angle (Tabellion and Lamorlette 2004, Eqs. (2) to (4)).
+enum class RecordWeight { smooth, ward, tabellion };
+
+struct Interpolation {
+  RecordWeight weight = RecordWeight::smooth;
+  float accuracy = 0.15f;  // [> 0] a: how far records reach, and the largest error of position and angle together
+  bool gradients = true;
+  float maxPixels = 64.0f;  // [pixel] a record reaches no farther
+};
+
+// The distance [m] within which a record has a weight at all: a R_k, between kMinPixels and maxPixels widths of a
+// pixel.
+float reachOf(const Record& record, const Interpolation& options);
+
+inline constexpr float kMinPixels = 1.5f;
+
+// Weight of a record at a point with a unit normal: [0..]. reach: of the record.
+float weightOf(const Record& record, float reach, const glm::vec3& positionWorld, const glm::vec3& normal,
+               const Interpolation& options);
+
+}  // namespace relume
