@@ -30,7 +30,7 @@ glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
 }  // namespace
 
 HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, std::span<const SceneLight> lights,
-                           const Emitters* emitters, const Sky& sky, std::uint64_t seed) {
+                           const EmittingTriangles* emitters, const Sky& sky, std::uint64_t seed) {
   return [&transport, &drawn, lights, emitters, &sky, seed](std::uint64_t item, std::span<const Ray> rays,
                                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = transport.scene();

@@ -13,7 +13,7 @@
 
 namespace relume {
 
-class Emitters;
+class EmittingTriangles;
 struct Sky;
 
 // Write the radiance [W/m²/sr] for each ray that hits something; the others are 0 at first. What surfaces emit is not
@@ -26,6 +26,6 @@ using HitRadiance = std::function<void(std::uint64_t item, std::span<const Ray> 
 // and one toward the sky. `drawn` casts the punctual lights' shadows, `transport` all others. emitters: null where
 // they are off. All are kept by reference, as long as the function is called.
 HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, std::span<const SceneLight> lights,
-                           const Emitters* emitters, const Sky& sky, std::uint64_t seed);
+                           const EmittingTriangles* emitters, const Sky& sky, std::uint64_t seed);
 
 }  // namespace relume

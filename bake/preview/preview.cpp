@@ -6,6 +6,7 @@
 #include "bake/preview/preview.h"
 
 #include "bake/base/parallel.h"
+#include "bake/preview/adapt_reach.h"
 #include "bake/preview/receivers.h"
 #include "bake/preview/record_tiles.h"
 #include "bake/preview/shade.h"
@@ -80,7 +81,12 @@ Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, st
   Interpolation reached{options.weight, 0.0f, options.gradients};
   for (const float accuracy : accuraciesOf(options)) {
     placement.interpolation = {options.weight, accuracy, options.gradients};
-    const Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
+    Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
+    for (int round = 0; round < options.rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
+      const RecordTiles tiles(camera, cache, placement.interpolation);
+      if (limitReaches(tiles, receivers, options.width, options.contrast, cache, context) == 0) break;
+      outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
+    }
     const bool first = reached.accuracy == 0.0f;
     if (outcome == Placement::complete || first) reached = placement.interpolation;
     if (first) frame.firstSeconds = secondsSince(begin);
@@ -119,6 +125,7 @@ std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiv
   for (std::size_t i = 0; i < centers.size(); ++i) frame.weight[i] = centers[i].weight;
   frame.extended = missing();
   Interpolation farther = interpolation;
+  farther.limits = false;
   for (bool any = frame.extended > 0; any && farther.accuracy < kFarthest && !context.cancelled();
        any = missing() > 0) {
     farther.accuracy *= kGrowth;
@@ -192,7 +199,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   // 5. All records on all pixels, and direct light
   const RecordTiles tiles(camera, cache, interpolation);
   const std::vector<Splat> centers = splatCenters(camera, receivers, cache, tiles, interpolation, frame, context);
-  const Emitters emitters(scene.transport.scene(), scene.transport.geometry());
+  const EmittingTriangles emitters(scene.transport.scene(), scene.transport.geometry());
   shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr}, frame, context);
   if (context.cancelled()) return cancelledError();
   warn(gatherer, frame, scene.transport.scene(), context);

@@ -6,6 +6,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
+#include <cmath>
+
 namespace relume {
 
 // Light of one kind at a record. Columns are R, G, B.
@@ -21,6 +23,7 @@ struct Record {
   float distance = 0.0f;          // [m] R_k: harmonic mean of the distances to what is seen, no longer than the
                                   // light's own scale |E| / |gradient|; infinite where nothing is seen
   float nearest = 0.0f;           // [m] least distance to what is seen; infinite where nothing is
+  float limit = INFINITY;         // [m] beyond which other records have shown this one to be wrong
   float footprint = 0.0f;         // [m] width of a pixel of the view at p_k
   RecordLight reflected;          // from surfaces
   RecordLight sky;                // straight from the sky

@@ -48,24 +48,38 @@ RecordTiles::RecordTiles(const CameraRays& camera, std::span<const Record> recor
   }
 }
 
-Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const Receiver& receiver) const {
-  Splat sum;
+template <class Visit>
+void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const Receiver& receiver, const Visit& each) const {
   const std::size_t tile = std::size_t{y / kSide} * columns_ + x / kSide;
   for (std::uint32_t i = begin_[tile]; i < begin_[tile + 1]; ++i) {
-    const Record& record = records_[list_[i]];
-    const float w = weightOf(record, reach_[list_[i]], receiver.positionWorld, receiver.normal, options_);
+    const std::uint32_t k = list_[i];
+    const Record& record = records_[k];
+    const float w = weightOf(record, reach_[k], receiver.positionWorld, receiver.normal, options_);
     if (!(w > 0.0f)) continue;
-    const glm::vec3 offset = options_.gradients ? receiver.positionWorld - record.positionWorld : glm::vec3(0.0f);
+    const glm::vec3 offset =
+        gradientShare(record, reach_[k], options_) * (receiver.positionWorld - record.positionWorld);
     const glm::vec3& normal = options_.gradients ? receiver.normal : record.normal;
-    sum.reflected += w * extrapolate(record.reflected, offset, normal);
-    sum.sky += w * extrapolate(record.sky, offset, normal);
-    sum.weight += w;
+    each(Part{k, w, extrapolate(record.reflected, offset, normal), extrapolate(record.sky, offset, normal)});
   }
+}
+
+Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const Receiver& receiver) const {
+  Splat sum;
+  visit(x, y, receiver, [&sum](const Part& part) {
+    sum.reflected += part.weight * part.reflected;
+    sum.sky += part.weight * part.sky;
+    sum.weight += part.weight;
+  });
   if (sum.weight > 0.0f) {
     sum.reflected /= sum.weight;
     sum.sky /= sum.weight;
   }
   return sum;
+}
+
+void RecordTiles::split(std::uint32_t x, std::uint32_t y, const Receiver& receiver, std::vector<Part>& parts) const {
+  parts.clear();
+  visit(x, y, receiver, [&parts](const Part& part) { parts.push_back(part); });
 }
 
 void markCovered(const CameraRays& camera, std::span<const Record> records, const Interpolation& options,

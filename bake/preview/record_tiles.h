@@ -30,11 +30,22 @@ class RecordTiles {
 
   // What a receiver in a pixel reads.
   Splat splat(std::uint32_t x, std::uint32_t y, const Receiver& receiver) const;
+  // What one record says of a receiver.
+  struct Part {
+    std::uint32_t record;
+    float weight;              // w_k > 0
+    glm::vec3 reflected, sky;  // [W/m²] E'_k
+  };
+  // The same one by one, in the order of the records. `parts` is replaced.
+  void split(std::uint32_t x, std::uint32_t y, const Receiver& receiver, std::vector<Part>& parts) const;
 
  private:
   std::span<const Record> records_;
   Interpolation options_;
   std::uint32_t columns_;
+  template <class Visit>
+  void visit(std::uint32_t x, std::uint32_t y, const Receiver& receiver, const Visit& each) const;
+
   std::vector<float> reach_;          // [m] [Size records]
   std::vector<std::uint32_t> begin_;  // of a tile's records [Size tiles + 1]
   std::vector<std::uint32_t> list_;   // records, tile by tile, ascending

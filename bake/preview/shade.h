@@ -18,7 +18,7 @@ struct ShadeInput {
   const RecordTiles& tiles;
   std::span<const Receiver> receivers;  // [Size pixels]
   std::span<const Splat> centers;       // [Size pixels] indirect light there
-  const Emitters* emitters;             // null = emitting surfaces are off
+  const EmittingTriangles* emitters;    // null = emitting surfaces are off
 };
 
 // Fill the layers of a frame of the right size. Incomplete when cancelled.

@@ -19,7 +19,12 @@ float reachOf(const Record& record, const Interpolation& options) {
   const float wanted = options.weight == RecordWeight::tabellion
                            ? 0.5f * record.nearest * options.accuracy / kTabellionAccuracy
                            : options.accuracy * record.distance;
-  return std::clamp(wanted, kMinPixels * record.footprint, options.maxPixels * record.footprint);
+  return std::clamp(std::min(wanted, options.limits ? record.limit : wanted), kMinPixels * record.footprint,
+                    options.maxPixels * record.footprint);
+}
+
+float gradientShare(const Record& record, float reach, const Interpolation& options) {
+  return options.gradients && reach > 0.0f ? std::min(1.0f, options.accuracy * record.distance / reach) : 0.0f;
 }
 
 float weightOf(const Record& record, float reach, const glm::vec3& positionWorld, const glm::vec3& normal,

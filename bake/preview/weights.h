@@ -17,6 +17,7 @@ struct Interpolation {
   float accuracy = 0.15f;  // [> 0] a: how far records reach, and the largest error of position and angle together
   bool gradients = true;
   float maxPixels = 64.0f;  // [pixel] a record reaches no farther
+  bool limits = true;       // nor than Record::limit
 };
 
 // The distance [m] within which a record has a weight at all: a R_k, between kMinPixels and maxPixels widths of a
@@ -24,6 +25,10 @@ struct Interpolation {
 float reachOf(const Record& record, const Interpolation& options);
 
 inline constexpr float kMinPixels = 1.5f;
+
+// Share of a record's gradient of translation that counts: less than all where kMinPixels lets the record reach farther
+// than its light can be taken for linear, which would make holes (Krivanek et al. 2006).
+float gradientShare(const Record& record, float reach, const Interpolation& options);
 
 // Weight of a record at a point with a unit normal: [0..]. reach: of the record.
 float weightOf(const Record& record, float reach, const glm::vec3& positionWorld, const glm::vec3& normal,

@@ -12,7 +12,7 @@
 
 namespace relume {
 
-Emitters::Emitters(const Scene& scene, RayGeometry geometry)
+EmittingTriangles::EmittingTriangles(const Scene& scene, RayGeometry geometry)
     : scene_(scene), perInstance_(scene.instances.size(), 0.0f) {
   // Sum area x luminance over the emitting triangles.
   double total = 0.0;
@@ -38,13 +38,13 @@ Emitters::Emitters(const Scene& scene, RayGeometry geometry)
   for (float& w : perInstance_) w = total > 0.0 ? static_cast<float>(w / total) : 0.0f;
 }
 
-EmitterSample Emitters::sample(RandomStream& random) const {
+EmitterSample EmittingTriangles::sample(RandomStream& random) const {
   if (empty()) return {};
   const double u = (random.bits() + 0.5) * 0x1p-32;
   return sample(u, random.uniform2());
 }
 
-EmitterSample Emitters::sample(double u, const glm::vec2& v) const {
+EmitterSample EmittingTriangles::sample(double u, const glm::vec2& v) const {
   EmitterSample s;
   if (empty()) return s;
   const auto found = std::lower_bound(cumulative_.begin(), cumulative_.end(), u);
@@ -63,7 +63,7 @@ EmitterSample Emitters::sample(double u, const glm::vec2& v) const {
   return s;
 }
 
-float Emitters::density(const SurfacePoint& p) const { return perInstance_[p.instance]; }
+float EmittingTriangles::density(const SurfacePoint& p) const { return perInstance_[p.instance]; }
 
 glm::vec3 EmitterConnection::irradiance() const {
   if (radiance == glm::vec3(0.0f)) return radiance;

@@ -20,10 +20,10 @@ struct EmitterSample {
   float density = 0.0f;  // [1/m²] probability per area
 };
 
-class Emitters {
+class EmittingTriangles {
  public:
   // Collect the emitting triangles of the fixed instances, or of all that are drawn.
-  explicit Emitters(const Scene& scene, RayGeometry geometry = RayGeometry::fixed);
+  explicit EmittingTriangles(const Scene& scene, RayGeometry geometry = RayGeometry::fixed);
 
   bool empty() const { return cumulative_.empty(); }
   // Draw a point; density 0 when there is no emitter.

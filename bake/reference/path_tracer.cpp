@@ -43,8 +43,8 @@ struct Renderer {
   const Camera& camera;
   std::span<const SceneLight> lights;
   const ReferenceOptions& options;
-  const Emitters* emitters;  // null = emitting surfaces are off
-  const Context& context;    // asked at every vertex of a path: a pixel may take a million of them
+  const EmittingTriangles* emitters;  // null = emitting surfaces are off
+  const Context& context;             // asked at every vertex of a path: a pixel may take a million of them
 
   const Scene& scene() const { return tracer.scene(); }
 };
@@ -298,7 +298,7 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
                                        Context& context, const RayTracer* drawn) {
   if (Status ok = checkReferenceOptions(options); !ok) return ok.error();
   const Context::Stage stage(context, "reference");
-  const Emitters emitters(tracer.scene(), tracer.geometry());
+  const EmittingTriangles emitters(tracer.scene(), tracer.geometry());
   const Renderer renderer{
       tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr, context};
 
