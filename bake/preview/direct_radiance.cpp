@@ -35,6 +35,7 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
                                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = transport.scene();
     RandomStream random(seed, kStage, item);
+    std::vector<float> chances;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
       const SeenSurface seen = seenAt(scene, rays[i], hits[i]);
@@ -43,8 +44,10 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
       glm::vec3 irradiance = directIrradiance(drawn, lights, seen.positionWorld, seen.normal);
       const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * transport.epsilonAt(seen.positionWorld);
       if (emitters != nullptr && !emitters->empty()) {
-        irradiance +=
-            connectEmitter(transport, emitters->sample(random), origin, seen.normal, seen.geometricNormal).irradiance();
+        emitters->aim(origin, seen.normal, chances);
+        const double u = random.uniform();
+        const EmitterSample point = emitters->sample(chances, u, random.uniform2());
+        irradiance += connectEmitter(transport, point, origin, seen.normal, seen.geometricNormal).irradiance();
       }
       if (!sky.isDark()) {
         const glm::vec3 direction = cosineDirection(seen.normal, random.uniform2());

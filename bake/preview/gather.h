@@ -5,6 +5,7 @@
 #include "bake/links/directions.h"
 #include "bake/preview/hemisphere_cells.h"
 #include "bake/preview/hit_radiance.h"
+#include "bake/preview/receiver.h"
 #include "bake/preview/record.h"
 #include "bake/rays/bundle/ray_bundle.h"
 #include "bake/rays/ray_tracer.h"
@@ -16,13 +17,6 @@
 #include <vector>
 
 namespace relume {
-
-// A point that is lit by records: what a pixel or a part of it shows.
-struct Receiver {
-  glm::vec3 positionWorld{0.0f};                  // [m]
-  glm::vec3 normal{0.0f}, geometricNormal{0.0f};  // unit, toward the viewer; zero normal: nothing is seen
-  float footprint = 0.0f;                         // [m] width of a pixel there
-};
 
 // The vector and the gradient of one kind of light in the frame (tangent, bitangent, normal) of the cells:
 //   I = sum of L_i Int omega d omega

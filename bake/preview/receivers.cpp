@@ -9,6 +9,30 @@
 #include <algorithm>
 
 namespace relume {
+namespace {
+
+constexpr float kInFront = 0.3f;  // sine of the angle above the surface from which on a neighbour may block light
+
+// Let pixels know of what their neighbours show in front of them.
+void findOccluders(std::vector<Receiver>& receivers, std::size_t width, std::size_t height) {
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      Receiver& r = receivers[y * width + x];
+      if (r.normal == glm::vec3(0.0f)) continue;
+      for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, height - 1); ++v) {
+        for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, width - 1); ++u) {
+          const Receiver& other = receivers[v * width + u];
+          const glm::vec3 offset = other.positionWorld - r.positionWorld;
+          const float distance = glm::length(offset);
+          if (other.footprint > 0.0f && glm::dot(offset, r.geometricNormal) > kInFront * distance)
+            r.occluder = std::min(r.occluder, distance);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
 
 ReceiverMaker::ReceiverMaker(const CameraRays& camera)
     : origin_(camera.origin),
@@ -39,6 +63,7 @@ std::vector<Receiver> findReceivers(const RayTracer& drawn, const CameraRays& ca
       }
     }
   });
+  findOccluders(receivers, width, height);
   return receivers;
 }
 

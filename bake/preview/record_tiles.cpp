@@ -54,7 +54,7 @@ void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const Receiver& receiv
   for (std::uint32_t i = begin_[tile]; i < begin_[tile + 1]; ++i) {
     const std::uint32_t k = list_[i];
     const Record& record = records_[k];
-    const float w = weightOf(record, reach_[k], receiver.positionWorld, receiver.normal, options_);
+    const float w = weightOf(record, reach_[k], receiver, options_);
     if (!(w > 0.0f)) continue;
     const glm::vec3 offset =
         gradientShare(record, reach_[k], options_) * (receiver.positionWorld - record.positionWorld);
@@ -96,8 +96,7 @@ void markCovered(const CameraRays& camera, std::span<const Record> records, cons
           if (mark.load(std::memory_order_relaxed) != 0) continue;
           const Receiver& r = receivers[pixel];
           if (r.normal == glm::vec3(0.0f)) continue;
-          if (weightOf(records[k], reach, r.positionWorld, r.normal, options) > 0.0f)
-            mark.store(1, std::memory_order_relaxed);
+          if (weightOf(records[k], reach, r, options) > 0.0f) mark.store(1, std::memory_order_relaxed);
         }
       }
     }

@@ -9,6 +9,7 @@ namespace relume {
 namespace {
 
 constexpr float kLeastError = 1e-3f;           // of a: keeps weights finite at the record itself
+constexpr float kNear = 4.0f;                  // times the distance to a wall nearby may be R_k in a corner of two
 constexpr float kBehind = 0.05f;               // of R_k: a point so far behind a record sees something else
 constexpr float kTabellionAccuracy = 0.15f;    // a at which Tabellion's factor kappa is 1
 constexpr float kTabellionCosine = 0.984808f;  // of 10 degrees
@@ -27,9 +28,8 @@ float gradientShare(const Record& record, float reach, const Interpolation& opti
   return options.gradients && reach > 0.0f ? std::min(1.0f, options.accuracy * record.distance / reach) : 0.0f;
 }
 
-float weightOf(const Record& record, float reach, const glm::vec3& positionWorld, const glm::vec3& normal,
-               const Interpolation& options) {
-  const glm::vec3 offset = positionWorld - record.positionWorld;
+float weightOf(const Record& record, float reach, const Receiver& receiver, const Interpolation& options) {
+  const glm::vec3 &normal = receiver.normal, offset = receiver.positionWorld - record.positionWorld;
   const float squared = glm::dot(offset, offset);
   if (!(squared <= reach * reach)) return 0.0f;
   const float a = options.accuracy;
@@ -39,6 +39,9 @@ float weightOf(const Record& record, float reach, const glm::vec3& positionWorld
   if (0.5f * glm::dot(offset, normal + record.normal) < -kBehind * reach / a) return 0.0f;
 
   const float distance = std::sqrt(squared);
+  // Neighbour clamping (Krivanek et al. 2006): R changes no faster than places do. A record that sees far does not know
+  // of what is close to the receiver. What its reach is for the view's sake alone does not count.
+  if (record.distance > kNear * (distance + receiver.occluder) && reach > kMinPixels * record.footprint) return 0.0f;
   if (options.weight == RecordWeight::tabellion) {
     const float angle = std::sqrt(turn / (1.0f - kTabellionCosine)) * kTabellionAccuracy / a;
     return std::max(0.0f, 1.0f - std::max(distance / reach, angle));

@@ -2,6 +2,7 @@
 // How much of a record a point reads (RCS Eqs. (2) to (4)).
 #pragma once
 
+#include "bake/preview/receiver.h"
 #include "bake/preview/record.h"
 
 #include <cstdint>
@@ -30,8 +31,7 @@ inline constexpr float kMinPixels = 1.5f;
 // than its light can be taken for linear, which would make holes (Krivanek et al. 2006).
 float gradientShare(const Record& record, float reach, const Interpolation& options);
 
-// Weight of a record at a point with a unit normal: [0..]. reach: of the record.
-float weightOf(const Record& record, float reach, const glm::vec3& positionWorld, const glm::vec3& normal,
-               const Interpolation& options);
+// Weight of a record at a receiver: [0..]. reach: of the record.
+float weightOf(const Record& record, float reach, const Receiver& receiver, const Interpolation& options);
 
 }  // namespace relume

@@ -30,9 +30,13 @@ EmittingTriangles::EmittingTriangles(const Scene& scene, RayGeometry geometry)
       instance_.push_back(i);
       triangle_.push_back(t);
       cumulative_.push_back(total);
+      if (few_.size() <= kMaxAimed)
+        few_.push_back({(c[0] + c[1] + c[2]) / 3.0f, geometricNormal(scene, {i, t, glm::vec2(1.0f / 3.0f)}), area,
+                        area * weight, scene.bothSides(instance, t)});
     }
     perInstance_[i] = weight;
   }
+  if (few_.size() > kMaxAimed) few_.clear();
   // Normalise.
   for (double& c : cumulative_) c /= total;
   for (float& w : perInstance_) w = total > 0.0 ? static_cast<float>(w / total) : 0.0f;
@@ -45,12 +49,14 @@ EmitterSample EmittingTriangles::sample(RandomStream& random) const {
 }
 
 EmitterSample EmittingTriangles::sample(double u, const glm::vec2& v) const {
-  EmitterSample s;
-  if (empty()) return s;
+  if (empty()) return {};
   const auto found = std::lower_bound(cumulative_.begin(), cumulative_.end(), u);
-  const auto k = static_cast<std::size_t>(std::min(found, cumulative_.end() - 1) - cumulative_.begin());
+  return pointOn(static_cast<std::size_t>(std::min(found, cumulative_.end() - 1) - cumulative_.begin()), v);
+}
 
+EmitterSample EmittingTriangles::pointOn(std::size_t k, const glm::vec2& v) const {
   // Uniform in the triangle: b = √u₁ (1 - u₂), c = √u₁ u₂.
+  EmitterSample s;
   const float root = std::sqrt(v.x);
   const SurfacePoint p{instance_[k], triangle_[k], {root * (1.0f - v.y), root * v.y}};
   const Instance& instance = scene_.instances[p.instance];
@@ -60,6 +66,36 @@ EmitterSample EmittingTriangles::sample(double u, const glm::vec2& v) const {
   s.radiance = opaqueAt(scene_, p) ? emissionAt(scene_, p) : glm::vec3(0.0f);
   s.bothSides = scene_.bothSides(instance, p.triangle);
   s.density = perInstance_[p.instance];
+  return s;
+}
+
+// Power x cosines / d² of a triangle's middle. Neither cosines nor distance are taken for less than the triangle's
+// other points may have, so that none is left out that could send light.
+void EmittingTriangles::aim(const glm::vec3& positionWorld, const glm::vec3& normal,
+                            std::vector<float>& chances) const {
+  constexpr float kLeastCosine = 0.1f;
+  chances.clear();
+  float sum = 0.0f;
+  for (const Triangle& t : few_) {
+    const glm::vec3 to = t.center - positionWorld;
+    const float height = -glm::dot(to, t.normal), squared = glm::dot(to, to), radius = std::sqrt(2.0f * t.area);
+    const float distance = std::sqrt(squared), reach = std::max(squared, t.area);
+    const float cosine = std::max(glm::dot(to, normal), kLeastCosine * distance) / std::max(distance, radius);
+    const float cosEmitter = std::max(std::abs(height), kLeastCosine * distance) / std::max(distance, radius);
+    if (height > 0.0f || t.bothSides) sum += t.power * std::max(cosine * cosEmitter, 1e-4f) / reach;
+    chances.push_back(sum);
+  }
+  if (!(sum > 0.0f)) chances.clear();
+  for (float& c : chances) c /= sum;
+}
+
+EmitterSample EmittingTriangles::sample(std::span<const float> chances, double u, const glm::vec2& v) const {
+  if (few_.empty()) return sample(u, v);
+  if (chances.empty()) return {};
+  const auto found = std::lower_bound(chances.begin(), chances.end(), static_cast<float>(u));
+  const auto k = static_cast<std::size_t>(std::min(found, chances.end() - 1) - chances.begin());
+  EmitterSample s = pointOn(k, v);
+  s.density = (chances[k] - (k > 0 ? chances[k - 1] : 0.0f)) / few_[k].area;
   return s;
 }
 

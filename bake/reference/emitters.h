@@ -6,7 +6,9 @@
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/scene.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace relume {
@@ -30,13 +32,28 @@ class EmittingTriangles {
   EmitterSample sample(RandomStream& random) const;
   // The same by numbers of the caller's: u [0..1) chooses the triangle, v [0..1)² the point on it.
   EmitterSample sample(double u, const glm::vec2& v) const;
+  // Draw by what would arrive at a point if nothing were in the way, where the triangles are few enough to ask each of
+  // them; else as above. `chances` is replaced: cumulative, one for each triangle; empty: no triangle faces the point.
+  // normal must be unit.
+  void aim(const glm::vec3& positionWorld, const glm::vec3& normal, std::vector<float>& chances) const;
+  EmitterSample sample(std::span<const float> chances, double u, const glm::vec2& v) const;
+  static constexpr std::size_t kMaxAimed = 64;  // triangles
   // [1/m²] probability per area with which sample() finds this point; 0 where nothing emits.
   float density(const SurfacePoint& p) const;
 
  private:
+  struct Triangle {
+    glm::vec3 center, normal;  // [m]; unit, front side
+    float area;                // [m²]
+    float power;               // area x luminance
+    bool bothSides;
+  };
+  EmitterSample pointOn(std::size_t k, const glm::vec2& v) const;
+
   const Scene& scene_;
   std::vector<std::uint32_t> instance_, triangle_;  // [Size emitters]
   std::vector<double> cumulative_;                  // [Size emitters] power up to and with this one, sums to 1
+  std::vector<Triangle> few_;                       // [Size emitters, or 0 where there are more than kMaxAimed]
   std::vector<float> perInstance_;                  // [1/m²] [Size instances] density on an instance's triangles
 };
 
