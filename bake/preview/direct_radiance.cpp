@@ -17,6 +17,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x72637364;  // the random streams' stage
+constexpr float kCell = 0.05f;                // width of a record's ray at distance 1: what its albedo is the mean over
 constexpr float kPi = std::numbers::pi_v<float>;
 
 // A cosine-weighted direction about n: a uniform point of the sphere on top of it.
@@ -39,7 +40,7 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
       const SeenSurface seen = seenAt(scene, rays[i], hits[i]);
-      const glm::vec3 albedo = albedoAt(scene, seen.point);
+      const glm::vec3 albedo = albedoAt(scene, seen.point, kCell * hits[i].distance);
       if (albedo == glm::vec3(0.0f)) continue;
       glm::vec3 irradiance = directIrradiance(drawn, lights, seen.positionWorld, seen.normal);
       const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * transport.epsilonAt(seen.positionWorld);

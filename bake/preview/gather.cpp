@@ -15,9 +15,11 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x72637300;  // "rcs": the random streams' stage
-constexpr std::uint32_t kFiner = 4;           // times as many rays where the light is noise
-constexpr float kMaxNoise = 0.03f;            // of E, above which a record is gathered again
-constexpr std::uint32_t kMaxRays = 65536;
+constexpr std::uint32_t kSubRays = 8;         // of a cell that is looked at again
+constexpr std::uint32_t kMostUneven = 16;     // one in so many cells is, at most
+constexpr float kEven = 0.001f;               // of E: what a cell may differ from its neighbours
+constexpr float kDeviations = 2.0f;           // of a gradient by noise
+constexpr std::uint64_t kAgain = 1ull << 40;  // makes items of second looks
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -34,8 +36,6 @@ glm::mat3 frameOf(const glm::vec3& normal) {
   const glm::vec3 t = glm::normalize(glm::cross(helper, normal));
   return {t, glm::cross(normal, t), normal};
 }
-
-float brightness(const glm::vec3& c) { return luminance(c); }
 
 }  // namespace
 
@@ -58,15 +58,16 @@ RecordLight sumCells(const HemisphereCells& cells, std::span<const glm::vec3> ra
   return {frame * vector, frame * gradient};
 }
 
-float noiseOf(const HemisphereCells& cells, std::span<const glm::vec3> radiance) {
-  double variance = 0.0, total = 0.0;
+double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radiance,
+                  std::span<const std::uint8_t> fine) {
+  double variance = 0.0;
   for (std::uint32_t cell = 0; cell + 1 < cells.count(); cell += 2) {
-    const double a = brightness(radiance[cell]) * cells.integral[cell].z,
-                 b = brightness(radiance[cell + 1]) * cells.integral[cell + 1].z;
+    if (fine[cell] != 0 || fine[cell + 1] != 0) continue;
+    const double a = luminance(radiance[cell]) * cells.integral[cell].z,
+                 b = luminance(radiance[cell + 1]) * cells.integral[cell + 1].z;
     variance += (a - b) * (a - b);
-    total += a + b;
   }
-  return total > 0.0 ? static_cast<float>(std::sqrt(variance) / total) : 0.0f;
+  return variance;
 }
 
 RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& reflected, const Sky& sky,
@@ -75,46 +76,40 @@ RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& refle
       reflected_(reflected),
       sky_(sky),
       seed_(options.seed),
-      strata_(options.rays, 0.0f),
-      fineStrata_(std::min(options.rays * kFiner, kMaxRays), 0.0f) {
-  if (options.hemisphere != Hemisphere::fan) {
-    cells_ = planeCells(options.planeSide, options.planeFovRad, options.hemisphere);
-    return;
-  }
-  cells_ = fanCells(options.rays);
-  if (fineStrata_.count() > strata_.count()) fineCells_ = fanCells(std::min(options.rays * kFiner, kMaxRays));
-}
+      cells_(options.hemisphere == Hemisphere::fan
+                 ? fanCells(options.rays)
+                 : planeCells(options.planeSide, options.planeFovRad, options.hemisphere)),
+      strata_(options.rays, 0.0f) {}
 
 // Fill the directions, cell by cell; returns the frame that they stand in.
-glm::mat3 RecordGatherer::aim(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item,
-                              Scratch& scratch) const {
-  scratch.directions.resize(cells.count());
-  if (!cells.strata) {
+glm::mat3 RecordGatherer::aim(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const {
+  scratch.directions.resize(cells_.count());
+  if (!cells_.strata) {
     const glm::mat3 frame = frameOf(receiver.normal);
-    for (std::uint32_t i = 0; i < cells.count(); ++i) scratch.directions[i] = frame * cells.direction[i];
+    for (std::uint32_t i = 0; i < cells_.count(); ++i) scratch.directions[i] = frame * cells_.direction[i];
     return frame;
   }
-  const bool fine = &cells == &fineCells_;
-  DirectionStrata::Sequence sequence(fine ? fineStrata_ : strata_, receiver.normal,
-                                     RandomStream(seed_, kStage + (fine ? 1 : 0), item));
+  DirectionStrata::Sequence sequence(strata_, receiver.normal, RandomStream(seed_, kStage, item));
   scratch.samples.resize(DirectionStrata::kBlock);
   const std::span block = std::span(scratch.samples).first<DirectionStrata::kBlock>();
-  for (std::uint32_t row = 0; row < cells.rows; row += 4) {
-    for (std::uint32_t column = 0; column < cells.columns; column += 4) {
+  for (std::uint32_t row = 0; row < cells_.rows; row += 4) {
+    for (std::uint32_t column = 0; column < cells_.columns; column += 4) {
       sequence.next(block);
       for (std::uint32_t i = 0; i < DirectionStrata::kBlock; ++i)
-        scratch.directions[(row + i / 4) * cells.columns + column + i % 4] = block[i].direction;
+        scratch.directions[(row + i / 4) * cells_.columns + column + i % 4] = block[i].direction;
     }
   }
   return {sequence.tangent(), sequence.bitangent(), receiver.normal};
 }
 
+glm::vec3 RecordGatherer::startOf(const Receiver& receiver) const {
+  return receiver.positionWorld + receiver.geometricNormal * tracer_.epsilonAt(receiver.positionWorld);
+}
+
 // Trace the directions and fill the light and distance of each cell.
-void RecordGatherer::look(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item,
-                          Scratch& s) const {
-  const std::uint32_t count = cells.count();
-  const glm::vec3 origin =
-      receiver.positionWorld + receiver.geometricNormal * tracer_.epsilonAt(receiver.positionWorld);
+void RecordGatherer::look(const Receiver& receiver, std::uint64_t item, Scratch& s) const {
+  const std::uint32_t count = cells_.count();
+  const glm::vec3 origin = startOf(receiver);
   s.hits.resize(count);
   s.bundle.trace(tracer_, origin, receiver.normal, s.directions, s.hits);
   s.rays.resize(count);
@@ -132,58 +127,139 @@ void RecordGatherer::look(const HemisphereCells& cells, const Receiver& receiver
   const bool dark = sky_.isDark();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (!dark && s.distance[i] == kInfinity) s.sky[i] = sky_.along(s.directions[i]);
-    if (isFinite(s.reflected[i])) continue;
-    countNotFinite(s.hits[i]);
-    s.reflected[i] = glm::vec3(0.0f);
+    keepFinite(s.hits[i], s.reflected[i]);
   }
   rays_ += count;
 }
 
-void RecordGatherer::countNotFinite(const Hit& hit) const {
+// The cells that differ most from a neighbour, on both sides of the border: where a patch of light begins and ends.
+void RecordGatherer::findUneven(Scratch& s) const {
+  const std::uint32_t count = cells_.count();
+  float total = 0.0f;
+  for (std::uint32_t i = 0; i < count; ++i) total += luminance(s.reflected[i]) * cells_.integral[i].z;
+  std::vector<float>& contrast = s.contrast;
+  contrast.assign(count, 0.0f);
+  const auto compare = [&](std::uint32_t a, std::uint32_t b) {
+    if (s.distance[a] < 0.0f || s.distance[b] < 0.0f) return;
+    const float c = std::abs(luminance(s.reflected[a]) - luminance(s.reflected[b])) * cells_.integral[a].z;
+    contrast[a] = std::max(contrast[a], c);
+    contrast[b] = std::max(contrast[b], c);
+  };
+  for (std::uint32_t j = 0, cell = 0; j < cells_.rows; ++j) {
+    for (std::uint32_t i = 0; i < cells_.columns; ++i, ++cell) {
+      if (i + 1 < cells_.columns) compare(cell, cell + 1);
+      if (j + 1 < cells_.rows) compare(cell, cell + cells_.columns);
+    }
+  }
+  s.uneven.clear();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (contrast[i] > kEven * total) s.uneven.emplace_back(contrast[i], i);
+  }
+  const std::size_t most = count / kMostUneven;
+  if (s.uneven.size() > most) {
+    // Ties by number: the same on any machine.
+    const auto larger = [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : a.second < b.second;
+    };
+    std::nth_element(s.uneven.begin(), s.uneven.begin() + static_cast<std::ptrdiff_t>(most), s.uneven.end(), larger);
+    s.uneven.resize(most);
+  }
+}
+
+// Give uneven cells the mean of several rays in place of the one that chose them; returns the variance of E that is
+// left in them.
+double RecordGatherer::lookAgain(const Receiver& receiver, std::uint64_t item, const glm::mat3& frame,
+                                 Scratch& s) const {
+  s.fine.assign(cells_.count(), 0);
+  if (!cells_.strata) return 0.0;
+  findUneven(s);
+  RandomStream random(seed_, kStage + 1, item);
+  const glm::vec3 origin = startOf(receiver);
+  const auto columns = static_cast<float>(cells_.columns), rows = static_cast<float>(cells_.rows);
+  s.fineDirections.clear();
+  for (const auto& [contrast, cell] : s.uneven) {
+    const glm::vec2 corner(cell % cells_.columns, cell / cells_.columns);
+    for (std::uint32_t k = 0; k < kSubRays; ++k) {
+      // A jittered grid of 2 x 4.
+      const glm::vec2 jitter = random.uniform2();
+      const glm::vec2 p = corner + (glm::vec2(k % 2, k / 2) + jitter) * glm::vec2(0.5f, 2.0f / kSubRays);
+      s.fineDirections.push_back(frame * hemisphereDirection(p.x / columns, p.y / rows, 0.0f));
+    }
+  }
+  const std::size_t count = s.fineDirections.size();
+  s.fineHits.assign(count, Hit{});
+  s.fineRays.resize(count);
+  s.fineReflected.assign(count, glm::vec3(0.0f));
+  for (std::size_t i = 0; i < count; ++i) s.fineRays[i] = {origin, 0.0f, s.fineDirections[i]};
+  tracer_.trace(s.fineRays, s.fineHits, RayOrder::coherent);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (glm::dot(s.fineDirections[i], receiver.geometricNormal) <= 0.0f) s.fineHits[i] = Hit{};
+  }
+  reflected_(item + kAgain, s.fineRays, s.fineHits, s.fineReflected);
+  rays_ += count;
+
+  double variance = 0.0;
+  for (std::size_t u = 0; u < s.uneven.size(); ++u) {
+    const std::uint32_t cell = s.uneven[u].second;
+    glm::vec3 mean(0.0f);
+    double squares = 0.0;
+    for (std::size_t i = u * kSubRays; i < (u + 1) * kSubRays; ++i) {
+      keepFinite(s.fineHits[i], s.fineReflected[i]);
+      mean += s.fineReflected[i] * (1.0f / kSubRays);
+      squares += std::pow(static_cast<double>(luminance(s.fineReflected[i])), 2.0);
+    }
+    s.reflected[cell] = mean;
+    s.fine[cell] = 1;
+    const double level = luminance(mean), share = cells_.integral[cell].z;
+    variance += share * share * std::max(0.0, squares / kSubRays - level * level) / (kSubRays - 1);
+  }
+  return variance;
+}
+
+void RecordGatherer::keepFinite(const Hit& hit, glm::vec3& radiance) const {
+  if (isFinite(radiance)) return;
+  radiance = glm::vec3(0.0f);
   notFinite_ += 1;
   std::uint32_t least = instance_;
   while (hit.instance < least && !instance_.compare_exchange_weak(least, hit.instance)) {
   }
 }
 
-Record RecordGatherer::gatherWith(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item,
-                                  float& noise, Scratch& s) const {
-  const glm::mat3 frame = aim(cells, receiver, item, s);
-  look(cells, receiver, item, s);
+// Where the light changes faster than the surroundings' distances tell: R_k <= |E| / |gradient|. What noise alone makes
+// of a gradient, about that of E over R_k, neither limits the record nor is extrapolated.
+void RecordGatherer::limitBySlope(Record& record) const {
+  const glm::mat3 vector = record.reflected.vector + record.sky.vector;
+  const glm::mat3 byAxis = glm::transpose(record.reflected.gradient + record.sky.gradient);
+  const float slope = glm::length(glm::vec3(luminance(byAxis[0]), luminance(byAxis[1]), luminance(byAxis[2])));
+  if (!(slope > 0.0f)) return;
+  const float certain = slope - kDeviations * record.noise / record.distance, share = std::max(0.0f, certain / slope);
+  record.reflected.gradient *= share;
+  if (share > 0.0f) record.distance = std::min(record.distance, luminance(record.normal * vector) / certain);
+}
+
+Record RecordGatherer::gather(const Receiver& receiver, std::uint64_t item, Scratch& s) const {
+  const glm::mat3 frame = aim(receiver, item, s);
+  look(receiver, item, s);
+  const double left = lookAgain(receiver, item, frame, s);
   Record record;
   record.positionWorld = receiver.positionWorld;
   record.normal = receiver.normal;
   record.footprint = receiver.footprint;
-  record.reflected = sumCells(cells, s.reflected, s.distance, frame);
-  if (!sky_.isDark()) record.sky = sumCells(cells, s.sky, s.distance, frame);
-  noise = noiseOf(cells, s.reflected);
+  record.reflected = sumCells(cells_, s.reflected, s.distance, frame);
+  if (!sky_.isDark()) record.sky = sumCells(cells_, s.sky, s.distance, frame);
+  record.noise = static_cast<float>(std::sqrt(left + varianceOf(cells_, s.reflected, s.fine)));
 
   // R_k, as harmonic mean over equal shares of E.
   double inverse = 0.0, weight = 0.0;
   record.nearest = kInfinity;
-  for (std::uint32_t i = 0; i < cells.count(); ++i) {
+  for (std::uint32_t i = 0; i < cells_.count(); ++i) {
     if (s.distance[i] < 0.0f) continue;
-    inverse += cells.integral[i].z / std::max(s.distance[i], 1e-12f);
-    weight += cells.integral[i].z;
+    inverse += cells_.integral[i].z / std::max(s.distance[i], 1e-12f);
+    weight += cells_.integral[i].z;
     record.nearest = std::min(record.nearest, s.distance[i]);
   }
   record.distance = inverse > 0.0 ? static_cast<float>(weight / inverse) : kInfinity;
-  // Where the light changes faster than the surroundings' distances tell.
-  const RecordLight& l = record.reflected;
-  const glm::mat3 vector = l.vector + record.sky.vector, gradient = l.gradient + record.sky.gradient;
-  const float e = brightness(receiver.normal * vector);
-  const glm::vec3 change(brightness(glm::vec3(gradient[0].x, gradient[1].x, gradient[2].x)),
-                         brightness(glm::vec3(gradient[0].y, gradient[1].y, gradient[2].y)),
-                         brightness(glm::vec3(gradient[0].z, gradient[1].z, gradient[2].z)));
-  const float slope = glm::length(change);
-  if (slope > 0.0f) record.distance = std::min(record.distance, e / slope);
-  return record;
-}
-
-Record RecordGatherer::gather(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const {
-  float noise = 0.0f;
-  Record record = gatherWith(cells_, receiver, item, noise, scratch);
-  if (fineCells_.count() > 0 && noise > kMaxNoise) record = gatherWith(fineCells_, receiver, item, noise, scratch);
+  limitBySlope(record);
   return record;
 }
 

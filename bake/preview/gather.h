@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -26,8 +27,10 @@ namespace relume {
 RecordLight sumCells(const HemisphereCells& cells, std::span<const glm::vec3> radiance, std::span<const float> distance,
                      const glm::mat3& frame);
 
-// How far E is off by the noise of its rays, as a share of it: neighbouring cells stand for one stratum.
-float noiseOf(const HemisphereCells& cells, std::span<const glm::vec3> radiance);
+// Squared error of E that the cells' single rays leave: neighbours are taken for two samples of one stratum. Luminance.
+// Cells that are `fine` have their own estimate, and count as exact here. [Size radiance = fine = cells]
+double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radiance,
+                  std::span<const std::uint8_t> fine);
 
 // Immutable but for its counts, shared by all threads. Keeps references to what it is made from.
 class RecordGatherer {
@@ -49,6 +52,12 @@ class RecordGatherer {
     std::vector<Hit> hits;
     std::vector<Ray> rays;
     std::vector<float> distance;
+    std::vector<std::pair<float, std::uint32_t>> uneven;  // contrast with neighbours, cell
+    std::vector<float> contrast;                          // [Size cells] of each with a neighbour
+    std::vector<std::uint8_t> fine;                       // [Size cells] 1 = the cell was looked at again
+    std::vector<Ray> fineRays;
+    std::vector<Hit> fineHits;
+    std::vector<glm::vec3> fineDirections, fineReflected;
   };
 
   // Gather at a receiver. The result depends on the options, the receiver and `item` alone.
@@ -60,18 +69,20 @@ class RecordGatherer {
   std::uint32_t notFiniteInstance() const { return instance_; }
 
  private:
-  Record gatherWith(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item, float& noise,
-                    Scratch& scratch) const;
-  glm::mat3 aim(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
-  void look(const HemisphereCells& cells, const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
-  void countNotFinite(const Hit& hit) const;
+  glm::mat3 aim(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  void look(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  void findUneven(Scratch& scratch) const;
+  double lookAgain(const Receiver& receiver, std::uint64_t item, const glm::mat3& frame, Scratch& scratch) const;
+  void limitBySlope(Record& record) const;
+  glm::vec3 startOf(const Receiver& receiver) const;
+  void keepFinite(const Hit& hit, glm::vec3& radiance) const;
 
   const RayTracer& tracer_;
   const HitRadiance& reflected_;
   const Sky& sky_;
   std::uint64_t seed_;
-  HemisphereCells cells_, fineCells_;  // fine: for where the light is noise; empty = none
-  DirectionStrata strata_, fineStrata_;
+  HemisphereCells cells_;
+  DirectionStrata strata_;
   mutable std::atomic<std::uint64_t> rays_{0}, notFinite_{0};
   mutable std::atomic<std::uint32_t> instance_{kNone};
 };

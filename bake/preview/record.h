@@ -24,6 +24,7 @@ struct Record {
                                   // light's own scale |E| / |gradient|; infinite where nothing is seen
   float nearest = 0.0f;           // [m] least distance to what is seen; infinite where nothing is
   float limit = INFINITY;         // [m] beyond which other records have shown this one to be wrong
+  float noise = 0.0f;             // [W/m²] standard error of E by the randomness of rays, luminance
   float footprint = 0.0f;         // [m] width of a pixel of the view at p_k
   RecordLight reflected;          // from surfaces
   RecordLight sky;                // straight from the sky

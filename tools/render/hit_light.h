@@ -2,17 +2,13 @@
 // What a preview's rays find in a level whose bake has been relit: all bounces, emitters and sky.
 #pragma once
 
-#include "bake/base/point_grid.h"
 #include "bake/preview/hit_radiance.h"
 #include "bake/rays/ray_tracer.h"
+#include "bake/surfels/surfels.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 
-#include <glm/vec3.hpp>
-
-#include <cstdint>
 #include <span>
-#include <vector>
 
 namespace relume {
 
@@ -21,23 +17,13 @@ namespace relume {
 HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
                          const Relighter& relighter);
 
-// Which surfel of a bake stands for a point: the one of least mapCost(), as the baker's map has it, but found by
-// position, since a bake does not keep that map. Immutable, thread-safe. The bake must outlive it.
-class SurfelFinder {
- public:
-  SurfelFinder(const Bake& bake, Context& context);
-  // kNone where none is near.
-  std::uint32_t find(const glm::vec3& positionWorld, const glm::vec3& normal, std::uint32_t instance) const;
-
- private:
-  const Surfels& surfels_;
-  float spacing_;  // [m]
-  PointGrid grid_;
-};
+// Which surfel of a bake stands for a hit: the baker's map, which a bake does not keep, made anew as if all sides of
+// all surfaces were seen.
+SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context);
 
 // Radiosity / pi of the surfels that hits lie on: the fastest, and as coarse as the surfels. Hits on surfels that emit,
 // and where there is no surfel, have `other`.
-HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelFinder& finder,
+HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
                            HitRadiance other);
 
 }  // namespace relume

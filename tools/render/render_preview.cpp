@@ -87,7 +87,7 @@ Result<RenderedFrame> renderPreviewFrame(const Scene& scene, const PreviewReques
   // 2. What they find
   Relit relit;
   std::optional<EmittingTriangles> emitters;
-  std::optional<SurfelFinder> surfels;
+  std::optional<SurfelMap> surfels;
   HitRadiance reflected;
   if (request.source == PreviewSource::direct || asked.bake == nullptr) {
     if (asked.drawsEmission()) emitters.emplace(scene, RayGeometry::fixed);
@@ -101,7 +101,8 @@ Result<RenderedFrame> renderPreviewFrame(const Scene& scene, const PreviewReques
     relit = std::move(*done);
     reflected = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all);
     if (request.source == PreviewSource::surfels) {
-      surfels.emplace(*asked.bake, context);
+      surfels.emplace(mapSurfels(scene, *asked.bake, context));
+      if (context.cancelled()) return cancelledError();
       reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(reflected));
     }
   }
