@@ -63,9 +63,9 @@ double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radia
   double variance = 0.0;
   for (std::uint32_t cell = 0; cell + 1 < cells.count(); cell += 2) {
     if (fine[cell] != 0 || fine[cell + 1] != 0) continue;
-    const double a = luminance(radiance[cell]) * cells.integral[cell].z,
-                 b = luminance(radiance[cell + 1]) * cells.integral[cell + 1].z;
-    variance += (a - b) * (a - b);
+    const double apart = luminance(radiance[cell]) - luminance(radiance[cell + 1]),
+                 share = 0.5f * (cells.integral[cell].z + cells.integral[cell + 1].z);
+    variance += apart * apart * share * share;
   }
   return variance;
 }
@@ -132,23 +132,26 @@ void RecordGatherer::look(const Receiver& receiver, std::uint64_t item, Scratch&
   rays_ += count;
 }
 
-// The cells that differ most from a neighbour, on both sides of the border: where a patch of light begins and ends.
+// The cells whose neighbours differ most from each other: where a patch of light begins or ends. A cell's own light has
+// no say, for a choice that depends on it would be a bias: bright cells replaced, and dark ones kept.
 void RecordGatherer::findUneven(Scratch& s) const {
   const std::uint32_t count = cells_.count();
   float total = 0.0f;
   for (std::uint32_t i = 0; i < count; ++i) total += luminance(s.reflected[i]) * cells_.integral[i].z;
   std::vector<float>& contrast = s.contrast;
   contrast.assign(count, 0.0f);
-  const auto compare = [&](std::uint32_t a, std::uint32_t b) {
-    if (s.distance[a] < 0.0f || s.distance[b] < 0.0f) return;
-    const float c = std::abs(luminance(s.reflected[a]) - luminance(s.reflected[b])) * cells_.integral[a].z;
-    contrast[a] = std::max(contrast[a], c);
-    contrast[b] = std::max(contrast[b], c);
-  };
   for (std::uint32_t j = 0, cell = 0; j < cells_.rows; ++j) {
     for (std::uint32_t i = 0; i < cells_.columns; ++i, ++cell) {
-      if (i + 1 < cells_.columns) compare(cell, cell + 1);
-      if (j + 1 < cells_.rows) compare(cell, cell + cells_.columns);
+      float least = kInfinity, most = 0.0f;
+      for (std::uint32_t v = j > 0 ? j - 1 : 0; v <= std::min(j + 1, cells_.rows - 1); ++v) {
+        for (std::uint32_t u = i > 0 ? i - 1 : 0; u <= std::min(i + 1, cells_.columns - 1); ++u) {
+          const std::uint32_t other = v * cells_.columns + u;
+          if (other == cell || s.distance[other] < 0.0f) continue;
+          least = std::min(least, luminance(s.reflected[other]));
+          most = std::max(most, luminance(s.reflected[other]));
+        }
+      }
+      if (s.distance[cell] >= 0.0f && most > least) contrast[cell] = (most - least) * cells_.integral[cell].z;
     }
   }
   s.uneven.clear();

@@ -47,6 +47,7 @@ Status checkPreviewOptions(const PreviewOptions& o) {
   for (const Status& ok :
        {check("width", o.width, 1, 16384, "1..16384"), check("height", o.height, 1, 16384, "1..16384"),
         check("samples", o.samples, 1, 16, "1..16"), check("accuracy", o.accuracy, 0.0199999, 2, "0.02..2"),
+        check("contrast", o.contrast, 0.000999, 10, "0.001..10"), check("rounds", o.rounds, 0, 16, "0..16"),
         check("rays", o.rays, 16, 65536, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
         check("field of view of the plane", o.planeFovDeg, 10, 175, "10..175 degrees"),
         check("records", o.maxRecords, 1, 1e7, "1..10000000"), check("emitter rays", o.emitterRays, 1, 1024, "1..1024"),

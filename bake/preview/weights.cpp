@@ -14,18 +14,22 @@ constexpr float kBehind = 0.05f;               // of R_k: a point so far behind 
 constexpr float kTabellionAccuracy = 0.15f;    // a at which Tabellion's factor kappa is 1
 constexpr float kTabellionCosine = 0.984808f;  // of 10 degrees
 
+// [m] How far a record may be read by its own light, whatever the view.
+float ownReach(const Record& record, const Interpolation& options) {
+  if (options.weight != RecordWeight::tabellion) return options.accuracy * record.distance;
+  return 0.5f * record.nearest * options.accuracy / kTabellionAccuracy;
+}
+
 }  // namespace
 
 float reachOf(const Record& record, const Interpolation& options) {
-  const float wanted = options.weight == RecordWeight::tabellion
-                           ? 0.5f * record.nearest * options.accuracy / kTabellionAccuracy
-                           : options.accuracy * record.distance;
-  return std::clamp(std::min(wanted, options.limits ? record.limit : wanted), kMinPixels * record.footprint,
+  const float own = ownReach(record, options);
+  return std::clamp(options.limits ? std::min(own, record.limit) : own, kMinPixels * record.footprint,
                     options.maxPixels * record.footprint);
 }
 
 float gradientShare(const Record& record, float reach, const Interpolation& options) {
-  return options.gradients && reach > 0.0f ? std::min(1.0f, options.accuracy * record.distance / reach) : 0.0f;
+  return options.gradients && reach > 0.0f ? std::min(1.0f, ownReach(record, options) / reach) : 0.0f;
 }
 
 float weightOf(const Record& record, float reach, const Receiver& receiver, const Interpolation& options) {
