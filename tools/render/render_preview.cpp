@@ -3,12 +3,9 @@
 #include "tools/render/render_preview.h"
 
 #include "bake/reference/emitters.h"
-#include "bake/stage_memory.h"
-#include "relume/bake/options.h"
 #include "tools/render/hit_light.h"
 #include "tools/render/relight_by_rays.h"
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -28,16 +25,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-bool hasDynamicParts(const Scene& scene) {
-  return std::any_of(scene.instances.begin(), scene.instances.end(),
-                     [](const Instance& instance) { return !instance.baked(); });
-}
-
-Result<RayTracer> traceThrough(const Scene& scene, RayStructure structure, RayGeometry geometry, Context& context) {
-  if (Status ok = reserveRays(scene, structure, context, geometry); !ok) return ok.error();
-  return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, structure, geometry);
-}
 
 PreviewOptions optionsOf(const PreviewRequest& request) {
   PreviewOptions options = request.options;
@@ -66,32 +53,20 @@ RenderedFrame toRenderedFrame(PreviewFrame&& preview, const RenderRequest& reque
 
 }  // namespace
 
-Result<RenderedFrame> renderPreviewFrame(const Scene& scene, const PreviewRequest& request, PreviewReport& report,
-                                         Context& context) {
+Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTracer& drawn,
+                                         const PreviewRequest& request, PreviewReport& report, Context& context) {
+  const Scene& scene = transport.scene();
   const RenderRequest& asked = request.frame;
   Stopwatch watch;
 
-  // 1. Rays: bundles of them for the records
-  context.progress("rays", 0.0);
-  const auto transport = traceThrough(scene, RayStructure::bundles, RayGeometry::fixed, context);
-  if (!transport) return transport.error();
-  std::optional<RayTracer> withDynamic;
-  if (hasDynamicParts(scene)) {
-    auto drawn = traceThrough(scene, RayStructure::thorough, RayGeometry::drawn, context);
-    if (!drawn) return drawn.error();
-    withDynamic.emplace(std::move(*drawn));
-  }
-  const RayTracer& drawn = withDynamic ? *withDynamic : *transport;
-  report.raysSeconds = watch.lap();
-
-  // 2. What they find
+  // 1. What records' rays find
   Relit relit;
   std::optional<EmittingTriangles> emitters;
   std::optional<SurfelMap> surfels;
   HitRadiance reflected;
   if (request.source == PreviewSource::direct || asked.bake == nullptr) {
     if (asked.drawsEmission()) emitters.emplace(scene, RayGeometry::fixed);
-    reflected = directRadiance(*transport, drawn, asked.lights, emitters ? &*emitters : nullptr, asked.sky,
+    reflected = directRadiance(transport, drawn, asked.lights, emitters ? &*emitters : nullptr, asked.sky,
                                request.options.seed);
   } else {
     context.progress("relight", 0.0);
@@ -108,9 +83,9 @@ Result<RenderedFrame> renderPreviewFrame(const Scene& scene, const PreviewReques
   }
   report.relightSeconds = watch.lap();
 
-  // 3. Records and the picture
+  // 2. Records and the picture
   std::vector<Record> cache;
-  auto preview = renderPreview({*transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky},
+  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky},
                                reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;

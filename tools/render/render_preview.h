@@ -27,12 +27,13 @@ struct PreviewReport {
   std::uint32_t records = 0, extended = 0;
   std::uint64_t rays = 0;
   float accuracy = 0.0f;
-  double raysSeconds = 0.0, relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, drawSeconds = 0.0;
+  double relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, drawSeconds = 0.0;
 };
 
-// Dynamic instances are seen, lit and cast the punctual lights' shadows; no other light knows of them, as in `render`.
-// Errors of the ray tracer, the relighter and renderPreview(); failed: cancelled.
-Result<RenderedFrame> renderPreviewFrame(const Scene& scene, const PreviewRequest& request, PreviewReport& report,
-                                         Context& context);
+// `transport` has what light travels among, best with RayStructure::bundles; `drawn`, of the same scene, has what is
+// seen and what casts the punctual lights' shadows: dynamic instances, of which no other light knows, as in `render`.
+// Errors of the relighter and of renderPreview(); failed: cancelled.
+Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTracer& drawn,
+                                         const PreviewRequest& request, PreviewReport& report, Context& context);
 
 }  // namespace relume
