@@ -85,6 +85,12 @@ RELUME_WIDE_CLONES void sampleBlock(const std::array<float, kBlock>& u, const st
 
 }  // namespace
 
+glm::vec3 hemisphereDirection(float u, float v, float evenShare) {
+  constexpr float kInside = 1.0f - 1e-6f;  // at the very edge, without even rays, z is 0 / 0
+  const LocalSample local = hemisphereSample(0.5f + kInside * (u - 0.5f), 0.5f + kInside * (v - 0.5f), evenShare);
+  return {local.x, local.y, local.z};
+}
+
 DirectionStrata::DirectionStrata(std::uint32_t rays, float evenShare) : evenShare_(evenShare) {
   const double side = std::sqrt(static_cast<double>(rays));
   columns_ = 4 * std::max(1u, static_cast<std::uint32_t>(std::lround(side / 4)));

@@ -28,6 +28,8 @@ class DirectionStrata {
   explicit DirectionStrata(std::uint32_t rays, float evenShare = kEvenShare);
 
   std::uint32_t count() const { return columns_ * rows_; }
+  std::uint32_t columns() const { return columns_; }
+  std::uint32_t rows() const { return rows_; }
   // Weight of a ray whose direction has this cosine with the normal; of any ray of a cache without a normal.
   float weight(float cosine, bool hemisphere) const {
     return (hemisphere ? 2.0f / (evenShare_ + (2.0f - 2.0f * evenShare_) * cosine) : 4.0f) /
@@ -46,6 +48,9 @@ class DirectionStrata {
     Sequence(const DirectionStrata& strata, const glm::vec3& normal, RandomStream random);
     // The next block of 4 x 4 strata, row by row. There are count() / kBlock blocks.
     void next(std::span<Sample, kBlock> block);
+    // Unit, and at right angles to the normal: where x and y of hemisphereDirection() lie.
+    const glm::vec3& tangent() const { return tangent_; }
+    const glm::vec3& bitangent() const { return bitangent_; }
 
    private:
     const DirectionStrata& strata_;
@@ -59,5 +64,8 @@ class DirectionStrata {
   std::uint32_t columns_, rows_;  // multiples of 4
   float evenShare_;
 };
+
+// The map from the unit square to the hemisphere about +Z whose equal cells are the strata. [unit]
+glm::vec3 hemisphereDirection(float u, float v, float evenShare);
 
 }  // namespace relume

@@ -43,8 +43,8 @@ struct Renderer {
   const Camera& camera;
   std::span<const SceneLight> lights;
   const ReferenceOptions& options;
-  const Emitters* emitters;  // null = emitting surfaces are off
-  const Context& context;    // asked at every vertex of a path: a pixel may take a million of them
+  const EmittingTriangles* emitters;  // null = emitting surfaces are off
+  const Context& context;             // asked at every vertex of a path: a pixel may take a million of them
 
   const Scene& scene() const { return tracer.scene(); }
 };
@@ -93,26 +93,12 @@ float areaWeight(float areaDensity, float cosine, float cosEmitter, float distan
 // Irradiance / pi at a vertex by a point drawn on the emitters, weighed against fromDirection().
 glm::vec3 fromEmitters(const Renderer& r, const Vertex& v, RandomStream& random) {
   if (r.emitters == nullptr || r.emitters->empty()) return glm::vec3(0.0f);
-  const EmitterSample s = r.emitters->sample(random);
-  const glm::vec3 origin = startOf(r, v);
-  const glm::vec3 toward = s.position - origin;
-  float cosEmitter = -glm::dot(toward, s.normal);
-  if (cosEmitter < 0.0f && !s.bothSides) return glm::vec3(0.0f);
-  const glm::vec3 facing = cosEmitter < 0.0f ? -s.normal : s.normal;
-
-  const glm::vec3 target = s.position + facing * r.tracer.epsilonAt(s.position);
-  const glm::vec3 path = target - origin;
-  const float distance = glm::length(path);
-  if (!(distance > 0.0f)) return glm::vec3(0.0f);
-  const glm::vec3 direction = path / distance;
-  const float cosine = glm::dot(v.shading, direction);
-  cosEmitter = -glm::dot(facing, direction);
-  if (cosine <= 0.0f || cosEmitter <= 0.0f || glm::dot(v.geometric, direction) <= 0.0f) return glm::vec3(0.0f);
-  if (r.tracer.occluded({origin, 0.0f, direction, distance})) return glm::vec3(0.0f);
-
+  const EmitterConnection c =
+      connectEmitter(r.tracer, r.emitters->sample(random), startOf(r, v), v.shading, v.geometric);
+  if (c.radiance == glm::vec3(0.0f)) return glm::vec3(0.0f);
   // E / pi = L cos cosEmitter / (pi d² density)
-  const float weight = areaWeight(s.density, cosine, cosEmitter, distance);
-  return s.radiance * (weight * cosine * cosEmitter / (kPi * distance * distance * s.density));
+  const float weight = areaWeight(c.density, c.cosine, c.cosEmitter, c.distance);
+  return c.radiance * (weight * c.cosine * c.cosEmitter / (kPi * c.distance * c.distance * c.density));
 }
 
 // The direction at a cosine and an angle about n, with the frame of Duff et al. 2017.
@@ -312,7 +298,7 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
                                        Context& context, const RayTracer* drawn) {
   if (Status ok = checkReferenceOptions(options); !ok) return ok.error();
   const Context::Stage stage(context, "reference");
-  const Emitters emitters(tracer.scene(), tracer.geometry());
+  const EmittingTriangles emitters(tracer.scene(), tracer.geometry());
   const Renderer renderer{
       tracer, drawn ? *drawn : tracer, camera, lights, options, options.emissive ? &emitters : nullptr, context};
 

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string relume, shared, source, work, report, date;
-  std::vector<std::string> levels, settings{"paper"};
+  std::vector<std::string> levels, settings{"paper"}, preview;
   bool all = false, reuse = false;
 };
 
@@ -95,6 +95,25 @@ bool isWithin(const ImageDifference& d, const AccuracyBound* bound) {
          (bound->energy <= 0 || std::abs(d.energy - 1.0) <= bound->energy);
 }
 
+// The command that draws a view.
+std::vector<std::string> drawCommand(const Arguments& arguments, const AccuracySetting& setting, const fs::path& scene,
+                                     const fs::path& bake, const View& view) {
+  const bool preview = *setting.source != 0;
+  std::vector<std::string> words{
+      preview ? "preview" : "render", scene.string(), "--camera", view.camera, "--lights", view.lights};
+  const auto add = [&words](const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+  };
+  if (*setting.bake != 0) add({"--bake", bake.string()});
+  if (preview) {
+    add({"--source", setting.source});
+    add(arguments.preview);
+  } else {
+    add({"--bounces", view.bounces});
+  }
+  return words;
+}
+
 // Render one reference's view and compare; a row per quantity.
 Status compareView(const Arguments& arguments, const AccuracyLevel& level, const AccuracySetting& setting,
                    const fs::path& scene, const fs::path& bake, const fs::path& referencePath,
@@ -105,15 +124,16 @@ Status compareView(const Arguments& arguments, const AccuracyLevel& level, const
   if (!view) return view.error();
   std::vector<std::pair<std::string, std::vector<std::string>>> quantities{{"indirect", {"DiffInd"}}};
   if (view->emissive) quantities = {{"bounced", {"DiffInd"}}, {"indirect", {"DiffDir", "DiffInd"}}};
+  // A preview reflects light once, or until it converges.
+  if (*setting.source != 0 && (view->bounces != "converged") != (*setting.bake == 0)) return done();
 
   for (const auto& [aov, layers] : quantities) {
     const fs::path image = fs::path(arguments.work) / (std::string(level.name) + "." + setting.name + "." +
                                                        referencePath.stem().string() + "." + aov + ".exr");
     const std::string size = std::to_string(reference->width) + "x" + std::to_string(reference->height);
-    Status drawn = runRelume(arguments, {"render", scene.string(), "--bake", bake.string(), "--camera", view->camera,
-                                         "--lights", view->lights, "--bounces", view->bounces, "--aov", aov, "--size",
-                                         size, "--progress", "none", "-o", image.string()});
-    if (!drawn) return drawn;
+    std::vector<std::string> words = drawCommand(arguments, setting, scene, bake, *view);
+    words.insert(words.end(), {"--aov", aov, "--size", size, "--progress", "none", "-o", image.string()});
+    if (Status drawn = runRelume(arguments, words); !drawn) return drawn;
     const auto candidate = readExr(image);
     if (!candidate) return candidate.error();
     CompareOptions options;
@@ -158,9 +178,15 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, cons
   }
   std::sort(references.begin(), references.end());
 
-  const std::string stem = std::string(level.name) + "." + setting.name;
+  const std::string stem = std::string(level.name) + "." + setting.bake;
   const fs::path bake = fs::path(arguments.work) / (stem + ".relume"),
                  report = fs::path(arguments.work) / (stem + ".json");
+  if (*setting.bake == 0) {
+    for (const fs::path& reference : references) {
+      if (Status ok = compareView(arguments, level, setting, scene, bake, reference, table.rows); !ok) return ok;
+    }
+    return done();
+  }
   if (!arguments.reuse || !fs::exists(bake) || !fs::exists(report)) {
     std::vector<std::string> words{"bake",          scene.string(), "-o",         bake.string(), "--report",
                                    report.string(), "--force",      "--progress", "none"};
@@ -216,9 +242,15 @@ int main(int argc, char** argv) {
   app.add_option("--source", arguments.source, "the project's folder, with samples/ and tests/accuracy/references/");
   app.add_option("--work", arguments.work, "folder for bakes and images")->required();
   app.add_option("--levels", arguments.levels, "only these levels, separated by commas")->delimiter(',');
-  app.add_option("--settings", arguments.settings, "how to bake: paper, medium, high, best, separated by commas")
+  std::vector<std::string> names;
+  for (const relume::AccuracySetting& setting : relume::kAccuracySettings) names.push_back(setting.name);
+  app.add_option("--settings", arguments.settings,
+                 "how to bake and draw: paper, medium, high, best, preview, preview_surfels, preview_direct, separated "
+                 "by commas")
       ->delimiter(',')
-      ->check(CLI::IsMember({"paper", "medium", "high", "best"}));
+      ->check(CLI::IsMember(names));
+  app.add_option("--preview", arguments.preview, "more options of `relume preview`, separated by commas")
+      ->delimiter(',');
   app.add_option("--report", arguments.report, "write the table as Markdown");
   app.add_option("--date", arguments.date, "date named in the report");
   app.add_flag("--all", arguments.all, "all levels; also by RELUME_LONG_TESTS=1 in the environment");

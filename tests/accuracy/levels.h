@@ -17,23 +17,28 @@ struct AccuracyLevel {
   std::vector<std::string> bakeOptions;  // of `relume bake`, for the setting "paper"
 };
 
-// How levels are baked. Every setting has a table of its own.
+// How levels are baked and drawn. Every setting has a table of its own.
 struct AccuracySetting {
-  const char* name;   // "paper", or of a preset
-  const char* title;  // of the table
+  const char* name;    // "paper", of a preset, or of a preview
+  const char* title;   // of the table
+  const char* bake;    // "paper" or a preset; empty: none, and light that is reflected once
+  const char* source;  // of `relume preview`; empty: `relume render` draws
 };
 
 inline const std::vector<AccuracySetting> kAccuracySettings{
-    {"paper", "The paper's high setting, with 65,536 caches on the light map"},
-    {"medium", "Preset `medium`"},
-    {"high", "Preset `high`"},
-    {"best", "Preset `best`"},
+    {"paper", "The paper's high setting, with 65,536 caches on the light map", "paper", ""},
+    {"medium", "Preset `medium`", "medium", ""},
+    {"high", "Preset `high`", "high", ""},
+    {"best", "Preset `best`", "best", ""},
+    {"preview", "`relume preview --source hits` from preset `high`", "high", "hits"},
+    {"preview_surfels", "`relume preview --source surfels` from preset `high`", "high", "surfels"},
+    {"preview_direct", "`relume preview --source direct`, without a bake", "", "direct"},
 };
 
 // Options of `relume bake` for a level.
 inline std::vector<std::string> bakeOptionsOf(const AccuracyLevel& level, const AccuracySetting& setting) {
-  if (std::strcmp(setting.name, "paper") == 0) return level.bakeOptions;
-  return {"--preset", setting.name};
+  if (std::strcmp(setting.bake, "paper") == 0) return level.bakeOptions;
+  return {"--preset", setting.bake};
 }
 
 inline const std::vector<AccuracyLevel> kAccuracyLevels{
@@ -90,6 +95,8 @@ inline const std::vector<AccuracyBound> kAccuracyBounds{
     {"high", "cornell/cam_front__spot", "indirect", 0.045, 0, 0.01},
     {"high", "sponza/cam_arcade__torch", "indirect", 0, 0.12, 0},
     {"high", "sponza/cam_atrium__sun", "indirect", 0, 0.40, 0},
+    {"preview_direct", "cornell/cam_corner__spot__1bounce", "indirect", 0.02, 0, 0.01},
+    {"preview_direct", "cornell/cam_front__emissive__1bounce", "bounced", 0.02, 0, 0.01},
     {"best", "cornell/cam_corner__spot", "indirect", 0.02, 0, 0.01},
     {"best", "cornell/cam_corner__emissive", "bounced", 0.012, 0, 0.01},
     {"best", "cornell/cam_front__spot", "indirect", 0.035, 0, 0.01},

@@ -14,10 +14,10 @@
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/layer_files.h"
 #include "tools/cli/terminal.h"
 #include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
-#include "tools/images/image_io.h"
 #include "tools/render/exposure.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
@@ -51,25 +51,19 @@ struct RenderArguments {
 Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequest& request) {
-  std::vector<Aov> aovs;
-  for (const std::string& name : arguments.aovs) {
-    const auto& names = aovNames();
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      std::string known;
-      for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
-      return usage("--aov: \"" + name + "\" found; there are: " + known);
-    }
-    const Aov aov = static_cast<Aov>(found - names.begin());
+  auto aovs = aovsByName(arguments.aovs);
+  if (!aovs) return aovs.error();
+  for (std::size_t i = 0; i < aovs->size(); ++i) {
+    const Aov aov = (*aovs)[i];
+    const std::string& name = arguments.aovs[i];
     if (needsBake(aov) && arguments.bake.empty())
       return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
     if (aov == Aov::glossy && !request.exponent)
       return usage("--aov glossy needs --exponent: of the lobe about the reflected direction");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
-    aovs.push_back(aov);
   }
-  if (std::find(aovs.begin(), aovs.end(), Aov::glossy) == aovs.end()) request.exponent.reset();
+  if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
   return aovs;
 }
 
@@ -89,9 +83,7 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
                    arguments.bands + "\" found");
     request.bands = *bands;
   }
-  const std::string extension = std::filesystem::path(arguments.output).extension().string();
-  if (extension != ".exr" && extension != ".png")
-    return usage("-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found");
+  if (Status ok = checkImageName(arguments.output); !ok) return ok;
   const auto exponent = readExponent(arguments.exponent);
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
@@ -114,105 +106,16 @@ void setView(const View& view, RenderRequest& request) {
   request.sky = view.sky;
 }
 
-std::filesystem::path outputName(const std::string& output, const std::string& aov, bool several) {
-  std::filesystem::path path(output);
-  if (several) path.replace_extension("." + aov + path.extension().string());
-  return path;
-}
-
-CommandFiles filesOf(const RenderArguments& arguments, const std::vector<Aov>& aovs) {
+CommandFiles filesOf(const RenderArguments& arguments, const LayerFiles& layers) {
   CommandFiles files;
   files.read("the scene", arguments.scene);
   files.read("the bake", arguments.bake);
   files.read("the file of --lights-file", arguments.view.lightsFile);
   files.read("the file of --sky-map", arguments.view.skyMap);
   for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
-  const bool several = aovs.size() > 1 && !arguments.sideBySide;
-  for (const Aov aov : aovs) {
-    const auto path = outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several);
-    if (several || aov == aovs.front()) files.write("-o", path, imageKind(path));
-  }
+  for (const auto& path : layers.paths()) files.write("-o", path, imageKind(path));
   files.force = arguments.force;
   return files;
-}
-
-bool isPng(const RenderArguments& arguments) { return std::filesystem::path(arguments.output).extension() == ".png"; }
-
-// Images of equal size beside each other, from left to right; `width` pixels of `channels` values each.
-template <class T>
-std::vector<T> joined(const std::vector<std::vector<T>>& images, std::size_t width, std::size_t channels) {
-  const std::size_t row = width * channels, rows = images.front().size() / row;
-  std::vector<T> wide(images.size() * images.front().size());
-  for (std::size_t k = 0; k < images.size(); ++k) {
-    for (std::size_t y = 0; y < rows; ++y)
-      std::copy_n(images[k].begin() + static_cast<std::ptrdiff_t>(y * row), row,
-                  wide.begin() + static_cast<std::ptrdiff_t>((y * images.size() + k) * row));
-  }
-  return wide;
-}
-
-Status writeImages(const RenderedFrame& frame, const std::vector<Aov>& aovs, const PictureScale& scale,
-                   const RenderArguments& arguments, std::vector<std::string>& written) {
-  const bool several = aovs.size() > 1 && !arguments.sideBySide;
-  std::vector<std::vector<glm::vec3>> raw;
-  std::vector<std::vector<std::uint8_t>> pictures;
-  std::vector<std::filesystem::path> paths;
-  for (const Aov aov : aovs) {
-    if (isPng(arguments))
-      pictures.push_back(drawPicture(frame, aov, scale));
-    else
-      raw.push_back(composeAov(frame, aov));
-    paths.push_back(outputName(arguments.output, aovNames()[static_cast<std::size_t>(aov)], several));
-  }
-  std::uint32_t width = frame.width;
-  if (!several) {
-    width *= static_cast<std::uint32_t>(aovs.size());
-    if (isPng(arguments))
-      pictures = {joined(pictures, frame.width, 3)};
-    else
-      raw = {joined(raw, frame.width, 1)};
-    paths.resize(1);
-  }
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    const Status ok = isPng(arguments)
-                          ? writePng(paths[i], width, frame.height, std::span<const std::uint8_t>(pictures[i]))
-                          : writeImage(paths[i], width, frame.height, raw[i]);
-    if (!ok) return ok;
-    written.push_back(paths[i].string());
-  }
-  return done();
-}
-
-// How the values of a PNG's layers came about.
-nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& scale) {
-  nlohmann::json described = nlohmann::json::object();
-  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
-  for (const Aov aov : aovs) {
-    if (isLight(aov)) described["exposureStops"] = roundedStops(scale.exposureStops);
-    if (aov == Aov::position) {
-      described["positionBlackM"] = {low.x, low.y, low.z};
-      described["positionWhiteM"] = {high.x, high.y, high.z};
-    }
-    if (aov == Aov::depth) {
-      described["depthWhiteM"] = scale.nearestM;
-      described["depthDarkestM"] = scale.farthestM;
-    }
-  }
-  return described;
-}
-
-void printScale(const std::vector<Aov>& aovs, const PictureScale& scale, bool automatic) {
-  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
-  if (std::any_of(aovs.begin(), aovs.end(), isLight)) {
-    std::printf("exposure: %s stops", stopsText(scale.exposureStops).c_str());
-    if (automatic) std::printf(", from the picture (--exposure %s repeats it)", stopsText(scale.exposureStops).c_str());
-    std::printf("\n");
-  }
-  if (std::count(aovs.begin(), aovs.end(), Aov::position))
-    std::printf("position: %g,%g,%g m is black, %g,%g,%g m white, X Y Z as red green blue\n", low.x, low.y, low.z,
-                high.x, high.y, high.z);
-  if (std::count(aovs.begin(), aovs.end(), Aov::depth))
-    std::printf("depth: white at %g m to dark grey at %g m, black where nothing is\n", scale.nearestM, scale.farthestM);
 }
 
 void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
@@ -277,7 +180,8 @@ int runRender(const RenderArguments& arguments) {
   Context& context = terminal.context();
   if (Status ok = reserveFrame(*view, aovs->size(), arguments, context); !ok) return fail(ok.error());
 
-  CommandFiles files = filesOf(arguments, *aovs);
+  const LayerFiles layers{arguments.output, *aovs, arguments.sideBySide};
+  CommandFiles files = filesOf(arguments, layers);
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
 
   // 2. The scene, and a bake of it
@@ -312,8 +216,8 @@ int runRender(const RenderArguments& arguments) {
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
   std::vector<std::string> written;
-  if (Status ok = writeImages(*frame, *aovs, scale, arguments, written); !ok) return fail(ok.error());
-  printReport(*frame, written, *aovs, isPng(arguments) ? &scale : nullptr, ms, arguments);
+  if (Status ok = writeLayers(*frame, layers, scale, written); !ok) return fail(ok.error());
+  printReport(*frame, written, *aovs, layers.isPng() ? &scale : nullptr, ms, arguments);
   return 0;
 }
 

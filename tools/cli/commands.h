@@ -38,6 +38,7 @@ void addCompareCommand(CLI::App& app, Action& action);
 void addStatusCommand(CLI::App& app, Action& action);
 void addExportCommand(CLI::App& app, Action& action);
 void addRenderCommand(CLI::App& app, Action& action);
+void addPreviewCommand(CLI::App& app, Action& action);
 void addReferenceCommand(CLI::App& app, Action& action);
 void addDiffCommand(CLI::App& app, Action& action);
 void addCompletionCommand(CLI::App& app, Action& action);

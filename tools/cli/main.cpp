@@ -90,6 +90,7 @@ int run(int argc, char** argv) {
   addStatusCommand(app, action);
   addExportCommand(app, action);
   addRenderCommand(app, action);
+  addPreviewCommand(app, action);
   addReferenceCommand(app, action);
   addDiffCommand(app, action);
   addCompletionCommand(app, action);

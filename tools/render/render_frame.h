@@ -3,6 +3,7 @@
 // images that are made of them.
 #pragma once
 
+#include "bake/scene/camera_rays.h"
 #include "bake/scene/sky.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
@@ -96,16 +97,5 @@ struct Relit {
 // of the relighter: the bake, or a light that it refuses.
 Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions& options, const Visibility& visibility,
                              const std::function<void(const Relighter&)>& prepare);
-
-// Rays through pixels of a camera: glTF axes, row 0 on top. Scale in the node's transform is ignored.
-struct CameraRays {
-  CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t height);
-  // Through the point (x, y) of the image [pixels].
-  void at(float x, float y, glm::vec3& originWorld, glm::vec3& direction) const;
-
-  glm::vec3 origin, right, up, forward;  // right and up span half the image at distance 1 (orthographic: half the view)
-  bool orthographic;
-  float width, height;
-};
 
 }  // namespace relume

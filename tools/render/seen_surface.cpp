@@ -8,16 +8,6 @@
 
 namespace relume {
 
-SeenSurface seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
-  SeenSurface seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()),
-                   geometricNormal(scene, hit.point()), hit.back};
-  if (hit.back) {
-    seen.normal = -seen.normal;
-    seen.geometricNormal = -seen.geometricNormal;
-  }
-  return seen;
-}
-
 std::optional<glm::vec2> lightmapPoint(const Scene& scene, const Bake& bake, const SeenSurface& seen) {
   const Lightmap& map = bake.caches.lightmap;
   const Instance& instance = scene.instances[seen.point.instance];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The surface that a ray through a pixel meets, and where its light comes from.
+// Where the surface that a ray meets reads its light over links.
 #pragma once
 
-#include "bake/rays/ray_tracer.h"
+#include "bake/rays/seen_surface.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
@@ -10,16 +10,6 @@
 #include <optional>
 
 namespace relume {
-
-// A point of the level as the camera sees it.
-struct SeenSurface {
-  SurfacePoint point;
-  glm::vec3 positionWorld{0.0f};                  // [m]
-  glm::vec3 normal{0.0f}, geometricNormal{0.0f};  // unit, toward the viewer
-  bool back = false;                              // its back side is seen
-};
-
-SeenSurface seenAt(const Scene& scene, const Ray& ray, const Hit& hit);
 
 // The light-map coordinate that the surface reads; empty = it reads the grid. What moves reads the grid, and so does
 // everything where a bake has no parts.

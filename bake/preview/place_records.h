@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Where records go: wherever the image shows something that those there are do not reach (RCS 4.2, Algorithm 2).
+#pragma once
+
+#include "bake/preview/gather.h"
+#include "bake/preview/record.h"
+#include "bake/preview/weights.h"
+#include "bake/scene/camera_rays.h"
+#include "relume/bake/context.h"
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// linear: the paper's scan, pixel after pixel. waves: coarse to fine grids of pixels, in parallel.
+enum class PlacementOrder { linear, waves };
+
+using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+
+enum class Placement {
+  complete,  // every receiver is reached
+  full,      // there are `maxRecords`
+  late,      // the deadline came first
+};
+
+struct PlacementOptions {
+  Interpolation interpolation;
+  PlacementOrder order = PlacementOrder::waves;
+  std::uint32_t maxRecords = 200000;
+  Deadline deadline;
+};
+
+// Append records until every pixel's receiver is reached. The records there are at first stay. Result of the order
+// alone, whatever the number of threads; a deadline makes it depend on the clock. Ends early when cancelled.
+// [Size receivers = pixels of the camera]
+Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
+                       const PlacementOptions& options, std::vector<Record>& records, Context& context);
+
+}  // namespace relume

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// See preview.h. RCS Algorithm 2 as numbered steps. The paper's step 5 draws the splats anew with all records and adds
+// direct light; so does this. Its test for "none yet" prints SPLATBUFF.w < a.
+//
+// Erratum: with Eq. (3) it is w < 1/a; both mean that there is none, for any contribution is at least 1/a.
+#include "bake/preview/preview.h"
+
+#include "bake/base/parallel.h"
+#include "bake/preview/adapt_reach.h"
+#include "bake/preview/receivers.h"
+#include "bake/preview/record_tiles.h"
+#include "bake/preview/shade.h"
+
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+namespace relume {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr float kCoarsest = 1.0f;   // accuracy of the first picture under a time limit
+constexpr float kFarthest = 64.0f;  // accuracy up to which records reach out for pixels that have none
+constexpr float kGrowth = 1.41421356f;
+
+double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+Status checkPreviewOptions(const PreviewOptions& o) {
+  const auto outside = [](const char* name, const std::string& range, double value) {
+    std::string found = std::to_string(value);
+    while (found.find('.') != std::string::npos && (found.back() == '0' || found.back() == '.')) {
+      const bool point = found.back() == '.';
+      found.pop_back();
+      if (point) break;
+    }
+    return Error{ErrorCode::usage, std::string("preview: ") + name + " must be " + range + ", found " + found};
+  };
+  const auto check = [&](const char* name, double value, double min, double max, const char* range) -> Status {
+    if (value >= min && value <= max) return done();
+    return outside(name, range, value);
+  };
+  for (const Status& ok :
+       {check("width", o.width, 1, 16384, "1..16384"), check("height", o.height, 1, 16384, "1..16384"),
+        check("samples", o.samples, 1, 16, "1..16"), check("accuracy", o.accuracy, 0.0199999, 2, "0.02..2"),
+        check("contrast", o.contrast, 0.000999, 10, "0.001..10"), check("rounds", o.rounds, 0, 16, "0..16"),
+        check("rays", o.rays, 16, 65536, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
+        check("field of view of the plane", o.planeFovDeg, 10, 175, "10..175 degrees"),
+        check("records", o.maxRecords, 1, 1e7, "1..10000000"), check("emitter rays", o.emitterRays, 1, 1024, "1..1024"),
+        check("time limit", o.timeLimitSeconds, 0, 1e9, "at least 0 seconds")}) {
+    if (!ok) return ok;
+  }
+  return done();
+}
+
+RecordGatherer::Options gatherOptions(const PreviewOptions& o) {
+  return {o.hemisphere, o.rays, o.planeSide, glm::radians(o.planeFovDeg), o.seed};
+}
+
+// The accuracies to reach one after the other: under a time limit, from coarse to what is asked for.
+std::vector<float> accuraciesOf(const PreviewOptions& options) {
+  std::vector<float> list;
+  for (float a = kCoarsest; options.timeLimitSeconds > 0.0f && a > options.accuracy; a *= 0.5f) list.push_back(a);
+  list.push_back(options.accuracy);
+  return list;
+}
+
+// Place records; returns how they are read.
+Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
+                    const PreviewOptions& options, std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
+  const Clock::time_point begin = Clock::now();
+  PlacementOptions placement;
+  placement.order = options.order;
+  placement.maxRecords = options.maxRecords;
+  if (options.timeLimitSeconds > 0.0f)
+    placement.deadline =
+        begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.timeLimitSeconds));
+  Interpolation reached{options.weight, 0.0f, options.gradients};
+  for (const float accuracy : accuraciesOf(options)) {
+    placement.interpolation = {options.weight, accuracy, options.gradients};
+    Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
+    const bool first = reached.accuracy == 0.0f;
+    if (first) frame.firstSeconds = secondsSince(begin);
+    if (outcome == Placement::complete || first) reached = placement.interpolation;
+    // Contradictions are settled at the accuracy that is asked for: on the way there others are in a hurry.
+    const int rounds = accuracy == options.accuracy ? options.rounds : 0;
+    for (int round = 0; round < rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
+      const RecordTiles tiles(camera, cache, placement.interpolation);
+      if (limitReaches(tiles, receivers, options.width, options.contrast, cache, context) == 0) break;
+      outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
+    }
+    if (outcome == Placement::full)
+      context.message(Severity::warning, "preview: " + std::to_string(options.maxRecords) +
+                                             " records did not reach every pixel; raise --max-records or --accuracy");
+    if (outcome != Placement::complete || context.cancelled()) break;
+  }
+  frame.accuracy = reached.accuracy;
+  frame.recordSeconds = secondsSince(begin);
+  return reached;
+}
+
+// Records splatted at the pixels' centres. Those that none reaches are lit by records that reach out ever farther.
+std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiver> receivers,
+                                std::span<const Record> records, const RecordTiles& tiles,
+                                const Interpolation& interpolation, PreviewFrame& frame, Context& context) {
+  std::vector<Splat> centers(receivers.size());
+  const auto splatAll = [&](const RecordTiles& by) {
+    parallelChunks(context, "", frame.height, 4, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin * frame.width; i < end * frame.width; ++i) {
+        if (receivers[i].normal == glm::vec3(0.0f) || centers[i].weight > 0.0f) continue;
+        centers[i] = by.splat(static_cast<std::uint32_t>(i % frame.width), static_cast<std::uint32_t>(i / frame.width),
+                              receivers[i]);
+      }
+    });
+  };
+  const auto missing = [&] {
+    std::uint32_t count = 0;
+    for (std::size_t i = 0; i < receivers.size(); ++i)
+      count += receivers[i].normal != glm::vec3(0.0f) && !(centers[i].weight > 0.0f) ? 1 : 0;
+    return count;
+  };
+  splatAll(tiles);
+  frame.weight.resize(centers.size());
+  for (std::size_t i = 0; i < centers.size(); ++i) frame.weight[i] = centers[i].weight;
+  frame.extended = missing();
+  Interpolation farther = interpolation;
+  farther.limits = false;
+  for (bool any = frame.extended > 0; any && farther.accuracy < kFarthest && !context.cancelled();
+       any = missing() > 0) {
+    farther.accuracy *= kGrowth;
+    farther.maxPixels *= kGrowth;
+    splatAll(RecordTiles(camera, records, farther));
+  }
+  return centers;
+}
+
+void setCenters(std::span<const Receiver> receivers, const CameraRays& camera, PreviewFrame& frame) {
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const Receiver& r = receivers[i];
+    if (r.footprint <= 0.0f) continue;
+    if (r.normal == glm::vec3(0.0f)) {
+      frame.skipped += 1;
+      continue;
+    }
+    frame.position[i] = r.positionWorld;
+    frame.normal[i] = r.normal;
+    frame.depth[i] = glm::dot(r.positionWorld - camera.origin, camera.forward);
+  }
+}
+
+void warn(const RecordGatherer& gatherer, const PreviewFrame& frame, const Scene& scene, Context& context) {
+  if (gatherer.notFinite() > 0)
+    context.message(Severity::warning,
+                    "preview: " + std::to_string(gatherer.notFinite()) +
+                        " rays found light that is no finite number and counts as none; the first part is \"" +
+                        scene.instances[gatherer.notFiniteInstance()].node + "\"");
+  if (frame.skipped > 0)
+    context.message(Severity::warning, "preview: " + std::to_string(frame.skipped) +
+                                           " pixels show triangles without an area and get no indirect light");
+}
+
+void resize(PreviewFrame& frame, const PreviewOptions& options) {
+  frame.width = options.width;
+  frame.height = options.height;
+  const std::size_t pixels = std::size_t{options.width} * options.height;
+  for (auto* layer :
+       {&frame.albedo, &frame.emission, &frame.direct, &frame.straight, &frame.bounced, &frame.position, &frame.normal})
+    layer->assign(pixels, glm::vec3(0.0f));
+  frame.depth.assign(pixels, 0.0f);
+}
+
+}  // namespace
+
+Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance& reflected,
+                                   const PreviewOptions& options, std::vector<Record>& cache, Context& context) {
+  if (Status ok = checkPreviewOptions(options); !ok) return ok.error();
+  const Context::Stage stage(context, "preview");
+  PreviewFrame frame;
+  resize(frame, options);
+
+  // 1. What the pixels show; records of before, as this camera sees them
+  const CameraRays camera(scene.camera, options.width, options.height);
+  const std::vector<Receiver> receivers = findReceivers(scene.drawn, camera, context);
+  setCenters(receivers, camera, frame);
+  const ReceiverMaker make(camera);
+  for (Record& record : cache) {
+    const float footprint = make.at({{}, record.positionWorld, record.normal, record.normal, false}).footprint;
+    record.footprint = footprint > 0.0f ? footprint : record.footprint;
+  }
+
+  // 2. to 4. Records wherever there are none
+  const RecordGatherer gatherer(scene.transport, reflected, scene.sky, gatherOptions(options));
+  const Interpolation interpolation = place(gatherer, camera, receivers, options, cache, frame, context);
+  if (context.cancelled()) return cancelledError();
+  frame.records = static_cast<std::uint32_t>(cache.size());
+  frame.rays = gatherer.raysTraced();
+
+  // 5. All records on all pixels, and direct light
+  const RecordTiles tiles(camera, cache, interpolation);
+  const std::vector<Splat> centers = splatCenters(camera, receivers, cache, tiles, interpolation, frame, context);
+  const EmittingTriangles emitters(scene.transport.scene(), scene.transport.geometry());
+  shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr}, frame, context);
+  if (context.cancelled()) return cancelledError();
+  warn(gatherer, frame, scene.transport.scene(), context);
+  context.figure("records", frame.records);
+  return frame;
+}
+
+}  // namespace relume

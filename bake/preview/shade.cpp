@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// See shade.h.
+#include "bake/preview/shade.h"
+
+#include "bake/base/parallel.h"
+#include "bake/base/random.h"
+#include "bake/preview/receivers.h"
+#include "bake/reference/path_tracer.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kStage = 0x72637370;  // the random streams' stage
+constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
+constexpr float kSameNormal = 0.98f;          // cosine within which a sub-pixel shows what its pixel's centre shows
+constexpr float kSamePlane = 1.0f;            // [pixel] off the centre's plane, likewise
+
+std::uint32_t reversedBits(std::uint32_t i) {
+  std::uint32_t reversed = 0;
+  for (int bit = 0; bit < 32; ++bit, i >>= 1) reversed = reversed << 1 | (i & 1u);
+  return reversed;
+}
+
+// The second dimension of Sobol's sequence, of which reversedBits() is the first.
+std::uint32_t sobol(std::uint32_t i) {
+  std::uint32_t point = 0;
+  for (std::uint32_t v = 1u << 31; i != 0; i >>= 1, v ^= v >> 1) {
+    if ((i & 1u) != 0) point ^= v;
+  }
+  return point;
+}
+
+float toUnit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+
+class Shader {
+ public:
+  // Memory of one thread.
+  struct Scratch {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<float> chances;
+  };
+
+  Shader(const ShadeInput& input, PreviewFrame& frame) : in_(input), frame_(frame), make_(input.camera) {}
+
+  // One row of pixels.
+  void row(std::uint32_t y, Scratch& scratch, const Context& context) const {
+    const std::uint32_t samples = in_.options.samples, width = kRaysAtOnce / (samples * samples);
+    for (std::uint32_t x = 0; x < frame_.width && !context.cancelled(); x += width)
+      span(y, x, std::min(x + width, frame_.width), scratch, context);
+  }
+
+ private:
+  void span(std::uint32_t y, std::uint32_t begin, std::uint32_t end, Scratch& scratch, const Context& context) const {
+    const std::uint32_t samples = in_.options.samples, count = samples * samples;
+    const float step = 1.0f / static_cast<float>(samples);
+    std::vector<Ray>& rays = scratch.rays;
+    std::vector<Hit>& hits = scratch.hits;
+    rays.clear();
+    for (std::uint32_t x = begin; x < end; ++x) {
+      for (std::uint32_t s = 0; s < count; ++s) {
+        Ray& ray = rays.emplace_back();
+        in_.camera.at(static_cast<float>(x) + (static_cast<float>(s % samples) + 0.5f) * step,
+                      static_cast<float>(y) + (static_cast<float>(s / samples) + 0.5f) * step, ray.origin,
+                      ray.direction);
+      }
+    }
+    hits.resize(rays.size());
+    in_.scene.drawn.trace(rays, hits, RayOrder::coherent);
+    for (std::size_t i = 0; i < rays.size() && !context.cancelled(); ++i)
+      addSample(begin + static_cast<std::uint32_t>(i / count), y, static_cast<std::uint32_t>(i % count), rays[i],
+                hits[i], scratch);
+  }
+
+  void addSample(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const Ray& ray, const Hit& hit,
+                 Scratch& scratch) const {
+    const std::size_t pixel = std::size_t{y} * frame_.width + x;
+    const float weight = 1.0f / static_cast<float>(in_.options.samples * in_.options.samples);
+    if (!hit) {
+      frame_.emission[pixel] += weight * in_.scene.sky.along(ray.direction);
+      return;
+    }
+    const Scene& scene = in_.scene.drawn.scene();
+    const SeenSurface seen = seenAt(scene, ray, hit);
+    const Receiver receiver = make_.at(seen);
+    const glm::vec3 albedo = albedoAt(scene, seen.point), reflected = weight * kInvPi * albedo;
+    const Splat light = indirectAt(x, y, receiver);
+    frame_.albedo[pixel] += weight * albedo;
+    frame_.bounced[pixel] += reflected * light.reflected;
+    frame_.straight[pixel] += reflected * (light.sky + fromEmitters(pixel, sample, receiver, scratch.chances));
+    frame_.direct[pixel] +=
+        reflected * directIrradiance(in_.scene.drawn, in_.scene.lights, receiver.positionWorld, receiver.normal);
+    if (in_.emitters != nullptr && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))
+      frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+  }
+
+  // Whether a sub-pixel shows the surface that its pixel's centre shows.
+  static bool isSame(const Receiver& center, const Receiver& r) {
+    return glm::dot(center.normal, r.normal) > kSameNormal &&
+           std::abs(glm::dot(r.positionWorld - center.positionWorld, center.normal)) < kSamePlane * center.footprint;
+  }
+
+  Splat indirectAt(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+    const std::size_t pixel = std::size_t{y} * frame_.width + x;
+    const Receiver& center = in_.receivers[pixel];
+    if (isSame(center, r)) return in_.centers[pixel];
+    const Splat own = in_.tiles.splat(x, y, r);
+    if (own.weight > 0.0f) return own;
+    // Too thin for a pixel's centre to have shown it: as whichever neighbour is most alike.
+    return mostAlike(x, y, r);
+  }
+
+  Splat mostAlike(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+    Splat best;
+    float bestError = 0.0f;
+    for (std::uint32_t v = y > 2 ? y - 2 : 0; v <= std::min(y + 2, frame_.height - 1); ++v) {
+      for (std::uint32_t u = x > 2 ? x - 2 : 0; u <= std::min(x + 2, frame_.width - 1); ++u) {
+        const std::size_t pixel = std::size_t{v} * frame_.width + u;
+        const Receiver& other = in_.receivers[pixel];
+        if (other.normal == glm::vec3(0.0f)) continue;
+        const float error = 1.0f - glm::dot(r.normal, other.normal) +
+                            glm::distance(r.positionWorld, other.positionWorld) / (16.0f * r.footprint);
+        if (best.weight > 0.0f && error >= bestError) continue;
+        best = in_.centers[pixel];
+        best.weight = 1.0f;
+        bestError = error;
+      }
+    }
+    return best;
+  }
+
+  // Irradiance by points on emitters, stratified over the pixel's samples. Runs of consecutive points, which share a
+  // triangle, are spread over it as a (0, 2) sequence; a random bit mask for each pixel keeps its pattern from showing.
+  glm::vec3 fromEmitters(std::size_t pixel, std::uint32_t sample, const Receiver& r,
+                         std::vector<float>& chances) const {
+    if (in_.emitters == nullptr || in_.emitters->empty()) return glm::vec3(0.0f);
+    const std::uint32_t samples = in_.options.samples * in_.options.samples;
+    const std::uint32_t each = std::max(1u, (in_.options.emitterRays + samples - 1) / samples), count = each * samples;
+    RandomStream random(in_.options.seed, kStage, pixel);
+    const std::uint32_t first = random.below(count), maskX = random.bits(), maskY = random.bits();
+    const float jitter = random.uniform();
+    const glm::vec3 origin = r.positionWorld + r.geometricNormal * in_.scene.transport.epsilonAt(r.positionWorld);
+    glm::vec3 sum(0.0f);
+    in_.emitters->aim(origin, r.normal, chances);
+    for (std::uint32_t k = 0; k < each; ++k) {
+      const std::uint32_t i = (first + sample + k * samples) % count;
+      const double u = (static_cast<double>(i) + jitter) / count;
+      const glm::vec2 v(toUnit(reversedBits(i) ^ maskX), toUnit(sobol(i) ^ maskY));
+      const EmitterSample point = in_.emitters->sample(chances, u, v);
+      sum += connectEmitter(in_.scene.transport, point, origin, r.normal, r.geometricNormal).irradiance();
+    }
+    return sum / static_cast<float>(each);
+  }
+
+  const ShadeInput& in_;
+  PreviewFrame& frame_;
+  ReceiverMaker make_;
+};
+
+}  // namespace
+
+void shadeFrame(const ShadeInput& input, PreviewFrame& frame, Context& context) {
+  const Shader shader(input, frame);
+  parallelChunks(context, "draw", frame.height, 1, [&](std::size_t begin, std::size_t end) {
+    Shader::Scratch scratch;
+    for (std::size_t y = begin; y < end; ++y) shader.row(static_cast<std::uint32_t>(y), scratch, context);
+  });
+}
+
+}  // namespace relume

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// `relume preview` as a user runs it: what it writes, and what it says when it cannot.
+#include "tests/cli/cli_fixture.h"
+#include "tools/images/image_io.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace relume {
+namespace {
+
+const std::string kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+
+class PreviewCommand : public CliFixture {
+ protected:
+  ProgramResult preview(std::vector<std::string> more) {
+    std::vector<std::string> arguments{"preview", kLevel,       "--size", "48x27", "--rays",
+                                       "256",     "--progress", "none",   "-o",    image()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+  std::string image() const { return (folder_ / "image.exr").string(); }
+  void expectRefused(const ProgramResult& r, int status, const std::vector<std::string>& words) {
+    EXPECT_EQ(r.status, status) << r.err;
+    for (const std::string& word : words)
+      EXPECT_NE(r.err.find(word), std::string::npos) << "\"" << word << "\" in: " << r.err;
+  }
+  // Root of the mean square difference of two layers over the root of the mean square of the second.
+  static double differenceOf(const std::filesystem::path& a, const std::filesystem::path& b, const std::string& layer) {
+    const auto first = readExr(a), second = readExr(b);
+    EXPECT_TRUE(first && second);
+    const auto x = first->layer(""), y = second->layer(layer);
+    double square = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      square += glm::dot(x[i] - y[i], x[i] - y[i]);
+      sum += glm::dot(y[i], y[i]);
+    }
+    return std::sqrt(square / sum);
+  }
+};
+
+TEST_F(PreviewCommand, withoutABakeItIsNearThePathTracer) {
+  const std::vector<std::string> view{"--camera", "cam_hall", "--lights", "spot"};
+  std::vector<std::string> reference{"reference",  kLevel, "--size",    "48x27",
+                                     "--spp",      "256",  "--dynamic", "receivers",
+                                     "--progress", "none", "-o",        (folder_ / "truth.exr").string()};
+  reference.insert(reference.end(), view.begin(), view.end());
+  ASSERT_EQ(run(reference).status, 0);
+  std::vector<std::string> arguments = view;
+  arguments.insert(arguments.end(), {"--aov", "bounced", "--json"});
+  const ProgramResult made = preview(arguments);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_LT(differenceOf(image(), folder_ / "truth.exr", "DiffInd"), 0.25);
+  const auto json = nlohmann::json::parse(made.out);
+  EXPECT_GT(json["records"].get<int>(), 50);
+  EXPECT_GT(json["rays"].get<double>(), 256.0 * 50);
+  EXPECT_NEAR(json["accuracy"].get<double>(), 0.15, 1e-6);
+  EXPECT_EQ(json["images"][0], image());
+  EXPECT_TRUE(json["stageMs"].contains("records"));
+}
+
+TEST_F(PreviewCommand, allSourcesGiveTheSameLightButForBounces) {
+  const std::string bake = (folder_ / "level.relume").string();
+  ASSERT_EQ(run({"bake", kLevel, "-o", bake, "--preset", "medium", "--surfels", "8192", "--progress", "none"}).status,
+            0);
+  const auto meanOf = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--camera", "cam_hall", "--lights", "spot", "--aov", "bounced"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult made = preview(arguments);
+    EXPECT_EQ(made.status, 0) << made.err;
+    const auto read = readExr(image());
+    double sum = 0.0;
+    for (const glm::vec3& v : read->layer("")) sum += v.x + v.y + v.z;
+    return sum;
+  };
+  const double hits = meanOf({"--bake", bake}), surfels = meanOf({"--bake", bake, "--source", "surfels"}),
+               direct = meanOf({"--source", "direct"});
+  EXPECT_NEAR(surfels, hits, 0.05 * hits);
+  EXPECT_LT(direct, 0.95 * hits);
+  EXPECT_GT(direct, 0.3 * hits);
+}
+
+TEST_F(PreviewCommand, sameBytesAtAnyNumberOfThreads) {
+  const auto bytesOf = [&](const char* threads) {
+    EXPECT_EQ(preview({"--camera", "cam_hall", "--threads", threads, "--force"}).status, 0);
+    return readAll(image());
+  };
+  const std::string one = bytesOf("1");
+  ASSERT_GT(one.size(), 1000u);
+  EXPECT_TRUE(bytesOf("2") == one);
+  EXPECT_TRUE(bytesOf("7") == one);
+}
+
+TEST_F(PreviewCommand, aTimeLimitIsKeptAndAPngIsWritten) {
+  const std::string png = (folder_ / "image.png").string();
+  const ProgramResult made = run({"preview", kLevel, "--size", "48x27", "--source", "direct", "--time-limit", "0.001",
+                                  "--progress", "none", "--json", "-o", png});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto json = nlohmann::json::parse(made.out);
+  EXPECT_GT(json["accuracy"].get<double>(), 0.15);
+  EXPECT_TRUE(json["png"].contains("exposureStops"));
+  EXPECT_EQ(readAll(png).substr(1, 3), "PNG");
+}
+
+TEST_F(PreviewCommand, namesWhatIsWrong) {
+  expectRefused(preview({"--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living"});
+  expectRefused(preview({"--aov", "shine"}), 1, {"--aov", "shine", "indirect"});
+  expectRefused(preview({"--aov", "glossy"}), 1, {"--aov glossy", "relume render"});
+  expectRefused(preview({"--source", "grid"}), 1, {"--source"});
+  expectRefused(preview({"--source", "direct", "--bake", kLevel}), 1, {"--source direct", "--bake"});
+  for (const char* accuracy : {"0", "-1", "nan", "inf", "3", "x", ""})
+    expectRefused(preview({"--accuracy", accuracy}), 1, {"--accuracy"});
+  for (const char* rays : {"0", "15", "65537", "1e3", "-16"}) expectRefused(preview({"--rays", rays}), 1, {"--rays"});
+  for (const char* limit : {"-1", "nan", "inf", "1e9"})
+    expectRefused(preview({"--time-limit", limit}), 1, {"--time-limit"});
+  expectRefused(preview({"--plane-fov", "180"}), 1, {"--plane-fov"});
+  expectRefused(preview({"--plane-side", "1"}), 1, {"--plane-side"});
+  expectRefused(preview({"--max-records", "0"}), 1, {"--max-records"});
+  expectRefused(preview({"--weight", "heavy"}), 1, {"--weight"});
+  expectRefused(preview({"--bake", kLevel}), 3, {"two_rooms.glb"});
+  expectRefused(run({"preview", kLevel, "-o", (folder_ / "image.jpg").string()}), 1, {".exr", ".png"});
+  expectRefused(run({"preview", (folder_ / "none.glb").string(), "-o", image()}), 2, {"none.glb"});
+  expectRefused(run({"preview", kLevel, "--size", "16384x16384", "--max-memory", "1G", "-o", image()}), 4,
+                {"preview", "--size"});
+  EXPECT_FALSE(std::filesystem::exists(image()));
+}
+
+TEST_F(PreviewCommand, writesOverNothingThatItReads) {
+  const std::string copy = (folder_ / "copy.glb").string();
+  std::filesystem::copy_file(kLevel, copy);
+  const std::string before = readAll(copy);
+  const std::string linked = (folder_ / "linked.png").string();
+  std::filesystem::create_symlink(copy, linked);
+  expectRefused(run({"preview", copy, "-o", linked, "--force"}), 1, {"is the scene"});
+  std::ofstream(folder_ / "other.exr") << "no image";
+  expectRefused(run({"preview", copy, "-o", (folder_ / "other.exr").string()}), 1, {"is not an OpenEXR image"});
+  EXPECT_EQ(readAll(copy), before);
+}
+
+}  // namespace
+}  // namespace relume

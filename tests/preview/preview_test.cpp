@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+// Whole pictures by records: closed forms, the same bytes on any number of threads, limits, and levels that are bad.
+#include "bake/preview/preview.h"
+
+#include "bake/reference/emitters.h"
+#include "bake/reference/path_tracer.h"
+#include "tests/cancel_after.h"
+#include "tests/rays/make_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+RayTracer tracerOf(const Scene& scene) {
+  Context context;
+  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
+  EXPECT_TRUE(tracer);
+  return std::move(*tracer);
+}
+
+PreviewOptions small() {
+  PreviewOptions options;
+  options.width = 48;
+  options.height = 32;
+  options.samples = 2;
+  options.rays = 256;
+  return options;
+}
+
+struct Asked {
+  Camera camera;
+  std::vector<SceneLight> lights;
+  bool emissive = false;
+  Sky sky;
+};
+
+// By direct light at what rays find.
+Result<PreviewFrame> tryPreview(const Scene& scene, const Asked& asked, const PreviewOptions& options, Context& context,
+                                std::vector<Record>& cache) {
+  const RayTracer tracer = tracerOf(scene);
+  const EmittingTriangles emitters(scene);
+  const HitRadiance light =
+      directRadiance(tracer, tracer, asked.lights, asked.emissive ? &emitters : nullptr, asked.sky, options.seed);
+  return renderPreview({tracer, tracer, asked.camera, asked.lights, asked.emissive, asked.sky}, light, options, cache,
+                       context);
+}
+
+PreviewFrame preview(const Scene& scene, const Asked& asked, const PreviewOptions& options, int threads = 0) {
+  Context context;
+  context.threads = threads;
+  std::vector<Record> cache;
+  auto frame = tryPreview(scene, asked, options, context, cache);
+  EXPECT_TRUE(frame) << (frame ? "" : frame.error().message);
+  return std::move(*frame);
+}
+
+SceneLight lamp(const glm::vec3& position, float intensity) {
+  SceneLight light;
+  light.positionWorld = position;
+  light.intensity = glm::vec3(intensity, 2.0f * intensity, 0.5f * intensity);
+  return light;
+}
+
+double meanOf(const std::vector<glm::vec3>& layer) {
+  double sum = 0.0;
+  for (const glm::vec3& v : layer) sum += v.x + v.y + v.z;
+  return sum / static_cast<double>(layer.size());
+}
+
+// A room with a block in it and a lamp.
+struct Room {
+  Scene scene;
+  Asked asked;
+  Room() {
+    const auto wall = addMaterial(scene, {0.7f, 0.5f, 0.6f});
+    addInstance(scene, box({-2, 0, -2}, {2, 3, 2}, true, wall));
+    addInstance(scene, box({-1, 0, -1}, {0, 1.2f, 0}, false, addMaterial(scene, glm::vec3(0.6f))));
+    finish(scene);
+    asked.camera = lookAt({1.6f, 2.2f, 1.7f}, {-0.5f, 0.4f, -0.6f}, 1.0f);
+    asked.lights = {lamp({0.5f, 2.5f, 0.6f}, 10.0f)};
+  }
+};
+
+// Every wall emits Le and reflects rho: what is reflected once leaves each point as rho Le, and irradiance / pi is
+// that; straight it is Le. Layers are with albedo.
+TEST(Preview, closedFurnaceGivesItsFirstBounce) {
+  const float rho = 0.5f, le = 2.0f;
+  Scene scene;
+  addInstance(scene, box({-1, -1, -1}, {1, 1, 1}, true, addMaterial(scene, glm::vec3(rho), glm::vec3(le))));
+  finish(scene);
+  const Asked asked{lookAt({0.2f, 0.1f, 0.3f}, {1, 0.2f, 0}), {}, true, {}};
+  const RayTracer tracer = tracerOf(scene);
+  const HitRadiance light = [&](std::uint64_t, std::span<const Ray>, std::span<const Hit> hits,
+                                std::span<glm::vec3> radiance) {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (hits[i]) radiance[i] = glm::vec3(rho * le);
+    }
+  };
+  PreviewOptions options = small();
+  options.emitterRays = 256;
+  Context context;
+  std::vector<Record> cache;
+  const auto frame =
+      renderPreview({tracer, tracer, asked.camera, asked.lights, true, asked.sky}, light, options, cache, context);
+  ASSERT_TRUE(frame);
+  for (const glm::vec3& bounced : frame->bounced) EXPECT_NEAR(bounced.y, rho * rho * le, 1e-3f);
+  EXPECT_NEAR(meanOf(frame->straight), 3 * rho * le, 0.02 * 3 * rho * le);
+  EXPECT_NEAR(meanOf(frame->emission), 3 * le, 1e-4);
+  EXPECT_NEAR(meanOf(frame->albedo), 3 * rho, 1e-5);
+}
+
+TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
+  Scene scene;
+  addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, glm::vec3(0.5f))));
+  finish(scene);
+  Asked asked{lookAt({0, 3, 0.1f}, {0, 0, 0}), {}, false, {}};
+  asked.sky.radiance = {0.5f, 1.0f, 2.0f};
+  const PreviewFrame frame = preview(scene, asked, small());
+  for (const glm::vec3& e : frame.straight) {
+    EXPECT_NEAR(e.x, 0.25f, 1e-4f);
+    EXPECT_NEAR(e.z, 1.0f, 1e-4f);
+  }
+  EXPECT_EQ(meanOf(frame.bounced), 0.0);
+  EXPECT_GT(frame.records, 0u);
+  EXPECT_EQ(frame.extended, 0u);
+}
+
+// Against the path tracer's first bounce: the whole picture and its direct light.
+TEST(Preview, firstBounceIsThePathTracers) {
+  const Room room;
+  const PreviewOptions options = small();
+  const PreviewFrame frame = preview(room.scene, room.asked, options);
+  ReferenceOptions truth;
+  truth.width = options.width;
+  truth.height = options.height;
+  truth.samplesPerPixel = 256;
+  truth.maxBounces = 1;
+  const RayTracer tracer = tracerOf(room.scene);
+  Context context;
+  const auto image = renderReference(tracer, room.asked.camera, room.asked.lights, truth, context);
+  ASSERT_TRUE(image);
+  double square = 0.0, noise = 0.0, sum = 0.0, energy = 0.0;
+  for (std::size_t i = 0; i < frame.bounced.size(); ++i) {
+    const glm::vec3 expected = image->indirect[i] * image->albedo[i], d = frame.bounced[i] - expected,
+                    err = image->indirectError[i] * image->albedo[i];
+    square += glm::dot(d, d);
+    noise += glm::dot(err, err);
+    sum += glm::dot(expected, expected);
+    energy += d.x + d.y + d.z;
+  }
+  EXPECT_LT(std::sqrt(std::max(0.0, square - noise) / sum), 0.03);
+  EXPECT_NEAR(energy / (meanOf(frame.bounced) * static_cast<double>(frame.bounced.size())), 0.0, 0.01);
+}
+
+// A wall of 10 cm between a lit room and a dark one, seen along its edge from above: nothing of the light gets across.
+TEST(Preview, noRecordLightsTheOtherSideOfAWall) {
+  Scene scene;
+  const auto white = addMaterial(scene, glm::vec3(0.8f));
+  addInstance(scene, box({-2, 0, -1}, {0, 1, 1}, true, white));
+  addInstance(scene, box({0.1f, 0, -1}, {2, 1, 1}, true, white));
+  finish(scene);
+  const Asked lit{lookAt({-1.5f, 0.5f, 0.5f}, {-0.2f, 0.2f, 0}), {lamp({-1, 0.8f, 0}, 5.0f)}, false, {}};
+  const Asked dark{lookAt({1.5f, 0.5f, 0.5f}, {0.2f, 0.2f, 0}), {lamp({-1, 0.8f, 0}, 5.0f)}, false, {}};
+  const RayTracer tracer = tracerOf(scene);
+  const HitRadiance light = directRadiance(tracer, tracer, lit.lights, nullptr, lit.sky, 1);
+  Context context;
+  std::vector<Record> cache;
+  const auto bright =
+      renderPreview({tracer, tracer, lit.camera, lit.lights, false, lit.sky}, light, small(), cache, context);
+  ASSERT_TRUE(bright);
+  EXPECT_GT(meanOf(bright->bounced), 0.1);
+  // With all records of the lit room in the cache.
+  const auto black =
+      renderPreview({tracer, tracer, dark.camera, dark.lights, false, dark.sky}, light, small(), cache, context);
+  ASSERT_TRUE(black);
+  EXPECT_EQ(meanOf(black->bounced), 0.0);
+  EXPECT_EQ(meanOf(black->direct), 0.0);
+}
+
+TEST(Preview, sameBytesAtOneTwoAndSevenThreads) {
+  const Room room;
+  Asked asked = room.asked;
+  asked.sky.radiance = glm::vec3(0.3f);
+  for (const PlacementOrder order : {PlacementOrder::waves, PlacementOrder::linear}) {
+    PreviewOptions options = small();
+    options.order = order;
+    const PreviewFrame one = preview(room.scene, asked, options, 1);
+    for (const int threads : {2, 7}) {
+      const PreviewFrame many = preview(room.scene, asked, options, threads);
+      EXPECT_EQ(one.bounced, many.bounced);
+      EXPECT_EQ(one.straight, many.straight);
+      EXPECT_EQ(one.direct, many.direct);
+      EXPECT_EQ(one.weight, many.weight);
+      EXPECT_EQ(one.records, many.records);
+    }
+    options.seed = 2;
+    EXPECT_NE(preview(room.scene, asked, options).bounced, one.bounced);
+  }
+}
+
+TEST(Preview, wavesAndTheLinearScanAgree) {
+  const Room room;
+  PreviewOptions options = small();
+  const PreviewFrame waves = preview(room.scene, room.asked, options);
+  options.order = PlacementOrder::linear;
+  const PreviewFrame linear = preview(room.scene, room.asked, options);
+  double square = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < waves.bounced.size(); ++i) {
+    const glm::vec3 d = waves.bounced[i] - linear.bounced[i];
+    square += glm::dot(d, d);
+    sum += glm::dot(waves.bounced[i], waves.bounced[i]);
+  }
+  EXPECT_GT(square, 0.0);
+  EXPECT_LT(std::sqrt(square / sum), 0.05);
+}
+
+TEST(Preview, recordsOfOneViewServeTheNext) {
+  const Room room;
+  Context context;
+  std::vector<Record> cache;
+  const auto first = tryPreview(room.scene, room.asked, small(), context, cache);
+  ASSERT_TRUE(first);
+  const auto again = tryPreview(room.scene, room.asked, small(), context, cache);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->records, first->records);
+  EXPECT_EQ(again->rays, 0u);
+  EXPECT_EQ(again->bounced, first->bounced);
+  Asked turned = room.asked;
+  turned.camera = lookAt({1.6f, 2.2f, 1.7f}, {-0.65f, 0.4f, -0.45f}, 1.0f);
+  const auto moved = tryPreview(room.scene, turned, small(), context, cache);
+  ASSERT_TRUE(moved);
+  EXPECT_LT(moved->records - first->records, first->records / 2);
+}
+
+TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
+  const Room room;
+  Context context;
+  int warnings = 0;
+  context.onMessage = [&](Severity severity, std::string_view text) {
+    warnings += severity == Severity::warning && text.find("--max-records") != std::string_view::npos ? 1 : 0;
+  };
+  PreviewOptions options = small();
+  options.maxRecords = 3;
+  std::vector<Record> cache;
+  const auto frame = tryPreview(room.scene, room.asked, options, context, cache);
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->records, 3u);
+  EXPECT_EQ(warnings, 1);
+  EXPECT_GT(frame->extended, 100u);
+  EXPECT_GT(meanOf(frame->bounced), 0.0);
+}
+
+TEST(Preview, aTimeLimitLeavesAWholePicture) {
+  const Room room;
+  PreviewOptions options = small();
+  options.timeLimitSeconds = 1e-6f;
+  const PreviewFrame frame = preview(room.scene, room.asked, options);
+  EXPECT_EQ(frame.width, options.width);
+  options.timeLimitSeconds = 1000.0f;
+  const PreviewFrame whole = preview(room.scene, room.asked, options);
+  EXPECT_FLOAT_EQ(whole.accuracy, options.accuracy);
+  EXPECT_GT(whole.firstSeconds, 0.0);
+  EXPECT_LE(whole.firstSeconds, whole.recordSeconds);
+  EXPECT_EQ(whole.extended, 0u);
+}
+
+// Nothing to see, nothing to light, an eye within matter, and triangles of no area.
+TEST(Preview, badViewsAreBlackOrSky) {
+  const Room room;
+  Scene empty;
+  finish(empty);
+  Asked away{lookAt({0, 50, 0}, {0, 100, 1}), {}, false, {}};
+  away.sky.radiance = glm::vec3(2.0f);
+  for (const Scene* scene : {&room.scene, static_cast<const Scene*>(&empty)}) {
+    const PreviewFrame frame = preview(*scene, away, small());
+    EXPECT_NEAR(meanOf(frame.emission), 6.0, 1e-5);
+    EXPECT_EQ(frame.records, 0u);
+  }
+  Asked dark = room.asked;
+  dark.lights.clear();
+  EXPECT_EQ(meanOf(preview(room.scene, dark, small()).bounced), 0.0);
+  Asked within = room.asked;
+  within.camera = lookAt({-0.5f, 0.5f, -0.5f}, {1, 0.4f, 0.3f});
+  EXPECT_TRUE(std::isfinite(meanOf(preview(room.scene, within, small()).bounced)));
+  Scene slivers = room.scene;
+  addInstance(slivers, quad({0, 1, 0}, {1e-20f, 0, 0}, {0, 1, 0}));
+  finish(slivers);
+  EXPECT_TRUE(std::isfinite(meanOf(preview(slivers, room.asked, small()).bounced)));
+}
+
+// The same level more than a kilometre from the origin.
+TEST(Preview, farFromTheOriginItIsTheSame) {
+  const Room room;
+  Room moved;
+  const glm::vec3 offset(1024.0f, 0.0f, -1024.0f);
+  for (Instance& instance : moved.scene.instances) instance.toWorld[3] += glm::vec4(offset, 0.0f);
+  moved.asked.camera.toWorld[3] += glm::vec4(offset, 0.0f);
+  for (SceneLight& light : moved.asked.lights) light.positionWorld += offset;
+  PreviewOptions options = small();
+  options.rays = 4096;
+  const double here = meanOf(preview(room.scene, room.asked, options).bounced),
+               there = meanOf(preview(moved.scene, moved.asked, options).bounced);
+  EXPECT_NEAR(there, here, 0.01 * here);
+}
+
+TEST(Preview, anOrthographicViewShowsThePlan) {
+  Room room;
+  room.asked.camera = lookAt({0, 2.9f, 0}, {0, 0, 0}, 1.0f, {0, 0, -1});
+  room.asked.camera.orthographic = true;
+  room.asked.camera.yMag = 1.2f;
+  const PreviewFrame frame = preview(room.scene, room.asked, small());
+  EXPECT_GT(meanOf(frame.bounced), 0.0);
+  EXPECT_NEAR(frame.depth[0], 2.9f, 1e-4f);
+}
+
+TEST(Preview, optionsOutOfRangeAreRefused) {
+  const Room room;
+  for (const auto& change :
+       {+[](PreviewOptions& o) { o.width = 0; }, +[](PreviewOptions& o) { o.height = 16385; },
+        +[](PreviewOptions& o) { o.samples = 17; }, +[](PreviewOptions& o) { o.accuracy = 0.0f; },
+        +[](PreviewOptions& o) { o.accuracy = NAN; }, +[](PreviewOptions& o) { o.rays = 15; },
+        +[](PreviewOptions& o) { o.planeFovDeg = 180.0f; }, +[](PreviewOptions& o) { o.planeSide = 1; },
+        +[](PreviewOptions& o) { o.maxRecords = 0; }, +[](PreviewOptions& o) { o.timeLimitSeconds = -1.0f; },
+        +[](PreviewOptions& o) { o.contrast = 0.0f; }, +[](PreviewOptions& o) { o.rounds = 17; },
+        +[](PreviewOptions& o) { o.emitterRays = 0; }}) {
+    PreviewOptions options = small();
+    change(options);
+    Context context;
+    std::vector<Record> cache;
+    const auto frame = tryPreview(room.scene, room.asked, options, context, cache);
+    ASSERT_FALSE(frame);
+    EXPECT_EQ(frame.error().code, ErrorCode::usage);
+  }
+}
+
+TEST(Preview, aCancelIsHeard) {
+  const Room room;
+  PreviewOptions options = small();
+  options.rays = 65536;
+  options.accuracy = 0.02f;
+  const double after = processorSecondsAfterCancel(0.5, [&](Context& context) {
+    std::vector<Record> cache;
+    const auto frame = tryPreview(room.scene, room.asked, options, context, cache);
+    ASSERT_FALSE(frame);
+    EXPECT_EQ(frame.error().message, "cancelled");
+  });
+  EXPECT_LT(after, 2.0);
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+// `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records on the CPU.
+#include "bake/base/memory_budget.h"
+#include "bake/rays/ray_tracer.h"
+#include "bake/stage_memory.h"
+#include "relume/bake/bake.h"
+#include "relume/bake/load_scene.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
+#include "tools/base/number_check.h"
+#include "tools/base/output_files.h"
+#include "tools/base/printable.h"
+#include "tools/base/scene_options.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/layer_files.h"
+#include "tools/cli/terminal.h"
+#include "tools/compare/fit_bake.h"
+#include "tools/render/drive_scene.h"
+#include "tools/render/exposure.h"
+#include "tools/render/render_pictures.h"
+#include "tools/render/render_preview.h"
+#include "tools/render/view_options.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace relume {
+namespace {
+
+struct PreviewArguments {
+  std::string scene, bake, output, exposure = "auto", source = "auto", gradients = "on";
+  std::vector<std::string> aovs{"full"};
+  ViewOptions view;
+  SceneOptions sceneOptions;
+  std::vector<std::string> emissions;
+  std::uint32_t samples = 4;
+  PreviewOptions options;
+  bool sideBySide = false, allowStale = false, json = false, force = false;
+  TerminalOptions terminal;
+};
+
+Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
+
+Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderRequest& request) {
+  auto aovs = aovsByName(arguments.aovs);
+  if (!aovs) return aovs.error();
+  for (const Aov aov : *aovs) {
+    if (aov == Aov::glossy) return usage("--aov glossy: a preview has no glossy light; `relume render` has");
+    if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
+  }
+  return aovs;
+}
+
+CommandFiles filesOf(const PreviewArguments& arguments, const LayerFiles& layers) {
+  CommandFiles files;
+  files.read("the scene", arguments.scene);
+  files.read("the bake", arguments.bake);
+  files.read("the file of --lights-file", arguments.view.lightsFile);
+  files.read("the file of --sky-map", arguments.view.skyMap);
+  for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
+  for (const auto& path : layers.paths()) files.write("-o", path, imageKind(path));
+  files.force = arguments.force;
+  return files;
+}
+
+// Receivers, their light, the layers, and one of these on its way to a file; and as many records as there may be.
+Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOptions& options, Context& context) {
+  constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36, kRecordBytes = 2 * sizeof(Record) + 4 + 16;
+  const double pixels = static_cast<double>(view.width) * view.height;
+  const double wide = layers.sideBySide ? 12.0 * static_cast<double>(layers.aovs.size()) : 0.0;
+  const double records = std::min(pixels, static_cast<double>(options.maxRecords));
+  return reserveMemory(context, "preview", pixels * (kPixelBytes + wide) + records * kRecordBytes,
+                       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels",
+                       "lower --size or --max-records");
+}
+
+void setView(const View& view, RenderRequest& request) {
+  request.camera = view.camera;
+  request.width = view.width;
+  request.height = view.height;
+  request.lights = view.lights;
+  request.emissive = view.emissive;
+  request.sky = view.sky;
+}
+
+// The bake that is named, or a draft made here; nothing where the rays are to find direct light alone.
+Result<std::optional<Bake>> findBake(const PreviewArguments& arguments, const Scene& scene, PreviewSource& source,
+                                     Context& context) {
+  if (source == PreviewSource::direct) return std::optional<Bake>();
+  if (!arguments.bake.empty()) {
+    auto loaded = readBakeOf(scene, arguments.bake, arguments.scene, arguments.allowStale, context);
+    if (!loaded) return loaded.error();
+    return std::optional<Bake>(std::move(*loaded));
+  }
+  // What a draft has to say of texels and faces is for who bakes.
+  std::function<void(Severity, std::string_view)> listener;
+  std::swap(listener, context.onMessage);
+  auto draft = bake(scene, presetOptions(Preset::draft), context);
+  std::swap(listener, context.onMessage);
+  if (draft) return std::optional<Bake>(std::move(*draft));
+  if (context.cancelled() || arguments.source != "auto") return draft.error();
+  context.message(Severity::warning,
+                  draft.error().message + "; so there is no draft bake, and light is reflected once alone");
+  source = PreviewSource::direct;
+  return std::optional<Bake>();
+}
+
+bool hasDynamicParts(const Scene& scene) {
+  return std::any_of(scene.instances.begin(), scene.instances.end(),
+                     [](const Instance& instance) { return !instance.baked(); });
+}
+
+Result<RayTracer> traceThrough(const Scene& scene, RayStructure structure, RayGeometry geometry, Context& context) {
+  if (Status ok = reserveRays(scene, structure, context, geometry); !ok) return ok.error();
+  return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, structure, geometry);
+}
+
+// Rays of two kinds, which are one where nothing is dynamic.
+struct Tracers {
+  RayTracer transport;
+  std::optional<RayTracer> withDynamic;
+  const RayTracer& drawn() const { return withDynamic ? *withDynamic : transport; }
+};
+
+Result<Tracers> makeTracers(const Scene& scene, Context& context) {
+  context.progress("rays", 0.0);
+  auto transport = traceThrough(scene, RayStructure::bundles, RayGeometry::fixed, context);
+  if (!transport) return transport.error();
+  Tracers tracers{std::move(*transport), std::nullopt};
+  if (!hasDynamicParts(scene)) return tracers;
+  auto drawn = traceThrough(scene, RayStructure::thorough, RayGeometry::drawn, context);
+  if (!drawn) return drawn.error();
+  tracers.withDynamic.emplace(std::move(*drawn));
+  return tracers;
+}
+
+void printReport(const PreviewReport& report, const std::vector<std::string>& written, const LayerFiles& layers,
+                 const PictureScale* scale, double totalMs, const PreviewArguments& arguments) {
+  if (arguments.json) {
+    nlohmann::json json{{"images", written},
+                        {"records", report.records},
+                        {"rays", report.rays},
+                        {"accuracy", std::stod(std::to_string(report.accuracy))},
+                        {"extendedPixels", report.extended},
+                        {"totalMs", totalMs}};
+    json["stageMs"] = {{"relight", 1e3 * report.relightSeconds},
+                       {"records", 1e3 * report.recordSeconds},
+                       {"firstPicture", 1e3 * report.firstSeconds},
+                       {"draw", 1e3 * report.drawSeconds}};
+    if (scale != nullptr) json["png"] = describeScale(layers.aovs, *scale);
+    std::printf("%s\n", jsonText(json, -1).c_str());
+    return;
+  }
+  for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
+  if (scale != nullptr) printScale(layers.aovs, *scale, arguments.exposure == "auto");
+  std::printf("%u records of %.1f million rays, accuracy %g; s: records %.2f, draw %.2f\n", report.records,
+              1e-6 * static_cast<double>(report.rays), static_cast<double>(report.accuracy), report.recordSeconds,
+              report.drawSeconds);
+}
+
+Result<PreviewSource> chooseSource(const PreviewArguments& arguments) {
+  static const std::map<std::string, PreviewSource> kSources = {{"auto", PreviewSource::hits},
+                                                                {"direct", PreviewSource::direct},
+                                                                {"hits", PreviewSource::hits},
+                                                                {"surfels", PreviewSource::surfels}};
+  const PreviewSource source = kSources.at(arguments.source);
+  if (source == PreviewSource::direct && !arguments.bake.empty())
+    return usage("--source direct and --bake exclude each other: direct light needs no bake");
+  return source;
+}
+
+int runPreview(const PreviewArguments& arguments) {
+  // 1. What is asked for
+  PreviewRequest request;
+  request.options = arguments.options;
+  request.options.gradients = arguments.gradients == "on";
+  request.frame.samples = arguments.samples;
+  auto view = readView(arguments.view);
+  if (!view) return fail(view.error());
+  if (Status ok = checkImageName(arguments.output); !ok) return fail(ok.error());
+  const auto aovs = chooseAovs(arguments, request.frame);
+  if (!aovs) return fail(aovs.error());
+  const auto stops = readExposure(arguments.exposure);
+  if (!stops) return fail(stops.error());
+  const auto source = chooseSource(arguments);
+  if (!source) return fail(source.error());
+  request.source = *source;
+
+  Terminal terminal(arguments.terminal);
+  Context& context = terminal.context();
+  const LayerFiles layers{arguments.output, *aovs, arguments.sideBySide};
+  if (Status ok = reserveFrame(*view, layers, request.options, context); !ok) return fail(ok.error());
+  CommandFiles files = filesOf(arguments, layers);
+  if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
+
+  // 2. The scene, and a bake of it
+  const auto begin = std::chrono::steady_clock::now();
+  auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
+  if (!scene) return fail(scene.error());
+  files.read("a file of the scene", scene->files);
+  if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+  setView(*view, request.frame);
+  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
+  };
+  auto driven = readEmissions(arguments.emissions, fits);
+  if (!driven) return fail(driven.error());
+  const auto baked = findBake(arguments, *scene, request.source, context);
+  if (!baked) return fail(baked.error());
+  request.frame.bake = *baked ? &**baked : nullptr;
+  if (Status ok = driveScene(*scene, *driven, request.frame.emissive || driven->empty()); !ok) return fail(ok.error());
+  request.frame.driven = std::move(*driven);
+
+  // 3. Draw and write
+  const auto tracers = makeTracers(*scene, context);
+  if (!tracers) return fail(tracers.error());
+  PreviewReport report;
+  const auto frame = renderPreviewFrame(tracers->transport, tracers->drawn(), request, report, context);
+  terminal.finish();
+  if (!frame) return fail(frame.error());
+  const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
+  std::vector<std::string> written;
+  if (Status ok = writeLayers(*frame, layers, scale, written); !ok) return fail(ok.error());
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  printReport(report, written, layers, layers.isPng() ? &scale : nullptr, ms, arguments);
+  return 0;
+}
+
+void addRecordOptions(CLI::App& command, PreviewArguments& a) {
+  const char* const group = "Records";
+  static const std::map<std::string, RecordWeight> kWeights = {
+      {"smooth", RecordWeight::smooth}, {"ward", RecordWeight::ward}, {"tabellion", RecordWeight::tabellion}};
+  static const std::map<std::string, PlacementOrder> kOrders = {{"waves", PlacementOrder::waves},
+                                                                {"linear", PlacementOrder::linear}};
+  static const std::map<std::string, Hemisphere> kHemispheres = {{"fan", Hemisphere::fan},
+                                                                 {"plane", Hemisphere::plane},
+                                                                 {"scaled", Hemisphere::scaled},
+                                                                 {"border", Hemisphere::border}};
+  command
+      .add_option("--source", a.source,
+                  "what records' rays find: direct (light that is reflected once), hits (direct light, and a bake's "
+                  "light map or grid), surfels (a bake's surfels: faster and coarser), or auto: hits [auto|direct|hits|"
+                  "surfels]")
+      ->check(CLI::IsMember({"auto", "direct", "hits", "surfels"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--accuracy", a.options.accuracy,
+                  "how far records reach, as a share of the distance to what they see: less is more exact and slower")
+      ->check(numberFrom(0.02, 2.0))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--rays", a.options.rays, "rays that a record casts, four times as many where light is uneven")
+      ->check(CLI::Range(16, 65536))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--contrast", a.options.contrast,
+                  "by how much records may contradict each other at a pixel, as a share of its light, before more are "
+                  "gathered there")
+      ->check(numberFrom(0.001, 10.0))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--rounds", a.options.rounds, "how often that is looked at; 0 = never, as in the paper")
+      ->check(CLI::Range(0, 16))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--weight", a.options.weight,
+                  "how records are weighed: smooth (Ward's, ending in 0), ward (as the paper prints it) or tabellion "
+                  "[smooth|ward|tabellion]")
+      ->option_text("WEIGHT [smooth]")
+      ->transform(CLI::CheckedTransformer(kWeights).description(""))
+      ->group(group);
+  command.add_option("--gradients", a.gradients, "whether records know how their light changes around them")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--order", a.options.order,
+                  "in which pixels are asked for records: waves (coarse to fine) or linear (row by row, on one "
+                  "thread) [waves|linear]")
+      ->option_text("ORDER [waves]")
+      ->transform(CLI::CheckedTransformer(kOrders).description(""))
+      ->group(group);
+  command
+      .add_option("--hemisphere", a.options.hemisphere,
+                  "how a record looks around: fan (strata of the whole hemisphere), or the pixels of a plane above it: "
+                  "plane (what it misses is dark), scaled (all pixels count for more) or border (its border pixels "
+                  "do) [fan|plane|scaled|border]")
+      ->option_text("HEMISPHERE [fan]")
+      ->transform(CLI::CheckedTransformer(kHemispheres).description(""))
+      ->group(group);
+  command.add_option("--plane-side", a.options.planeSide, "pixels along a side of the plane")
+      ->check(CLI::Range(2, 256))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--plane-fov", a.options.planeFovDeg, "angle that the plane spans [degrees]")
+      ->check(numberFrom(10.0, 175.0))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--max-records", a.options.maxRecords, "the most records; pixels that none reaches read farther")
+      ->check(CLI::Range(1, 10000000))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--time-limit", a.options.timeLimitSeconds,
+                  "seconds for records, 0..86400: from coarse to fine, and the finest picture that is whole counts; it "
+                  "depends on the machine. 0 = none")
+      ->check(numberFrom(0.0, 86400.0))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--seed", a.options.seed, "seed of the random numbers")->capture_default_str()->group(group);
+}
+
+}  // namespace
+
+void addPreviewCommand(CLI::App& app, Action& action) {
+  auto a = std::make_shared<PreviewArguments>();
+  CLI::App* command =
+      app.add_subcommand("preview", "Show what a shot looks like, by light gathered where the picture needs it");
+  command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->type_name("FILE")->required();
+  command
+      ->add_option("--bake", a->bake,
+                   "bake of that scene (.relume), whose light the records gather; without one, a draft is baked in "
+                   "memory")
+      ->type_name("FILE");
+  command->add_flag("--allow-stale", a->allowStale,
+                    "use a bake of another state of the scene: parts are found by name, the others read the grid; a "
+                    "warning says so");
+  addViewOptions(*command, a->view);
+  addEmissionOption(*command, a->emissions);
+  addSceneOptions(*command, a->sceneOptions);
+  command
+      ->add_option("--aov", a->aovs,
+                   "what to draw, separated by commas, as `relume render` has it. Several go to several files: "
+                   "out.NAME.exr [indirect|bounced|direct|full|unbounced|albedo|normal|position|depth]")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  addRecordOptions(*command, *a);
+  command
+      ->add_option("--exposure", a->exposure,
+                   "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
+      ->capture_default_str();
+  command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
+  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
+      ->type_name("FILE")
+      ->required();
+  command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
+  command->add_flag("--json", a->json, "print what was written and what it took as JSON");
+  addTerminalOptions(*command, a->terminal);
+  command->callback([a, &action] { action = [a] { return runPreview(*a); }; });
+}
+
+}  // namespace relume

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// See layer_files.h.
+#include "tools/cli/layer_files.h"
+
+#include "tools/images/image_io.h"
+#include "tools/render/exposure.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace relume {
+namespace {
+
+// Images of equal size beside each other, from left to right; `width` pixels of `channels` values each.
+template <class T>
+std::vector<T> joined(const std::vector<std::vector<T>>& images, std::size_t width, std::size_t channels) {
+  const std::size_t row = width * channels, rows = images.front().size() / row;
+  std::vector<T> wide(images.size() * images.front().size());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    for (std::size_t y = 0; y < rows; ++y)
+      std::copy_n(images[k].begin() + static_cast<std::ptrdiff_t>(y * row), row,
+                  wide.begin() + static_cast<std::ptrdiff_t>((y * images.size() + k) * row));
+  }
+  return wide;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> LayerFiles::paths() const {
+  if (!areSeveral()) return {output};
+  std::vector<std::filesystem::path> list;
+  for (const Aov aov : aovs) {
+    std::filesystem::path path(output);
+    path.replace_extension("." + aovNames()[static_cast<std::size_t>(aov)] + path.extension().string());
+    list.push_back(path);
+  }
+  return list;
+}
+
+Status checkImageName(const std::string& output) {
+  const std::string extension = std::filesystem::path(output).extension().string();
+  if (extension == ".exr" || extension == ".png") return done();
+  return Error{ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + output + "\" found"};
+}
+
+Result<std::vector<Aov>> aovsByName(const std::vector<std::string>& wanted) {
+  std::vector<Aov> aovs;
+  const auto& names = aovNames();
+  for (const std::string& name : wanted) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      std::string known;
+      for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
+      return Error{ErrorCode::usage, "--aov: \"" + name + "\" found; there are: " + known};
+    }
+    aovs.push_back(static_cast<Aov>(found - names.begin()));
+  }
+  return aovs;
+}
+
+Status writeLayers(const RenderedFrame& frame, const LayerFiles& files, const PictureScale& scale,
+                   std::vector<std::string>& written) {
+  std::vector<std::vector<glm::vec3>> raw;
+  std::vector<std::vector<std::uint8_t>> pictures;
+  const std::vector<std::filesystem::path> paths = files.paths();
+  for (const Aov aov : files.aovs) {
+    if (files.isPng())
+      pictures.push_back(drawPicture(frame, aov, scale));
+    else
+      raw.push_back(composeAov(frame, aov));
+  }
+  std::uint32_t width = frame.width;
+  if (!files.areSeveral()) {
+    width *= static_cast<std::uint32_t>(files.aovs.size());
+    if (files.isPng())
+      pictures = {joined(pictures, frame.width, 3)};
+    else
+      raw = {joined(raw, frame.width, 1)};
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Status ok = files.isPng()
+                          ? writePng(paths[i], width, frame.height, std::span<const std::uint8_t>(pictures[i]))
+                          : writeImage(paths[i], width, frame.height, raw[i]);
+    if (!ok) return ok;
+    written.push_back(paths[i].string());
+  }
+  return done();
+}
+
+nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& scale) {
+  nlohmann::json described = nlohmann::json::object();
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  for (const Aov aov : aovs) {
+    if (isLight(aov)) described["exposureStops"] = roundedStops(scale.exposureStops);
+    if (aov == Aov::position) {
+      described["positionBlackM"] = {low.x, low.y, low.z};
+      described["positionWhiteM"] = {high.x, high.y, high.z};
+    }
+    if (aov == Aov::depth) {
+      described["depthWhiteM"] = scale.nearestM;
+      described["depthDarkestM"] = scale.farthestM;
+    }
+  }
+  return described;
+}
+
+void printScale(const std::vector<Aov>& aovs, const PictureScale& scale, bool automatic) {
+  const glm::vec3 low = scale.bounds.min, high = scale.bounds.max;
+  if (std::any_of(aovs.begin(), aovs.end(), isLight)) {
+    std::printf("exposure: %s stops", stopsText(scale.exposureStops).c_str());
+    if (automatic) std::printf(", from the picture (--exposure %s repeats it)", stopsText(scale.exposureStops).c_str());
+    std::printf("\n");
+  }
+  if (std::count(aovs.begin(), aovs.end(), Aov::position))
+    std::printf("position: %g,%g,%g m is black, %g,%g,%g m white, X Y Z as red green blue\n", low.x, low.y, low.z,
+                high.x, high.y, high.z);
+  if (std::count(aovs.begin(), aovs.end(), Aov::depth))
+    std::printf("depth: white at %g m to dark grey at %g m, black where nothing is\n", scale.nearestM, scale.farthestM);
+}
+
+}  // namespace relume

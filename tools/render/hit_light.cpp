@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// See hit_light.h.
+#include "tools/render/hit_light.h"
+
+#include "bake/rays/seen_surface.h"
+#include "bake/reference/path_tracer.h"
+#include "bake/surfels/surfel_map.h"
+#include "tools/render/seen_surface.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+constexpr float kCell = 0.05f;  // width of a record's ray at distance 1: what its albedo is the mean over
+
+bool isLit(const glm::vec3& c) { return c.x > 0.0f || c.y > 0.0f || c.z > 0.0f; }
+
+}  // namespace
+
+HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
+                         const Relighter& relighter) {
+  return [&drawn, lights, &bake, &relighter](std::uint64_t, std::span<const Ray> rays, std::span<const Hit> hits,
+                                             std::span<glm::vec3> radiance) {
+    const Scene& scene = drawn.scene();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (!hits[i]) continue;
+      const SeenSurface seen = seenAt(scene, rays[i], hits[i]);
+      const glm::vec3 albedo = albedoAt(scene, seen.point, kCell * hits[i].distance);
+      if (!isLit(albedo)) continue;
+      const glm::vec3 irradiance = directIrradiance(drawn, lights, seen.positionWorld, seen.normal) +
+                                   linkIrradiance(scene, bake, relighter, seen);
+      radiance[i] = kInvPi * albedo * irradiance;
+    }
+  };
+}
+
+SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
+  PlaySpace all;
+  all.seenArea.assign(2 * std::size_t{scene.triangleCount()}, 0.0f);
+  for (const Instance& instance : scene.instances) {
+    if (!instance.baked()) continue;
+    for (std::uint32_t t = 0; t < scene.meshes[instance.mesh].triangle.size(); ++t) {
+      const auto c = scene.corners(instance, t);
+      const std::size_t side = 2 * (std::size_t{instance.firstTriangle} + t);
+      all.seenArea[side] = all.seenArea[side + 1] = 0.5f * glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
+    }
+  }
+  all.visible.assign(all.seenArea.size(), 1);
+  std::vector<SurfaceSample> samples(bake.surfels.count());
+  for (std::uint32_t s = 0; s < samples.size(); ++s) {
+    samples[s].positionWorld = bake.surfels.positionWorld[s];
+    samples[s].normal = bake.surfels.normal[s];
+    samples[s].point.instance = bake.surfels.instance[s];
+    if (isLit(bake.surfels.emission[s])) samples[s].emitter = bake.surfels.instance[s];
+  }
+  return buildSurfelMap(scene, all, samples, std::sqrt(bake.surfels.areaEach), context);
+}
+
+HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
+                           HitRadiance other) {
+  const std::vector<glm::vec3> nodes = relighter.nodeRadiosity();
+  std::vector<glm::vec3> radiance(bake.surfels.count());
+  for (std::uint32_t s = 0; s < radiance.size(); ++s) radiance[s] = kInvPi * nodes[bake.hierarchy.leafNode[s]];
+  const auto emits = [&bake](std::uint32_t s) { return isLit(bake.surfels.emission[s]); };
+  return [&scene, emits, &map, other = std::move(other), radiance = std::move(radiance)](
+             std::uint64_t item, std::span<const Ray> rays, std::span<const Hit> hits, std::span<glm::vec3> found) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (!hits[i]) continue;
+      const std::uint32_t triangle = scene.instances[hits[i].instance].firstTriangle + hits[i].triangle;
+      const std::uint32_t s = map.at(2 * triangle + (hits[i].back ? 1u : 0u), hits[i].barycentric);
+      if (s != kNone && !emits(s))
+        found[i] = radiance[s];
+      else
+        other(item, rays.subspan(i, 1), hits.subspan(i, 1), found.subspan(i, 1));
+    }
+  };
+}
+
+}  // namespace relume

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What a preview's rays find in a level whose bake has been relit: all bounces, emitters and sky.
+#pragma once
+
+#include "bake/preview/hit_radiance.h"
+#include "bake/rays/ray_tracer.h"
+#include "bake/surfels/surfels.h"
+#include "relume/bake_data.h"
+#include "relume/relighter.h"
+
+#include <span>
+
+namespace relume {
+
+// Reflected radiance albedo / pi (E_direct + E_links) of hits: direct light by a shadow ray for each punctual light,
+// all other light from the relit light map or grid. `drawn` casts the shadows. All are kept by reference.
+HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
+                         const Relighter& relighter);
+
+// Which surfel of a bake stands for a hit: the baker's map, which a bake does not keep, made anew as if all sides of
+// all surfaces were seen.
+SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context);
+
+// Radiosity / pi of the surfels that hits lie on: the fastest, and as coarse as the surfels. Hits on surfels that emit,
+// and where there is no surfel, have `other`.
+HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
+                           HitRadiance other);
+
+}  // namespace relume

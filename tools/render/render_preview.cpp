@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// See render_preview.h.
+#include "tools/render/render_preview.h"
+
+#include "bake/reference/emitters.h"
+#include "tools/render/hit_light.h"
+#include "tools/render/relight_by_rays.h"
+
+#include <chrono>
+#include <optional>
+
+namespace relume {
+namespace {
+
+class Stopwatch {
+ public:
+  // Seconds since the last call, or since the beginning.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+PreviewOptions optionsOf(const PreviewRequest& request) {
+  PreviewOptions options = request.options;
+  options.width = request.frame.width;
+  options.height = request.frame.height;
+  options.samples = request.frame.samples;
+  return options;
+}
+
+RenderedFrame toRenderedFrame(PreviewFrame&& preview, const RenderRequest& request) {
+  RenderedFrame frame;
+  frame.resize(request);
+  frame.renderer = "cpu";
+  frame.albedo = std::move(preview.albedo);
+  frame.emission = std::move(preview.emission);
+  frame.direct = std::move(preview.direct);
+  frame.straight = std::move(preview.straight);
+  for (std::size_t i = 0; i < frame.indirect.size(); ++i) frame.indirect[i] = preview.bounced[i] + frame.straight[i];
+  if (request.centres) {
+    frame.normal = std::move(preview.normal);
+    frame.position = std::move(preview.position);
+    frame.depth = std::move(preview.depth);
+  }
+  return frame;
+}
+
+}  // namespace
+
+Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTracer& drawn,
+                                         const PreviewRequest& request, PreviewReport& report, Context& context) {
+  const Scene& scene = transport.scene();
+  const RenderRequest& asked = request.frame;
+  Stopwatch watch;
+
+  // 1. What records' rays find
+  Relit relit;
+  std::optional<EmittingTriangles> emitters;
+  std::optional<SurfelMap> surfels;
+  HitRadiance reflected;
+  if (request.source == PreviewSource::direct || asked.bake == nullptr) {
+    if (asked.drawsEmission()) emitters.emplace(scene, RayGeometry::fixed);
+    reflected = directRadiance(transport, drawn, asked.lights, emitters ? &*emitters : nullptr, asked.sky,
+                               request.options.seed);
+  } else {
+    context.progress("relight", 0.0);
+    auto done = relightByRays(drawn, asked, context);
+    if (context.cancelled()) return cancelledError();
+    if (!done) return done.error();
+    relit = std::move(*done);
+    reflected = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all);
+    if (request.source == PreviewSource::surfels) {
+      surfels.emplace(mapSurfels(scene, *asked.bake, context));
+      if (context.cancelled()) return cancelledError();
+      reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(reflected));
+    }
+  }
+  report.relightSeconds = watch.lap();
+
+  // 2. Records and the picture
+  std::vector<Record> cache;
+  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky},
+                               reflected, optionsOf(request), cache, context);
+  if (!preview) return preview.error();
+  report.records = preview->records;
+  report.extended = preview->extended;
+  report.rays = preview->rays;
+  report.accuracy = preview->accuracy;
+  report.firstSeconds = preview->firstSeconds;
+  report.recordSeconds = preview->recordSeconds;
+  report.drawSeconds = watch.lap() - preview->recordSeconds;
+  RenderedFrame frame = toRenderedFrame(std::move(*preview), asked);
+  frame.frames = relit.frames;
+  return frame;
+}
+
+}  // namespace relume

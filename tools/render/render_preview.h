@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// `relume preview`: a view by radiance records, whose rays find direct light alone or a relit bake.
+#pragma once
+
+#include "bake/preview/preview.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
+#include "relume/result.h"
+#include "tools/render/render_frame.h"
+
+#include <cstdint>
+
+namespace relume {
+
+// What records' rays find where they end. direct: light that is reflected once, as RCS has it. hits: direct light and
+// the relit bake's light map or grid. surfels: the radiosity of the relit bake's surfels.
+enum class PreviewSource { direct, hits, surfels };
+
+struct PreviewRequest {
+  RenderRequest frame;  // its bake is needed but for `direct`; bounces, bands, exponent and shadowSize have no meaning
+  PreviewOptions options;
+  PreviewSource source = PreviewSource::hits;
+};
+
+// What a preview took.
+struct PreviewReport {
+  std::uint32_t records = 0, extended = 0;
+  std::uint64_t rays = 0;
+  float accuracy = 0.0f;
+  double relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, drawSeconds = 0.0;
+};
+
+// `transport` has what light travels among, best with RayStructure::bundles; `drawn`, of the same scene, has what is
+// seen and what casts the punctual lights' shadows: dynamic instances, of which no other light knows, as in `render`.
+// Errors of the relighter and of renderPreview(); failed: cancelled.
+Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTracer& drawn,
+                                         const PreviewRequest& request, PreviewReport& report, Context& context);
+
+}  // namespace relume
