@@ -145,6 +145,22 @@ void VirtualScreen::xdotool(const std::string& arguments) const {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
 }
 
+void VirtualScreen::click(int button, const glm::ivec2& at) const {
+  xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y) + " click " + std::to_string(button));
+}
+
+void VirtualScreen::dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const {
+  std::string words =
+      "mousemove " + std::to_string(from.x) + " " + std::to_string(from.y) + " mousedown " + std::to_string(button);
+  for (int i = 1; i <= 8; ++i) {
+    const glm::ivec2 at = from + (to - from) * i / 8;
+    words += " mousemove " + std::to_string(at.x) + " " + std::to_string(at.y) + " sleep 0.02";
+  }
+  xdotool(words + " mouseup " + std::to_string(button));
+}
+
+void VirtualScreen::press(const std::string& keys) const { xdotool("key " + keys); }
+
 bool VirtualScreen::holdKey(const std::string& name, const Condition& is) const {
   xdotool("keydown " + name);
   const bool seen = waitFor(is);

@@ -67,6 +67,11 @@ class VirtualScreen {
   // Hold a key, or a button while the mouse goes from one place to another, until is() or a minute is over.
   bool holdKey(const std::string& name, const Condition& is) const;
   bool drag(int button, const glm::ivec2& from, const glm::ivec2& to, const Condition& is) const;
+  // Once, as fast as a hand: a button at a place, a way with the button held, keys ("ctrl+z").
+  void click(int button, const glm::ivec2& at) const;
+  void dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const;
+  void press(const std::string& keys) const;
+  const std::string& display() const { return display_; }
 
  private:
   void xdotool(const std::string& arguments) const;

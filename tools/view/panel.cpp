@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// See panel.h. Together with window.cpp the only file that includes Dear ImGui.
+// See panel.h.
 #include "tools/view/panel.h"
+
+#include "tools/base/printable.h"
 
 #include <imgui.h>
 
-#include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include <algorithm>
 #include <iterator>
 
 namespace relume {
@@ -14,33 +16,8 @@ namespace {
 
 constexpr float kWidth = 250.0f, kItemWidth = 150.0f;
 
-void lightControls(ViewedLight& viewed) {
-  ImGui::Checkbox("##on", &viewed.on);
-  ImGui::SameLine();
-  if (!ImGui::TreeNode("light", "%s", viewed.name.c_str())) return;
-  ImGui::SliderFloat("stops", &viewed.stops, -8.0f, 8.0f, "%.1f");
-  ImGui::ColorEdit3("colour", glm::value_ptr(viewed.light.intensity),
-                    ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
-  if (viewed.light.kind != LightKind::directional) {
-    if (ImGui::DragFloat3("position", glm::value_ptr(viewed.light.positionWorld), 0.02f, -1e6f, 1e6f, "%.2f"))
-      viewed.home = viewed.light.positionWorld;
-  }
-  if (viewed.light.kind != LightKind::point) {
-    glm::vec3 direction = viewed.light.direction;
-    if (ImGui::DragFloat3("aim", glm::value_ptr(direction), 0.01f, -1.0f, 1.0f, "%.2f") &&
-        glm::length(direction) > 1e-3f)
-      viewed.light.direction = glm::normalize(direction);
-  }
-  if (ImGui::Checkbox("orbit", &viewed.orbits) && viewed.orbits) viewed.home = viewed.light.positionWorld;
-  ImGui::TreePop();
-}
-
-void lightsControls(Viewer& viewer, ViewState& state) {
-  for (std::size_t i = 0; i < state.lights.size(); ++i) {
-    ImGui::PushID(static_cast<int>(i));
-    lightControls(state.lights[i]);
-    ImGui::PopID();
-  }
+// What every light is relit by.
+void relightControls(Viewer& viewer, ViewState& state) {
   ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
   if (state.sky.map) {
     ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
@@ -98,32 +75,85 @@ void timeTable(const Viewer& viewer) {
 }
 
 void help() {
-  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-  ImGui::PushTextWrapPos(kWidth - 8.0f);
-  ImGui::TextUnformatted("Right mouse: look. W A S D Q E: fly, Shift: fast. Tab: hide or show this.");
-  ImGui::PopTextWrapPos();
-  ImGui::PopStyleColor();
+  constexpr const char* kKeys[][2] = {{"right mouse", "look around"},
+                                      {"W A S D Q E", "fly; Shift: fast"},
+                                      {"left mouse", "pick, drag lights"},
+                                      {"Del  Ctrl+D", "remove, duplicate"},
+                                      {"Ctrl+Z  +Y", "undo, redo"},
+                                      {"Ctrl+S  +O", "save, load lights"},
+                                      {"Esc", "let go"},
+                                      {"G  Tab", "handles, this panel"}};
+  for (const auto& [key, does] : kKeys) {
+    ImGui::TextDisabled("%s", key);
+    ImGui::SameLine(96.0f);
+    ImGui::TextUnformatted(does);
+  }
+}
+
+// The window that was drawn last takes the mouse.
+void cover(Session& session) {
+  const ImVec2 low = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  session.covered.push_back({{low.x, low.y}, {low.x + size.x, low.y + size.y}});
+}
+
+ImVec4 colorOf(Severity severity) {
+  if (severity == Severity::error) return {1.0f, 0.55f, 0.5f, 1.0f};
+  return severity == Severity::warning ? ImVec4(1.0f, 0.85f, 0.45f, 1.0f) : ImGui::GetStyleColorVec4(ImGuiCol_Text);
+}
+
+// At the lower edge, as wide as the window allows beside the panel.
+void drawMessages(Session& session) {
+  const auto& shown = session.messages.shown();
+  if (shown.empty()) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float width = std::min(560.0f, display.x - 16.0f);
+  ImGui::SetNextWindowPos(ImVec2(display.x - 8.0f, display.y - 8.0f), ImGuiCond_Always, ImVec2(1.0f, 1.0f));
+  ImGui::SetNextWindowSize(ImVec2(width, 0.0f));
+  ImGui::Begin("messages", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_AlwaysAutoResize);
+  std::size_t closed = shown.size();
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::SmallButton("x")) closed = i;
+    ImGui::SameLine();
+    ImGui::PushStyleColor(ImGuiCol_Text, colorOf(shown[i].severity));
+    ImGui::TextWrapped("%s", printable(shown[i].text).c_str());
+    ImGui::PopStyleColor();
+    ImGui::PopID();
+  }
+  cover(session);
+  ImGui::End();
+  if (closed < session.messages.shown().size()) session.messages.close(closed);
 }
 
 }  // namespace
 
-void drawPanel(const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
-  if (!state.panel) return;
+void drawPanel(Session& session) {
+  session.covered.clear();
+  drawMessages(session);
+  if (!session.state.panel) return;
   // As wide as its controls need and as tall as those that are open, within the window.
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSizeConstraints(ImVec2(kWidth, 0), ImVec2(kWidth, ImGui::GetIO().DisplaySize.y - 16.0f));
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
-  help();
-  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) viewControls(scene, state);
-  if (ImGui::CollapsingHeader("Lights")) lightsControls(viewer, state);
-  if (!state.objects.empty() && ImGui::CollapsingHeader("Objects")) objectControls(state);
+  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) viewControls(session.scene, session.state);
+  // A light that is picked shows its controls.
+  if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
+  session.shownLight = session.editor.selected();
+  if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
+  if (ImGui::CollapsingHeader("Relight")) relightControls(session.viewer, session.state);
+  if (!session.state.objects.empty() && ImGui::CollapsingHeader("Objects")) objectControls(session.state);
   if (ImGui::CollapsingHeader("Times")) {
+    const Bake& bake = session.bake;
     ImGui::Text("%u surfels, %u caches,", bake.surfels.count(), bake.caches.count());
     ImGui::Text("%u links", bake.links.count());
-    timeTable(viewer);
+    timeTable(session.viewer);
   }
+  if (ImGui::CollapsingHeader("Mouse and keys")) help();
   ImGui::PopItemWidth();
+  cover(session);
   ImGui::End();
 }
 

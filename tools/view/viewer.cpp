@@ -6,11 +6,7 @@
 #include "relume/glossy.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
-#include "tools/render/default_view.h"
-#include "tools/render/lights_file.h"
 #include "tools/render/read_sky_map.h"
-#include "tools/render/render_frame.h"
-#include "tools/render/view_options.h"
 #include "tools/view/display.h"
 
 #include <glm/ext/matrix_transform.hpp>
@@ -82,9 +78,7 @@ double nowMs() {
 std::vector<Light> activeLights(const ViewState& state) {
   std::vector<Light> lights;
   for (const ViewedLight& viewed : state.lights) {
-    if (!viewed.on) continue;
-    lights.push_back(viewed.light);
-    lights.back().intensity *= std::exp2(viewed.stops);
+    if (viewed.on) lights.push_back(viewed.light);
   }
   return lights;
 }
@@ -95,36 +89,6 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
   for (const ViewedObject& object : state.objects)
     moved.push_back(glm::translate(glm::mat4(1.0f), object.position - object.home));
   return moved;
-}
-
-// Which lights of the scene are on at the start.
-Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
-  const auto named = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
-  for (const SceneLight& light : scene.lights)
-    state.lights.push_back(
-        {light.name, toRuntimeLight(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
-  for (const std::string& name : names) {
-    const bool known =
-        name == "all" || name == "none" || name == "emissive" ||
-        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
-    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
-  }
-  return done();
-}
-
-// The lights of a file are on.
-Status addFileLights(const std::string& path, ViewState& state) {
-  if (path.empty()) return done();
-  const Result<std::vector<SceneLight>> lights = readLightsFile(path);
-  if (!lights) return lights.error();
-  for (const SceneLight& light : *lights) {
-    const std::string name = light.name.empty() ? "light " + std::to_string(state.lights.size() + 1) : light.name;
-    state.lights.push_back({name, toRuntimeLight(light), true, 0.0f, false, light.positionWorld});
-  }
-  return done();
 }
 
 }  // namespace
@@ -207,10 +171,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
   glClearDepth(1.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
-  const float far = size + glm::length(state.camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
-  const glm::mat4 clip = state.camera.clipFromWorld(static_cast<float>(width) / static_cast<float>(height),
-                                                    std::max(0.02f, 5e-4f * far), far);
+  const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
   if (backdrop_) {
     glDisable(GL_DEPTH_TEST);
     backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
@@ -223,6 +184,12 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   for (const PassTime& pass : relighter_.passTimes()) times_.emplace_back(pass.pass, pass.ms);
   times_.emplace_back("draw", nowMs() - relit);
   return done();
+}
+
+glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
+  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
+  const float far = size + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
+  return camera.clipFromWorld(aspect, std::max(0.02f, 5e-4f * far), far);
 }
 
 void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
@@ -296,64 +263,6 @@ std::vector<glm::vec3> Viewer::cacheColors() const {
     colors[i] = yCoCgToRgb(0.2820948f * glm::vec3(at[0], at[luma], at[luma + chroma]));
   }
   return colors;
-}
-
-namespace {
-
-Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
-  for (const Camera& c : scene.cameras) {
-    if (options.camera.empty() || c.name == options.camera) return FlyCamera::from(c);
-  }
-  if (!options.camera.empty())
-    return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
-  const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);
-  Context context;
-  const Result<FramedView> framed = frameLevel(scene, FlyCamera().yfovRad, aspect, context);
-  if (!framed) return framed.error();
-  return FlyCamera::from(lookAt(framed->eye, framed->target, FlyCamera().yfovRad));
-}
-
-}  // namespace
-
-Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
-  ViewState state;
-  const Result<FlyCamera> camera = initialCamera(scene, options);
-  if (!camera) return camera.error();
-  state.camera = *camera;
-  if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
-  if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
-  for (const MovingNode& node : movingNodes(scene))
-    state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
-  if (!options.skyMap.empty()) {
-    auto map = readSkyMap(options.skyMap);
-    if (!map) return map.error();
-    state.sky.map = std::make_shared<const SkyMap>(std::move(*map));
-    state.sky.rotationDeg = options.skyRotationDeg;
-  }
-  state.exposure = options.exposure;
-  state.reflectance = options.reflectance;
-  state.roughness = options.roughness;
-  state.mode =
-      static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
-  const auto wanted = [&](const char* name) {
-    return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
-  };
-  state.surfels = wanted("surfels");
-  state.caches = wanted("caches");
-  state.lightmap = wanted("lightmap");
-  return state;
-}
-
-void animate(ViewState& state, double seconds) {
-  for (ViewedLight& viewed : state.lights) {
-    if (!viewed.orbits) continue;
-    const auto angle = static_cast<float>(seconds);
-    if (viewed.light.kind == LightKind::directional) {
-      viewed.light.direction = glm::normalize(glm::vec3(0.8f * std::cos(angle), -0.75f, 0.8f * std::sin(angle)));
-    } else {
-      viewed.light.positionWorld = viewed.home + glm::vec3(std::cos(angle) - 1.0f, 0.0f, std::sin(angle)) * 0.8f;
-    }
-  }
 }
 
 }  // namespace relume

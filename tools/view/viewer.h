@@ -3,7 +3,6 @@
 // whatever framebuffer is bound. Needs a current OpenGL 4.3 context for its lifetime.
 #pragma once
 
-#include "bake/scene/sky.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
@@ -13,8 +12,8 @@
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
 #include "tools/view/discs.h"
-#include "tools/view/fly_camera.h"
 #include "tools/view/options.h"
+#include "tools/view/view_state.h"
 
 #include <cstdint>
 #include <optional>
@@ -23,44 +22,6 @@
 #include <vector>
 
 namespace relume {
-
-// A light of the scene as it stands now.
-struct ViewedLight {
-  std::string name;
-  Light light;
-  bool on = true;
-  float stops = 0.0f;   // its intensity is multiplied by 2^stops
-  bool orbits = false;  // circles around its home
-  glm::vec3 home{0.0f};
-};
-
-// A dynamic node of the scene as it stands now.
-struct ViewedObject {
-  std::string name;
-  glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
-  glm::vec3 position{0.0f};  // [m] and where it is
-};
-
-enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
-inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
-                                                 "glossy light", "albedo",       "normals"};
-
-// Everything that may change between frames.
-struct ViewState {
-  FlyCamera camera;
-  std::vector<ViewedLight> lights;
-  float emission = 1.0f;  // factor on emitting surfaces
-  Sky sky;                // its map, where it has one, is the one that the viewer was made with
-  float bounceScale = 1.0f;
-  ViewMode mode = ViewMode::full;
-  float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
-  float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
-  float exposure = 0.0f;     // [stops]
-  bool surfels = false, caches = false, lightmap = false;
-  bool relight = true;  // false freezes the light over links
-  std::vector<ViewedObject> objects;
-  bool panel = true;  // whether the panel is shown
-};
 
 class Viewer {
  public:
@@ -71,6 +32,9 @@ class Viewer {
 
   // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
+
+  // Clip space of a target of that aspect; its planes enclose the level.
+  glm::mat4 clipFromWorld(const FlyCamera& camera, float aspect) const;
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
@@ -101,12 +65,5 @@ class Viewer {
   std::optional<float> patchesRotation_;  // [deg]
   std::vector<std::pair<std::string, double>> times_;
 };
-
-// The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
-// does. usage: a camera or light the scene does not know.
-Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
-
-// Move the lights that orbit to where they are at `seconds`.
-void animate(ViewState& state, double seconds);
 
 }  // namespace relume

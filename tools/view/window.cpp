@@ -2,8 +2,9 @@
 // See window.h. The only file that includes GLFW.
 #include <epoxy/gl.h>
 
+#include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
-#include "tools/view/viewer.h"
+#include "tools/view/session.h"
 #include "tools/view/window.h"
 
 #define GLFW_INCLUDE_NONE
@@ -13,10 +14,18 @@
 #include <imgui.h>
 
 #include <cstdio>
-#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
+
+struct InputEvent {
+  enum class Kind { press, move, release, key } kind = Kind::move;  // of the left button
+  glm::vec2 at{0.0f};                                               // [pixel]
+  int key = 0, mods = 0;                                            // GLFW's
+};
 
 // GLFW from init to terminate, with one window.
 class Window {
@@ -33,8 +42,24 @@ class Window {
     if (!window_) return Error{ErrorCode::unsupported, "no window with OpenGL 4.3: " + lastError()};
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
+    // Before those of Dear ImGui, which calls what is there.
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int mods) {
+      if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+      // glfwGetCursorPos() has where the mouse is now, which after a slow frame is not where the button went down.
+      const auto kind = action == GLFW_PRESS ? InputEvent::Kind::press : InputEvent::Kind::release;
+      of(w).events_.push_back({kind, of(w).mouse_, 0, mods});
+    });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
+      of(w).mouse_ = glm::vec2(x, y);
+      of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_});
+    });
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
+      if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods});
+    });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
+    ImGui::GetIO().ConfigWindowsMoveFromTitleBarOnly = true;
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 430");
     gui_ = true;
@@ -53,13 +78,18 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   GLFWwindow* get() const { return window_; }
+  // What happened since they were taken last, in its order.
+  std::vector<InputEvent> takeEvents() { return std::exchange(events_, {}); }
 
  private:
+  static Window& of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
   static std::string& lastError() {
     static std::string text;
     return text;
   }
   GLFWwindow* window_ = nullptr;
+  std::vector<InputEvent> events_;
+  glm::vec2 mouse_{0.0f};  // [pixel]
   bool started_ = false, gui_ = false;
 };
 
@@ -72,8 +102,8 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
   const ImGuiIO& io = ImGui::GetIO();
   if (!io.WantCaptureMouse && glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
     camera.turn(-0.004f * moved.x, -0.004f * moved.y);
-  // While a number is typed, keys are its own.
-  if (io.WantTextInput) return;
+  // While a number is typed, keys are its own; with Control they are commands.
+  if (io.WantTextInput || io.KeyCtrl) return;
   const auto axis = [&](int plus, int minus) {
     return static_cast<float>((glfwGetKey(window, plus) == GLFW_PRESS) - (glfwGetKey(window, minus) == GLFW_PRESS));
   };
@@ -82,33 +112,73 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
               glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
 
-Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
+// The command of a key, as keyboards have it.
+std::optional<Command> commandOf(int key, int mods) {
+  const bool control = (mods & GLFW_MOD_CONTROL) != 0, shift = (mods & GLFW_MOD_SHIFT) != 0;
+  if (control) {
+    if (key == GLFW_KEY_Z) return shift ? Command::redo : Command::undo;
+    if (key == GLFW_KEY_Y) return Command::redo;
+    if (key == GLFW_KEY_S) return Command::saveLights;
+    if (key == GLFW_KEY_O) return Command::loadLights;
+    if (key == GLFW_KEY_D) return Command::duplicateLight;
+    return std::nullopt;
+  }
+  if (key == GLFW_KEY_DELETE) return Command::removeLight;
+  if (key == GLFW_KEY_ESCAPE) return Command::cancel;
+  if (key == GLFW_KEY_TAB) return Command::togglePanel;
+  if (key == GLFW_KEY_G) return Command::toggleHandles;
+  return std::nullopt;
+}
+
+// Hands what happened since the last frame to the session, in its order: slow frames lose no click.
+void handle(const InputEvent& event, Session& session) {
+  const ImGuiIO& io = ImGui::GetIO();
+  switch (event.kind) {
+    case InputEvent::Kind::press:
+      if (!ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel)) session.press(event.at);
+      return;
+    case InputEvent::Kind::move:
+      return session.move(event.at);
+    case InputEvent::Kind::release:
+      return session.release();
+    case InputEvent::Kind::key:
+      // While a text is typed, keys are its own.
+      if (const auto command = commandOf(event.key, event.mods); command && !io.WantTextInput) session.run(*command);
+      return;
+  }
+}
+
+Status loop(Window& window, Session& session) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
-  glfwGetCursorPos(window, &cursor.x, &cursor.y);
-  while (!glfwWindowShouldClose(window)) {
+  glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
+  while (!glfwWindowShouldClose(window.get())) {
     glfwPollEvents();
     const double now = glfwGetTime();
-    fly(window, state.camera, static_cast<float>(now - last), cursor);
+    ViewState& state = session.state;
+    fly(window.get(), state.camera, static_cast<float>(now - last), cursor);
     last = now;
+    int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
+    glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
+    glfwGetFramebufferSize(window.get(), &width, &height);
+    session.beginFrame(now, glm::vec2(windowWidth, windowHeight));
+    for (const InputEvent& event : window.takeEvents()) handle(event, session);
     animate(state, now);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
-    if (!ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Tab), false))
-      state.panel = !state.panel;
-    drawPanel(scene, bake, viewer, state);
-    int width = 0, height = 0;
-    glfwGetFramebufferSize(window, &width, &height);
+    drawPanel(session);
+    session.endControls(ImGui::IsAnyItemActive());
+    if (state.handles) drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
     if (width > 0 && height > 0) {
-      if (Status ok =
-              viewer.draw(state, 0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), true);
+      if (Status ok = session.viewer.draw(state, 0, static_cast<std::uint32_t>(width),
+                                          static_cast<std::uint32_t>(height), true);
           !ok)
         return ok;
     }
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-    glfwSwapBuffers(window);
+    glfwSwapBuffers(window.get());
   }
   return done();
 }
@@ -125,7 +195,8 @@ Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& opti
   auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), glfwGetProcAddress);
   if (!viewer) return viewer.error();
   std::printf("bands %s\n", viewer->bands().c_str());
-  return loop(window.get(), scene, bake, *viewer, *state);
+  Session session(scene, bake, *viewer, std::move(*state), options);
+  return loop(window, session);
 }
 
 }  // namespace relume

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Everything of the viewer that may change between frames: camera, lights, objects, sky, what is shown. Plain data; the
+// panel, the light handles and the command line write it, Viewer reads it.
+#pragma once
+
+#include "bake/scene/sky.h"
+#include "relume/bake/scene.h"
+#include "relume/lights.h"
+#include "relume/result.h"
+#include "tools/view/fly_camera.h"
+#include "tools/view/options.h"
+
+#include <glm/vec3.hpp>
+
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// A light of the scene, of a file or of the window's own as it stands now.
+struct ViewedLight {
+  std::string name;
+  Light light;  // of a directional one the position says where it is drawn
+  bool on = true;
+  bool orbits = false;   // circles around its home
+  glm::vec3 home{0.0f};  // [m]
+
+  // Whether it is the same to somebody who edits lights: where an orbit has taken one does not count.
+  bool operator==(const ViewedLight& other) const;
+};
+
+// A dynamic node of the scene as it stands now.
+struct ViewedObject {
+  std::string name;
+  glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
+  glm::vec3 position{0.0f};  // [m] and where it is
+};
+
+enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
+inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
+                                                 "glossy light", "albedo",       "normals"};
+
+// Everything that may change between frames.
+struct ViewState {
+  FlyCamera camera;
+  std::vector<ViewedLight> lights;
+  float emission = 1.0f;  // factor on emitting surfaces
+  Sky sky;                // its map, where it has one, is the one that the viewer was made with
+  float bounceScale = 1.0f;
+  ViewMode mode = ViewMode::full;
+  float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
+  float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
+  float exposure = 0.0f;     // [stops]
+  bool surfels = false, caches = false, lightmap = false;
+  bool relight = true;  // false freezes the light over links
+  std::vector<ViewedObject> objects;
+  bool panel = true;    // whether the panel is shown
+  bool handles = true;  // and the lights' icons and gizmos
+};
+
+// The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
+// does. usage: a camera or light the scene does not know.
+Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
+
+// Move the lights that orbit to where they are at `seconds`.
+void animate(ViewState& state, double seconds);
+
+}  // namespace relume
