@@ -31,8 +31,14 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported.");
-  app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->type_name("FILE")->required();
-  app.add_option("--bake", o.bake, "bake of that scene (.relume)")->type_name("FILE")->required();
+  app.add_option("SCENE", o.scene,
+                 "glTF scene (.glb, .gltf) the bake was made from; others can be dropped on the window")
+      ->type_name("FILE")
+      ->required();
+  app.add_option("--bake", o.bake,
+                 "bake of that scene (.relume), loaded again whenever the file changes; default: the scene is baked at "
+                 "preset draft, in memory alone")
+      ->type_name("FILE");
   app.add_option("--camera", o.camera,
                  "camera to start from; default: the scene's first, or one that frames the level when it has none");
   app.add_option("--lights", o.lights,

@@ -9,6 +9,8 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 #include <iterator>
 
 namespace relume {
@@ -127,29 +129,59 @@ void drawMessages(Session& session) {
   if (closed < session.messages.shown().size()) session.messages.close(closed);
 }
 
+// What is being baked or loaded, in the middle of the upper edge beside the panel, with a way out.
+void drawProgress(Session& session) {
+  const LevelJob::Progress progress = session.job->progress();
+  const LevelFiles& files = session.job->files();
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float left = display.x > 2.0f * kWidth ? kWidth + 16.0f : 8.0f,
+              width = std::min(420.0f, display.x - left - 8.0f);
+  ImGui::SetNextWindowPos(ImVec2(0.5f * (left + display.x - width), 8.0f));
+  ImGui::SetNextWindowSize(ImVec2(width, 0.0f));
+  ImGui::Begin("progress", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  const std::string name = std::filesystem::path(files.bake.empty() ? files.scene : files.bake).filename().string();
+  ImGui::TextWrapped("%s %s", files.bake.empty() ? "Baking a draft of" : "Loading", printable(name).c_str());
+  char text[96];
+  if (session.job->isCancelled()) {
+    std::snprintf(text, sizeof text, "stopping");
+  } else if (progress.secondsLeft > 1.0) {
+    std::snprintf(text, sizeof text, "%s, %.0f s left", progress.stage.c_str(), progress.secondsLeft);
+  } else {
+    std::snprintf(text, sizeof text, "%s", progress.stage.c_str());
+  }
+  ImGui::ProgressBar(static_cast<float>(progress.fraction), ImVec2(width - 84.0f, 0.0f), text);
+  ImGui::SameLine();
+  if (ImGui::Button("cancel")) session.job->cancel();
+  cover(session);
+  ImGui::End();
+}
+
 }  // namespace
 
 void drawPanel(Session& session) {
   session.covered.clear();
   drawMessages(session);
-  if (!session.state.panel) return;
+  if (session.job) drawProgress(session);
+  if (!session.state.panel || !session.level) return;
   // As wide as its controls need and as tall as those that are open, within the window.
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSizeConstraints(ImVec2(kWidth, 0), ImVec2(kWidth, ImGui::GetIO().DisplaySize.y - 16.0f));
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
-  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) viewControls(session.scene, session.state);
+  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen))
+    viewControls(session.level->scene, session.state);
   // A light that is picked shows its controls.
   if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
   session.shownLight = session.editor.selected();
   if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
-  if (ImGui::CollapsingHeader("Relight")) relightControls(session.viewer, session.state);
+  if (ImGui::CollapsingHeader("Relight")) relightControls(*session.viewer, session.state);
   if (!session.state.objects.empty() && ImGui::CollapsingHeader("Objects")) objectControls(session.state);
   if (ImGui::CollapsingHeader("Times")) {
-    const Bake& bake = session.bake;
+    const Bake& bake = session.level->bake;
     ImGui::Text("%u surfels, %u caches,", bake.surfels.count(), bake.caches.count());
     ImGui::Text("%u links", bake.links.count());
-    timeTable(session.viewer);
+    timeTable(*session.viewer);
   }
   if (ImGui::CollapsingHeader("Mouse and keys")) help();
   ImGui::PopItemWidth();

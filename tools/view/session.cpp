@@ -5,18 +5,108 @@
 #include "tools/view/light_set.h"
 
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <utility>
 
 namespace relume {
+namespace {
 
-Session::Session(const Scene& theScene, const Bake& theBake, Viewer& theViewer, ViewState first,
-                 const ViewerOptions& options)
-    : scene(theScene),
-      bake(theBake),
-      viewer(theViewer),
-      state(std::move(first)),
-      lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile) {
+// Objects of the level where they have been moved to, unless the level has them elsewhere now.
+std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, std::vector<ViewedObject> now) {
+  for (ViewedObject& object : now) {
+    const auto same = std::find_if(before.begin(), before.end(), [&](const ViewedObject& b) {
+      return b.name == object.name && b.home == object.home;
+    });
+    if (same != before.end()) object.position = same->position;
+  }
+  return now;
+}
+
+}  // namespace
+
+Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress)
+    : state(std::move(first)),
+      lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
+      options_(options),
+      getProcAddress_(std::move(getProcAddress)) {
   editor.begin(state.lights);
+}
+
+Status Session::show(LevelPtr next) {
+  const bool isSame = level && level->sceneFile == next->sceneFile;
+  // The level of the command line has the state that this began with.
+  const bool isFirst = !level && next->sceneFile == options_.scene;
+  ViewState wanted = state;
+  if (isSame) {
+    wanted.objects = keptObjects(state.objects, objectsOf(next->scene));
+  } else if (!isFirst) {
+    // Names of the first level's cameras and lights say nothing of this one.
+    options_.camera.clear();
+    options_.lights = {"all"};
+    options_.lightsFile.clear();
+    auto fresh = initialState(next->scene, options_);
+    if (!fresh) return fresh.error();
+    wanted = std::move(*fresh);
+  }
+  auto made = Viewer::create(next->scene, next->bake, options_, wanted.sky.map.get(), getProcAddress_,
+                             isSame ? &*viewer : nullptr);
+  if (!made) return made.error();
+  viewer.emplace(std::move(*made));
+  level = std::move(next);
+  watch_ = FileWatch(level->bakeFile, level->bakeStamp);
+  state = std::move(wanted);
+  if (!isFirst && !isSame) editor.begin(state.lights);
+  if (state.sky.map && level->bake.hierarchy.skyDirection.empty())
+    say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
+  return done();
+}
+
+void Session::begin(LevelFiles files, std::optional<Scene> scene) {
+  job.reset();
+  job.emplace(std::move(files), std::move(scene));
+}
+
+void Session::drop(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".glb" || extension == ".gltf") return begin({path, "", options_.sceneOptions, options_.allowStale});
+  if (extension == ".json") {
+    lightsFile = path;
+    return loadLights();
+  }
+  if (extension == ".relume" && level)
+    return begin({level->sceneFile, path, options_.sceneOptions, options_.allowStale});
+  say(Severity::error, "\"" + path +
+                           "\": a level (.glb, .gltf), a bake of the level that is shown (.relume) or a list of "
+                           "lights (.json) expected");
+}
+
+void Session::finishJob() {
+  if (!job) return;
+  for (std::string& warning : job->takeWarnings()) warnings.push_back(std::move(warning));
+  auto result = job->takeResult();
+  if (!result) return;
+  const bool isCancelled = job->isCancelled();
+  const LevelFiles files = job->files();
+  job.reset();
+  const std::string kept = level ? "; what is shown stays" : "";
+  if (isCancelled) return say(Severity::info, "cancelled" + kept);
+  if (!*result) return say(Severity::error, result->error().message + kept);
+  if (const Status shown = show(std::move(**result)); !shown) return say(Severity::error, shown.error().message + kept);
+  const std::string noted =
+      warnings.empty() ? "" : "; " + std::to_string(warnings.size()) + " warnings about the level are in the terminal";
+  say(Severity::info,
+      (files.bake.empty() ? "\"" + files.scene + "\" baked at preset draft, in memory alone; relume bake writes a bake"
+                          : "\"" + files.bake + "\" loaded") +
+          noted);
+}
+
+// A bake that has changed on disk is loaded, unless something is on its way already.
+void Session::watchBake() {
+  if (job || !level || !watch_.hasChanged(now_)) return;
+  begin({level->sceneFile, level->bakeFile, options_.sceneOptions, options_.allowStale});
 }
 
 void Session::run(Command command) {
@@ -89,12 +179,26 @@ void Session::release() { editor.release(state.lights); }
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
   now_ = now;
   messages.forgetOld(now);
-  pixels_ = {viewer.clipFromWorld(state.camera, windowSize.x / std::max(windowSize.y, 1.0f)), state.camera.position,
-             glm::max(windowSize, glm::vec2(1.0f))};
+  finishJob();
+  watchBake();
+  const glm::vec2 size = glm::max(windowSize, glm::vec2(1.0f));
+  const float aspect = size.x / size.y;
+  pixels_ = {viewer ? viewer->clipFromWorld(state.camera, aspect) : state.camera.clipFromWorld(aspect, 0.1f, 100.0f),
+             state.camera.position, size};
 }
 
 void Session::endControls(bool isHeld) {
   if (!isHeld) editor.commit(state.lights);
+}
+
+void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
+  if (viewer) {
+    messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+    return;
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glClearColor(0.08f, 0.08f, 0.08f, 1.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
 }  // namespace relume

@@ -3,10 +3,11 @@
 // panel and dropped files end here; window.h feeds it, the panel draws it.
 #pragma once
 
-#include "relume/bake/scene.h"
-#include "relume/bake_data.h"
+#include "tools/view/file_watch.h"
 #include "tools/view/gizmo.h"
+#include "tools/view/level_job.h"
 #include "tools/view/light_editor.h"
+#include "tools/view/loaded_level.h"
 #include "tools/view/messages.h"
 #include "tools/view/options.h"
 #include "tools/view/view_state.h"
@@ -39,8 +40,17 @@ struct PixelBox {
 
 class Session {
  public:
-  // What it is given must outlive it.
-  Session(const Scene& scene, const Bake& bake, Viewer& viewer, ViewState first, const ViewerOptions& options);
+  // `first`: what the first level is shown with. getProcAddress: of the context, which is current for the session's
+  // life.
+  Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress);
+
+  // Show a level. Another bake of the level that is shown takes over its light, lights and camera. Errors of Viewer and
+  // initialState(): what is shown stays.
+  Status show(LevelPtr next);
+  // Begin to load or bake a level; what was being loaded is cancelled. `scene`: loadScene() of it, where that is done.
+  void begin(LevelFiles files, std::optional<Scene> scene = {});
+  // A file that was dropped on the window: a level to bake, a bake of the level that is shown, a list of lights.
+  void drop(const std::string& path);
 
   void run(Command command);
   void addLight(LightKind kind);
@@ -49,22 +59,25 @@ class Session {
   void move(const glm::vec2& pixel);
   void release();
 
-  // Once a frame: `now` [s], the window's size [pixel].
+  // Once a frame: `now` [s], the window's size [pixel]. Looks after the job and the bake's file.
   void beginFrame(double now, const glm::vec2& windowSize);
   // Whether a control of the panel is held: what it changes is an edit once it is let go.
   void endControls(bool isHeld);
+  // The level into a framebuffer; black where there is none yet. What goes wrong is shown as a message.
+  void draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
 
   const PixelView& pixels() const { return pixels_; }
   void say(Severity severity, std::string text) { messages.say(severity, std::move(text), now_); }
 
-  const Scene& scene;
-  const Bake& bake;
-  Viewer& viewer;
+  LevelPtr level;                // null until the first is there
+  std::optional<Viewer> viewer;  // of it
+  std::optional<LevelJob> job;   // that runs
   ViewState state;
   LightEditor editor;
   Messages messages;
-  std::string lightsFile;         // that lights are saved to and loaded from
-  std::vector<PixelBox> covered;  // by the panel, in the last frame
+  std::vector<std::string> warnings;  // about levels, for the terminal: too many for the window
+  std::string lightsFile;             // that lights are saved to and loaded from
+  std::vector<PixelBox> covered;      // by the panel, in the last frame
   glm::vec2 mouse{-1.0f};
   std::optional<std::size_t> shownLight;  // whose controls the panel had in the last frame
 
@@ -72,7 +85,12 @@ class Session {
   void saveLights();
   void loadLights();
   void duplicateLight();
+  void finishJob();
+  void watchBake();
 
+  ViewerOptions options_;  // for levels that are yet to come
+  GetProcAddress getProcAddress_;
+  FileWatch watch_;
   PixelView pixels_;
   double now_ = 0.0;
 };

@@ -69,6 +69,12 @@ bool ViewedLight::operator==(const ViewedLight& other) const {
          (orbits || (a.positionWorld == b.positionWorld && a.direction == b.direction));
 }
 
+std::vector<ViewedObject> objectsOf(const Scene& scene) {
+  std::vector<ViewedObject> objects;
+  for (const MovingNode& node : movingNodes(scene)) objects.push_back({node.name, node.centreWorld, node.centreWorld});
+  return objects;
+}
+
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
   ViewState state;
   const Result<FlyCamera> camera = initialCamera(scene, options);
@@ -76,8 +82,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.camera = *camera;
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
-  for (const MovingNode& node : movingNodes(scene))
-    state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
+  state.objects = objectsOf(scene);
   if (!options.skyMap.empty()) {
     auto map = readSkyMap(options.skyMap);
     if (!map) return map.error();

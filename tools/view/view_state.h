@@ -62,6 +62,9 @@ struct ViewState {
 // does. usage: a camera or light the scene does not know.
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
 
+// The dynamic nodes of a level, where it has them.
+std::vector<ViewedObject> objectsOf(const Scene& scene);
+
 // Move the lights that orbit to where they are at `seconds`.
 void animate(ViewState& state, double seconds);
 

@@ -94,7 +94,7 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
 }  // namespace
 
 Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, const ViewerOptions& viewerOptions,
-                              const SkyMap* skyMap, const GetProcAddress& getProcAddress) {
+                              const SkyMap* skyMap, const GetProcAddress& getProcAddress, const Viewer* previous) {
   auto level = GlLevel::create(scene, &bake.caches.lightmap);
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(viewerOptions.shadowSize);
@@ -108,6 +108,11 @@ Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, const Viewer
   options.getProcAddress = getProcAddress;
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
+  if (previous) {
+    const Status inherited = relighter->inherit(previous->relighter_, bake);
+    // A bake without a grid has nothing to hand over.
+    if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
+  }
   Viewer viewer(bake, std::move(*level), std::move(*shadows), std::move(*relighter));
   auto program = makeLevelProgram(&viewer.relighter_, displayGlsl() + kMain);
   if (!program) return program.error();
@@ -141,6 +146,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const double shadowed = nowMs();
 
   // Light over links
+  Status lit = done();
   if (state.relight) {
     shadows_.setUniforms(relighter_.gl()->surfelProgram());
     shadows_.bind();
@@ -154,7 +160,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     }
     setup.skyPatches = skyPatches_;
     setup.bounceScale = state.bounceScale;
-    if (Status ok = relighter_.relight(setup); !ok) return ok;
+    lit = relighter_.relight(setup);
   }
 
   // The level and what is laid over it
@@ -183,7 +189,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   times_ = {{"shadow maps", shadowed - begin}};
   for (const PassTime& pass : relighter_.passTimes()) times_.emplace_back(pass.pass, pass.ms);
   times_.emplace_back("draw", nowMs() - relit);
-  return done();
+  return lit;
 }
 
 glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {

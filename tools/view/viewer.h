@@ -26,11 +26,13 @@ namespace relume {
 class Viewer {
  public:
   // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer. getProcAddress: of
-  // whatever made the context. skyMap: null = none.
+  // whatever made the context. skyMap: null = none. previous: a viewer of an older bake of the level, whose light the
+  // first frame begins with where both have a grid; null = none.
   static Result<Viewer> create(const Scene& scene, const Bake& bake, const ViewerOptions& options, const SkyMap* skyMap,
-                               const GetProcAddress& getProcAddress);
+                               const GetProcAddress& getProcAddress, const Viewer* previous = nullptr);
 
-  // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones.
+  // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones. Where the relighter refuses the
+  // lights, its error comes back and the level is drawn in last frame's light.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
 
   // Clip space of a target of that aspect; its planes enclose the level.

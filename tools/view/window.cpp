@@ -2,6 +2,7 @@
 // See window.h. The only file that includes GLFW.
 #include <epoxy/gl.h>
 
+#include "tools/base/printable.h"
 #include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
 #include "tools/view/session.h"
@@ -15,6 +16,7 @@
 
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,9 +24,10 @@ namespace relume {
 namespace {
 
 struct InputEvent {
-  enum class Kind { press, move, release, key } kind = Kind::move;  // of the left button
-  glm::vec2 at{0.0f};                                               // [pixel]
-  int key = 0, mods = 0;                                            // GLFW's
+  enum class Kind { press, move, release, key, drop } kind = Kind::move;  // of the left button
+  glm::vec2 at{0.0f};                                                     // [pixel]
+  int key = 0, mods = 0;                                                  // GLFW's
+  std::string path{};                                                     // that was dropped
 };
 
 // GLFW from init to terminate, with one window.
@@ -48,14 +51,17 @@ class Window {
       if (button != GLFW_MOUSE_BUTTON_LEFT) return;
       // glfwGetCursorPos() has where the mouse is now, which after a slow frame is not where the button went down.
       const auto kind = action == GLFW_PRESS ? InputEvent::Kind::press : InputEvent::Kind::release;
-      of(w).events_.push_back({kind, of(w).mouse_, 0, mods});
+      of(w).events_.push_back({kind, of(w).mouse_, 0, mods, {}});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
       of(w).mouse_ = glm::vec2(x, y);
-      of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_});
+      of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_, 0, 0, {}});
     });
     glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
-      if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods});
+      if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods, {}});
+    });
+    glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+      for (int i = 0; i < count; ++i) of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, paths[i]});
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
@@ -141,6 +147,8 @@ void handle(const InputEvent& event, Session& session) {
       return session.move(event.at);
     case InputEvent::Kind::release:
       return session.release();
+    case InputEvent::Kind::drop:
+      return session.drop(event.path);
     case InputEvent::Kind::key:
       // While a text is typed, keys are its own.
       if (const auto command = commandOf(event.key, event.mods); command && !io.WantTextInput) session.run(*command);
@@ -148,7 +156,7 @@ void handle(const InputEvent& event, Session& session) {
   }
 }
 
-Status loop(Window& window, Session& session) {
+void loop(Window& window, Session& session) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
   glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
@@ -162,6 +170,8 @@ Status loop(Window& window, Session& session) {
     glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
     glfwGetFramebufferSize(window.get(), &width, &height);
     session.beginFrame(now, glm::vec2(windowWidth, windowHeight));
+    for (const std::string& warning : std::exchange(session.warnings, {}))
+      std::fprintf(stderr, "relume-view: warning: %s\n", printableLines(warning).c_str());
     for (const InputEvent& event : window.takeEvents()) handle(event, session);
     animate(state, now);
     ImGui_ImplOpenGL3_NewFrame();
@@ -169,34 +179,32 @@ Status loop(Window& window, Session& session) {
     ImGui::NewFrame();
     drawPanel(session);
     session.endControls(ImGui::IsAnyItemActive());
-    if (state.handles) drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
-    if (width > 0 && height > 0) {
-      if (Status ok = session.viewer.draw(state, 0, static_cast<std::uint32_t>(width),
-                                          static_cast<std::uint32_t>(height), true);
-          !ok)
-        return ok;
-    }
+    if (state.handles && session.level) drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
+    if (width > 0 && height > 0) session.draw(0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     glfwSwapBuffers(window.get());
   }
-  return done();
 }
 
 }  // namespace
 
-Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
-  auto state = initialState(scene, options);
+Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
+  auto state = initialState(level ? level->scene : scene, options);
   if (!state) return state.error();
   Window window;
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
-  auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), glfwGetProcAddress);
-  if (!viewer) return viewer.error();
-  std::printf("bands %s\n", viewer->bands().c_str());
-  Session session(scene, bake, *viewer, std::move(*state), options);
-  return loop(window, session);
+  Session session(std::move(*state), options, glfwGetProcAddress);
+  if (level) {
+    if (Status ok = session.show(std::move(level)); !ok) return ok;
+    std::printf("bands %s\n", session.viewer->bands().c_str());
+  } else {
+    session.begin({options.scene, "", options.sceneOptions, options.allowStale}, std::move(scene));
+  }
+  loop(window, session);
+  return done();
 }
 
 }  // namespace relume

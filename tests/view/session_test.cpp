@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+// Levels that come and go while the viewer runs, without a window: baked on a thread, loaded again when the file
+// changes, refused when it is damaged.
+#include "tools/gl_scene/egl_context.h"
+
+#include "relume/bake/bake.h"
+#include "relume/bake_file.h"
+#include "tools/view/session.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+constexpr std::uint32_t kWidth = 96, kHeight = 54;
+
+BakeOptions small(std::uint32_t surfels) {
+  BakeOptions options = presetOptions(Preset::draft);
+  options.surfels.count = surfels;
+  options.caches.lightmapCaches = 200;
+  options.links.raysPerCache = 64;
+  options.links.linksPerCache = 64;
+  options.playSpace.walks = 5000;
+  return options;
+}
+
+class ViewerSession : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("relume_session_" + std::string(info->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    auto egl = EglContext::create();
+    if (!egl) GTEST_SKIP() << egl.error().message;
+    egl_.emplace(std::move(*egl));
+    color_ = texture(GL_RGBA32F);
+    depth_ = texture(GL_DEPTH_COMPONENT32F);
+    framebuffer_ = GlFramebuffer::make();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color_.name(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
+    options_.scene = kLevel;
+    options_.camera = "cam_living";
+    options_.lights = {"lamp"};
+    options_.view = "links";
+    options_.shadowSize = 128;
+  }
+  void TearDown() override {
+    session_.reset();
+    framebuffer_ = GlFramebuffer();
+    color_ = GlTexture();
+    depth_ = GlTexture();
+    egl_.reset();
+    fs::remove_all(folder_);
+  }
+
+  static GlTexture texture(GLenum format) {
+    GlTexture made = GlTexture::make();
+    glBindTexture(GL_TEXTURE_2D, made.name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, kWidth, kHeight);
+    return made;
+  }
+  std::string at(const char* name) const { return (folder_ / name).string(); }
+  Scene scene() const {
+    Context context;
+    auto loaded = importGltf(kLevel, context);
+    EXPECT_TRUE(loaded);
+    return std::move(*loaded);
+  }
+  void writeBakeFile(const BakeOptions& options) const {
+    Context context;
+    const auto baked = bake(scene(), options, context);
+    ASSERT_TRUE(baked) << baked.error().message;
+    ASSERT_TRUE(writeBake(*baked, at("level.relume")));
+  }
+  void start(const std::string& bakeFile) {
+    auto state = initialState(scene(), options_);
+    ASSERT_TRUE(state) << state.error().message;
+    session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
+    session_->begin({kLevel, bakeFile, {}, false});
+  }
+  // Frames until is(), for half a minute; the frame is drawn, and its mean brightness noted.
+  template <class Condition>
+  bool frames(const Condition& is) {
+    for (int i = 0; i < 3000; ++i) {
+      frame();
+      if (is()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  double frame() {
+    now_ += 0.05;
+    session_->beginFrame(now_, {kWidth, kHeight});
+    session_->draw(framebuffer_.name(), kWidth, kHeight);
+    std::vector<float> pixels(std::size_t{4} * kWidth * kHeight);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, pixels.data());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pixels.size(); i += 4) sum += static_cast<double>(pixels[i + 1]);
+    brightness_ = sum / (kWidth * kHeight);
+    return brightness_;
+  }
+  bool says(const std::string& text) const {
+    for (const auto& message : session_->messages.shown()) {
+      if (message.text.find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  fs::path folder_;
+  std::optional<EglContext> egl_;
+  GlTexture color_, depth_;
+  GlFramebuffer framebuffer_;
+  ViewerOptions options_;
+  std::optional<Session> session_;
+  double now_ = 0.0, brightness_ = 0.0;
+};
+
+TEST_F(ViewerSession, aBakeThatChangesIsLoadedWithoutADarkFrame) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  // The light of its first frames alone lacks bounces.
+  const double first = brightness_;
+  for (int i = 0; i < 30; ++i) frame();
+  const double converged = brightness_;
+  ASSERT_GT(converged, 1.3 * first) << "bounces are too weak for this test to see them";
+
+  session_->state.camera.position.y += 0.001f;
+  const auto camera = session_->state.camera.position;
+  writeBakeFile(small(600));
+  ASSERT_TRUE(frames([&] { return session_->level->bake.surfels.count() != 512u; }));
+  EXPECT_NEAR(brightness_, converged, 0.15 * converged) << "the first frame by the new bake";
+  EXPECT_EQ(session_->state.camera.position, camera);
+  EXPECT_TRUE(says("loaded"));
+}
+
+TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 10; ++i) frame();
+  const double before = brightness_;
+  const LevelPtr level = session_->level;
+
+  std::string bytes = [&] {
+    std::ifstream file(at("level.relume"), std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  }();
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  ASSERT_TRUE(frames([&] { return says("what is shown stays"); }));
+  EXPECT_TRUE(says("level.relume"));
+  EXPECT_EQ(session_->level, level);
+  EXPECT_NEAR(frame(), before, 0.1 * before);
+  // It is told once, and a file that is whole again is loaded.
+  while (!session_->messages.shown().empty()) session_->messages.close(0);
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_FALSE(says("what is shown stays"));
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes;
+  EXPECT_TRUE(frames([&] { return session_->level != level; }));
+  // So is the end of a file that was gone for a while.
+  const LevelPtr second = session_->level;
+  fs::remove(at("level.relume"));
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_EQ(session_->level, second);
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes;
+  EXPECT_TRUE(frames([&] { return session_->level != second; }));
+}
+
+TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
+  start("");
+  double furthest = 0.0;
+  ASSERT_TRUE(frames([&] {
+    if (session_->job) furthest = std::max(furthest, session_->job->progress().fraction);
+    return session_->level != nullptr;
+  }));
+  EXPECT_GT(furthest, 0.0);
+  EXPECT_EQ(session_->level->bakeFile, "");
+  EXPECT_GT(frame(), 0.01);
+  EXPECT_TRUE(says("preset draft"));
+
+  // Another one: its own camera and lights.
+  const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
+  session_->drop(other);
+  EXPECT_TRUE(session_->job.has_value());
+  ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
+  EXPECT_EQ(session_->state.lights.size(), session_->level->scene.lights.size());
+  EXPECT_FALSE(session_->editor.canUndo());
+
+  // What is no level, and what is no level inside, is told; a list of lights is loaded.
+  const LevelPtr level = session_->level;
+  session_->drop(at("notes.txt"));
+  EXPECT_TRUE(says("notes.txt"));
+  std::ofstream(at("broken.glb")) << "glTF";
+  session_->drop(at("broken.glb"));
+  ASSERT_TRUE(frames([&] { return says("broken.glb") && !session_->job; }));
+  EXPECT_EQ(session_->level, level);
+  std::ofstream(at("one.json")) << R"([{"type": "point", "position": [1, 2, 3]}])";
+  session_->drop(at("one.json"));
+  EXPECT_EQ(session_->state.lights.size(), 1u);
+  // A bake of another level is refused.
+  writeBakeFile(small(512));
+  session_->drop(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return says("was not baked from") && !session_->job; }));
+  EXPECT_EQ(session_->level, level);
+}
+
+TEST_F(ViewerSession, aBakeCanBeCancelled) {
+  start("");
+  ASSERT_TRUE(session_->job.has_value());
+  session_->job->cancel();
+  ASSERT_TRUE(frames([&] { return !session_->job; }));
+  EXPECT_TRUE(says("cancelled"));
+  EXPECT_EQ(session_->level, nullptr);
+  // A window that is closed meanwhile waits for nothing longer than a step of the work.
+  session_->begin({kLevel, "", {}, false});
+  session_.reset();
+}
+
+}  // namespace
+}  // namespace relume

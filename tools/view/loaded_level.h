@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// A level with its bake, as the viewer shows it: read from files, or baked here at preset draft.
+#pragma once
+
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
+#include "tools/base/scene_options.h"
+#include "tools/view/file_watch.h"
+
+#include <memory>
+#include <string>
+
+namespace relume {
+
+struct LoadedLevel {
+  Scene scene;
+  Bake bake;
+  std::string sceneFile;
+  std::string bakeFile;  // empty: the bake is in memory alone
+  FileStamp bakeStamp;   // of the file, from before it was read
+};
+using LevelPtr = std::shared_ptr<const LoadedLevel>;
+
+// Where a level comes from.
+struct LevelFiles {
+  std::string scene;
+  std::string bake;  // empty: bake it at preset draft
+  SceneOptions sceneOptions;
+  bool allowStale = false;  // take a bake of another state of the scene
+};
+
+// Errors of loadScene(), readBakeOf() and bake(); failed: cancelled.
+Result<LevelPtr> loadLevel(const LevelFiles& files, Context& context);
+// The second half of it.
+Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context);
+
+}  // namespace relume
