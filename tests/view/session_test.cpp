@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -145,6 +146,93 @@ TEST_F(ViewerSession, aBakeThatChangesIsLoadedWithoutADarkFrame) {
   EXPECT_NEAR(brightness_, converged, 0.15 * converged) << "the first frame by the new bake";
   EXPECT_EQ(session_->state.camera.position, camera);
   EXPECT_TRUE(says("loaded"));
+}
+
+TEST_F(ViewerSession, lightIsShownByParts) {
+  options_.view = "full";
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto brightness = [&](bool direct, bool indirect, int bounces) {
+    session_->state.direct = direct;
+    session_->state.indirect = indirect;
+    session_->state.bounces = bounces;
+    for (int i = 0; i < 20; ++i) frame();
+    return brightness_;
+  };
+  const double all = brightness(true, true, 0), direct = brightness(true, false, 0),
+               indirect = brightness(false, true, 0);
+  EXPECT_LT(brightness(false, false, 0), 0.02 * all);
+  EXPECT_GT(direct, 0.1 * all);
+  EXPECT_GT(indirect, 0.1 * all);
+  EXPECT_LT(std::max(direct, indirect), 0.95 * all);
+  const double one = brightness(true, true, 1), two = brightness(true, true, 2),
+               most = brightness(true, true, kMaxBounces);
+  EXPECT_LT(direct, 0.98 * one);
+  EXPECT_LT(one, 0.98 * two);
+  EXPECT_LT(two, most);
+  EXPECT_NEAR(most, all, 0.02 * all);
+}
+
+TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 30; ++i) frame();
+  const double before = brightness_;
+
+  session_->state.relightBy.bands = {2, 1};
+  EXPECT_NEAR(frame(), before, 0.2 * before);
+  EXPECT_EQ(session_->viewer->bands(), "Y2Co1Cg1");
+  // What cannot be had is told, and taken back.
+  session_->state.relightBy.bands = {9, 1};
+  frame();
+  EXPECT_EQ(session_->viewer->bands(), "Y2Co1Cg1");
+  EXPECT_EQ(session_->state.relightBy.bands.luma, 2);
+  EXPECT_TRUE(says("bands"));
+
+  session_->state.relightBy.bands = {4, 2};
+  for (int i = 0; i < 20; ++i) frame();
+  const double gl = brightness_;
+  session_->state.relightBy.backend = BackendKind::cpu;
+  EXPECT_NEAR(frame(), gl, 0.2 * gl) << "the first frame by the CPU";
+  EXPECT_EQ(session_->viewer->relighter().backend(), BackendKind::cpu);
+  for (int i = 0; i < 20; ++i) frame();
+  EXPECT_NEAR(brightness_, gl, 0.03 * gl) << "rays and shadow maps differ at edges alone";
+  // Every frame is lit anew there, too.
+  for (ViewedLight& light : session_->state.lights) light.on = false;
+  for (int i = 0; i < 30; ++i) frame();
+  EXPECT_LT(brightness_, 0.05 * gl);
+  session_->state.relightBy.backend = BackendKind::gl;
+  EXPECT_LT(frame(), 0.05 * gl);
+}
+
+TEST_F(ViewerSession, emittersAreDriven) {
+  options_.scene = RELUME_SOURCE_DIR "/samples/area_lights/stars.glb";
+  options_.camera.clear();
+  options_.lights = {"none"};
+  options_.driven = *readEmissions({"ring=2,0,0"});
+  Context context;
+  const auto level = loadLevel({options_.scene, "", {}, false, options_.driven}, context);
+  ASSERT_TRUE(level) << level.error().message;
+  auto state = initialState((*level)->scene, options_);
+  ASSERT_TRUE(state) << state.error().message;
+  session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
+  ASSERT_TRUE(session_->show(*level));
+  ASSERT_GE(session_->state.emitters.size(), 2u);
+  const auto ring = std::find_if(session_->state.emitters.begin(), session_->state.emitters.end(),
+                                 [](const ViewedEmitter& e) { return e.name == "ring"; });
+  ASSERT_NE(ring, session_->state.emitters.end());
+  EXPECT_TRUE(ring->isDriven);
+  for (int i = 0; i < 4; ++i) frame();
+  EXPECT_LT(brightness_, 1e-4) << "green of a red light";
+  ring->radiance = {0.0f, 2.0f, 0.0f};
+  for (int i = 0; i < 4; ++i) frame();
+  const double driven = brightness_;
+  EXPECT_GT(driven, 0.01);
+  ring->isDriven = false;
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_LT(brightness_, 1e-4) << "with --lights none, what is not driven is dark";
 }
 
 TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {

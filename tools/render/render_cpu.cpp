@@ -6,6 +6,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/reference/path_tracer.h"
+#include "tools/render/ray_shadows.h"
 #include "tools/render/seen_surface.h"
 
 #include <glm/geometric.hpp>
@@ -18,27 +19,6 @@ namespace {
 
 constexpr float kInvPi = glm::one_over_pi<float>();
 constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
-
-// Share of a light that reaches a point: one shadow ray, started off the surface. None once the work is cancelled.
-Visibility rayVisibility(const RayTracer& tracer, const std::vector<SceneLight>& lights, const Context& context) {
-  return [&tracer, &lights, &context](std::uint32_t index, const glm::vec3& position, const glm::vec3& normal) {
-    if (context.cancelled()) return 0.0f;
-    const SceneLight& light = lights[index];
-    const float epsilon = tracer.epsilonAt(position);
-    Ray ray;
-    ray.origin = position + normal * epsilon;
-    if (light.kind == LightKind::directional) {
-      ray.direction = -light.direction;
-    } else {
-      const glm::vec3 toLight = light.positionWorld - ray.origin;
-      const float distance = glm::length(toLight);
-      if (!(distance > 0.0f)) return 1.0f;
-      ray.direction = toLight / distance;
-      ray.tMax = distance;
-    }
-    return tracer.occluded(ray) ? 0.0f : 1.0f;
-  };
-}
 
 ParallelFor parallelFor(Context& context) {
   return [&context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
@@ -145,7 +125,8 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   options.glossy = request.exponent.has_value();
   options.parallelFor = parallelFor(context);
   context.progress("relight", 0.0);
-  auto relit = relightRequest(request, options, rayVisibility(tracer, request.lights, context), {});
+  const std::vector<Light> lights = toRuntimeLights(request.lights);
+  auto relit = relightRequest(request, options, rayVisibility(tracer, lights, context), {});
   if (context.cancelled()) return cancelledError();
   if (!relit) return relit.error();
 

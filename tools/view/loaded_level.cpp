@@ -20,6 +20,8 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
                                   : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
   if (!baked) return baked.error();
   level->bake = std::move(*baked);
+  level->materials = level->scene.materials;
+  if (Status ok = driveScene(level->scene, files.driven, true); !ok) return ok.error();
   return LevelPtr(std::move(level));
 }
 

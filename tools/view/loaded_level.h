@@ -7,15 +7,18 @@
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/base/scene_options.h"
+#include "tools/render/drive_scene.h"
 #include "tools/view/file_watch.h"
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace relume {
 
 struct LoadedLevel {
   Scene scene;
+  std::vector<Material> materials;  // of the scene, as they were before any was driven
   Bake bake;
   std::string sceneFile;
   std::string bakeFile;  // empty: the bake is in memory alone
@@ -28,10 +31,11 @@ struct LevelFiles {
   std::string scene;
   std::string bake;  // empty: bake it at preset draft
   SceneOptions sceneOptions;
-  bool allowStale = false;  // take a bake of another state of the scene
+  bool allowStale = false;               // take a bake of another state of the scene
+  std::vector<DrivenMaterial> driven{};  // what its materials emit instead, once the bake is known to be of the level
 };
 
-// Errors of loadScene(), readBakeOf() and bake(); failed: cancelled.
+// Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: cancelled.
 Result<LevelPtr> loadLevel(const LevelFiles& files, Context& context);
 // The second half of it.
 Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context);

@@ -50,7 +50,6 @@ int main(int argc, char** argv) {
     say(Severity::warning, options->bake +
                                ": has no patches of sky, so the sky map lights nothing here; bake with "
                                "--sky-patches 64");
-  const Status status =
-      options->headlessFrames > 0 ? runHeadless((*level)->scene, bake, *options) : runWindow({}, *level, *options);
+  const Status status = options->headlessFrames > 0 ? runHeadless(**level, *options) : runWindow({}, *level, *options);
   return status ? 0 : fail(status.error());
 }

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <iostream>
 #include <string_view>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -28,6 +29,7 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
   std::string size = "1280x720", bands;
+  std::vector<std::string> emissions;
   CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported.");
@@ -55,6 +57,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--sky-rotation", o.skyRotationDeg, "degrees by which the sky map is turned about +Y, -360..360")
       ->check(numberFrom(-360.0, 360.0))
       ->capture_default_str();
+  addEmissionOption(app, emissions);
   app.add_flag("--allow-stale", o.allowStale,
                "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
                "warning says so");
@@ -108,6 +111,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
     o.bands = *named;
   }
+  auto driven = readEmissions(emissions);
+  if (!driven) return driven.error();
+  o.driven = std::move(*driven);
+  o.drivenFiles = emissionFiles(emissions);
   return o;
 }
 

@@ -5,6 +5,7 @@
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/scene_options.h"
+#include "tools/render/drive_scene.h"
 
 #include <array>
 #include <cstdint>
@@ -24,7 +25,9 @@ struct ViewerOptions {
   std::string skyMap;                      // likewise
   float skyRotationDeg = 0.0f;             // [-360..360] of the map
   SceneOptions sceneOptions;
-  bool allowStale = false;  // show a bake that is not of this scene
+  std::vector<DrivenMaterial> driven;    // --emission, as `relume render`
+  std::vector<std::string> drivenFiles;  // that it names
+  bool allowStale = false;               // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light

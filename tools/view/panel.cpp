@@ -6,6 +6,7 @@
 
 #include <imgui.h>
 
+#include <glm/common.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
@@ -18,21 +19,54 @@ namespace {
 
 constexpr float kWidth = 250.0f, kItemWidth = 150.0f;
 
+// Bands of luma and chroma by their names; the runtime says which of them a bake can have.
+void bandControls(const Viewer& viewer, ViewState& state) {
+  const Bands now{viewer.relighter().lumaBands(), viewer.relighter().chromaBands()};
+  int luma = now.luma, chroma = now.chroma;
+  ImGui::SliderInt("luma bands", &luma, 1, kMaxBands, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("chroma bands", &chroma, 1, luma, "%d", ImGuiSliderFlags_AlwaysClamp);
+  chroma = std::min(chroma, luma);
+  if (luma != now.luma || chroma != now.chroma) state.relightBy.bands = {luma, chroma};
+}
+
 // What every light is relit by.
-void relightControls(Viewer& viewer, ViewState& state) {
-  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
-  if (state.sky.map) {
-    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
-  } else {
-    ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance),
-                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
-  }
-  ImGui::SliderFloat("bounces", &state.bounceScale, 0.0f, 1.0f, "%.2f");
-  ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f");
-  ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f");
+void relightControls(Viewer& viewer, const Bake& bake, ViewState& state) {
+  ImGui::Checkbox("direct", &state.direct);
+  ImGui::SameLine();
+  ImGui::Checkbox("indirect", &state.indirect);
+  ImGui::SliderInt("bounces", &state.bounces, 0, kMaxBounces, state.bounces > 0 ? "%d" : "all",
+                   ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderFloat("of each", &state.bounceScale, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+  bandControls(viewer, state);
+  int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
+  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
+    state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
+  ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
+  ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
+}
+
+// Materials that emit, and the sky.
+void emitterControls(ViewState& state) {
+  constexpr auto kRadiance = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions;
+  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
+  for (ViewedEmitter& emitter : state.emitters) {
+    ImGui::PushID(emitter.name.c_str());
+    ImGui::Checkbox(emitter.name.c_str(), &emitter.isDriven);
+    if (emitter.isDriven) {
+      if (ImGui::ColorEdit3(emitter.image.empty() ? "W/m2/sr" : "factor", glm::value_ptr(emitter.radiance), kRadiance))
+        emitter.radiance = glm::clamp(emitter.radiance, 0.0f, 1e9f);
+    }
+    ImGui::PopID();
+  }
+  if (state.sky.map) {
+    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
+  } else if (ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance), kRadiance)) {
+    state.sky.radiance = glm::clamp(state.sky.radiance, 0.0f, 1e9f);
+  }
 }
 
 void objectControls(ViewState& state) {
@@ -175,8 +209,11 @@ void drawPanel(Session& session) {
   if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
   session.shownLight = session.editor.selected();
   if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
-  if (ImGui::CollapsingHeader("Relight")) relightControls(*session.viewer, session.state);
-  if (!session.state.objects.empty() && ImGui::CollapsingHeader("Objects")) objectControls(session.state);
+  if (ImGui::CollapsingHeader("Emitters, sky, objects")) {
+    emitterControls(session.state);
+    if (!session.state.objects.empty()) objectControls(session.state);
+  }
+  if (ImGui::CollapsingHeader("Relight")) relightControls(*session.viewer, session.level->bake, session.state);
   if (ImGui::CollapsingHeader("Times")) {
     const Bake& bake = session.level->bake;
     ImGui::Text("%u surfels, %u caches,", bake.surfels.count(), bake.caches.count());

@@ -45,12 +45,12 @@ Status Session::show(LevelPtr next) {
     options_.camera.clear();
     options_.lights = {"all"};
     options_.lightsFile.clear();
+    options_.driven.clear();
     auto fresh = initialState(next->scene, options_);
     if (!fresh) return fresh.error();
     wanted = std::move(*fresh);
   }
-  auto made = Viewer::create(next->scene, next->bake, options_, wanted.sky.map.get(), getProcAddress_,
-                             isSame ? &*viewer : nullptr);
+  auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
   if (!made) return made.error();
   viewer.emplace(std::move(*made));
   level = std::move(next);
@@ -62,6 +62,18 @@ Status Session::show(LevelPtr next) {
   return done();
 }
 
+LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
+  // --emission names materials of the level of the command line.
+  return {scene, bake, options_.sceneOptions, options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>()};
+}
+
+// Make the relighter that the state asks for; one that cannot be had is told, and the choice taken back.
+void Session::relightAsChosen() {
+  if (viewer->relightBy() == state.relightBy) return;
+  if (!messages.check(viewer->choose(state.relightBy), now_)) state.relightBy = viewer->relightBy();
+}
+
 void Session::begin(LevelFiles files, std::optional<Scene> scene) {
   job.reset();
   job.emplace(std::move(files), std::move(scene));
@@ -71,13 +83,12 @@ void Session::drop(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".glb" || extension == ".gltf") return begin({path, "", options_.sceneOptions, options_.allowStale});
+  if (extension == ".glb" || extension == ".gltf") return begin(filesOf(path, ""));
   if (extension == ".json") {
     lightsFile = path;
     return loadLights();
   }
-  if (extension == ".relume" && level)
-    return begin({level->sceneFile, path, options_.sceneOptions, options_.allowStale});
+  if (extension == ".relume" && level) return begin(filesOf(level->sceneFile, path));
   say(Severity::error, "\"" + path +
                            "\": a level (.glb, .gltf), a bake of the level that is shown (.relume) or a list of "
                            "lights (.json) expected");
@@ -106,7 +117,7 @@ void Session::finishJob() {
 // A bake that has changed on disk is loaded, unless something is on its way already.
 void Session::watchBake() {
   if (job || !level || !watch_.hasChanged(now_)) return;
-  begin({level->sceneFile, level->bakeFile, options_.sceneOptions, options_.allowStale});
+  begin(filesOf(level->sceneFile, level->bakeFile));
 }
 
 void Session::run(Command command) {
@@ -193,6 +204,7 @@ void Session::endControls(bool isHeld) {
 
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   if (viewer) {
+    relightAsChosen();
     messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
     return;
   }

@@ -85,6 +85,8 @@ class Session {
   void saveLights();
   void loadLights();
   void duplicateLight();
+  LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
+  void relightAsChosen();
   void finishJob();
   void watchBake();
 

@@ -69,6 +69,21 @@ bool ViewedLight::operator==(const ViewedLight& other) const {
          (orbits || (a.positionWorld == b.positionWorld && a.direction == b.direction));
 }
 
+std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven) {
+  std::vector<ViewedEmitter> emitters;
+  for (const Material& material : scene.materials) {
+    const auto named = [&](const auto& other) { return other.name == material.name; };
+    if (std::any_of(emitters.begin(), emitters.end(), named)) continue;
+    const auto found = std::find_if(driven.begin(), driven.end(), named);
+    if (found != driven.end()) {
+      emitters.push_back({material.name, true, found->radiance, found->width, found->height, found->image});
+    } else if (material.drivable || material.emission != glm::vec3(0.0f)) {
+      emitters.push_back({material.name, false, material.emission, 0, 0, {}});
+    }
+  }
+  return emitters;
+}
+
 std::vector<ViewedObject> objectsOf(const Scene& scene) {
   std::vector<ViewedObject> objects;
   for (const MovingNode& node : movingNodes(scene)) objects.push_back({node.name, node.centreWorld, node.centreWorld});
@@ -89,6 +104,8 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
     state.sky.map = std::make_shared<const SkyMap>(std::move(*map));
     state.sky.rotationDeg = options.skyRotationDeg;
   }
+  state.emitters = emittersOf(scene, options.driven);
+  state.relightBy.bands = options.bands;
   state.exposure = options.exposure;
   state.reflectance = options.reflectance;
   state.roughness = options.roughness;

@@ -6,12 +6,16 @@
 #include "bake/scene/sky.h"
 #include "relume/bake/scene.h"
 #include "relume/lights.h"
+#include "relume/relighter.h"
 #include "relume/result.h"
+#include "runtime/shared/bands.h"
+#include "tools/render/drive_scene.h"
 #include "tools/view/fly_camera.h"
 #include "tools/view/options.h"
 
 #include <glm/vec3.hpp>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -36,9 +40,29 @@ struct ViewedObject {
   glm::vec3 position{0.0f};  // [m] and where it is
 };
 
+// A material whose light a frame may replace, as it stands now.
+struct ViewedEmitter {
+  std::string name;
+  bool isDriven = false;     // else it emits what the level has
+  glm::vec3 radiance{1.0f};  // [W/m²/sr] while it is driven; of one with an image a factor on it
+  std::uint32_t width = 0, height = 0;
+  std::vector<glm::vec3> image;  // [W/m²/sr] [Size width * height] of --emission MATERIAL=FILE; empty = none
+};
+
+// How light over links is made. Zero bands: as the bake recommends.
+struct RelightChoice {
+  Bands bands;
+  BackendKind backend = BackendKind::gl;
+  bool operator==(const RelightChoice& other) const {
+    return bands.luma == other.bands.luma && bands.chroma == other.bands.chroma && backend == other.backend;
+  }
+};
+
 enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
 inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
                                                  "glossy light", "albedo",       "normals"};
+
+inline constexpr int kMaxBounces = 8;
 
 // Everything that may change between frames.
 struct ViewState {
@@ -46,7 +70,12 @@ struct ViewState {
   std::vector<ViewedLight> lights;
   float emission = 1.0f;  // factor on emitting surfaces
   Sky sky;                // its map, where it has one, is the one that the viewer was made with
+  std::vector<ViewedEmitter> emitters;
+  RelightChoice relightBy;
   float bounceScale = 1.0f;
+  int bounces =
+      0;  // [0..kMaxBounces] light is reflected so often, from reset in each frame; 0 = one more in each frame
+  bool direct = true, indirect = true;  // what of the light is shown
   ViewMode mode = ViewMode::full;
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
@@ -61,6 +90,9 @@ struct ViewState {
 // The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
 // does. usage: a camera or light the scene does not know.
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
+
+// Its drivable materials, of which those of `driven` are driven.
+std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven);
 
 // The dynamic nodes of a level, where it has them.
 std::vector<ViewedObject> objectsOf(const Scene& scene);

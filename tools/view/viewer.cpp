@@ -23,7 +23,7 @@ namespace {
 
 const char* kMain = R"(
 layout(location = 22) uniform int viewMode;
-layout(location = 23) uniform float viewEmission;
+layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
 layout(location = 24) uniform vec3 viewEye;
 layout(location = 25) uniform float viewReflectance;
 layout(location = 26) uniform float viewExponent;
@@ -36,10 +36,11 @@ void main() {
   const float invPi = 0.31830988618;
   vec3 color = vec3(0.0);
   if (viewMode == 0) {
-    color = (1.0 - viewReflectance) * levelAlbedo() * invPi * (levelDirect(p, n) + levelLinks(p, n)) + viewEmission * levelEmission();
-    if (viewReflectance > 0.0) color += viewReflectance * glossy(p, n);
+    vec3 irradiance = viewShare.x * levelDirect(p, n) + viewShare.y * levelLinks(p, n);
+    color = (1.0 - viewReflectance) * levelAlbedo() * invPi * irradiance + levelEmission();
+    if (viewReflectance > 0.0) color += viewShare.y * viewReflectance * glossy(p, n);
   }
-  if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + viewEmission * levelEmission();
+  if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + levelEmission();
   if (viewMode == 2) color = invPi * levelLinks(p, n);
   if (viewMode == 3) color = glossy(p, n);
   if (viewMode == 4) color = levelAlbedo();
@@ -75,6 +76,19 @@ double nowMs() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// A relighter of those bands that begins with the light of `previous`, which may be null.
+Result<Relighter> makeRelighter(const Bake& bake, RelightOptions options, const Bands& bands,
+                                const Relighter* previous) {
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
+  auto relighter = Relighter::create(bake, options);
+  if (!relighter || !previous) return relighter;
+  const Status inherited = relighter->inherit(*previous, bake);
+  // A bake without a grid has nothing to hand over.
+  if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
+  return relighter;
+}
+
 std::vector<Light> activeLights(const ViewState& state) {
   std::vector<Light> lights;
   for (const ViewedLight& viewed : state.lights) {
@@ -93,46 +107,113 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
 
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, const ViewerOptions& viewerOptions,
-                              const SkyMap* skyMap, const GetProcAddress& getProcAddress, const Viewer* previous) {
-  auto level = GlLevel::create(scene, &bake.caches.lightmap);
+Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSize, const ViewState& state,
+                              const GetProcAddress& getProcAddress, const Viewer* previous) {
+  const Bake& bake = loaded.bake;
+  auto level = GlLevel::create(loaded.scene, &bake.caches.lightmap);
   if (!level) return level.error();
-  auto shadows = ShadowMaps::create(viewerOptions.shadowSize);
+  auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
   RelightOptions options;
   options.backend = BackendKind::gl;
-  options.lumaBands = viewerOptions.bands.luma;
-  options.chromaBands = viewerOptions.bands.chroma;
   options.glossy = true;
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = getProcAddress;
-  auto relighter = Relighter::create(bake, options);
-  if (!relighter) return relighter.error();
-  if (previous) {
-    const Status inherited = relighter->inherit(previous->relighter_, bake);
-    // A bake without a grid has nothing to hand over.
-    if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
+  for (const ViewedEmitter& emitter : state.emitters) {
+    if (!emitter.image.empty()) options.drivenImages.push_back({emitter.name, emitter.width, emitter.height});
   }
-  Viewer viewer(bake, std::move(*level), std::move(*shadows), std::move(*relighter));
-  auto program = makeLevelProgram(&viewer.relighter_, displayGlsl() + kMain);
-  if (!program) return program.error();
+  Viewer viewer(loaded, std::move(*level), std::move(*shadows));
+  viewer.options_ = std::move(options);
+  if (Status ok = viewer.build(state.relightBy, previous ? &previous->relighter() : nullptr); !ok) return ok.error();
   auto lightmapProgram = linkProgram("light map", kLightmapVertex, "#version 430\n" + displayGlsl() + kLightmapMain);
   if (!lightmapProgram) return lightmapProgram.error();
   auto surfels = Discs::create(bake.surfels.positionWorld, bake.surfels.normal);
   if (!surfels) return surfels.error();
   auto caches = Discs::create(bake.caches.positionWorld, bake.caches.normal);
   if (!caches) return caches.error();
-  viewer.program_ = std::move(*program);
   viewer.lightmapProgram_ = std::move(*lightmapProgram);
   viewer.surfels_.emplace(std::move(*surfels));
   viewer.caches_.emplace(std::move(*caches));
   viewer.nothing_ = GlVertexArray::make();
-  if (skyMap != nullptr) {
-    auto backdrop = Backdrop::create(*skyMap);
+  if (state.sky.map) {
+    auto backdrop = Backdrop::create(*state.sky.map);
     if (!backdrop) return backdrop.error();
     viewer.backdrop_.emplace(std::move(*backdrop));
   }
   return viewer;
+}
+
+Status Viewer::choose(const RelightChoice& choice) { return choice == choice_ ? done() : build(choice, &relighter()); }
+
+// Relighter and program of a choice, in place of those that are there.
+Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
+  auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
+  if (!relighter) return relighter.error();
+  auto program = makeLevelProgram(&*relighter, displayGlsl() + kMain);
+  if (!program) return program.error();
+  std::optional<CpuLight> cpu;
+  if (choice.backend == BackendKind::cpu) {
+    RelightOptions options;
+    options.drivenImages = options_.drivenImages;
+    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, options);
+    if (!made) return made.error();
+    cpu.emplace(std::move(*made));
+  }
+  gl_.emplace(std::move(*relighter));
+  program_ = std::move(*program);
+  cpu_.reset();
+  if (cpu) cpu_.emplace(std::move(*cpu));
+  choice_ = choice;
+  return done();
+}
+
+// The light over links that the state asks for.
+Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights) {
+  shadows_.setUniforms(gl_->gl()->surfelProgram());
+  shadows_.bind();
+  LightSetup setup;
+  setup.lights = lights;
+  setup.emissionScale = glm::vec3(state.emission);
+  std::vector<MaterialEmission> emissions;
+  for (const ViewedEmitter& emitter : state.emitters) {
+    const auto material = findMaterial(bake_->emitters, emitter.name);
+    if (!emitter.isDriven || !material) continue;
+    emissions.emplace_back();
+    emissions.back().material = *material;
+    emissions.back().radiance = emitter.radiance;
+    emissions.back().image = emitter.image;
+  }
+  setup.materialEmissions = emissions;
+  setup.skyRadiance = state.sky.radiance;
+  if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
+    skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
+    patchesRotation_ = state.sky.rotationDeg;
+  }
+  setup.skyPatches = skyPatches_;
+  setup.bounceScale = state.bounceScale;
+  // So many bounces and no more: so many frames from nothing.
+  if (state.bounces > 0) relighter().reset();
+  for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
+    if (Status ok = cpu_ ? cpu_->relight(setup) : gl_->relight(setup); !ok) return ok;
+  }
+  if (cpu_) cpu_->upload(gl_->gl()->inputs());
+  return done();
+}
+
+// What the level's materials are drawn to emit.
+void Viewer::setEmissions(const ViewState& state) {
+  for (std::uint32_t m = 0; m < loaded_->materials.size(); ++m) {
+    const Material &baked = loaded_->materials[m], &driven = loaded_->scene.materials[m];
+    const auto emitter = std::find_if(state.emitters.begin(), state.emitters.end(),
+                                      [&](const ViewedEmitter& e) { return e.isDriven && e.name == baked.name; });
+    if (emitter == state.emitters.end()) {
+      level_.setEmission(m, state.emission * baked.emission, baked.emissionTexture);
+    } else if (emitter->image.empty()) {
+      level_.setEmission(m, emitter->radiance, {});
+    } else {
+      level_.setEmission(m, emitter->radiance * driven.emission, driven.emissionTexture);
+    }
+  }
 }
 
 Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height,
@@ -147,21 +228,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 
   // Light over links
   Status lit = done();
-  if (state.relight) {
-    shadows_.setUniforms(relighter_.gl()->surfelProgram());
-    shadows_.bind();
-    LightSetup setup;
-    setup.lights = lights;
-    setup.emissionScale = glm::vec3(state.emission);
-    setup.skyRadiance = state.sky.radiance;
-    if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
-      skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
-      patchesRotation_ = state.sky.rotationDeg;
-    }
-    setup.skyPatches = skyPatches_;
-    setup.bounceScale = state.bounceScale;
-    lit = relighter_.relight(setup);
-  }
+  if (state.relight) lit = relight(state, lights);
+  setEmissions(state);
 
   // The level and what is laid over it
   const double relit = nowMs();
@@ -187,7 +255,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   drawOverlays(state, clip, width, height, encode);
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
-  for (const PassTime& pass : relighter_.passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
 }
@@ -205,11 +273,11 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   glUseProgram(program_.name());
   setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
   glUniform1i(22, static_cast<int>(state.mode));
-  glUniform1f(23, state.emission);
+  glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
   glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
   glUniform1f(25, state.reflectance);
   glUniform1f(26, glossyExponent(state.roughness));
-  relighter_.gl()->bind();
+  gl_->gl()->bind();
   shadows_.bind();
   level_.draw(clip);
   level_.drawDynamic(clip, moved);
@@ -235,7 +303,7 @@ void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint
   glDisable(GL_DEPTH_TEST);
   glUseProgram(lightmapProgram_.name());
   setDisplay(state.exposure, encode);
-  const GlResolveInputs inputs = relighter_.gl()->inputs();
+  const GlResolveInputs inputs = gl_->gl()->inputs();
   const GLuint textures[] = {inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
   for (GLuint i = 0; i < 3; ++i) {
     glActiveTexture(GL_TEXTURE0 + i);
@@ -250,7 +318,7 @@ void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint
 
 // Radiance of each surfel: radiosity over pi.
 std::vector<glm::vec3> Viewer::surfelColors() const {
-  const std::vector<glm::vec3> radiosity = relighter_.nodeRadiosity();
+  const std::vector<glm::vec3> radiosity = relighter().nodeRadiosity();
   std::vector<glm::vec3> colors(bake_->surfels.count());
   for (std::size_t s = 0; s < colors.size(); ++s)
     colors[s] = radiosity[bake_->hierarchy.leafNode[s]] * std::numbers::inv_pi_v<float>;
@@ -259,10 +327,10 @@ std::vector<glm::vec3> Viewer::surfelColors() const {
 
 // Mean radiance around each cache.
 std::vector<glm::vec3> Viewer::cacheColors() const {
-  const std::vector<float> c = relighter_.cacheCoefficients();
-  const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
-  const auto luma = static_cast<std::size_t>(relighter_.lumaBands() * relighter_.lumaBands());
-  const auto chroma = static_cast<std::size_t>(relighter_.chromaBands() * relighter_.chromaBands());
+  const std::vector<float> c = relighter().cacheCoefficients();
+  const auto stride = static_cast<std::size_t>(relighter().coefficientsPerCache());
+  const auto luma = static_cast<std::size_t>(gl_->lumaBands() * gl_->lumaBands());
+  const auto chroma = static_cast<std::size_t>(gl_->chromaBands() * gl_->chromaBands());
   std::vector<glm::vec3> colors(bake_->caches.count());
   for (std::size_t i = 0; i < colors.size(); ++i) {
     const float* at = c.data() + i * stride;

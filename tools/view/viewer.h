@@ -11,8 +11,9 @@
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
+#include "tools/view/cpu_light.h"
 #include "tools/view/discs.h"
-#include "tools/view/options.h"
+#include "tools/view/loaded_level.h"
 #include "tools/view/view_state.h"
 
 #include <cstdint>
@@ -25,11 +26,15 @@ namespace relume {
 
 class Viewer {
  public:
-  // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer. getProcAddress: of
-  // whatever made the context. skyMap: null = none. previous: a viewer of an older bake of the level, whose light the
-  // first frame begins with where both have a grid; null = none.
-  static Result<Viewer> create(const Scene& scene, const Bake& bake, const ViewerOptions& options, const SkyMap* skyMap,
+  // Errors of the level, the relighter and the shaders. `level` must outlive the viewer. state: its sky map, choice of
+  // relighter and emitters' images. getProcAddress: of whatever made the context. previous: a viewer of an older bake
+  // of the level, whose light the first frame begins with where both have a grid; null = none.
+  static Result<Viewer> create(const LoadedLevel& level, std::uint32_t shadowSize, const ViewState& state,
                                const GetProcAddress& getProcAddress, const Viewer* previous = nullptr);
+
+  // Relight by other bands or another backend, beginning with the light that there is. On an error nothing changes.
+  Status choose(const RelightChoice& choice);
+  const RelightChoice& relightBy() const { return choice_; }
 
   // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones. Where the relighter refuses the
   // lights, its error comes back and the level is drawn in last frame's light.
@@ -40,13 +45,18 @@ class Viewer {
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
-  Relighter& relighter() { return relighter_; }
+  // What lights: of the backend that was chosen.
+  Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
+  const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
   // The bands it lights with, as "Y4Co2Cg2".
-  std::string bands() const { return bandsName({relighter_.lumaBands(), relighter_.chromaBands()}); }
+  std::string bands() const { return bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
 
  private:
-  Viewer(const Bake& bake, GlLevel level, ShadowMaps shadows, Relighter relighter)
-      : bake_(&bake), level_(std::move(level)), shadows_(std::move(shadows)), relighter_(std::move(relighter)) {}
+  Viewer(const LoadedLevel& level, GlLevel drawn, ShadowMaps shadows)
+      : loaded_(&level), bake_(&level.bake), level_(std::move(drawn)), shadows_(std::move(shadows)) {}
+  Status build(const RelightChoice& choice, const Relighter* previous);
+  Status relight(const ViewState& state, const std::vector<Light>& lights);
+  void setEmissions(const ViewState& state);
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                  const glm::mat4& clip, bool encode) const;
   void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
@@ -55,10 +65,14 @@ class Viewer {
   std::vector<glm::vec3> surfelColors() const;
   std::vector<glm::vec3> cacheColors() const;
 
+  const LoadedLevel* loaded_;
   const Bake* bake_;
   GlLevel level_;
   ShadowMaps shadows_;
-  Relighter relighter_;
+  RelightOptions options_;       // of the GL relighter
+  std::optional<Relighter> gl_;  // draws by what it holds; there from create() on
+  std::optional<CpuLight> cpu_;  // that fills it, where the CPU was chosen
+  RelightChoice choice_;
   GlProgram program_, lightmapProgram_;
   GlVertexArray nothing_;
   std::optional<Discs> surfels_, caches_;

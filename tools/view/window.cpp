@@ -201,7 +201,7 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
     std::printf("bands %s\n", session.viewer->bands().c_str());
   } else {
-    session.begin({options.scene, "", options.sceneOptions, options.allowStale}, std::move(scene));
+    session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven}, std::move(scene));
   }
   loop(window, session);
   return done();
