@@ -8,6 +8,7 @@
 #include "tools/view/session.h"
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -233,6 +234,50 @@ TEST_F(ViewerSession, emittersAreDriven) {
   ring->isDriven = false;
   for (int i = 0; i < 40; ++i) frame();
   EXPECT_LT(brightness_, 1e-4) << "with --lights none, what is not driven is dark";
+}
+
+TEST_F(ViewerSession, overlaysAndViewsShowTheBakeAndAPointIsPicked) {
+  options_.view = "direct";
+  options_.lights = {"none"};
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  EXPECT_LT(frame(), 1e-4) << "no light, no overlay";
+  for (const Overlay overlay : {Overlay::clusters, Overlay::links}) {
+    session_->state.overlays = {};
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    EXPECT_GT(frame(), 0.01) << static_cast<int>(overlay);
+  }
+  // The links are those of the point that is clicked on.
+  const double ofCentre = brightness_;
+  const glm::vec2 pixel(20.0f, 44.0f);
+  session_->press(pixel);
+  frame();
+  ASSERT_TRUE(session_->state.picked);
+  EXPECT_LT(glm::distance(*session_->pixels().project(*session_->state.picked), pixel), 1.0f);
+  EXPECT_NE(frame(), ofCentre);
+  // Caches and surfels show light, and are dark without.
+  for (const Overlay overlay : {Overlay::surfels, Overlay::caches}) {
+    session_->state.overlays = {};
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    const double dark = frame();
+    session_->state.sky.radiance = glm::vec3(4.0f);
+    session_->state.mode = ViewMode::albedo;  // of which the sky changes nothing
+    session_->state.overlays = {};
+    const double without = frame();
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    EXPECT_GT(std::abs(frame() - without), 1e-4) << static_cast<int>(overlay);
+    session_->state.sky.radiance = glm::vec3(0.0f);
+    session_->state.mode = ViewMode::direct;
+    for (int i = 0; i < 30; ++i) frame();
+    EXPECT_LT(dark, 0.05);
+  }
+  session_->state.overlays = {};
+  session_->state.mode = ViewMode::texels;
+  const double texels = frame();
+  EXPECT_GT(texels, 0.1);
+  session_->state.mode = ViewMode::grid;
+  EXPECT_LT(frame(), 0.1 * texels) << "light over links, of which there is none";
 }
 
 TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {

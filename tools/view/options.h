@@ -14,9 +14,9 @@
 
 namespace relume {
 
-inline constexpr std::array<const char*, 6> kViewNames{"full",   "direct", "links",
-                                                       "glossy", "albedo", "normal"};  // as ViewMode
-inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
+inline constexpr std::array<const char*, 8> kViewNames{"full",   "direct", "links",  "glossy",
+                                                       "albedo", "normal", "texels", "grid"};  // as ViewMode
+inline constexpr std::array<const char*, 5> kOverlayNames{"surfels", "clusters", "caches", "links", "lightmap"};
 
 struct ViewerOptions {
   std::string scene, bake, camera;

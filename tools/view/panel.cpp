@@ -81,16 +81,30 @@ void objectControls(ViewState& state) {
   }
 }
 
-void viewControls(const Scene& scene, ViewState& state) {
+// Any of the overlays, by one row.
+void overlayControls(const Bake& bake, ViewState& state) {
+  std::string shown;
+  for (std::size_t i = 0; i < state.overlays.size(); ++i) {
+    if (state.overlays[i]) shown += (shown.empty() ? "" : ", ") + std::string(kOverlayTexts[i]);
+  }
+  if (ImGui::BeginCombo("overlay", shown.empty() ? "none" : shown.c_str())) {
+    for (std::size_t i = 0; i < state.overlays.size(); ++i) ImGui::Checkbox(kOverlayTexts[i], &state.overlays[i]);
+    ImGui::EndCombo();
+  }
+  if (state.shows(Overlay::clusters)) {
+    const int levels = static_cast<int>(bake.hierarchy.levelCount());
+    ImGui::SliderInt("level", &state.clusterLevel, 0, std::max(levels - 1, 0), "%d", ImGuiSliderFlags_AlwaysClamp);
+  }
+  if (state.shows(Overlay::links)) ImGui::TextDisabled("left mouse: pick the point");
+  if (state.shows(Overlay::caches)) ImGui::TextDisabled("orange: moved, red: off");
+}
+
+void viewControls(const Scene& scene, const Bake& bake, ViewState& state) {
   int mode = static_cast<int>(state.mode);
   if (ImGui::Combo("show", &mode, kViewModeNames, static_cast<int>(std::size(kViewModeNames))))
     state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
-  ImGui::Checkbox("surfels", &state.surfels);
-  ImGui::SameLine();
-  ImGui::Checkbox("caches", &state.caches);
-  ImGui::SameLine();
-  ImGui::Checkbox("map", &state.lightmap);
+  overlayControls(bake, state);
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
@@ -204,7 +218,7 @@ void drawPanel(Session& session) {
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
   if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen))
-    viewControls(session.level->scene, session.state);
+    viewControls(session.level->scene, session.level->bake, session.state);
   // A light that is picked shows its controls.
   if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
   session.shownLight = session.editor.selected();

@@ -38,6 +38,7 @@ Status Session::show(LevelPtr next) {
   // The level of the command line has the state that this began with.
   const bool isFirst = !level && next->sceneFile == options_.scene;
   ViewState wanted = state;
+  pick_.reset();
   if (isSame) {
     wanted.objects = keptObjects(state.objects, objectsOf(next->scene));
   } else if (!isFirst) {
@@ -177,7 +178,8 @@ void Session::loadLights() {
 void Session::press(const glm::vec2& pixel) {
   mouse = pixel;
   if (std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); })) return;
-  if (state.handles) editor.press(state.lights, pixels_, pixel);
+  const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
+  if (!isLight && state.shows(Overlay::links)) pick_ = pixel;
 }
 
 void Session::move(const glm::vec2& pixel) {
@@ -206,6 +208,11 @@ void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height
   if (viewer) {
     relightAsChosen();
     messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+    if (pick_) {
+      const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;
+      if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) state.picked = point;
+    }
+    pick_.reset();
     return;
   }
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);

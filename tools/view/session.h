@@ -93,6 +93,7 @@ class Session {
   ViewerOptions options_;  // for levels that are yet to come
   GetProcAddress getProcAddress_;
   FileWatch watch_;
+  std::optional<glm::vec2> pick_;  // [pixel] whose surface is to be picked in the next frame
   PixelView pixels_;
   double now_ = 0.0;
 };

@@ -111,12 +111,9 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.roughness = options.roughness;
   state.mode =
       static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
-  const auto wanted = [&](const char* name) {
-    return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
-  };
-  state.surfels = wanted("surfels");
-  state.caches = wanted("caches");
-  state.lightmap = wanted("lightmap");
+  for (std::size_t i = 0; i < kOverlayNames.size(); ++i)
+    state.overlays[i] =
+        std::find(options.overlays.begin(), options.overlays.end(), kOverlayNames[i]) != options.overlays.end();
   return state;
 }
 

@@ -15,7 +15,10 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,9 +61,13 @@ struct RelightChoice {
   }
 };
 
-enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
-inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
-                                                 "glossy light", "albedo",       "normals"};
+enum class ViewMode : int { full, direct, links, glossy, albedo, normal, texels, grid };
+inline constexpr const char* kViewModeNames[] = {"all light",          "direct light",     "light over links",
+                                                 "glossy light",       "albedo",           "normals",
+                                                 "light map's texels", "light of the grid"};
+
+enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
+inline constexpr const char* kOverlayTexts[] = {"surfels", "hierarchy", "caches", "links of a point", "light map"};
 
 inline constexpr int kMaxBounces = 8;
 
@@ -80,8 +87,11 @@ struct ViewState {
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;     // [stops]
-  bool surfels = false, caches = false, lightmap = false;
-  bool relight = true;  // false freezes the light over links
+  std::array<bool, kOverlayNames.size()> overlays{};
+  bool shows(Overlay overlay) const { return overlays[static_cast<std::size_t>(overlay)]; }
+  int clusterLevel = 6;             // [0..] of the hierarchy, of Overlay::clusters
+  std::optional<glm::vec3> picked;  // [m] point of Overlay::links; nothing: the middle of the view
+  bool relight = true;              // false freezes the light over links
   std::vector<ViewedObject> objects;
   bool panel = true;    // whether the panel is shown
   bool handles = true;  // and the lights' icons and gizmos

@@ -12,11 +12,12 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 
 namespace relume {
 namespace {
@@ -27,6 +28,7 @@ layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct li
 layout(location = 24) uniform vec3 viewEye;
 layout(location = 25) uniform float viewReflectance;
 layout(location = 26) uniform float viewExponent;
+layout(location = 27) uniform vec2 viewMapSize;  // texels of the light map
 layout(location = 0) out vec4 outColor;
 // Mean radiance in the lobe about the reflected direction.
 vec3 glossy(vec3 p, vec3 n) { return levelGlossy(p, n, reflect(normalize(p - viewEye), n), viewExponent); }
@@ -45,30 +47,17 @@ void main() {
   if (viewMode == 3) color = glossy(p, n);
   if (viewMode == 4) color = levelAlbedo();
   if (viewMode == 5) color = 0.5 * n + 0.5;
+  // Where light is read: texels of the light map as a checker, what reads the grid in orange.
+  const vec3 orange = vec3(1.0, 0.4, 0.05);
+  vec2 uv;
+  bool onMap = levelOnLightmap(uv);
+  if (viewMode == 6) {
+    vec2 texel = floor(uv * viewMapSize);
+    float facing = 0.4 + 0.6 * abs(dot(n, normalize(viewEye - p)));
+    color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
+  }
+  if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * invPi * levelLinks(p, n);
   outColor = vec4(display(color), 1.0);
-}
-)";
-
-const char* kLightmapVertex = R"(#version 430
-out vec2 uv;
-void main() {
-  uv = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-  gl_Position = vec4(uv * 2.0 - 1.0, 0.0, 1.0);
-}
-)";
-
-// Mean radiance of the texels' caches: coefficient 0 of Y, Co, Cg times y_0^0.
-const char* kLightmapMain = R"(
-in vec2 uv;
-layout(binding = 0) uniform sampler2DArray lightY;
-layout(binding = 1) uniform sampler2DArray lightCo;
-layout(binding = 2) uniform sampler2DArray lightCg;
-out vec4 outColor;
-void main() {
-  vec3 at = vec3(uv.x, 1.0 - uv.y, 0.0);
-  vec3 c = 0.2820948 * vec3(texture(lightY, at).x, texture(lightCo, at).x, texture(lightCg, at).x);
-  float t = c.x - c.z;
-  outColor = vec4(display(vec3(t + c.y, c.x + c.z, t - c.y)), 1.0);
 }
 )";
 
@@ -125,16 +114,9 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
   if (Status ok = viewer.build(state.relightBy, previous ? &previous->relighter() : nullptr); !ok) return ok.error();
-  auto lightmapProgram = linkProgram("light map", kLightmapVertex, "#version 430\n" + displayGlsl() + kLightmapMain);
-  if (!lightmapProgram) return lightmapProgram.error();
-  auto surfels = Discs::create(bake.surfels.positionWorld, bake.surfels.normal);
-  if (!surfels) return surfels.error();
-  auto caches = Discs::create(bake.caches.positionWorld, bake.caches.normal);
-  if (!caches) return caches.error();
-  viewer.lightmapProgram_ = std::move(*lightmapProgram);
-  viewer.surfels_.emplace(std::move(*surfels));
-  viewer.caches_.emplace(std::move(*caches));
-  viewer.nothing_ = GlVertexArray::make();
+  auto overlays = Overlays::create(bake);
+  if (!overlays) return overlays.error();
+  viewer.overlays_.emplace(std::move(*overlays));
   if (state.sky.map) {
     auto backdrop = Backdrop::create(*state.sky.map);
     if (!backdrop) return backdrop.error();
@@ -252,7 +234,10 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     glEnable(GL_DEPTH_TEST);
   }
   drawLevel(state, lights, moved, clip, encode);
-  drawOverlays(state, clip, width, height, encode);
+  // Until a point is picked, the links are those of the middle of the view.
+  std::optional<glm::vec3> picked = state.picked;
+  if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
+  overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {clip, width, height, encode});
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
   for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
@@ -271,72 +256,32 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   shadows_.setUniforms(program_.name());
   setLevelLights(program_.name(), lights);
   glUseProgram(program_.name());
-  setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
+  const bool isLit = state.mode != ViewMode::albedo && state.mode != ViewMode::normal && state.mode != ViewMode::texels;
+  setDisplay(isLit ? state.exposure : 0.5f, encode);
   glUniform1i(22, static_cast<int>(state.mode));
   glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
   glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
   glUniform1f(25, state.reflectance);
   glUniform1f(26, glossyExponent(state.roughness));
+  const glm::uvec2 mapSize(bake_->caches.lightmap.width, bake_->caches.lightmap.height);
+  glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
   gl_->gl()->bind();
   shadows_.bind();
   level_.draw(clip);
   level_.drawDynamic(clip, moved);
 }
 
-void Viewer::drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
-                          bool encode) const {
-  if (state.surfels) {
-    const float radius = std::sqrt(bake_->surfels.areaEach / std::numbers::pi_v<float>);
-    surfels_->draw(surfelColors(), 0.9f * radius, clip, state.camera.position, state.exposure, encode);
-  }
-  if (state.caches) {
-    const float size = glm::length(level_.boundsMax() - level_.boundsMin());
-    caches_->draw(cacheColors(), 1.5e-3f * size, clip, state.camera.position, state.exposure, encode);
-  }
-  if (state.lightmap && bake_->caches.lightmap.width > 0) drawLightmap(state, width, height, encode);
-}
-
-// The light map in the lower right corner.
-void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const {
-  const auto side = static_cast<GLsizei>(std::min(width, height) * 2 / 3);
-  glViewport(static_cast<GLint>(width) - side, 0, side, side);
-  glDisable(GL_DEPTH_TEST);
-  glUseProgram(lightmapProgram_.name());
-  setDisplay(state.exposure, encode);
-  const GlResolveInputs inputs = gl_->gl()->inputs();
-  const GLuint textures[] = {inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
-  for (GLuint i = 0; i < 3; ++i) {
-    glActiveTexture(GL_TEXTURE0 + i);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[i]);
-  }
-  glActiveTexture(GL_TEXTURE0);
-  glBindVertexArray(nothing_.name());
-  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-  glBindVertexArray(0);
-  glEnable(GL_DEPTH_TEST);
-}
-
-// Radiance of each surfel: radiosity over pi.
-std::vector<glm::vec3> Viewer::surfelColors() const {
-  const std::vector<glm::vec3> radiosity = relighter().nodeRadiosity();
-  std::vector<glm::vec3> colors(bake_->surfels.count());
-  for (std::size_t s = 0; s < colors.size(); ++s)
-    colors[s] = radiosity[bake_->hierarchy.leafNode[s]] * std::numbers::inv_pi_v<float>;
-  return colors;
-}
-
-// Mean radiance around each cache.
-std::vector<glm::vec3> Viewer::cacheColors() const {
-  const std::vector<float> c = relighter().cacheCoefficients();
-  const auto stride = static_cast<std::size_t>(relighter().coefficientsPerCache());
-  const auto luma = static_cast<std::size_t>(gl_->lumaBands() * gl_->lumaBands());
-  const auto chroma = static_cast<std::size_t>(gl_->chromaBands() * gl_->chromaBands());
-  std::vector<glm::vec3> colors(bake_->caches.count());
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    const float* at = c.data() + i * stride;
-    colors[i] = yCoCgToRgb(0.2820948f * glm::vec3(at[0], at[luma], at[luma + chroma]));
-  }
-  return colors;
+std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
+                                           std::uint32_t height) const {
+  const auto x = static_cast<GLint>(pixel.x), y = static_cast<GLint>(height) - 1 - static_cast<GLint>(pixel.y);
+  if (x < 0 || y < 0 || x >= static_cast<GLint>(width) || y >= static_cast<GLint>(height)) return std::nullopt;
+  float depth = 1.0f;
+  glReadPixels(x, y, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
+  if (!(depth < 1.0f)) return std::nullopt;
+  const glm::dmat4 clip(clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height)));
+  const glm::dvec4 at = glm::inverse(clip) * glm::dvec4(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0,
+                                                        2.0 * static_cast<double>(depth) - 1.0, 1.0);
+  return glm::vec3(glm::dvec3(at) / at.w);
 }
 
 }  // namespace relume

@@ -12,8 +12,8 @@
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
 #include "tools/view/cpu_light.h"
-#include "tools/view/discs.h"
 #include "tools/view/loaded_level.h"
+#include "tools/view/overlays.h"
 #include "tools/view/view_state.h"
 
 #include <cstdint>
@@ -43,6 +43,10 @@ class Viewer {
   // Clip space of a target of that aspect; its planes enclose the level.
   glm::mat4 clipFromWorld(const FlyCamera& camera, float aspect) const;
 
+  // What the framebuffer that is bound shows at a pixel, after draw() [m]; nothing for the sky. Row 0 is on top.
+  std::optional<glm::vec3> surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
+                                     std::uint32_t height) const;
+
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
   // What lights: of the backend that was chosen.
@@ -59,11 +63,6 @@ class Viewer {
   void setEmissions(const ViewState& state);
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                  const glm::mat4& clip, bool encode) const;
-  void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
-                    bool encode) const;
-  void drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const;
-  std::vector<glm::vec3> surfelColors() const;
-  std::vector<glm::vec3> cacheColors() const;
 
   const LoadedLevel* loaded_;
   const Bake* bake_;
@@ -73,9 +72,8 @@ class Viewer {
   std::optional<Relighter> gl_;  // draws by what it holds; there from create() on
   std::optional<CpuLight> cpu_;  // that fills it, where the CPU was chosen
   RelightChoice choice_;
-  GlProgram program_, lightmapProgram_;
-  GlVertexArray nothing_;
-  std::optional<Discs> surfels_, caches_;
+  GlProgram program_;
+  std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
   std::optional<float> patchesRotation_;  // [deg]
