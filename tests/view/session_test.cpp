@@ -3,8 +3,10 @@
 // changes, refused when it is damaged.
 #include "tools/gl_scene/egl_context.h"
 
+#include "formats/color.h"
 #include "relume/bake/bake.h"
 #include "relume/bake_file.h"
+#include "tools/images/read_picture.h"
 #include "tools/view/session.h"
 
 #include <gtest/gtest.h>
@@ -278,6 +280,55 @@ TEST_F(ViewerSession, overlaysAndViewsShowTheBakeAndAPointIsPicked) {
   EXPECT_GT(texels, 0.1);
   session_->state.mode = ViewMode::grid;
   EXPECT_LT(frame(), 0.1 * texels) << "light over links, of which there is none";
+}
+
+TEST_F(ViewerSession, picturesAndFilmsAreNumberedAndReplaceNothing) {
+  options_.output = at("pictures");
+  options_.view = "albedo";
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  fs::create_directories(at("pictures"));
+  std::ofstream(folder_ / "pictures" / "relume_0001.png") << "mine";
+  session_->run(Command::screenshot);
+  frame();
+  frame();
+  EXPECT_TRUE(fs::exists(folder_ / "pictures" / "relume_0002.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "pictures" / "relume_0003.png"));
+  EXPECT_EQ(fs::file_size(folder_ / "pictures" / "relume_0001.png"), 4u);
+  const auto picture = readPicture(at("pictures") + "/relume_0002.png", "");
+  ASSERT_TRUE(picture) << picture.error().message;
+  ASSERT_EQ(picture->picture.width, kWidth);
+  ASSERT_EQ(picture->picture.height, kHeight);
+  // As drawn, in sRGB, with the floor below.
+  double sum = 0.0;
+  for (const glm::vec3& p : picture->picture.pixels) sum += static_cast<double>(linearToSrgb(p.g));
+  EXPECT_NEAR(sum / (kWidth * kHeight), brightness_, 0.01);
+
+  const double before = session_->animationTime();
+  session_->run(Command::film);
+  for (int i = 0; i < 3; ++i) frame();
+  EXPECT_NEAR(session_->animationTime() - before, 3 * Capture::kFrameSeconds, 1e-9) << "a film has its own clock";
+  session_->run(Command::film);
+  frame();
+  const fs::path film = folder_ / "pictures" / "film_0001";
+  EXPECT_TRUE(fs::exists(film / "frame_0000.png") && fs::exists(film / "frame_0002.png"));
+  EXPECT_FALSE(fs::exists(film / "frame_0003.png"));
+  EXPECT_TRUE(says("3 frames"));
+  session_->run(Command::film);
+  frame();
+  EXPECT_TRUE(fs::exists(folder_ / "pictures" / "film_0002" / "frame_0000.png"));
+  // A folder that goes away ends the film, and says so; so does a place where none can be made.
+  fs::remove_all(at("pictures"));
+  frame();
+  EXPECT_FALSE(session_->capture().isFilming());
+  std::ofstream(at("pictures")) << "a file";
+  session_->run(Command::screenshot);
+  frame();
+  EXPECT_TRUE(says("cannot make folder"));
+  // What frames cost is kept.
+  EXPECT_GT(session_->times.count(), 5u);
+  EXPECT_GE(session_->times.passCount(), 5u);
 }
 
 TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {

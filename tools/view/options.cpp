@@ -86,7 +86,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")
       ->needs(headless);
   CLI::Option* output =
-      app.add_option("-o,--output", o.output, "folder of the headless frames")->type_name("FOLDER")->needs(headless);
+      app.add_option("-o,--output", o.output,
+                     "folder of the headless frames; of the window's screenshots and films: default .")
+          ->type_name("FOLDER");
   app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
   headless->needs(output);
   // The build calls this for what is installed; --help does not list it.

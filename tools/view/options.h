@@ -32,7 +32,7 @@ struct ViewerOptions {
   std::uint32_t shadowSize = 2048;
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
   std::string moving;                 // that light; empty: the first that is on and has a position
-  std::string output;                 // folder of the headless frames
+  std::string output;                 // folder of the headless frames, or of the window's pictures
   bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends
   float exposure = 0.0f;              // [stops]

@@ -114,16 +114,6 @@ void viewControls(const Scene& scene, const Bake& bake, ViewState& state) {
   ImGui::EndCombo();
 }
 
-void timeTable(const Viewer& viewer) {
-  double total = 0.0;
-  for (const auto& [pass, ms] : viewer.times()) {
-    ImGui::Text("%-14s %8.2f ms", pass.c_str(), ms);
-    total += ms;
-  }
-  ImGui::Text("%-14s %8.2f ms", "sum", total);
-  ImGui::Text("%-14s %11s", "bands", viewer.bands().c_str());
-}
-
 void help() {
   constexpr const char* kKeys[][2] = {{"right mouse", "look around"},
                                       {"W A S D Q E", "fly; Shift: fast"},
@@ -132,6 +122,7 @@ void help() {
                                       {"Ctrl+Z  +Y", "undo, redo"},
                                       {"Ctrl+S  +O", "save, load lights"},
                                       {"Esc", "let go"},
+                                      {"F12  F11", "picture, film"},
                                       {"G  Tab", "handles, this panel"}};
   for (const auto& [key, does] : kKeys) {
     ImGui::TextDisabled("%s", key);
@@ -157,11 +148,19 @@ void drawMessages(Session& session) {
   if (shown.empty()) return;
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float width = std::min(560.0f, display.x - 16.0f);
+  // Dear ImGui fits a window to its text a frame late, which in slow frames is seen.
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float indent = ImGui::CalcTextSize("x").x + 2.0f * style.FramePadding.x + style.ItemSpacing.x;
+  float height = 2.0f * style.WindowPadding.y - style.ItemSpacing.y;
+  for (const Messages::Message& message : shown) {
+    const float wrap = width - 2.0f * style.WindowPadding.x - indent;
+    height += ImGui::CalcTextSize(printable(message.text).c_str(), nullptr, false, wrap).y + style.ItemSpacing.y;
+  }
   ImGui::SetNextWindowPos(ImVec2(display.x - 8.0f, display.y - 8.0f), ImGuiCond_Always, ImVec2(1.0f, 1.0f));
-  ImGui::SetNextWindowSize(ImVec2(width, 0.0f));
+  ImGui::SetNextWindowSize(ImVec2(width, std::min(height, display.y - 16.0f)));
   ImGui::Begin("messages", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing |
-                   ImGuiWindowFlags_AlwaysAutoResize);
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   std::size_t closed = shown.size();
   for (std::size_t i = 0; i < shown.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
@@ -228,12 +227,7 @@ void drawPanel(Session& session) {
     if (!session.state.objects.empty()) objectControls(session.state);
   }
   if (ImGui::CollapsingHeader("Relight")) relightControls(*session.viewer, session.level->bake, session.state);
-  if (ImGui::CollapsingHeader("Times")) {
-    const Bake& bake = session.level->bake;
-    ImGui::Text("%u surfels, %u caches,", bake.surfels.count(), bake.caches.count());
-    ImGui::Text("%u links", bake.links.count());
-    timeTable(*session.viewer);
-  }
+  if (ImGui::CollapsingHeader("Costs")) drawCosts(session);
   if (ImGui::CollapsingHeader("Mouse and keys")) help();
   ImGui::PopItemWidth();
   cover(session);

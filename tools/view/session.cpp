@@ -29,7 +29,8 @@ Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress g
     : state(std::move(first)),
       lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
       options_(options),
-      getProcAddress_(std::move(getProcAddress)) {
+      getProcAddress_(std::move(getProcAddress)),
+      capture_(options.output.empty() ? "." : options.output) {
   editor.begin(state.lights);
 }
 
@@ -144,6 +145,11 @@ void Session::run(Command command) {
     case Command::toggleHandles:
       state.handles = !state.handles;
       return;
+    case Command::screenshot:
+      screenshotWanted_ = true;
+      return;
+    case Command::film:
+      return toggleFilm();
   }
 }
 
@@ -190,6 +196,7 @@ void Session::move(const glm::vec2& pixel) {
 void Session::release() { editor.release(state.lights); }
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
+  animation_ += capture_.isFilming() ? Capture::kFrameSeconds : now - now_;
   now_ = now;
   messages.forgetOld(now);
   finishJob();
@@ -198,6 +205,24 @@ void Session::beginFrame(double now, const glm::vec2& windowSize) {
   const float aspect = size.x / size.y;
   pixels_ = {viewer ? viewer->clipFromWorld(state.camera, aspect) : state.camera.clipFromWorld(aspect, 0.1f, 100.0f),
              state.camera.position, size};
+}
+
+void Session::toggleFilm() {
+  if (!capture_.isFilming()) {
+    if (messages.check(capture_.beginFilm(), now_)) say(Severity::info, "filming; F11 ends the film");
+    return;
+  }
+  const std::string frames = std::to_string(capture_.frames());
+  say(Severity::info, frames + " frames in \"" + capture_.endFilm().string() + "\"");
+}
+
+// Of the level as it has just been drawn.
+void Session::takePictures(std::uint32_t width, std::uint32_t height) {
+  messages.check(capture_.frame(width, height), now_);
+  if (!std::exchange(screenshotWanted_, false)) return;
+  const auto path = capture_.screenshot(width, height);
+  if (!path) return say(Severity::error, path.error().message);
+  say(Severity::info, "\"" + path->string() + "\" written");
 }
 
 void Session::endControls(bool isHeld) {
@@ -213,6 +238,8 @@ void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height
       if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) state.picked = point;
     }
     pick_.reset();
+    times.add(viewer->times());
+    takePictures(width, height);
     return;
   }
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);

@@ -3,6 +3,7 @@
 // panel and dropped files end here; window.h feeds it, the panel draws it.
 #pragma once
 
+#include "tools/view/capture.h"
 #include "tools/view/file_watch.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/level_job.h"
@@ -10,6 +11,7 @@
 #include "tools/view/loaded_level.h"
 #include "tools/view/messages.h"
 #include "tools/view/options.h"
+#include "tools/view/time_history.h"
 #include "tools/view/view_state.h"
 #include "tools/view/viewer.h"
 
@@ -29,7 +31,9 @@ enum class Command {
   duplicateLight,
   cancel,
   togglePanel,
-  toggleHandles
+  toggleHandles,
+  screenshot,
+  film
 };
 
 // A rectangle of the window that the panel covers [pixel].
@@ -66,6 +70,10 @@ class Session {
   // The level into a framebuffer; black where there is none yet. What goes wrong is shown as a message.
   void draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
 
+  // [s] That moving things are at: the clock's, or a film's own.
+  double animationTime() const { return animation_; }
+  const Capture& capture() const { return capture_; }
+
   const PixelView& pixels() const { return pixels_; }
   void say(Severity severity, std::string text) { messages.say(severity, std::move(text), now_); }
 
@@ -75,6 +83,7 @@ class Session {
   ViewState state;
   LightEditor editor;
   Messages messages;
+  TimeHistory times;                  // of the last frames' passes
   std::vector<std::string> warnings;  // about levels, for the terminal: too many for the window
   std::string lightsFile;             // that lights are saved to and loaded from
   std::vector<PixelBox> covered;      // by the panel, in the last frame
@@ -90,12 +99,17 @@ class Session {
   void finishJob();
   void watchBake();
 
+  void toggleFilm();
+  void takePictures(std::uint32_t width, std::uint32_t height);
+
   ViewerOptions options_;  // for levels that are yet to come
   GetProcAddress getProcAddress_;
   FileWatch watch_;
   std::optional<glm::vec2> pick_;  // [pixel] whose surface is to be picked in the next frame
   PixelView pixels_;
-  double now_ = 0.0;
+  double now_ = 0.0, animation_ = 0.0;  // [s]
+  Capture capture_;
+  bool screenshotWanted_ = false;
 };
 
 }  // namespace relume

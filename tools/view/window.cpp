@@ -133,6 +133,8 @@ std::optional<Command> commandOf(int key, int mods) {
   if (key == GLFW_KEY_ESCAPE) return Command::cancel;
   if (key == GLFW_KEY_TAB) return Command::togglePanel;
   if (key == GLFW_KEY_G) return Command::toggleHandles;
+  if (key == GLFW_KEY_F12) return Command::screenshot;
+  if (key == GLFW_KEY_F11) return Command::film;
   return std::nullopt;
 }
 
@@ -173,7 +175,7 @@ void loop(Window& window, Session& session) {
     for (const std::string& warning : std::exchange(session.warnings, {}))
       std::fprintf(stderr, "relume-view: warning: %s\n", printableLines(warning).c_str());
     for (const InputEvent& event : window.takeEvents()) handle(event, session);
-    animate(state, now);
+    animate(state, session.animationTime());
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
