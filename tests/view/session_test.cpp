@@ -401,6 +401,21 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
   EXPECT_EQ(session_->level, level);
 }
 
+TEST_F(ViewerSession, noMoreLightsAreOnThanThereAreShadowMaps) {
+  start("");
+  ASSERT_FALSE(session_->state.lights.empty());
+  session_->state.lights.resize(40, session_->state.lights.front());
+  for (ViewedLight& light : session_->state.lights) light.on = true;
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  EXPECT_TRUE(says("8 lights switched off"));
+  EXPECT_GT(frame(), 0.0);
+  EXPECT_FALSE(says("shadow"));
+  session_->addLight(LightKind::point);
+  EXPECT_FALSE(session_->state.lights.back().on);
+  frame();
+  EXPECT_FALSE(says("shadow"));
+}
+
 TEST_F(ViewerSession, aBakeCanBeCancelled) {
   start("");
   ASSERT_TRUE(session_->job.has_value());

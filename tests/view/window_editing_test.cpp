@@ -64,8 +64,9 @@ class WindowEditing : public testing::Test {
                            "--lights", "none", "--lights-file", at("lights.json"), "--view", "direct", "--size",
                            std::to_string(kWidth) + "x" + std::to_string(kHeight)},
                           folder_ / "viewer.txt");
-    return screen_.waitFor([](const Picture& p) { return p.share([](const Rgb& c) { return c.sum() > 60; }) > 0.2; },
-                           [this] { return screen_.isRunning(viewer_); });
+    return screen_.waitFor(
+        [](const ScreenPicture& p) { return p.share([](const Rgb& c) { return c.sum() > 60; }) > 0.2; },
+        [this] { return screen_.isRunning(viewer_); });
   }
 
   glm::ivec2 pixelOf(const glm::vec3& world) const { return glm::ivec2(*view_.project(world) + 0.5f); }
@@ -79,7 +80,7 @@ class WindowEditing : public testing::Test {
   std::vector<SceneLight> saved() const {
     fs::remove(at("lights.json"));
     screen_.press("ctrl+s");
-    EXPECT_TRUE(screen_.waitFor([this](const Picture&) { return fs::exists(at("lights.json")); }));
+    EXPECT_TRUE(screen_.waitFor([this](const ScreenPicture&) { return fs::exists(at("lights.json")); }));
     const auto lights = readLightsFile(at("lights.json"));
     EXPECT_TRUE(lights) << lights.error().message;
     return lights ? *lights : std::vector<SceneLight>();
@@ -97,7 +98,7 @@ bool isReddish(const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; }
 bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
 
 // Share of the pixels beside the panel and above the messages that differ.
-double changedShare(const Picture& a, const Picture& b) {
+double changedShare(const ScreenPicture& a, const ScreenPicture& b) {
   std::size_t changed = 0;
   constexpr std::uint32_t kLeft = 270, kBottom = 260;
   for (std::uint32_t y = 0; y < kBottom; ++y) {
@@ -111,12 +112,12 @@ double changedShare(const Picture& a, const Picture& b) {
 
 TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
-  const Picture before = screen_.settled();
+  const ScreenPicture before = screen_.settled();
 
   // A click on the light shows its gizmo, with a red axis.
   screen_.click(1, pixelOf(position_));
   const double red = before.share(isReddish);
-  ASSERT_TRUE(screen_.waitFor([&](const Picture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
 
   // Its vertical axis lifts it, and lifts it alone; the wall's light goes with it.
   const glm::ivec2 from = handleOf(position_, Handle::axisY);
@@ -152,11 +153,11 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   std::ofstream(at("lights.json")) << damaged;
   const double pink = screen_.settled().share(isErrorText);
   screen_.press("ctrl+o");
-  EXPECT_TRUE(screen_.waitFor([&](const Picture& p) { return p.share(isErrorText) > pink + 1e-4; }))
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > pink + 1e-4; }))
       << "no error shown";
   const double told = screen_.settled().share(isErrorText);
   screen_.press("ctrl+s");
-  EXPECT_TRUE(screen_.waitFor([&](const Picture& p) { return p.share(isErrorText) > told + 1e-4; }))
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > told + 1e-4; }))
       << "no second error";
   EXPECT_EQ(readAll(at("lights.json")), damaged);
   EXPECT_EQ(saved().at(0).positionWorld, aside);

@@ -2,11 +2,17 @@
 // See light_editor.h.
 #include "tools/view/light_editor.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <utility>
 
 namespace relume {
+namespace {
+
+constexpr float kMaxPosition = 1e6f;  // [m] well within what a list of lights may say
+
+}  // namespace
 
 void LightEditor::begin(const Lights& lights) {
   history_ = EditHistory<Lights>(lights);
@@ -80,7 +86,7 @@ void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& p
   if (isRing(drag_->handle)) {
     light.light.direction = to->direction;
   } else {
-    light.light.positionWorld = light.home = to->centreWorld;
+    light.light.positionWorld = light.home = glm::clamp(to->centreWorld, -kMaxPosition, kMaxPosition);
   }
 }
 

@@ -39,6 +39,16 @@ std::size_t lightsOn(std::span<const ViewedLight> lights) {
       std::count_if(lights.begin(), lights.end(), [](const ViewedLight& l) { return l.on; }));
 }
 
+std::size_t limitLightsOn(std::span<ViewedLight> lights) {
+  std::size_t on = 0, switchedOff = 0;
+  for (ViewedLight& light : lights) {
+    if (!light.on || ++on <= kMaxLightsOn) continue;
+    light.on = false;
+    ++switchedOff;
+  }
+  return switchedOff;
+}
+
 std::string freeName(const std::string& base, std::span<const ViewedLight> lights) {
   const auto taken = [&](const std::string& name) {
     return std::any_of(lights.begin(), lights.end(), [&](const ViewedLight& l) { return l.name == name; });

@@ -17,6 +17,9 @@ inline constexpr std::size_t kMaxLightsOn = 32;
 
 std::size_t lightsOn(std::span<const ViewedLight> lights);
 
+// Switch off what is on beyond kMaxLightsOn. Returns how many that are.
+std::size_t limitLightsOn(std::span<ViewedLight> lights);
+
 // A new light of that kind before the camera: a white one that a room is lit well by, spots and suns aimed along the
 // view and down. It is on unless kMaxLightsOn are.
 ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights);

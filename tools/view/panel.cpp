@@ -23,8 +23,8 @@ constexpr float kWidth = 250.0f, kItemWidth = 150.0f;
 void bandControls(const Viewer& viewer, ViewState& state) {
   const Bands now{viewer.relighter().lumaBands(), viewer.relighter().chromaBands()};
   int luma = now.luma, chroma = now.chroma;
-  ImGui::SliderInt("luma bands", &luma, 1, kMaxBands, "%d", ImGuiSliderFlags_AlwaysClamp);
-  ImGui::SliderInt("chroma bands", &chroma, 1, luma, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("luma", &luma, 1, kMaxBands, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("chroma", &chroma, 1, luma, "%d", ImGuiSliderFlags_AlwaysClamp);
   chroma = std::min(chroma, luma);
   if (luma != now.luma || chroma != now.chroma) state.relightBy.bands = {luma, chroma};
 }
@@ -147,7 +147,8 @@ void drawMessages(Session& session) {
   const auto& shown = session.messages.shown();
   if (shown.empty()) return;
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width = std::min(560.0f, display.x - 16.0f);
+  const bool besidePanel = session.state.panel && display.x >= kWidth + 320.0f;
+  const float width = std::min(560.0f, display.x - (besidePanel ? kWidth + 24.0f : 16.0f));
   // Dear ImGui fits a window to its text a frame late, which in slow frames is seen.
   const ImGuiStyle& style = ImGui::GetStyle();
   const float indent = ImGui::CalcTextSize("x").x + 2.0f * style.FramePadding.x + style.ItemSpacing.x;

@@ -23,6 +23,8 @@ std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, s
   return now;
 }
 
+std::string counted(std::size_t lights) { return std::to_string(lights) + (lights == 1 ? " light" : " lights"); }
+
 }  // namespace
 
 Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress)
@@ -58,7 +60,11 @@ Status Session::show(LevelPtr next) {
   level = std::move(next);
   watch_ = FileWatch(level->bakeFile, level->bakeStamp);
   state = std::move(wanted);
-  if (!isFirst && !isSame) editor.begin(state.lights);
+  if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
+    say(Severity::warning,
+        counted(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  }
+  if (!isSame) editor.begin(state.lights);
   if (state.sky.map && level->bake.hierarchy.skyDirection.empty())
     say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
   return done();
@@ -171,13 +177,13 @@ void Session::duplicateLight() {
 void Session::saveLights() {
   editor.commit(state.lights);
   if (!messages.check(saveLightSet(lightsFile, state.lights), now_)) return;
-  say(Severity::info, std::to_string(lightsOn(state.lights)) + " lights saved to \"" + lightsFile + "\"");
+  say(Severity::info, counted(lightsOn(state.lights)) + " saved to \"" + lightsFile + "\"");
 }
 
 void Session::loadLights() {
   auto lights = loadLightSet(lightsFile);
   if (!lights) return say(Severity::error, lights.error().message + "; the lights stay as they are");
-  say(Severity::info, std::to_string(lights->size()) + " lights loaded from \"" + lightsFile + "\"");
+  say(Severity::info, counted(lights->size()) + " loaded from \"" + lightsFile + "\"");
   editor.replace(state.lights, std::move(*lights));
 }
 

@@ -14,6 +14,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -84,8 +85,29 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   GLFWwindow* get() const { return window_; }
-  // What happened since they were taken last, in its order.
-  std::vector<InputEvent> takeEvents() { return std::exchange(events_, {}); }
+  // What is to be handled in this frame, in its order: up to one press or release of the button, so that who looks at
+  // mouse and button once a frame, as Dear ImGui does, misses no click in slow ones.
+  std::vector<InputEvent> takeEvents() {
+    const auto isButton = [](const InputEvent& e) {
+      return e.kind == InputEvent::Kind::press || e.kind == InputEvent::Kind::release;
+    };
+    auto end = std::find_if(events_.begin(), events_.end(), isButton);
+    if (end != events_.end()) isDown_ = end->kind == InputEvent::Kind::press;
+    if (end != events_.end()) ++end;
+    std::vector<InputEvent> taken(events_.begin(), end);
+    events_.erase(events_.begin(), end);
+    for (const InputEvent& e : taken) {
+      if (e.kind == InputEvent::Kind::move || isButton(e)) handledMouse_ = e.at;
+    }
+    return taken;
+  }
+  // Mouse and button after these, for Dear ImGui in place of those that are by now.
+  void replayMouse() const {
+    ImGuiIO& io = ImGui::GetIO();
+    if (io.MousePos.x < -1e30f) return;  // the window has not the focus
+    io.MousePos = {handledMouse_.x, handledMouse_.y};
+    io.MouseDown[0] = isDown_;
+  }
 
  private:
   static Window& of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
@@ -95,7 +117,8 @@ class Window {
   }
   GLFWwindow* window_ = nullptr;
   std::vector<InputEvent> events_;
-  glm::vec2 mouse_{0.0f};  // [pixel]
+  glm::vec2 mouse_{0.0f}, handledMouse_{0.0f};  // [pixel]
+  bool isDown_ = false;                         // the left button, as far as it has been handled
   bool started_ = false, gui_ = false;
 };
 
@@ -178,6 +201,7 @@ void loop(Window& window, Session& session) {
     animate(state, session.animationTime());
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    window.replayMouse();
     ImGui::NewFrame();
     drawPanel(session);
     session.endControls(ImGui::IsAnyItemActive());
