@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr float kAxisPixels = 80.0f, kReachPixels = 8.0f;
+constexpr float kAxisPixels = 80.0f, kReachPixels = 9.0f;
 constexpr float kSquareLow = 0.22f, kSquareHigh = 0.5f;  // of the axes' length
 constexpr float kRing = 1.25f;                           // likewise, a ring's radius
 constexpr int kRingPoints = 64;
@@ -143,7 +143,8 @@ Handle pickHandle(const Gizmo& gizmo, const PixelView& view, const glm::vec2& pi
   float nearest = kReachPixels;
   for (const Handle handle : kHandles) {
     if (!gizmo.has(handle)) continue;
-    const float distance = pixelDistance(gizmo, handle, view, pixel);
+    // A ring that is seen edge on lies over an axis; it can be grabbed elsewhere.
+    const float distance = (isRing(handle) ? 2.0f : 1.0f) * pixelDistance(gizmo, handle, view, pixel);
     if (distance >= nearest) continue;
     nearest = distance;
     best = handle;

@@ -97,8 +97,9 @@ void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& ligh
   const auto gizmo = editor.gizmo(lights, view);
   if (!gizmo) return;
   const Handle bright = editor.handleAt(lights, view, mouse);
-  for (const Handle handle : kHandles) {
-    if (gizmo->has(handle)) drawHandle(list, *gizmo, handle, view, handle == bright);
+  // Axes last: a ring that is seen edge on would hide one.
+  for (auto handle = kHandles.rbegin(); handle != kHandles.rend(); ++handle) {
+    if (gizmo->has(*handle)) drawHandle(list, *gizmo, *handle, view, *handle == bright);
   }
 }
 

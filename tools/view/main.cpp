@@ -43,7 +43,8 @@ int main(int argc, char** argv) {
     return status ? 0 : fail(status.error());
   }
   auto level =
-      loadBake(std::move(*scene), {options->scene, options->bake, options->sceneOptions, options->allowStale}, context);
+      loadBake(std::move(*scene),
+               {options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven}, context);
   if (!level) return fail(level.error());
   const Bake& bake = (*level)->bake;
   if (!options->skyMap.empty() && bake.hierarchy.skyDirection.empty())

@@ -48,8 +48,8 @@ if is_wanted viewer; then
   bake rooms
   echo '[{"type": "spot", "name": "reading light", "position": [2.9, 1.7, 1.6], "direction": [0.2, -1, -0.3],
     "color": [1, 0.75, 0.5], "intensity": 40, "innerConeAngle": 0.5, "outerConeAngle": 0.7}]' >"$scratch/reading.json"
-  (cd "$scratch" && python3 "$OLDPWD/$here/window.py" "$OLDPWD/$here/viewer.png" 800x450 \
-    "mousemove 487 136 click 1; sleep 6; mousemove 640 400; sleep 8" "$view" "$OLDPWD/$rooms" --bake rooms.relume --camera cam_living \
+  (cd "$scratch" && python3 "$OLDPWD/$here/window.py" "$OLDPWD/$here/viewer.png" 720x405 \
+    "mousemove 412 123 click 1; sleep 6; mousemove 600 400; sleep 8" "$view" "$OLDPWD/$rooms" --bake rooms.relume --camera cam_living \
     --lights lamp --lights-file reading.json --exposure 0.5)
 fi
 if is_wanted viewer_overlays; then
@@ -58,7 +58,7 @@ if is_wanted viewer_overlays; then
   for show in "links clusters" "links caches" "direct links" "texels"; do
     # shellcheck disable=SC2086
     set -- $show
-    "$view" "$rooms" --bake "$scratch/rooms_draft.relume" --camera cam_living --size 384x216 --view "$1" ${2:+--overlay "$2"} \
+    "$view" "$rooms" --bake "$scratch/rooms_draft.relume" --camera cam_living --size 352x198 --view "$1" ${2:+--overlay "$2"} \
       --headless 8 -o "$scratch/overlay${2:-$1}" >"$scratch/overlays.log"
     shots+=("$scratch/overlay${2:-$1}/frame_0007.png")
   done
