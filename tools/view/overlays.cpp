@@ -107,7 +107,10 @@ void Overlays::drawLinks(const ViewState& state, const glm::vec3& picked, const 
     points.push_back({from, color});
     points.push_back({link.isSky ? from + kSkyLine * link.centre : link.centre, color});
   }
+  // Also where the level is in front of them: a cache may be behind what is seen.
+  glDisable(GL_DEPTH_TEST);
   lines_->draw(points, target.clipFromWorld, kFlatExposure, target.encode);
+  glEnable(GL_DEPTH_TEST);
 }
 
 // The light map in the lower right corner.

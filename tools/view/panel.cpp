@@ -177,6 +177,18 @@ void drawMessages(Session& session) {
   if (closed < session.messages.shown().size()) session.messages.close(closed);
 }
 
+// While a film is made, how long it is, in the upper right corner. It is not in the film.
+void drawFilming(const Capture& capture) {
+  char text[48];
+  std::snprintf(text, sizeof text, "filming, %u frames", capture.frames());
+  const ImVec2 size = ImGui::CalcTextSize(text), low(ImGui::GetIO().DisplaySize.x - size.x - 14.0f, 12.0f);
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  list.AddRectFilled({low.x - 24.0f, low.y - 5.0f}, {low.x + size.x + 6.0f, low.y + size.y + 5.0f},
+                     IM_COL32(0, 0, 0, 180), 4.0f);
+  list.AddCircleFilled({low.x - 12.0f, low.y + 0.5f * size.y}, 5.0f, IM_COL32(235, 60, 60, 255));
+  list.AddText(low, IM_COL32_WHITE, text);
+}
+
 // What is being baked or loaded, in the middle of the upper edge beside the panel, with a way out.
 void drawProgress(Session& session) {
   const LevelJob::Progress progress = session.job->progress();
@@ -211,6 +223,7 @@ void drawPanel(Session& session) {
   session.covered.clear();
   drawMessages(session);
   if (session.job) drawProgress(session);
+  if (session.capture().isFilming()) drawFilming(session.capture());
   if (!session.state.panel || !session.level) return;
   // As wide as its controls need and as tall as those that are open, within the window.
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);

@@ -47,16 +47,16 @@ void main() {
   if (viewMode == 3) color = glossy(p, n);
   if (viewMode == 4) color = levelAlbedo();
   if (viewMode == 5) color = 0.5 * n + 0.5;
-  // Where light is read: texels of the light map as a checker, what reads the grid in orange.
-  const vec3 orange = vec3(1.0, 0.4, 0.05);
-  vec2 uv;
-  bool onMap = levelOnLightmap(uv);
-  if (viewMode == 6) {
+  if (viewMode >= 6) {
+    // Where light is read: texels of the light map as a checker, what reads the grid in orange.
+    const vec3 orange = vec3(1.0, 0.4, 0.05);
+    vec2 uv;
+    bool onMap = levelOnLightmap(uv);
     vec2 texel = floor(uv * viewMapSize);
     float facing = 0.4 + 0.6 * abs(dot(n, normalize(viewEye - p)));
     color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
+    if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * invPi * levelLinks(p, n);
   }
-  if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * invPi * levelLinks(p, n);
   outColor = vec4(display(color), 1.0);
 }
 )";
