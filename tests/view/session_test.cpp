@@ -331,6 +331,40 @@ TEST_F(ViewerSession, picturesAndFilmsAreNumberedAndReplaceNothing) {
   EXPECT_GE(session_->times.passCount(), 5u);
 }
 
+TEST_F(ViewerSession, aViewIsHeldAgainstThePathTracedOne) {
+  options_.view = "full";
+  start("");
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto errorNow = [&] {
+    for (int i = 0; i < 30; ++i) frame();
+    session_->compareWithReference();
+    EXPECT_TRUE(frames([&] { return session_->heat.has_value(); }));
+    return session_->heat ? session_->heat->error : 0.0;
+  };
+  const double whole = errorNow();
+  ASSERT_EQ(session_->heat->rgb.size(), std::size_t{3} * session_->heat->width * session_->heat->height);
+  EXPECT_LT(whole, 0.35) << "a draft, and the paths' own noise";
+  // What is not shown is missed.
+  session_->state.indirect = false;
+  EXPECT_GT(errorNow(), whole + 0.1);
+  session_->compareWithReference();
+  session_->reference->cancel();
+  EXPECT_TRUE(frames([&] { return !session_->reference; }));
+  EXPECT_FALSE(session_->heat);
+}
+
+TEST(Heat, isRedWhereLightLeaksAndBlueWhereItLacks) {
+  const std::vector<glm::vec3> reference(4, glm::vec3(1.0f));
+  const std::vector<glm::vec3> shown{glm::vec3(1.0f), glm::vec3(2.0f), glm::vec3(0.0f), glm::vec3(1.0f)};
+  const HeatPicture heat = heatOf(2, 2, shown, reference);
+  EXPECT_NEAR(heat.error, 0.5, 1e-6);
+  EXPECT_EQ(heat.rgb[0], 255);
+  EXPECT_EQ(heat.rgb[2], 255);
+  EXPECT_GT(heat.rgb[3], heat.rgb[5] + 100);
+  EXPECT_LT(heat.rgb[6] + 100, heat.rgb[8]);
+  EXPECT_EQ(heatOf(1, 1, {glm::vec3(1.0f)}, {glm::vec3(0.0f)}).error, 0.0);
+}
+
 TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {
   writeBakeFile(small(512));
   start(at("level.relume"));

@@ -39,6 +39,14 @@ std::size_t lightsOn(std::span<const ViewedLight> lights) {
       std::count_if(lights.begin(), lights.end(), [](const ViewedLight& l) { return l.on; }));
 }
 
+std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights) {
+  std::vector<SceneLight> on;
+  for (const ViewedLight& viewed : lights) {
+    if (viewed.on) on.push_back(toSceneLight(viewed));
+  }
+  return on;
+}
+
 std::size_t limitLightsOn(std::span<ViewedLight> lights) {
   std::size_t on = 0, switchedOff = 0;
   for (ViewedLight& light : lights) {
@@ -90,11 +98,7 @@ Result<std::vector<ViewedLight>> loadLightSet(const std::filesystem::path& path,
 
 Status saveLightSet(const std::filesystem::path& path, std::span<const ViewedLight> lights) {
   if (path.empty()) return Error{ErrorCode::usage, "the name of a file to save lights in is expected"};
-  std::vector<SceneLight> on;
-  for (const ViewedLight& viewed : lights) {
-    if (viewed.on) on.push_back(toSceneLight(viewed));
-  }
-  return writeLightsFile(path, on);
+  return writeLightsFile(path, sceneLightsOn(lights));
 }
 
 }  // namespace relume

@@ -17,6 +17,8 @@ inline constexpr std::size_t kMaxLightsOn = 32;
 
 std::size_t lightsOn(std::span<const ViewedLight> lights);
 
+std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights);
+
 // Switch off what is on beyond kMaxLightsOn. Returns how many that are.
 std::size_t limitLightsOn(std::span<ViewedLight> lights);
 

@@ -6,9 +6,19 @@
 #include "relume/bake/load_scene.h"
 #include "tools/compare/fit_bake.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace relume {
+
+ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material) {
+  const Material &baked = level.materials[material], &driven = level.scene.materials[material];
+  const auto emitter = std::find_if(state.emitters.begin(), state.emitters.end(),
+                                    [&](const ViewedEmitter& e) { return e.isDriven && e.name == baked.name; });
+  if (emitter == state.emitters.end()) return {state.emission * baked.emission, baked.emissionTexture};
+  if (emitter->image.empty()) return {emitter->radiance, {}};
+  return {emitter->radiance * driven.emission, driven.emissionTexture};
+}
 
 Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context) {
   auto level = std::make_shared<LoadedLevel>();

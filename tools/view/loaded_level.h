@@ -9,7 +9,9 @@
 #include "tools/base/scene_options.h"
 #include "tools/render/drive_scene.h"
 #include "tools/view/file_watch.h"
+#include "tools/view/view_state.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +27,13 @@ struct LoadedLevel {
   FileStamp bakeStamp;   // of the file, from before it was read
 };
 using LevelPtr = std::shared_ptr<const LoadedLevel>;
+
+// What a material of the scene emits, as a state has it.
+struct ShownEmission {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] times the texture, or evenly
+  TextureRef texture;
+};
+ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material);
 
 // Where a level comes from.
 struct LevelFiles {

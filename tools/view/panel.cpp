@@ -10,6 +10,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -177,6 +178,35 @@ void drawMessages(Session& session) {
   if (closed < session.messages.shown().size()) session.messages.close(closed);
 }
 
+// The comparison with the path-traced view in the upper right corner: how far it is, or what came of it.
+void drawReference(Session& session) {
+  if (!session.reference && !session.heat) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float width = std::min(400.0f, display.x - kWidth - 32.0f);
+  if (width < 120.0f) return;
+  ImGui::SetNextWindowPos(ImVec2(display.x - 8.0f, 80.0f), ImGuiCond_Always, ImVec2(1.0f, 0.0f));
+  ImGui::Begin("reference", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_AlwaysAutoResize);
+  if (session.reference) {
+    ImGui::TextUnformatted(session.reference->isCancelled() ? "stopping" : "tracing paths of this view");
+    ImGui::ProgressBar(static_cast<float>(session.reference->progress()), ImVec2(width - 84.0f, 0.0f));
+    ImGui::SameLine();
+    if (ImGui::Button("cancel")) session.reference->cancel();
+  } else {
+    const HeatPicture& heat = *session.heat;
+    ImGui::Text("differs by %.1f %% of the light", 100.0 * heat.error);
+    ImGui::SameLine();
+    const bool isClosed = ImGui::SmallButton("x");
+    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(session.heatTexture.name())),
+                 ImVec2(width, width * static_cast<float>(heat.height) / static_cast<float>(heat.width)));
+    ImGui::TextDisabled("red: too bright, blue: too dark");
+    if (isClosed) session.heat.reset();
+  }
+  cover(session);
+  ImGui::End();
+}
+
 // While a film is made, how long it is, in the upper right corner. It is not in the film.
 void drawFilming(const Capture& capture) {
   char text[48];
@@ -223,6 +253,7 @@ void drawPanel(Session& session) {
   session.covered.clear();
   drawMessages(session);
   if (session.job) drawProgress(session);
+  drawReference(session);
   if (session.capture().isFilming()) drawFilming(session.capture());
   if (!session.state.panel || !session.level) return;
   // As wide as its controls need and as tall as those that are open, within the window.
@@ -240,7 +271,10 @@ void drawPanel(Session& session) {
     emitterControls(session.state);
     if (!session.state.objects.empty()) objectControls(session.state);
   }
-  if (ImGui::CollapsingHeader("Relight")) relightControls(*session.viewer, session.level->bake, session.state);
+  if (ImGui::CollapsingHeader("Relight")) {
+    relightControls(*session.viewer, session.level->bake, session.state);
+    if (ImGui::Button("compare with path tracing")) session.compareWithReference();
+  }
   if (ImGui::CollapsingHeader("Costs")) drawCosts(session);
   if (ImGui::CollapsingHeader("Mouse and keys")) help();
   ImGui::PopItemWidth();

@@ -122,6 +122,36 @@ void Session::finishJob() {
           noted);
 }
 
+void Session::compareWithReference() {
+  if (!viewer) return;
+  reference.reset();
+  heat.reset();
+  const float aspect = pixels_.size.x / pixels_.size.y;
+  const auto height =
+      static_cast<std::uint32_t>(std::clamp(static_cast<float>(ReferenceJob::kWidth) / aspect, 1.0f, 1024.0f));
+  reference.emplace(level, state, height, viewer->irradiance(state, ReferenceJob::kWidth, height));
+}
+
+void Session::finishReference() {
+  if (!reference) return;
+  auto result = reference->takeResult();
+  if (!result) return;
+  const bool isCancelled = reference->isCancelled();
+  reference.reset();
+  if (isCancelled) return;
+  if (!*result) return say(Severity::error, result->error().message);
+  heat = std::move(**result);
+  heatTexture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D, heatTexture.name());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, static_cast<GLsizei>(heat->width), static_cast<GLsizei>(heat->height), 0,
+               GL_RGB, GL_UNSIGNED_BYTE, heat->rgb.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
 // A bake that has changed on disk is loaded, unless something is on its way already.
 void Session::watchBake() {
   if (job || !level || !watch_.hasChanged(now_)) return;
@@ -206,6 +236,7 @@ void Session::beginFrame(double now, const glm::vec2& windowSize) {
   now_ = now;
   messages.forgetOld(now);
   finishJob();
+  finishReference();
   watchBake();
   const glm::vec2 size = glm::max(windowSize, glm::vec2(1.0f));
   const float aspect = size.x / size.y;

@@ -11,6 +11,7 @@
 #include "tools/view/loaded_level.h"
 #include "tools/view/messages.h"
 #include "tools/view/options.h"
+#include "tools/view/reference_job.h"
 #include "tools/view/time_history.h"
 #include "tools/view/view_state.h"
 #include "tools/view/viewer.h"
@@ -56,6 +57,9 @@ class Session {
   // A file that was dropped on the window: a level to bake, a bake of the level that is shown, a list of lights.
   void drop(const std::string& path);
 
+  // Begin to hold the view against a path-traced one; `heat` has it when it is done.
+  void compareWithReference();
+
   void run(Command command);
   void addLight(LightKind kind);
   // The left button at a pixel of the window.
@@ -77,9 +81,12 @@ class Session {
   const PixelView& pixels() const { return pixels_; }
   void say(Severity severity, std::string text) { messages.say(severity, std::move(text), now_); }
 
-  LevelPtr level;                // null until the first is there
-  std::optional<Viewer> viewer;  // of it
-  std::optional<LevelJob> job;   // that runs
+  LevelPtr level;                         // null until the first is there
+  std::optional<Viewer> viewer;           // of it
+  std::optional<LevelJob> job;            // that runs
+  std::optional<ReferenceJob> reference;  // likewise
+  std::optional<HeatPicture> heat;        // of the view that was compared last
+  GlTexture heatTexture;                  // that shows it
   ViewState state;
   LightEditor editor;
   Messages messages;
@@ -97,6 +104,7 @@ class Session {
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();
   void finishJob();
+  void finishReference();
   void watchBake();
 
   void toggleFilm();

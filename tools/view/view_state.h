@@ -61,7 +61,17 @@ struct RelightChoice {
   }
 };
 
-enum class ViewMode : int { full, direct, links, glossy, albedo, normal, texels, grid };
+enum class ViewMode : int {
+  full,
+  direct,
+  links,
+  glossy,
+  albedo,
+  normal,
+  texels,
+  grid,
+  irradiance
+};  // the last for reading back
 inline constexpr const char* kViewModeNames[] = {"all light",          "direct light",     "light over links",
                                                  "glossy light",       "albedo",           "normals",
                                                  "light map's texels", "light of the grid"};

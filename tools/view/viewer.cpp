@@ -36,18 +36,22 @@ void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition;
   const float invPi = 0.31830988618;
-  vec3 color = vec3(0.0);
+  // Each once: compilers put in a copy for each call.
+  vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
+  if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
+  if (viewMode == 0 || viewMode == 2 || viewMode > 6) links = invPi * levelLinks(p, n);
+  vec3 gloss = vec3(0.0);
+  if (viewMode == 3 || (viewMode == 0 && viewReflectance > 0.0)) gloss = glossy(p, n);
   if (viewMode == 0) {
-    vec3 irradiance = viewShare.x * levelDirect(p, n) + viewShare.y * levelLinks(p, n);
-    color = (1.0 - viewReflectance) * levelAlbedo() * invPi * irradiance + levelEmission();
-    if (viewReflectance > 0.0) color += viewShare.y * viewReflectance * glossy(p, n);
+    color = (1.0 - viewReflectance) * levelAlbedo() * (viewShare.x * direct + viewShare.y * links) + levelEmission();
+    color += viewShare.y * viewReflectance * gloss;
   }
-  if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + levelEmission();
-  if (viewMode == 2) color = invPi * levelLinks(p, n);
-  if (viewMode == 3) color = glossy(p, n);
+  if (viewMode == 1) color = levelAlbedo() * direct + levelEmission();
+  if (viewMode == 2) color = links;
+  if (viewMode == 3) color = gloss;
   if (viewMode == 4) color = levelAlbedo();
   if (viewMode == 5) color = 0.5 * n + 0.5;
-  if (viewMode >= 6) {
+  if (viewMode == 6 || viewMode == 7) {
     // Where light is read: texels of the light map as a checker, what reads the grid in orange.
     const vec3 orange = vec3(1.0, 0.4, 0.05);
     vec2 uv;
@@ -55,7 +59,11 @@ void main() {
     vec2 texel = floor(uv * viewMapSize);
     float facing = 0.4 + 0.6 * abs(dot(n, normalize(viewEye - p)));
     color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
-    if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * invPi * levelLinks(p, n);
+    if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * links;
+  }
+  if (viewMode == 8) {
+    outColor = vec4(viewShare.x * direct + viewShare.y * links, 1.0);
+    return;
   }
   outColor = vec4(display(color), 1.0);
 }
@@ -185,16 +193,8 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights)
 // What the level's materials are drawn to emit.
 void Viewer::setEmissions(const ViewState& state) {
   for (std::uint32_t m = 0; m < loaded_->materials.size(); ++m) {
-    const Material &baked = loaded_->materials[m], &driven = loaded_->scene.materials[m];
-    const auto emitter = std::find_if(state.emitters.begin(), state.emitters.end(),
-                                      [&](const ViewedEmitter& e) { return e.isDriven && e.name == baked.name; });
-    if (emitter == state.emitters.end()) {
-      level_.setEmission(m, state.emission * baked.emission, baked.emissionTexture);
-    } else if (emitter->image.empty()) {
-      level_.setEmission(m, emitter->radiance, {});
-    } else {
-      level_.setEmission(m, emitter->radiance * driven.emission, driven.emissionTexture);
-    }
+    const ShownEmission shown = shownEmission(*loaded_, state, m);
+    level_.setEmission(m, shown.radiance, shown.texture);
   }
 }
 
@@ -243,6 +243,36 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
+}
+
+std::vector<glm::vec3> Viewer::irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const {
+  const auto texture = [&](GLenum format) {
+    GlTexture made = GlTexture::make();
+    glBindTexture(GL_TEXTURE_2D, made.name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+    glBindTexture(GL_TEXTURE_2D, 0);
+    return made;
+  };
+  const GlTexture color = texture(GL_RGBA32F), depth = texture(GL_DEPTH_COMPONENT32F);
+  const GlFramebuffer framebuffer = GlFramebuffer::make();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+  glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  const float aspect = static_cast<float>(width) / static_cast<float>(height);
+  ViewState plain = state;
+  plain.mode = ViewMode::irradiance;
+  drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false);
+  std::vector<glm::vec4> rows(std::size_t{width} * height);
+  glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, rows.data());
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  std::vector<glm::vec3> pixels;
+  for (std::size_t y = height; y-- > 0;) {
+    for (std::size_t x = 0; x < width; ++x) pixels.emplace_back(rows[y * width + x]);
+  }
+  return pixels;
 }
 
 glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {

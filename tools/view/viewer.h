@@ -47,6 +47,10 @@ class Viewer {
   std::optional<glm::vec3> surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
                                      std::uint32_t height) const;
 
+  // Irradiance / pi [W/m²/sr] in the last frame's light at each pixel, row 0 on top, 0 where nothing is hit. Leaves the
+  // default framebuffer bound. [Size width * height]
+  std::vector<glm::vec3> irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const;
+
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
   // What lights: of the backend that was chosen.
