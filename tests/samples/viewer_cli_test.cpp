@@ -84,6 +84,33 @@ TEST_F(ViewerCommand, lightsOfAFileAreOn) {
   EXPECT_NE(log().find("has no \"position\""), std::string::npos) << log();
 }
 
+TEST_F(ViewerCommand, aLevelWithoutABakeIsBaked) {
+  const std::string command =
+      "'" RELUME_VIEW "' '" + std::string(kLevel) +
+      "' --headless 1 --size 64x36 --shadow-size 64 --overlay links,clusters --view texels -o '" + at("frames") +
+      "' >'" + at("log.txt") + "' 2>&1";
+  const int status = WEXITSTATUS(std::system(command.c_str()));
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(status, 0) << log();
+  EXPECT_TRUE(fs::exists(folder_ / "frames" / "frame_0000.png"));
+  // What is no level ends before there is a window.
+  for (const auto& [file, expected] : {std::pair{at("none.glb"), 2}, std::pair{at("log.txt"), 3}}) {
+    const std::string wrong = "'" RELUME_VIEW "' '" + file + "' >'" + at("wrong.txt") + "' 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(wrong.c_str())), expected) << readAll(folder_ / "wrong.txt");
+  }
+}
+
+TEST_F(ViewerCommand, emissionIsReadAsRenderReadsIt) {
+  const std::string made = bake(kLevel);
+  const int status = view(kLevel, made, "dark", "--lights none");
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(view(kLevel, made, "none", "--emission nothing=1,1,1"), 1);
+  EXPECT_NE(log().find("no material \"nothing\""), std::string::npos) << log();
+  EXPECT_EQ(view(kLevel, made, "none", "--emission panel"), 1);
+  EXPECT_EQ(view(kLevel, made, "none", "--emission panel='" + at("nowhere.png") + "'"), 2);
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 TEST_F(ViewerCommand, aSkyMapLightsAndIsSeen) {
   const std::string made = bake(kLevel), sky = at("sky.hdr");
   // Red toward -X and +Z, dark elsewhere: 4 x 2 texels of shared exponents.

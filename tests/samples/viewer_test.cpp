@@ -44,7 +44,7 @@ class ViewerWindow : public testing::Test {
                      "--shadow-size", "64", "--camera", "cam_living", "--lights", "none", "--view", "albedo", "--size",
                      std::to_string(kWidth) + "x" + std::to_string(kHeight)},
                     folder_ / "viewer.txt");
-    const auto isLit = [](const Picture& picture) {
+    const auto isLit = [](const ScreenPicture& picture) {
       return picture.share([](const Rgb& c) { return c.sum() > 60; }) > 0.3;
     };
     return screen_.waitFor(isLit, [this] { return screen_.isRunning(viewer_); });
@@ -60,15 +60,15 @@ class ViewerWindow : public testing::Test {
 };
 
 // Whether a picture differs over more than this width.
-VirtualScreen::Condition differsFrom(const Picture& before, std::uint32_t width) {
-  return [&before, width](const Picture& now) { return differenceOf(before, now, 40).width() > width; };
+VirtualScreen::Condition differsFrom(const ScreenPicture& before, std::uint32_t width) {
+  return [&before, width](const ScreenPicture& now) { return differenceOf(before, now, 40).width() > width; };
 }
 
 TEST_F(ViewerWindow, thePanelIsSmallAndHidesAndKeysFly) {
   if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
-  const Picture with = screen_.settled();
+  const ScreenPicture with = screen_.settled();
   EXPECT_TRUE(screen_.holdKey("Tab", differsFrom(with, 100))) << "Tab must hide the panel";
-  const Picture without = screen_.settled();
+  const ScreenPicture without = screen_.settled();
 
   // What Tab took away is the panel: a fifth of a window of 1280 pixels, and a third of one of 400 high.
   const Box panel = differenceOf(with, without, 40);
@@ -78,7 +78,7 @@ TEST_F(ViewerWindow, thePanelIsSmallAndHidesAndKeysFly) {
 
   // Without it, W flies
   EXPECT_TRUE(screen_.holdKey("w", differsFrom(without, kWidth / 2)));
-  const Picture flown = screen_.settled();
+  const ScreenPicture flown = screen_.settled();
 
   // And Tab brings it back where it was.
   EXPECT_TRUE(screen_.holdKey("Tab", differsFrom(flown, 100)));
@@ -87,7 +87,7 @@ TEST_F(ViewerWindow, thePanelIsSmallAndHidesAndKeysFly) {
 
 TEST_F(ViewerWindow, theRightMouseButtonLooksAround) {
   if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
-  const Picture before = screen_.settled();
+  const ScreenPicture before = screen_.settled();
   EXPECT_TRUE(screen_.drag(3, {350, 300}, {600, 300}, differsFrom(before, kWidth / 2)));
 }
 

@@ -29,12 +29,12 @@ std::uint32_t wordOf(const std::string& file, std::size_t index) {
 
 }  // namespace
 
-double Picture::share(const std::function<bool(const Rgb&)>& is) const {
+double ScreenPicture::share(const std::function<bool(const Rgb&)>& is) const {
   if (pixel.empty()) return 0.0;
   return static_cast<double>(std::count_if(pixel.begin(), pixel.end(), is)) / static_cast<double>(pixel.size());
 }
 
-Box differenceOf(const Picture& a, const Picture& b, int threshold) {
+Box differenceOf(const ScreenPicture& a, const ScreenPicture& b, int threshold) {
   Box box{{a.width, a.height}, {0, 0}};
   for (std::size_t i = 0; i < a.pixel.size() && i < b.pixel.size(); ++i) {
     const Rgb &x = a.pixel[i], &y = b.pixel[i];
@@ -97,9 +97,9 @@ void VirtualScreen::end(pid_t process) const {
   ::waitpid(process, nullptr, 0);
 }
 
-Picture VirtualScreen::picture() const {
+ScreenPicture VirtualScreen::picture() const {
   const std::string file = readAll(folder_ / "Xvfb_screen0");
-  Picture picture;
+  ScreenPicture picture;
   if (file.size() < 100) return picture;
   // XWD: header's bytes, ..., width (4), height (5), ..., bytes a row (12), ..., colours of 12 bytes (19).
   const std::size_t header = wordOf(file, 0), row = wordOf(file, 12), colors = wordOf(file, 19);
@@ -127,13 +127,13 @@ bool VirtualScreen::waitFor(const Condition& is, const std::function<bool()>& go
   return false;
 }
 
-Picture VirtualScreen::settled() const {
+ScreenPicture VirtualScreen::settled() const {
   constexpr int kStill = 15;
   int still = 0;
-  Picture last = picture();
+  ScreenPicture last = picture();
   for (int i = 0; i < 300 && still < kStill; ++i) {
     pause(0.2);
-    Picture now = picture();
+    ScreenPicture now = picture();
     still = differenceOf(last, now, 6).width() == 0 ? still + 1 : 0;
     last = std::move(now);
   }
@@ -145,6 +145,26 @@ void VirtualScreen::xdotool(const std::string& arguments) const {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
 }
 
+void VirtualScreen::moveTo(const glm::ivec2& at) const {
+  xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y));
+}
+
+void VirtualScreen::click(int button, const glm::ivec2& at) const {
+  xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y) + " click " + std::to_string(button));
+}
+
+void VirtualScreen::dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const {
+  std::string words =
+      "mousemove " + std::to_string(from.x) + " " + std::to_string(from.y) + " mousedown " + std::to_string(button);
+  for (int i = 1; i <= 8; ++i) {
+    const glm::ivec2 at = from + (to - from) * i / 8;
+    words += " mousemove " + std::to_string(at.x) + " " + std::to_string(at.y) + " sleep 0.02";
+  }
+  xdotool(words + " mouseup " + std::to_string(button));
+}
+
+void VirtualScreen::press(const std::string& keys) const { xdotool("key " + keys); }
+
 bool VirtualScreen::holdKey(const std::string& name, const Condition& is) const {
   xdotool("keydown " + name);
   const bool seen = waitFor(is);
@@ -153,15 +173,12 @@ bool VirtualScreen::holdKey(const std::string& name, const Condition& is) const 
 }
 
 bool VirtualScreen::drag(int button, const glm::ivec2& from, const glm::ivec2& to, const Condition& is) const {
-  const auto move = [&](const glm::ivec2& at) {
-    xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y));
-  };
-  move(from);
+  moveTo(from);
   xdotool("mousedown " + std::to_string(button));
   bool seen = false;
   // There and back again, for windows that saw neither the button nor the way.
   for (int i = 0; i < 600 && !seen; ++i) {
-    move(from + (to - from) * (i % 20) / 19);
+    moveTo(from + (to - from) * (i % 20) / 19);
     pause(0.1);
     seen = is(picture());
   }

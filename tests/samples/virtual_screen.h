@@ -21,7 +21,7 @@ struct Rgb {
   int sum() const { return r + g + b; }
 };
 
-struct Picture {
+struct ScreenPicture {
   std::uint32_t width = 0, height = 0;
   std::vector<Rgb> pixel;  // [Size width * height] rows from the top
   // Share of the pixels for which is(pixel) holds.
@@ -36,7 +36,7 @@ struct Box {
 };
 
 // The box around all pixels whose channels differ by more than `threshold` of 765 together.
-Box differenceOf(const Picture& a, const Picture& b, int threshold);
+Box differenceOf(const ScreenPicture& a, const ScreenPicture& b, int threshold);
 
 class VirtualScreen {
  public:
@@ -55,18 +55,24 @@ class VirtualScreen {
   bool isRunning(pid_t process) const;
   void end(pid_t process) const;
 
-  Picture picture() const;
-  using Condition = std::function<bool(const Picture&)>;
+  ScreenPicture picture() const;
+  using Condition = std::function<bool(const ScreenPicture&)>;
   // Whether a picture comes within a minute that is() likes, while goesOn(). A software rasteriser has frames of
   // seconds: wait for what is to be seen, never for a time.
   bool waitFor(
       const Condition& is, const std::function<bool()>& goesOn = [] { return true; }) const;
   // The picture once it has stopped changing.
-  Picture settled() const;
+  ScreenPicture settled() const;
 
   // Hold a key, or a button while the mouse goes from one place to another, until is() or a minute is over.
   bool holdKey(const std::string& name, const Condition& is) const;
   bool drag(int button, const glm::ivec2& from, const glm::ivec2& to, const Condition& is) const;
+  // Once, as fast as a hand: the mouse to a place, a button there, a way with the button held, keys ("ctrl+z").
+  void moveTo(const glm::ivec2& at) const;
+  void click(int button, const glm::ivec2& at) const;
+  void dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const;
+  void press(const std::string& keys) const;
+  const std::string& display() const { return display_; }
 
  private:
   void xdotool(const std::string& arguments) const;

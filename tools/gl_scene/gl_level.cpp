@@ -228,6 +228,11 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   return level;
 }
 
+void GlLevel::setEmission(std::uint32_t material, const glm::vec3& radiance, const TextureRef& texture) {
+  materials_[material].emission = radiance;
+  materials_[material].emissionTexture = texture;
+}
+
 void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, {}, false); }
 
 void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const {

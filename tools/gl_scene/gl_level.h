@@ -41,6 +41,9 @@ class GlLevel {
   // [Size moved: theirs, or 0 = they are where the level has them]
   void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const;
 
+  // Let a material of the scene emit another radiance [W/m²/sr] from now on: times its emissive texture, or evenly.
+  void setEmission(std::uint32_t material, const glm::vec3& radiance, const TextureRef& texture);
+
   glm::vec3 boundsMin() const { return boundsMin_; }  // [m] of all instances, dynamic ones where the level has them
   glm::vec3 boundsMax() const { return boundsMax_; }
   std::uint32_t triangleCount() const { return triangleCount_; }

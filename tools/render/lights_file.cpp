@@ -4,6 +4,7 @@
 
 #include "bake/base/read_json.h"
 #include "bake/scene/unit_vector.h"
+#include "formats/decimal.h"
 #include "formats/file_io.h"
 #include "formats/limits.h"
 
@@ -13,8 +14,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <system_error>
 
 namespace relume {
 namespace {
@@ -111,7 +114,72 @@ class LightReader {
   std::string where_, error_;
 };
 
+std::string vectorText(const glm::vec3& v) {
+  return "[" + decimal(v.x) + ", " + decimal(v.y) + ", " + decimal(v.z) + "]";
+}
+
+// Colour [0..1] and intensity whose product is the light's, as the reader multiplies: in double precision, then
+// rounded.
+std::string intensityText(const glm::vec3& intensity) {
+  const float most = std::max({intensity.x, intensity.y, intensity.z});
+  if (!(most > 0.0f)) return "\"color\": [1, 1, 1], \"intensity\": 0";
+  std::string color;
+  for (int c = 0; c < 3; ++c) {
+    const double share = static_cast<double>(intensity[c]) / static_cast<double>(most);
+    const std::string brief = decimal(static_cast<float>(share));
+    double read = 0.0;
+    std::from_chars(brief.data(), brief.data() + brief.size(), read);
+    const bool same = static_cast<float>(static_cast<double>(most) * read) == intensity[c];
+    color += (c > 0 ? ", " : "") + (same ? brief : decimal(share));
+  }
+  return "\"color\": [" + color + "], \"intensity\": " + decimal(most);
+}
+
+std::string lightText(const SceneLight& light) {
+  const char* type = light.kind == LightKind::point ? "point" : light.kind == LightKind::spot ? "spot" : "directional";
+  std::string text = std::string("{\"type\": \"") + type + "\"";
+  if (!light.name.empty())
+    text += ", \"name\": " + json(light.name).dump(-1, ' ', false, json::error_handler_t::replace);
+  // A directional light's position says where tools draw it.
+  text += ", \"position\": " + vectorText(light.positionWorld);
+  if (light.kind != LightKind::point) text += ", \"direction\": " + vectorText(light.direction);
+  text += ", " + intensityText(light.intensity);
+  if (light.range > 0.0f) text += ", \"range\": " + decimal(light.range);
+  if (light.kind == LightKind::spot) {
+    text +=
+        ", \"innerConeAngle\": " + decimal(light.innerConeRad) + ", \"outerConeAngle\": " + decimal(light.outerConeRad);
+  }
+  return text + "}";
+}
+
+// A file that is there may be replaced when it is a list of lights, or empty.
+Status checkReplaceable(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (!std::filesystem::exists(path, failed) || std::filesystem::is_empty(path, failed)) return done();
+  const auto there = readLightsFile(path);
+  if (there) return done();
+  if (there.error().code == ErrorCode::io) return there.error();
+  return Error{ErrorCode::usage, "\"" + path.string() + "\" exists and is not a list of lights; choose another name"};
+}
+
 }  // namespace
+
+std::string lightsFileText(std::span<const SceneLight> lights) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < lights.size(); ++i) text += (i > 0 ? ",\n  " : "\n  ") + lightText(lights[i]);
+  return text + (lights.empty() ? "]\n" : "\n]\n");
+}
+
+Status writeLightsFile(const std::filesystem::path& path, std::span<const SceneLight> lights) {
+  if (lights.size() > kMaxLights) {
+    return Error{ErrorCode::usage,
+                 std::to_string(lights.size()) + " lights, at most " + std::to_string(kMaxLights) + " in a file"};
+  }
+  if (Status ok = checkWritable(path); !ok) return ok;
+  if (Status ok = checkReplaceable(path); !ok) return ok;
+  const std::string text = lightsFileText(lights);
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
+}
 
 Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path) {
   const Result<FileBytes> file = readFile(path, kMaxBytes);

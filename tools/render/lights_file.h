@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Lights that a level does not have, for `relume render --lights-file`.
+// Lights that a level does not have, for `relume render --lights-file`; relume-view writes what it reads.
 #pragma once
 
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace relume {
@@ -19,5 +21,13 @@ namespace relume {
 // [rad] 0 and pi/4. range [m] 0 = infinite. io: not readable; invalidFile: not JSON, or a field that is missing,
 // unknown or out of range, by name.
 Result<std::vector<SceneLight>> readLightsFile(const std::filesystem::path& path);
+
+// Such a list, a light a line, from which readLightsFile() gets the same numbers again; directions may differ in their
+// last bit, for the reader makes them unit.
+std::string lightsFileText(std::span<const SceneLight> lights);
+
+// Writes it as writeFileAtomically() does. usage: more lights than a file may have, or a file that is there, holds
+// something, and is no list of lights; io: not writable.
+Status writeLightsFile(const std::filesystem::path& path, std::span<const SceneLight> lights);
 
 }  // namespace relume

@@ -23,7 +23,7 @@ void main() {
   corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
   vec3 n = dot(normal, normal) > 0.0 ? normal : normalize(eye - position);
   vec3 side = normalize(cross(abs(n.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0), n));
-  vec3 p = position + radius * (corner.x * side + corner.y * cross(n, side)) + 0.002 * n;
+  vec3 p = position + (color.x < 0.0 ? 0.0 : radius) * (corner.x * side + corner.y * cross(n, side)) + 0.002 * n;
   light = color;
   gl_Position = clipFromWorld * vec4(p, 1.0);
 }

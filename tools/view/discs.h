@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many small discs in the level: surfels and caches, in the colour of their light.
+// Many small discs in the level: surfels in the colour of their light.
 #pragma once
 
 #include "relume/result.h"
@@ -11,6 +11,9 @@
 #include <span>
 
 namespace relume {
+
+// In place of a colour: such a disc is not drawn.
+inline constexpr glm::vec3 kHiddenDisc{-1.0f};
 
 class Discs {
  public:

@@ -45,6 +45,7 @@ Status checkFrames(const Scene& scene, const ViewerOptions& options) {
     files.read("a file of the scene", scene.files);
     files.read("the file of --lights-file", options.lightsFile);
     files.read("the file of --sky-map", options.skyMap);
+    for (const std::string& image : options.drivenFiles) files.read("an image of --emission", image);
     files.write("-o", framePath(options.output, frame), FileKind::png);
     files.force = options.force;
     if (Status ok = checkOutputs(files, context); !ok) return ok;
@@ -54,18 +55,18 @@ Status checkFrames(const Scene& scene, const ViewerOptions& options) {
 
 }  // namespace
 
-Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
-  auto state = initialState(scene, options);
+Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
+  auto state = initialState(level.scene, options);
   if (!state) return state.error();
   if (Status ok = chooseMoving(*state, options.moving); !ok) return ok;
   std::error_code failure;
   std::filesystem::create_directories(options.output, failure);
   if (failure) return Error{ErrorCode::io, "cannot make folder \"" + options.output + "\": " + failure.message()};
-  if (Status ok = checkFrames(scene, options); !ok) return ok;
+  if (Status ok = checkFrames(level.scene, options); !ok) return ok;
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
-  auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), EglContext::getProcAddress);
+  auto viewer = Viewer::create(level, options.shadowSize, *state, EglContext::getProcAddress);
   if (!viewer) return viewer.error();
   std::printf("bands %s\n", viewer->bands().c_str());
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);

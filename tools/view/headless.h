@@ -2,14 +2,13 @@
 // The viewer without a window, for CI: N frames while a light moves, as PNG files.
 #pragma once
 
-#include "relume/bake/scene.h"
-#include "relume/bake_data.h"
 #include "relume/result.h"
+#include "tools/view/loaded_level.h"
 #include "tools/view/options.h"
 
 namespace relume {
 
 // unsupported: no EGL; io: not writable; usage: no such light; else as Viewer.
-Status runHeadless(const Scene& scene, const Bake& bake, const ViewerOptions& options);
+Status runHeadless(const LoadedLevel& level, const ViewerOptions& options);
 
 }  // namespace relume

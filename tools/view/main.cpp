@@ -4,13 +4,14 @@
 #include "relume/bake/context.h"
 #include "relume/bake/load_scene.h"
 #include "tools/base/printable.h"
-#include "tools/compare/fit_bake.h"
 #include "tools/view/headless.h"
+#include "tools/view/loaded_level.h"
 #include "tools/view/options.h"
 #include "tools/view/window.h"
 
 #include <cstdio>
 #include <string_view>
+#include <utility>
 
 namespace {
 
@@ -34,15 +35,22 @@ int main(int argc, char** argv) {
   if (options->exitNow) return 0;
   Context context;
   context.onMessage = say;
-  const auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
+  auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
   if (!scene) return fail(scene.error());
-  const auto bake = readBakeOf(*scene, options->bake, options->scene, options->allowStale, context);
-  if (!bake) return fail(bake.error());
-  if (!options->skyMap.empty() && bake->hierarchy.skyDirection.empty())
+  // A window bakes by itself, and shows how far it is.
+  if (options->bake.empty() && options->headlessFrames == 0) {
+    const Status status = runWindow(std::move(*scene), nullptr, *options);
+    return status ? 0 : fail(status.error());
+  }
+  auto level =
+      loadBake(std::move(*scene),
+               {options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven}, context);
+  if (!level) return fail(level.error());
+  const Bake& bake = (*level)->bake;
+  if (!options->skyMap.empty() && bake.hierarchy.skyDirection.empty())
     say(Severity::warning, options->bake +
                                ": has no patches of sky, so the sky map lights nothing here; bake with "
                                "--sky-patches 64");
-  const Status status =
-      options->headlessFrames > 0 ? runHeadless(*scene, *bake, *options) : runWindow(*scene, *bake, *options);
+  const Status status = options->headlessFrames > 0 ? runHeadless(**level, *options) : runWindow({}, *level, *options);
   return status ? 0 : fail(status.error());
 }

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <iostream>
 #include <string_view>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -28,11 +29,18 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
   std::string size = "1280x720", bands;
+  std::vector<std::string> emissions;
   CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
   app.footer("Exit status: 0 ok, 1 usage, 2 input/output, 3 invalid file, 4 failed, 5 unsupported.");
-  app.add_option("SCENE", o.scene, "glTF scene (.glb, .gltf) the bake was made from")->type_name("FILE")->required();
-  app.add_option("--bake", o.bake, "bake of that scene (.relume)")->type_name("FILE")->required();
+  app.add_option("SCENE", o.scene,
+                 "glTF scene (.glb, .gltf) the bake was made from; others can be dropped on the window")
+      ->type_name("FILE")
+      ->required();
+  app.add_option("--bake", o.bake,
+                 "bake of that scene (.relume), loaded again whenever the file changes; default: the scene is baked at "
+                 "preset draft, in memory alone")
+      ->type_name("FILE");
   app.add_option("--camera", o.camera,
                  "camera to start from; default: the scene's first, or one that frames the level when it has none");
   app.add_option("--lights", o.lights,
@@ -49,6 +57,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--sky-rotation", o.skyRotationDeg, "degrees by which the sky map is turned about +Y, -360..360")
       ->check(numberFrom(-360.0, 360.0))
       ->capture_default_str();
+  addEmissionOption(app, emissions);
   app.add_flag("--allow-stale", o.allowStale,
                "show a bake of another state of the scene: parts are found by name, the others read the grid; a "
                "warning says so");
@@ -77,7 +86,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--move", o.moving, "the light that moves; default: the first point or spot light that is on")
       ->needs(headless);
   CLI::Option* output =
-      app.add_option("-o,--output", o.output, "folder of the headless frames")->type_name("FOLDER")->needs(headless);
+      app.add_option("-o,--output", o.output,
+                     "folder of the headless frames; of the window's screenshots and films: default .")
+          ->type_name("FOLDER");
   app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
   headless->needs(output);
   // The build calls this for what is installed; --help does not list it.
@@ -102,6 +113,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
     o.bands = *named;
   }
+  auto driven = readEmissions(emissions);
+  if (!driven) return driven.error();
+  o.driven = std::move(*driven);
+  o.drivenFiles = emissionFiles(emissions);
   return o;
 }
 

@@ -5,6 +5,7 @@
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/scene_options.h"
+#include "tools/render/drive_scene.h"
 
 #include <array>
 #include <cstdint>
@@ -13,9 +14,9 @@
 
 namespace relume {
 
-inline constexpr std::array<const char*, 6> kViewNames{"full",   "direct", "links",
-                                                       "glossy", "albedo", "normal"};  // as ViewMode
-inline constexpr std::array<const char*, 3> kOverlayNames{"surfels", "caches", "lightmap"};
+inline constexpr std::array<const char*, 8> kViewNames{"full",   "direct", "links",  "glossy",
+                                                       "albedo", "normal", "texels", "grid"};  // as ViewMode
+inline constexpr std::array<const char*, 5> kOverlayNames{"surfels", "clusters", "caches", "links", "lightmap"};
 
 struct ViewerOptions {
   std::string scene, bake, camera;
@@ -24,12 +25,14 @@ struct ViewerOptions {
   std::string skyMap;                      // likewise
   float skyRotationDeg = 0.0f;             // [-360..360] of the map
   SceneOptions sceneOptions;
-  bool allowStale = false;  // show a bake that is not of this scene
+  std::vector<DrivenMaterial> driven;    // --emission, as `relume render`
+  std::vector<std::string> drivenFiles;  // that it names
+  bool allowStale = false;               // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
   std::uint32_t headlessFrames = 0;   // > 0: no window, this many frames with a moving light
   std::string moving;                 // that light; empty: the first that is on and has a position
-  std::string output;                 // folder of the headless frames
+  std::string output;                 // folder of the headless frames, or of the window's pictures
   bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends
   float exposure = 0.0f;              // [stops]

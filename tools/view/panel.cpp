@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
-// See panel.h. Together with window.cpp the only file that includes Dear ImGui.
+// See panel.h.
 #include "tools/view/panel.h"
+
+#include "tools/base/printable.h"
 
 #include <imgui.h>
 
-#include <glm/geometric.hpp>
+#include <glm/common.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <iterator>
 
 namespace relume {
@@ -14,46 +20,54 @@ namespace {
 
 constexpr float kWidth = 250.0f, kItemWidth = 150.0f;
 
-void lightControls(ViewedLight& viewed) {
-  ImGui::Checkbox("##on", &viewed.on);
-  ImGui::SameLine();
-  if (!ImGui::TreeNode("light", "%s", viewed.name.c_str())) return;
-  ImGui::SliderFloat("stops", &viewed.stops, -8.0f, 8.0f, "%.1f");
-  ImGui::ColorEdit3("colour", glm::value_ptr(viewed.light.intensity),
-                    ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
-  if (viewed.light.kind != LightKind::directional) {
-    if (ImGui::DragFloat3("position", glm::value_ptr(viewed.light.positionWorld), 0.02f, -1e6f, 1e6f, "%.2f"))
-      viewed.home = viewed.light.positionWorld;
-  }
-  if (viewed.light.kind != LightKind::point) {
-    glm::vec3 direction = viewed.light.direction;
-    if (ImGui::DragFloat3("aim", glm::value_ptr(direction), 0.01f, -1.0f, 1.0f, "%.2f") &&
-        glm::length(direction) > 1e-3f)
-      viewed.light.direction = glm::normalize(direction);
-  }
-  if (ImGui::Checkbox("orbit", &viewed.orbits) && viewed.orbits) viewed.home = viewed.light.positionWorld;
-  ImGui::TreePop();
+// Bands of luma and chroma by their names; the runtime says which of them a bake can have.
+void bandControls(const Viewer& viewer, ViewState& state) {
+  const Bands now{viewer.relighter().lumaBands(), viewer.relighter().chromaBands()};
+  int luma = now.luma, chroma = now.chroma;
+  ImGui::SliderInt("luma", &luma, 1, kMaxBands, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("chroma", &chroma, 1, luma, "%d", ImGuiSliderFlags_AlwaysClamp);
+  chroma = std::min(chroma, luma);
+  if (luma != now.luma || chroma != now.chroma) state.relightBy.bands = {luma, chroma};
 }
 
-void lightsControls(Viewer& viewer, ViewState& state) {
-  for (std::size_t i = 0; i < state.lights.size(); ++i) {
-    ImGui::PushID(static_cast<int>(i));
-    lightControls(state.lights[i]);
-    ImGui::PopID();
-  }
-  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
-  if (state.sky.map) {
-    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
-  } else {
-    ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance),
-                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions);
-  }
-  ImGui::SliderFloat("bounces", &state.bounceScale, 0.0f, 1.0f, "%.2f");
-  ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f");
-  ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f");
+// What every light is relit by.
+void relightControls(Viewer& viewer, const Bake& bake, ViewState& state) {
+  ImGui::Checkbox("direct", &state.direct);
+  ImGui::SameLine();
+  ImGui::Checkbox("indirect", &state.indirect);
+  ImGui::SliderInt("bounces", &state.bounces, 0, kMaxBounces, state.bounces > 0 ? "%d" : "all",
+                   ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderFloat("of each", &state.bounceScale, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+  bandControls(viewer, state);
+  int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
+  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
+    state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
+  ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
+  ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
+}
+
+// Materials that emit, and the sky.
+void emitterControls(ViewState& state) {
+  constexpr auto kRadiance = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions;
+  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
+  for (ViewedEmitter& emitter : state.emitters) {
+    ImGui::PushID(emitter.name.c_str());
+    ImGui::Checkbox(emitter.name.c_str(), &emitter.isDriven);
+    if (emitter.isDriven) {
+      if (ImGui::ColorEdit3(emitter.image.empty() ? "W/m2/sr" : "factor", glm::value_ptr(emitter.radiance), kRadiance))
+        emitter.radiance = glm::clamp(emitter.radiance, 0.0f, 1e9f);
+    }
+    ImGui::PopID();
+  }
+  if (state.sky.map) {
+    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
+  } else if (ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance), kRadiance)) {
+    state.sky.radiance = glm::clamp(state.sky.radiance, 0.0f, 1e9f);
+  }
 }
 
 void objectControls(ViewState& state) {
@@ -68,16 +82,30 @@ void objectControls(ViewState& state) {
   }
 }
 
-void viewControls(const Scene& scene, ViewState& state) {
+// Any of the overlays, by one row.
+void overlayControls(const Bake& bake, ViewState& state) {
+  std::string shown;
+  for (std::size_t i = 0; i < state.overlays.size(); ++i) {
+    if (state.overlays[i]) shown += (shown.empty() ? "" : ", ") + std::string(kOverlayTexts[i]);
+  }
+  if (ImGui::BeginCombo("overlay", shown.empty() ? "none" : shown.c_str())) {
+    for (std::size_t i = 0; i < state.overlays.size(); ++i) ImGui::Checkbox(kOverlayTexts[i], &state.overlays[i]);
+    ImGui::EndCombo();
+  }
+  if (state.shows(Overlay::clusters)) {
+    const int levels = static_cast<int>(bake.hierarchy.levelCount());
+    ImGui::SliderInt("level", &state.clusterLevel, 0, std::max(levels - 1, 0), "%d", ImGuiSliderFlags_AlwaysClamp);
+  }
+  if (state.shows(Overlay::links)) ImGui::TextDisabled("left mouse: pick the point");
+  if (state.shows(Overlay::caches)) ImGui::TextDisabled("orange: moved, red: off");
+}
+
+void viewControls(const Scene& scene, const Bake& bake, ViewState& state) {
   int mode = static_cast<int>(state.mode);
   if (ImGui::Combo("show", &mode, kViewModeNames, static_cast<int>(std::size(kViewModeNames))))
     state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
-  ImGui::Checkbox("surfels", &state.surfels);
-  ImGui::SameLine();
-  ImGui::Checkbox("caches", &state.caches);
-  ImGui::SameLine();
-  ImGui::Checkbox("map", &state.lightmap);
+  overlayControls(bake, state);
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
@@ -87,43 +115,170 @@ void viewControls(const Scene& scene, ViewState& state) {
   ImGui::EndCombo();
 }
 
-void timeTable(const Viewer& viewer) {
-  double total = 0.0;
-  for (const auto& [pass, ms] : viewer.times()) {
-    ImGui::Text("%-14s %8.2f ms", pass.c_str(), ms);
-    total += ms;
+void help() {
+  constexpr const char* kKeys[][2] = {{"right mouse", "look around"},
+                                      {"W A S D Q E", "fly; Shift: fast"},
+                                      {"left mouse", "pick, drag lights"},
+                                      {"Del  Ctrl+D", "remove, duplicate"},
+                                      {"Ctrl+Z  +Y", "undo, redo"},
+                                      {"Ctrl+S  +O", "save, load lights"},
+                                      {"Esc", "let go"},
+                                      {"F12  F11", "picture, film"},
+                                      {"G  Tab", "handles, this panel"}};
+  for (const auto& [key, does] : kKeys) {
+    ImGui::TextDisabled("%s", key);
+    ImGui::SameLine(96.0f);
+    ImGui::TextUnformatted(does);
   }
-  ImGui::Text("%-14s %8.2f ms", "sum", total);
-  ImGui::Text("%-14s %11s", "bands", viewer.bands().c_str());
 }
 
-void help() {
-  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-  ImGui::PushTextWrapPos(kWidth - 8.0f);
-  ImGui::TextUnformatted("Right mouse: look. W A S D Q E: fly, Shift: fast. Tab: hide or show this.");
-  ImGui::PopTextWrapPos();
-  ImGui::PopStyleColor();
+// The window that was drawn last takes the mouse.
+void cover(Session& session) {
+  const ImVec2 low = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  session.covered.push_back({{low.x, low.y}, {low.x + size.x, low.y + size.y}});
+}
+
+ImVec4 colorOf(Severity severity) {
+  if (severity == Severity::error) return {1.0f, 0.55f, 0.5f, 1.0f};
+  return severity == Severity::warning ? ImVec4(1.0f, 0.85f, 0.45f, 1.0f) : ImGui::GetStyleColorVec4(ImGuiCol_Text);
+}
+
+// At the lower edge, as wide as the window allows beside the panel.
+void drawMessages(Session& session) {
+  const auto& shown = session.messages.shown();
+  if (shown.empty()) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const bool besidePanel = session.state.panel && display.x >= kWidth + 320.0f;
+  const float width = std::min(560.0f, display.x - (besidePanel ? kWidth + 24.0f : 16.0f));
+  // Dear ImGui fits a window to its text a frame late, which in slow frames is seen.
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float indent = ImGui::CalcTextSize("x").x + 2.0f * style.FramePadding.x + style.ItemSpacing.x;
+  float height = 2.0f * style.WindowPadding.y - style.ItemSpacing.y;
+  for (const Messages::Message& message : shown) {
+    const float wrap = width - 2.0f * style.WindowPadding.x - indent;
+    height += ImGui::CalcTextSize(printable(message.text).c_str(), nullptr, false, wrap).y + style.ItemSpacing.y;
+  }
+  ImGui::SetNextWindowPos(ImVec2(display.x - 8.0f, display.y - 8.0f), ImGuiCond_Always, ImVec2(1.0f, 1.0f));
+  ImGui::SetNextWindowSize(ImVec2(width, std::min(height, display.y - 16.0f)));
+  ImGui::Begin("messages", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  std::size_t closed = shown.size();
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::SmallButton("x")) closed = i;
+    ImGui::SameLine();
+    ImGui::PushStyleColor(ImGuiCol_Text, colorOf(shown[i].severity));
+    ImGui::TextWrapped("%s", printable(shown[i].text).c_str());
+    ImGui::PopStyleColor();
+    ImGui::PopID();
+  }
+  cover(session);
+  ImGui::End();
+  if (closed < session.messages.shown().size()) session.messages.close(closed);
+}
+
+// The comparison with the path-traced view in the upper right corner: how far it is, or what came of it.
+void drawReference(Session& session) {
+  if (!session.reference && !session.heat) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float width = std::min(400.0f, display.x - kWidth - 32.0f);
+  if (width < 120.0f) return;
+  ImGui::SetNextWindowPos(ImVec2(display.x - 8.0f, 80.0f), ImGuiCond_Always, ImVec2(1.0f, 0.0f));
+  ImGui::Begin("reference", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_AlwaysAutoResize);
+  if (session.reference) {
+    ImGui::TextUnformatted(session.reference->isCancelled() ? "stopping" : "tracing paths of this view");
+    ImGui::ProgressBar(static_cast<float>(session.reference->progress()), ImVec2(width - 84.0f, 0.0f));
+    ImGui::SameLine();
+    if (ImGui::Button("cancel")) session.reference->cancel();
+  } else {
+    const HeatPicture& heat = *session.heat;
+    ImGui::Text("differs by %.1f %% of the light", 100.0 * heat.error);
+    ImGui::SameLine();
+    const bool isClosed = ImGui::SmallButton("x");
+    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(session.heatTexture.name())),
+                 ImVec2(width, width * static_cast<float>(heat.height) / static_cast<float>(heat.width)));
+    ImGui::TextDisabled("red: too bright, blue: too dark");
+    if (isClosed) session.heat.reset();
+  }
+  cover(session);
+  ImGui::End();
+}
+
+// While a film is made, how long it is, in the upper right corner. It is not in the film.
+void drawFilming(const Capture& capture) {
+  char text[48];
+  std::snprintf(text, sizeof text, "filming, %u frames", capture.frames());
+  const ImVec2 size = ImGui::CalcTextSize(text), low(ImGui::GetIO().DisplaySize.x - size.x - 14.0f, 12.0f);
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  list.AddRectFilled({low.x - 24.0f, low.y - 5.0f}, {low.x + size.x + 6.0f, low.y + size.y + 5.0f},
+                     IM_COL32(0, 0, 0, 180), 4.0f);
+  list.AddCircleFilled({low.x - 12.0f, low.y + 0.5f * size.y}, 5.0f, IM_COL32(235, 60, 60, 255));
+  list.AddText(low, IM_COL32_WHITE, text);
+}
+
+// What is being baked or loaded, in the middle of the upper edge beside the panel, with a way out.
+void drawProgress(Session& session) {
+  const LevelJob::Progress progress = session.job->progress();
+  const LevelFiles& files = session.job->files();
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float left = display.x > 2.0f * kWidth ? kWidth + 16.0f : 8.0f,
+              width = std::min(420.0f, display.x - left - 8.0f);
+  ImGui::SetNextWindowPos(ImVec2(0.5f * (left + display.x - width), 8.0f));
+  ImGui::SetNextWindowSize(ImVec2(width, 0.0f));
+  ImGui::Begin("progress", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+  const std::string name = std::filesystem::path(files.bake.empty() ? files.scene : files.bake).filename().string();
+  ImGui::TextWrapped("%s %s", files.bake.empty() ? "Baking a draft of" : "Loading", printable(name).c_str());
+  char text[96];
+  if (session.job->isCancelled()) {
+    std::snprintf(text, sizeof text, "stopping");
+  } else if (progress.secondsLeft > 1.0) {
+    std::snprintf(text, sizeof text, "%s, %.0f s left", progress.stage.c_str(), progress.secondsLeft);
+  } else {
+    std::snprintf(text, sizeof text, "%s", progress.stage.c_str());
+  }
+  ImGui::ProgressBar(static_cast<float>(progress.fraction), ImVec2(width - 84.0f, 0.0f), text);
+  ImGui::SameLine();
+  if (ImGui::Button("cancel")) session.job->cancel();
+  cover(session);
+  ImGui::End();
 }
 
 }  // namespace
 
-void drawPanel(const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
-  if (!state.panel) return;
+void drawPanel(Session& session) {
+  session.covered.clear();
+  drawMessages(session);
+  if (session.job) drawProgress(session);
+  drawReference(session);
+  if (session.capture().isFilming()) drawFilming(session.capture());
+  if (!session.state.panel || !session.level) return;
   // As wide as its controls need and as tall as those that are open, within the window.
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSizeConstraints(ImVec2(kWidth, 0), ImVec2(kWidth, ImGui::GetIO().DisplaySize.y - 16.0f));
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
-  help();
-  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) viewControls(scene, state);
-  if (ImGui::CollapsingHeader("Lights")) lightsControls(viewer, state);
-  if (!state.objects.empty() && ImGui::CollapsingHeader("Objects")) objectControls(state);
-  if (ImGui::CollapsingHeader("Times")) {
-    ImGui::Text("%u surfels, %u caches,", bake.surfels.count(), bake.caches.count());
-    ImGui::Text("%u links", bake.links.count());
-    timeTable(viewer);
+  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen))
+    viewControls(session.level->scene, session.level->bake, session.state);
+  // A light that is picked shows its controls.
+  if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
+  session.shownLight = session.editor.selected();
+  if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
+  if (ImGui::CollapsingHeader("Emitters, sky, objects")) {
+    emitterControls(session.state);
+    if (!session.state.objects.empty()) objectControls(session.state);
   }
+  if (ImGui::CollapsingHeader("Relight")) {
+    relightControls(*session.viewer, session.level->bake, session.state);
+    if (ImGui::Button("compare with path tracing")) session.compareWithReference();
+  }
+  if (ImGui::CollapsingHeader("Costs")) drawCosts(session);
+  if (ImGui::CollapsingHeader("Mouse and keys")) help();
   ImGui::PopItemWidth();
+  cover(session);
   ImGui::End();
 }
 

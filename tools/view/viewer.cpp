@@ -6,31 +6,29 @@
 #include "relume/glossy.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
-#include "tools/render/default_view.h"
-#include "tools/render/lights_file.h"
 #include "tools/render/read_sky_map.h"
-#include "tools/render/render_frame.h"
-#include "tools/render/view_options.h"
 #include "tools/view/display.h"
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 
 namespace relume {
 namespace {
 
 const char* kMain = R"(
 layout(location = 22) uniform int viewMode;
-layout(location = 23) uniform float viewEmission;
+layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
 layout(location = 24) uniform vec3 viewEye;
 layout(location = 25) uniform float viewReflectance;
 layout(location = 26) uniform float viewExponent;
+layout(location = 27) uniform vec2 viewMapSize;  // texels of the light map
 layout(location = 0) out vec4 outColor;
 // Mean radiance in the lobe about the reflected direction.
 vec3 glossy(vec3 p, vec3 n) { return levelGlossy(p, n, reflect(normalize(p - viewEye), n), viewExponent); }
@@ -38,40 +36,36 @@ void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition;
   const float invPi = 0.31830988618;
-  vec3 color = vec3(0.0);
+  // Each once: compilers put in a copy for each call.
+  vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
+  if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
+  if (viewMode == 0 || viewMode == 2 || viewMode > 6) links = invPi * levelLinks(p, n);
+  vec3 gloss = vec3(0.0);
+  if (viewMode == 3 || (viewMode == 0 && viewReflectance > 0.0)) gloss = glossy(p, n);
   if (viewMode == 0) {
-    color = (1.0 - viewReflectance) * levelAlbedo() * invPi * (levelDirect(p, n) + levelLinks(p, n)) + viewEmission * levelEmission();
-    if (viewReflectance > 0.0) color += viewReflectance * glossy(p, n);
+    color = (1.0 - viewReflectance) * levelAlbedo() * (viewShare.x * direct + viewShare.y * links) + levelEmission();
+    color += viewShare.y * viewReflectance * gloss;
   }
-  if (viewMode == 1) color = levelAlbedo() * invPi * levelDirect(p, n) + viewEmission * levelEmission();
-  if (viewMode == 2) color = invPi * levelLinks(p, n);
-  if (viewMode == 3) color = glossy(p, n);
+  if (viewMode == 1) color = levelAlbedo() * direct + levelEmission();
+  if (viewMode == 2) color = links;
+  if (viewMode == 3) color = gloss;
   if (viewMode == 4) color = levelAlbedo();
   if (viewMode == 5) color = 0.5 * n + 0.5;
+  if (viewMode == 6 || viewMode == 7) {
+    // Where light is read: texels of the light map as a checker, what reads the grid in orange.
+    const vec3 orange = vec3(1.0, 0.4, 0.05);
+    vec2 uv;
+    bool onMap = levelOnLightmap(uv);
+    vec2 texel = floor(uv * viewMapSize);
+    float facing = 0.4 + 0.6 * abs(dot(n, normalize(viewEye - p)));
+    color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
+    if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * links;
+  }
+  if (viewMode == 8) {
+    outColor = vec4(viewShare.x * direct + viewShare.y * links, 1.0);
+    return;
+  }
   outColor = vec4(display(color), 1.0);
-}
-)";
-
-const char* kLightmapVertex = R"(#version 430
-out vec2 uv;
-void main() {
-  uv = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-  gl_Position = vec4(uv * 2.0 - 1.0, 0.0, 1.0);
-}
-)";
-
-// Mean radiance of the texels' caches: coefficient 0 of Y, Co, Cg times y_0^0.
-const char* kLightmapMain = R"(
-in vec2 uv;
-layout(binding = 0) uniform sampler2DArray lightY;
-layout(binding = 1) uniform sampler2DArray lightCo;
-layout(binding = 2) uniform sampler2DArray lightCg;
-out vec4 outColor;
-void main() {
-  vec3 at = vec3(uv.x, 1.0 - uv.y, 0.0);
-  vec3 c = 0.2820948 * vec3(texture(lightY, at).x, texture(lightCo, at).x, texture(lightCg, at).x);
-  float t = c.x - c.z;
-  outColor = vec4(display(vec3(t + c.y, c.x + c.z, t - c.y)), 1.0);
 }
 )";
 
@@ -79,12 +73,23 @@ double nowMs() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// A relighter of those bands that begins with the light of `previous`, which may be null.
+Result<Relighter> makeRelighter(const Bake& bake, RelightOptions options, const Bands& bands,
+                                const Relighter* previous) {
+  options.lumaBands = bands.luma;
+  options.chromaBands = bands.chroma;
+  auto relighter = Relighter::create(bake, options);
+  if (!relighter || !previous) return relighter;
+  const Status inherited = relighter->inherit(*previous, bake);
+  // A bake without a grid has nothing to hand over.
+  if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
+  return relighter;
+}
+
 std::vector<Light> activeLights(const ViewState& state) {
   std::vector<Light> lights;
   for (const ViewedLight& viewed : state.lights) {
-    if (!viewed.on) continue;
-    lights.push_back(viewed.light);
-    lights.back().intensity *= std::exp2(viewed.stops);
+    if (viewed.on) lights.push_back(viewed.light);
   }
   return lights;
 }
@@ -97,73 +102,100 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
   return moved;
 }
 
-// Which lights of the scene are on at the start.
-Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
-  const auto named = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
-  for (const SceneLight& light : scene.lights)
-    state.lights.push_back(
-        {light.name, toRuntimeLight(light), named("all") || named(light.name), 0.0f, false, light.positionWorld});
-  for (const std::string& name : names) {
-    const bool known =
-        name == "all" || name == "none" || name == "emissive" ||
-        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
-    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
-  }
-  return done();
-}
-
-// The lights of a file are on.
-Status addFileLights(const std::string& path, ViewState& state) {
-  if (path.empty()) return done();
-  const Result<std::vector<SceneLight>> lights = readLightsFile(path);
-  if (!lights) return lights.error();
-  for (const SceneLight& light : *lights) {
-    const std::string name = light.name.empty() ? "light " + std::to_string(state.lights.size() + 1) : light.name;
-    state.lights.push_back({name, toRuntimeLight(light), true, 0.0f, false, light.positionWorld});
-  }
-  return done();
-}
-
 }  // namespace
 
-Result<Viewer> Viewer::create(const Scene& scene, const Bake& bake, const ViewerOptions& viewerOptions,
-                              const SkyMap* skyMap, const GetProcAddress& getProcAddress) {
-  auto level = GlLevel::create(scene, &bake.caches.lightmap);
+Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSize, const ViewState& state,
+                              const GetProcAddress& getProcAddress, const Viewer* previous) {
+  const Bake& bake = loaded.bake;
+  auto level = GlLevel::create(loaded.scene, &bake.caches.lightmap);
   if (!level) return level.error();
-  auto shadows = ShadowMaps::create(viewerOptions.shadowSize);
+  auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
   RelightOptions options;
   options.backend = BackendKind::gl;
-  options.lumaBands = viewerOptions.bands.luma;
-  options.chromaBands = viewerOptions.bands.chroma;
   options.glossy = true;
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = getProcAddress;
-  auto relighter = Relighter::create(bake, options);
-  if (!relighter) return relighter.error();
-  Viewer viewer(bake, std::move(*level), std::move(*shadows), std::move(*relighter));
-  auto program = makeLevelProgram(&viewer.relighter_, displayGlsl() + kMain);
-  if (!program) return program.error();
-  auto lightmapProgram = linkProgram("light map", kLightmapVertex, "#version 430\n" + displayGlsl() + kLightmapMain);
-  if (!lightmapProgram) return lightmapProgram.error();
-  auto surfels = Discs::create(bake.surfels.positionWorld, bake.surfels.normal);
-  if (!surfels) return surfels.error();
-  auto caches = Discs::create(bake.caches.positionWorld, bake.caches.normal);
-  if (!caches) return caches.error();
-  viewer.program_ = std::move(*program);
-  viewer.lightmapProgram_ = std::move(*lightmapProgram);
-  viewer.surfels_.emplace(std::move(*surfels));
-  viewer.caches_.emplace(std::move(*caches));
-  viewer.nothing_ = GlVertexArray::make();
-  if (skyMap != nullptr) {
-    auto backdrop = Backdrop::create(*skyMap);
+  for (const ViewedEmitter& emitter : state.emitters) {
+    if (!emitter.image.empty()) options.drivenImages.push_back({emitter.name, emitter.width, emitter.height});
+  }
+  Viewer viewer(loaded, std::move(*level), std::move(*shadows));
+  viewer.options_ = std::move(options);
+  if (Status ok = viewer.build(state.relightBy, previous ? &previous->relighter() : nullptr); !ok) return ok.error();
+  auto overlays = Overlays::create(bake);
+  if (!overlays) return overlays.error();
+  viewer.overlays_.emplace(std::move(*overlays));
+  if (state.sky.map) {
+    auto backdrop = Backdrop::create(*state.sky.map);
     if (!backdrop) return backdrop.error();
     viewer.backdrop_.emplace(std::move(*backdrop));
   }
   return viewer;
+}
+
+Status Viewer::choose(const RelightChoice& choice) { return choice == choice_ ? done() : build(choice, &relighter()); }
+
+// Relighter and program of a choice, in place of those that are there.
+Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
+  auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
+  if (!relighter) return relighter.error();
+  auto program = makeLevelProgram(&*relighter, displayGlsl() + kMain);
+  if (!program) return program.error();
+  std::optional<CpuLight> cpu;
+  if (choice.backend == BackendKind::cpu) {
+    RelightOptions options;
+    options.drivenImages = options_.drivenImages;
+    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, options);
+    if (!made) return made.error();
+    cpu.emplace(std::move(*made));
+  }
+  gl_.emplace(std::move(*relighter));
+  program_ = std::move(*program);
+  cpu_.reset();
+  if (cpu) cpu_.emplace(std::move(*cpu));
+  choice_ = choice;
+  return done();
+}
+
+// The light over links that the state asks for.
+Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights) {
+  shadows_.setUniforms(gl_->gl()->surfelProgram());
+  shadows_.bind();
+  LightSetup setup;
+  setup.lights = lights;
+  setup.emissionScale = glm::vec3(state.emission);
+  std::vector<MaterialEmission> emissions;
+  for (const ViewedEmitter& emitter : state.emitters) {
+    const auto material = findMaterial(bake_->emitters, emitter.name);
+    if (!emitter.isDriven || !material) continue;
+    emissions.emplace_back();
+    emissions.back().material = *material;
+    emissions.back().radiance = emitter.radiance;
+    emissions.back().image = emitter.image;
+  }
+  setup.materialEmissions = emissions;
+  setup.skyRadiance = state.sky.radiance;
+  if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
+    skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
+    patchesRotation_ = state.sky.rotationDeg;
+  }
+  setup.skyPatches = skyPatches_;
+  setup.bounceScale = state.bounceScale;
+  // So many bounces and no more: so many frames from nothing.
+  if (state.bounces > 0) relighter().reset();
+  for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
+    if (Status ok = cpu_ ? cpu_->relight(setup) : gl_->relight(setup); !ok) return ok;
+  }
+  if (cpu_) cpu_->upload(gl_->gl()->inputs());
+  return done();
+}
+
+// What the level's materials are drawn to emit.
+void Viewer::setEmissions(const ViewState& state) {
+  for (std::uint32_t m = 0; m < loaded_->materials.size(); ++m) {
+    const ShownEmission shown = shownEmission(*loaded_, state, m);
+    level_.setEmission(m, shown.radiance, shown.texture);
+  }
 }
 
 Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height,
@@ -177,21 +209,9 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const double shadowed = nowMs();
 
   // Light over links
-  if (state.relight) {
-    shadows_.setUniforms(relighter_.gl()->surfelProgram());
-    shadows_.bind();
-    LightSetup setup;
-    setup.lights = lights;
-    setup.emissionScale = glm::vec3(state.emission);
-    setup.skyRadiance = state.sky.radiance;
-    if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
-      skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
-      patchesRotation_ = state.sky.rotationDeg;
-    }
-    setup.skyPatches = skyPatches_;
-    setup.bounceScale = state.bounceScale;
-    if (Status ok = relighter_.relight(setup); !ok) return ok;
-  }
+  Status lit = done();
+  if (state.relight) lit = relight(state, lights);
+  setEmissions(state);
 
   // The level and what is laid over it
   const double relit = nowMs();
@@ -207,22 +227,58 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
   glClearDepth(1.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
-  const float far = size + glm::length(state.camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
-  const glm::mat4 clip = state.camera.clipFromWorld(static_cast<float>(width) / static_cast<float>(height),
-                                                    std::max(0.02f, 5e-4f * far), far);
+  const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
   if (backdrop_) {
     glDisable(GL_DEPTH_TEST);
     backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
     glEnable(GL_DEPTH_TEST);
   }
   drawLevel(state, lights, moved, clip, encode);
-  drawOverlays(state, clip, width, height, encode);
+  // Until a point is picked, the links are those of the middle of the view.
+  std::optional<glm::vec3> picked = state.picked;
+  if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
+  overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {clip, width, height, encode});
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
-  for (const PassTime& pass : relighter_.passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
   times_.emplace_back("draw", nowMs() - relit);
-  return done();
+  return lit;
+}
+
+std::vector<glm::vec3> Viewer::irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const {
+  const auto texture = [&](GLenum format) {
+    GlTexture made = GlTexture::make();
+    glBindTexture(GL_TEXTURE_2D, made.name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+    glBindTexture(GL_TEXTURE_2D, 0);
+    return made;
+  };
+  const GlTexture color = texture(GL_RGBA32F), depth = texture(GL_DEPTH_COMPONENT32F);
+  const GlFramebuffer framebuffer = GlFramebuffer::make();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+  glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  const float aspect = static_cast<float>(width) / static_cast<float>(height);
+  ViewState plain = state;
+  plain.mode = ViewMode::irradiance;
+  drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false);
+  std::vector<glm::vec4> rows(std::size_t{width} * height);
+  glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, rows.data());
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  std::vector<glm::vec3> pixels;
+  for (std::size_t y = height; y-- > 0;) {
+    for (std::size_t x = 0; x < width; ++x) pixels.emplace_back(rows[y * width + x]);
+  }
+  return pixels;
+}
+
+glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
+  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
+  const float far = size + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
+  return camera.clipFromWorld(aspect, std::max(0.02f, 5e-4f * far), far);
 }
 
 void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
@@ -230,130 +286,32 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   shadows_.setUniforms(program_.name());
   setLevelLights(program_.name(), lights);
   glUseProgram(program_.name());
-  setDisplay(state.mode == ViewMode::albedo || state.mode == ViewMode::normal ? 0.5f : state.exposure, encode);
+  const bool isLit = state.mode != ViewMode::albedo && state.mode != ViewMode::normal && state.mode != ViewMode::texels;
+  setDisplay(isLit ? state.exposure : 0.5f, encode);
   glUniform1i(22, static_cast<int>(state.mode));
-  glUniform1f(23, state.emission);
+  glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
   glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
   glUniform1f(25, state.reflectance);
   glUniform1f(26, glossyExponent(state.roughness));
-  relighter_.gl()->bind();
+  const glm::uvec2 mapSize(bake_->caches.lightmap.width, bake_->caches.lightmap.height);
+  glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
+  gl_->gl()->bind();
   shadows_.bind();
   level_.draw(clip);
   level_.drawDynamic(clip, moved);
 }
 
-void Viewer::drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
-                          bool encode) const {
-  if (state.surfels) {
-    const float radius = std::sqrt(bake_->surfels.areaEach / std::numbers::pi_v<float>);
-    surfels_->draw(surfelColors(), 0.9f * radius, clip, state.camera.position, state.exposure, encode);
-  }
-  if (state.caches) {
-    const float size = glm::length(level_.boundsMax() - level_.boundsMin());
-    caches_->draw(cacheColors(), 1.5e-3f * size, clip, state.camera.position, state.exposure, encode);
-  }
-  if (state.lightmap && bake_->caches.lightmap.width > 0) drawLightmap(state, width, height, encode);
-}
-
-// The light map in the lower right corner.
-void Viewer::drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const {
-  const auto side = static_cast<GLsizei>(std::min(width, height) * 2 / 3);
-  glViewport(static_cast<GLint>(width) - side, 0, side, side);
-  glDisable(GL_DEPTH_TEST);
-  glUseProgram(lightmapProgram_.name());
-  setDisplay(state.exposure, encode);
-  const GlResolveInputs inputs = relighter_.gl()->inputs();
-  const GLuint textures[] = {inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
-  for (GLuint i = 0; i < 3; ++i) {
-    glActiveTexture(GL_TEXTURE0 + i);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[i]);
-  }
-  glActiveTexture(GL_TEXTURE0);
-  glBindVertexArray(nothing_.name());
-  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-  glBindVertexArray(0);
-  glEnable(GL_DEPTH_TEST);
-}
-
-// Radiance of each surfel: radiosity over pi.
-std::vector<glm::vec3> Viewer::surfelColors() const {
-  const std::vector<glm::vec3> radiosity = relighter_.nodeRadiosity();
-  std::vector<glm::vec3> colors(bake_->surfels.count());
-  for (std::size_t s = 0; s < colors.size(); ++s)
-    colors[s] = radiosity[bake_->hierarchy.leafNode[s]] * std::numbers::inv_pi_v<float>;
-  return colors;
-}
-
-// Mean radiance around each cache.
-std::vector<glm::vec3> Viewer::cacheColors() const {
-  const std::vector<float> c = relighter_.cacheCoefficients();
-  const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
-  const auto luma = static_cast<std::size_t>(relighter_.lumaBands() * relighter_.lumaBands());
-  const auto chroma = static_cast<std::size_t>(relighter_.chromaBands() * relighter_.chromaBands());
-  std::vector<glm::vec3> colors(bake_->caches.count());
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    const float* at = c.data() + i * stride;
-    colors[i] = yCoCgToRgb(0.2820948f * glm::vec3(at[0], at[luma], at[luma + chroma]));
-  }
-  return colors;
-}
-
-namespace {
-
-Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
-  for (const Camera& c : scene.cameras) {
-    if (options.camera.empty() || c.name == options.camera) return FlyCamera::from(c);
-  }
-  if (!options.camera.empty())
-    return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
-  const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);
-  Context context;
-  const Result<FramedView> framed = frameLevel(scene, FlyCamera().yfovRad, aspect, context);
-  if (!framed) return framed.error();
-  return FlyCamera::from(lookAt(framed->eye, framed->target, FlyCamera().yfovRad));
-}
-
-}  // namespace
-
-Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options) {
-  ViewState state;
-  const Result<FlyCamera> camera = initialCamera(scene, options);
-  if (!camera) return camera.error();
-  state.camera = *camera;
-  if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
-  if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
-  for (const MovingNode& node : movingNodes(scene))
-    state.objects.push_back({node.name, node.centreWorld, node.centreWorld});
-  if (!options.skyMap.empty()) {
-    auto map = readSkyMap(options.skyMap);
-    if (!map) return map.error();
-    state.sky.map = std::make_shared<const SkyMap>(std::move(*map));
-    state.sky.rotationDeg = options.skyRotationDeg;
-  }
-  state.exposure = options.exposure;
-  state.reflectance = options.reflectance;
-  state.roughness = options.roughness;
-  state.mode =
-      static_cast<ViewMode>(std::find(kViewNames.begin(), kViewNames.end(), options.view) - kViewNames.begin());
-  const auto wanted = [&](const char* name) {
-    return std::find(options.overlays.begin(), options.overlays.end(), name) != options.overlays.end();
-  };
-  state.surfels = wanted("surfels");
-  state.caches = wanted("caches");
-  state.lightmap = wanted("lightmap");
-  return state;
-}
-
-void animate(ViewState& state, double seconds) {
-  for (ViewedLight& viewed : state.lights) {
-    if (!viewed.orbits) continue;
-    const auto angle = static_cast<float>(seconds);
-    if (viewed.light.kind == LightKind::directional) {
-      viewed.light.direction = glm::normalize(glm::vec3(0.8f * std::cos(angle), -0.75f, 0.8f * std::sin(angle)));
-    } else {
-      viewed.light.positionWorld = viewed.home + glm::vec3(std::cos(angle) - 1.0f, 0.0f, std::sin(angle)) * 0.8f;
-    }
-  }
+std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
+                                           std::uint32_t height) const {
+  const auto x = static_cast<GLint>(pixel.x), y = static_cast<GLint>(height) - 1 - static_cast<GLint>(pixel.y);
+  if (x < 0 || y < 0 || x >= static_cast<GLint>(width) || y >= static_cast<GLint>(height)) return std::nullopt;
+  float depth = 1.0f;
+  glReadPixels(x, y, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
+  if (!(depth < 1.0f)) return std::nullopt;
+  const glm::dmat4 clip(clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height)));
+  const glm::dvec4 at = glm::inverse(clip) * glm::dvec4(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0,
+                                                        2.0 * static_cast<double>(depth) - 1.0, 1.0);
+  return glm::vec3(glm::dvec3(at) / at.w);
 }
 
 }  // namespace relume

@@ -3,7 +3,6 @@
 // whatever framebuffer is bound. Needs a current OpenGL 4.3 context for its lifetime.
 #pragma once
 
-#include "bake/scene/sky.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
@@ -12,9 +11,10 @@
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
-#include "tools/view/discs.h"
-#include "tools/view/fly_camera.h"
-#include "tools/view/options.h"
+#include "tools/view/cpu_light.h"
+#include "tools/view/loaded_level.h"
+#include "tools/view/overlays.h"
+#include "tools/view/view_state.h"
 
 #include <cstdint>
 #include <optional>
@@ -24,89 +24,64 @@
 
 namespace relume {
 
-// A light of the scene as it stands now.
-struct ViewedLight {
-  std::string name;
-  Light light;
-  bool on = true;
-  float stops = 0.0f;   // its intensity is multiplied by 2^stops
-  bool orbits = false;  // circles around its home
-  glm::vec3 home{0.0f};
-};
-
-// A dynamic node of the scene as it stands now.
-struct ViewedObject {
-  std::string name;
-  glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
-  glm::vec3 position{0.0f};  // [m] and where it is
-};
-
-enum class ViewMode : int { full, direct, links, glossy, albedo, normal };
-inline constexpr const char* kViewModeNames[] = {"all light",    "direct light", "light over links",
-                                                 "glossy light", "albedo",       "normals"};
-
-// Everything that may change between frames.
-struct ViewState {
-  FlyCamera camera;
-  std::vector<ViewedLight> lights;
-  float emission = 1.0f;  // factor on emitting surfaces
-  Sky sky;                // its map, where it has one, is the one that the viewer was made with
-  float bounceScale = 1.0f;
-  ViewMode mode = ViewMode::full;
-  float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
-  float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
-  float exposure = 0.0f;     // [stops]
-  bool surfels = false, caches = false, lightmap = false;
-  bool relight = true;  // false freezes the light over links
-  std::vector<ViewedObject> objects;
-  bool panel = true;  // whether the panel is shown
-};
-
 class Viewer {
  public:
-  // Errors of the level, the relighter and the shaders. `scene` and `bake` must outlive the viewer. getProcAddress: of
-  // whatever made the context. skyMap: null = none.
-  static Result<Viewer> create(const Scene& scene, const Bake& bake, const ViewerOptions& options, const SkyMap* skyMap,
-                               const GetProcAddress& getProcAddress);
+  // Errors of the level, the relighter and the shaders. `level` must outlive the viewer. state: its sky map, choice of
+  // relighter and emitters' images. getProcAddress: of whatever made the context. previous: a viewer of an older bake
+  // of the level, whose light the first frame begins with where both have a grid; null = none.
+  static Result<Viewer> create(const LoadedLevel& level, std::uint32_t shadowSize, const ViewState& state,
+                               const GetProcAddress& getProcAddress, const Viewer* previous = nullptr);
 
-  // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones.
+  // Relight by other bands or another backend, beginning with the light that there is. On an error nothing changes.
+  Status choose(const RelightChoice& choice);
+  const RelightChoice& relightBy() const { return choice_; }
+
+  // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones. Where the relighter refuses the
+  // lights, its error comes back and the level is drawn in last frame's light.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
+
+  // Clip space of a target of that aspect; its planes enclose the level.
+  glm::mat4 clipFromWorld(const FlyCamera& camera, float aspect) const;
+
+  // What the framebuffer that is bound shows at a pixel, after draw() [m]; nothing for the sky. Row 0 is on top.
+  std::optional<glm::vec3> surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
+                                     std::uint32_t height) const;
+
+  // Irradiance / pi [W/m²/sr] in the last frame's light at each pixel, row 0 on top, 0 where nothing is hit. Leaves the
+  // default framebuffer bound. [Size width * height]
+  std::vector<glm::vec3> irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const;
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
-  Relighter& relighter() { return relighter_; }
+  // What lights: of the backend that was chosen.
+  Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
+  const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
   // The bands it lights with, as "Y4Co2Cg2".
-  std::string bands() const { return bandsName({relighter_.lumaBands(), relighter_.chromaBands()}); }
+  std::string bands() const { return bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
 
  private:
-  Viewer(const Bake& bake, GlLevel level, ShadowMaps shadows, Relighter relighter)
-      : bake_(&bake), level_(std::move(level)), shadows_(std::move(shadows)), relighter_(std::move(relighter)) {}
+  Viewer(const LoadedLevel& level, GlLevel drawn, ShadowMaps shadows)
+      : loaded_(&level), bake_(&level.bake), level_(std::move(drawn)), shadows_(std::move(shadows)) {}
+  Status build(const RelightChoice& choice, const Relighter* previous);
+  Status relight(const ViewState& state, const std::vector<Light>& lights);
+  void setEmissions(const ViewState& state);
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                  const glm::mat4& clip, bool encode) const;
-  void drawOverlays(const ViewState& state, const glm::mat4& clip, std::uint32_t width, std::uint32_t height,
-                    bool encode) const;
-  void drawLightmap(const ViewState& state, std::uint32_t width, std::uint32_t height, bool encode) const;
-  std::vector<glm::vec3> surfelColors() const;
-  std::vector<glm::vec3> cacheColors() const;
 
+  const LoadedLevel* loaded_;
   const Bake* bake_;
   GlLevel level_;
   ShadowMaps shadows_;
-  Relighter relighter_;
-  GlProgram program_, lightmapProgram_;
-  GlVertexArray nothing_;
-  std::optional<Discs> surfels_, caches_;
+  RelightOptions options_;       // of the GL relighter
+  std::optional<Relighter> gl_;  // draws by what it holds; there from create() on
+  std::optional<CpuLight> cpu_;  // that fills it, where the CPU was chosen
+  RelightChoice choice_;
+  GlProgram program_;
+  std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
   std::optional<float> patchesRotation_;  // [deg]
   std::vector<std::pair<std::string, double>> times_;
 };
-
-// The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
-// does. usage: a camera or light the scene does not know.
-Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
-
-// Move the lights that orbit to where they are at `seconds`.
-void animate(ViewState& state, double seconds);
 
 }  // namespace relume

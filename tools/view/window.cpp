@@ -2,8 +2,10 @@
 // See window.h. The only file that includes GLFW.
 #include <epoxy/gl.h>
 
+#include "tools/base/printable.h"
+#include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
-#include "tools/view/viewer.h"
+#include "tools/view/session.h"
 #include "tools/view/window.h"
 
 #define GLFW_INCLUDE_NONE
@@ -12,11 +14,22 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cstdio>
-#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
+
+struct InputEvent {
+  enum class Kind { press, move, release, key, drop } kind = Kind::move;  // of the left button
+  glm::vec2 at{0.0f};                                                     // [pixel]
+  int key = 0, mods = 0;                                                  // GLFW's
+  std::string path{};                                                     // that was dropped
+};
 
 // GLFW from init to terminate, with one window.
 class Window {
@@ -33,8 +46,27 @@ class Window {
     if (!window_) return Error{ErrorCode::unsupported, "no window with OpenGL 4.3: " + lastError()};
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
+    // Before those of Dear ImGui, which calls what is there.
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int mods) {
+      if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+      // glfwGetCursorPos() has where the mouse is now, which after a slow frame is not where the button went down.
+      const auto kind = action == GLFW_PRESS ? InputEvent::Kind::press : InputEvent::Kind::release;
+      of(w).events_.push_back({kind, of(w).mouse_, 0, mods, {}});
+    });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
+      of(w).mouse_ = glm::vec2(x, y);
+      of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_, 0, 0, {}});
+    });
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
+      if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods, {}});
+    });
+    glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+      for (int i = 0; i < count; ++i) of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, paths[i]});
+    });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
+    ImGui::GetIO().ConfigWindowsMoveFromTitleBarOnly = true;
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 430");
     gui_ = true;
@@ -53,13 +85,40 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   GLFWwindow* get() const { return window_; }
+  // What is to be handled in this frame, in its order: up to one press or release of the button, so that who looks at
+  // mouse and button once a frame, as Dear ImGui does, misses no click in slow ones.
+  std::vector<InputEvent> takeEvents() {
+    const auto isButton = [](const InputEvent& e) {
+      return e.kind == InputEvent::Kind::press || e.kind == InputEvent::Kind::release;
+    };
+    auto end = std::find_if(events_.begin(), events_.end(), isButton);
+    if (end != events_.end()) isDown_ = end->kind == InputEvent::Kind::press;
+    if (end != events_.end()) ++end;
+    std::vector<InputEvent> taken(events_.begin(), end);
+    events_.erase(events_.begin(), end);
+    for (const InputEvent& e : taken) {
+      if (e.kind == InputEvent::Kind::move || isButton(e)) handledMouse_ = e.at;
+    }
+    return taken;
+  }
+  // Mouse and button after these, for Dear ImGui in place of those that are by now.
+  void replayMouse() const {
+    ImGuiIO& io = ImGui::GetIO();
+    if (io.MousePos.x < -1e30f) return;  // the window has not the focus
+    io.MousePos = {handledMouse_.x, handledMouse_.y};
+    io.MouseDown[0] = isDown_;
+  }
 
  private:
+  static Window& of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
   static std::string& lastError() {
     static std::string text;
     return text;
   }
   GLFWwindow* window_ = nullptr;
+  std::vector<InputEvent> events_;
+  glm::vec2 mouse_{0.0f}, handledMouse_{0.0f};  // [pixel]
+  bool isDown_ = false;                         // the left button, as far as it has been handled
   bool started_ = false, gui_ = false;
 };
 
@@ -72,8 +131,8 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
   const ImGuiIO& io = ImGui::GetIO();
   if (!io.WantCaptureMouse && glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
     camera.turn(-0.004f * moved.x, -0.004f * moved.y);
-  // While a number is typed, keys are its own.
-  if (io.WantTextInput) return;
+  // While a number is typed, keys are its own; with Control they are commands.
+  if (io.WantTextInput || io.KeyCtrl) return;
   const auto axis = [&](int plus, int minus) {
     return static_cast<float>((glfwGetKey(window, plus) == GLFW_PRESS) - (glfwGetKey(window, minus) == GLFW_PRESS));
   };
@@ -82,50 +141,96 @@ void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& curso
               glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
 
-Status loop(GLFWwindow* window, const Scene& scene, const Bake& bake, Viewer& viewer, ViewState& state) {
+// The command of a key, as keyboards have it.
+std::optional<Command> commandOf(int key, int mods) {
+  const bool control = (mods & GLFW_MOD_CONTROL) != 0, shift = (mods & GLFW_MOD_SHIFT) != 0;
+  if (control) {
+    if (key == GLFW_KEY_Z) return shift ? Command::redo : Command::undo;
+    if (key == GLFW_KEY_Y) return Command::redo;
+    if (key == GLFW_KEY_S) return Command::saveLights;
+    if (key == GLFW_KEY_O) return Command::loadLights;
+    if (key == GLFW_KEY_D) return Command::duplicateLight;
+    return std::nullopt;
+  }
+  if (key == GLFW_KEY_DELETE) return Command::removeLight;
+  if (key == GLFW_KEY_ESCAPE) return Command::cancel;
+  if (key == GLFW_KEY_TAB) return Command::togglePanel;
+  if (key == GLFW_KEY_G) return Command::toggleHandles;
+  if (key == GLFW_KEY_F12) return Command::screenshot;
+  if (key == GLFW_KEY_F11) return Command::film;
+  return std::nullopt;
+}
+
+// Hands what happened since the last frame to the session, in its order: slow frames lose no click.
+void handle(const InputEvent& event, Session& session) {
+  const ImGuiIO& io = ImGui::GetIO();
+  switch (event.kind) {
+    case InputEvent::Kind::press:
+      if (!ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel)) session.press(event.at);
+      return;
+    case InputEvent::Kind::move:
+      return session.move(event.at);
+    case InputEvent::Kind::release:
+      return session.release();
+    case InputEvent::Kind::drop:
+      return session.drop(event.path);
+    case InputEvent::Kind::key:
+      // While a text is typed, keys are its own.
+      if (const auto command = commandOf(event.key, event.mods); command && !io.WantTextInput) session.run(*command);
+      return;
+  }
+}
+
+void loop(Window& window, Session& session) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
-  glfwGetCursorPos(window, &cursor.x, &cursor.y);
-  while (!glfwWindowShouldClose(window)) {
+  glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
+  while (!glfwWindowShouldClose(window.get())) {
     glfwPollEvents();
     const double now = glfwGetTime();
-    fly(window, state.camera, static_cast<float>(now - last), cursor);
+    ViewState& state = session.state;
+    fly(window.get(), state.camera, static_cast<float>(now - last), cursor);
     last = now;
-    animate(state, now);
+    int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
+    glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
+    glfwGetFramebufferSize(window.get(), &width, &height);
+    session.beginFrame(now, glm::vec2(windowWidth, windowHeight));
+    for (const std::string& warning : std::exchange(session.warnings, {}))
+      std::fprintf(stderr, "relume-view: warning: %s\n", printableLines(warning).c_str());
+    for (const InputEvent& event : window.takeEvents()) handle(event, session);
+    animate(state, session.animationTime());
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    window.replayMouse();
     ImGui::NewFrame();
-    if (!ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Tab), false))
-      state.panel = !state.panel;
-    drawPanel(scene, bake, viewer, state);
-    int width = 0, height = 0;
-    glfwGetFramebufferSize(window, &width, &height);
-    if (width > 0 && height > 0) {
-      if (Status ok =
-              viewer.draw(state, 0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), true);
-          !ok)
-        return ok;
-    }
+    drawPanel(session);
+    session.endControls(ImGui::IsAnyItemActive());
+    if (state.handles && session.level) drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
+    if (width > 0 && height > 0) session.draw(0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-    glfwSwapBuffers(window);
+    glfwSwapBuffers(window.get());
   }
-  return done();
 }
 
 }  // namespace
 
-Status runWindow(const Scene& scene, const Bake& bake, const ViewerOptions& options) {
-  auto state = initialState(scene, options);
+Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
+  auto state = initialState(level ? level->scene : scene, options);
   if (!state) return state.error();
   Window window;
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
-  auto viewer = Viewer::create(scene, bake, options, state->sky.map.get(), glfwGetProcAddress);
-  if (!viewer) return viewer.error();
-  std::printf("bands %s\n", viewer->bands().c_str());
-  return loop(window.get(), scene, bake, *viewer, *state);
+  Session session(std::move(*state), options, glfwGetProcAddress);
+  if (level) {
+    if (Status ok = session.show(std::move(level)); !ok) return ok;
+    std::printf("bands %s\n", session.viewer->bands().c_str());
+  } else {
+    session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven}, std::move(scene));
+  }
+  loop(window, session);
+  return done();
 }
 
 }  // namespace relume

@@ -42,6 +42,28 @@ if is_wanted caches; then
     --overlay caches --headless 1 -o "$scratch/frames"
   cp "$scratch/frames/frame_0000.png" "$here/caches.png"
 fi
+# The viewer: its window with a spot that is selected; its views and overlays
+view="$tools/view/relume-view"
+if is_wanted viewer; then
+  bake rooms
+  echo '[{"type": "spot", "name": "reading light", "position": [2.9, 1.7, 1.6], "direction": [0.2, -1, -0.3],
+    "color": [1, 0.75, 0.5], "intensity": 40, "innerConeAngle": 0.5, "outerConeAngle": 0.7}]' >"$scratch/reading.json"
+  (cd "$scratch" && python3 "$OLDPWD/$here/window.py" "$OLDPWD/$here/viewer.png" 720x405 \
+    "mousemove 412 123 click 1; sleep 6; mousemove 600 400; sleep 8" "$view" "$OLDPWD/$rooms" --bake rooms.relume --camera cam_living \
+    --lights lamp --lights-file reading.json --exposure 0.5)
+fi
+if is_wanted viewer_overlays; then
+  bake rooms_draft
+  shots=()
+  for show in "links clusters" "links caches" "direct links" "texels"; do
+    # shellcheck disable=SC2086
+    set -- $show
+    "$view" "$rooms" --bake "$scratch/rooms_draft.relume" --camera cam_living --size 352x198 --view "$1" ${2:+--overlay "$2"} \
+      --headless 8 -o "$scratch/overlay${2:-$1}" >"$scratch/overlays.log"
+    shots+=("$scratch/overlay${2:-$1}/frame_0007.png")
+  done
+  python3 samples/strip.py 2 "$here/viewer_overlays.png" "${shots[@]}"
+fi
 # Rendering: emitters that a frame drives
 if is_wanted area_lights; then
   samples/area_lights/film.sh "$scratch/film" high 192x120 >"$scratch/film.log"

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Lights picked, dragged, added, removed, undone and saved, by pixels alone.
+#include "tools/view/light_editor.h"
+
+#include "tools/view/light_set.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <filesystem>
+#include <fstream>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+using Lights = LightEditor::Lights;
+
+PixelView viewOf(const FlyCamera& camera) {
+  return {camera.clipFromWorld(1.6f, 0.02f, 100.0f), camera.position, {640, 400}};
+}
+
+ViewedLight lightAt(LightKind kind, const glm::vec3& position) {
+  ViewedLight light;
+  light.name = "light";
+  light.light.kind = kind;
+  light.light.positionWorld = light.home = position;
+  light.light.direction = {0, -1, 0};
+  return light;
+}
+
+class LightEditing : public testing::Test {
+ protected:
+  LightEditing() : view_(viewOf(camera_)) {
+    lights_ = {lightAt(LightKind::point, {-1, 0.3f, -4}), lightAt(LightKind::spot, {1, 0.3f, -4}),
+               lightAt(LightKind::directional, {0, 50, 0})};
+    editor_.begin(lights_);
+  }
+  glm::vec2 iconOf(std::size_t i) const { return *view_.project(LightEditor::anchorOf(lights_[i], view_)); }
+  void click(const glm::vec2& pixel) {
+    editor_.press(lights_, view_, pixel);
+    editor_.release(lights_);
+  }
+  // From the middle of a handle of the selected light, so many pixels.
+  void drag(Handle handle, const glm::vec2& by) {
+    const auto outline = editor_.gizmo(lights_, view_)->outline(handle);
+    const glm::vec2 from =
+        isRing(handle) ? *view_.project(outline[7]) : 0.5f * (*view_.project(outline[0]) + *view_.project(outline[1]));
+    EXPECT_TRUE(editor_.press(lights_, view_, from));
+    for (int i = 1; i <= 4; ++i) editor_.move(lights_, view_, from + 0.25f * static_cast<float>(i) * by);
+  }
+
+  FlyCamera camera_;
+  PixelView view_;
+  Lights lights_;
+  LightEditor editor_;
+};
+
+TEST_F(LightEditing, iconsArePickedAndTheBackgroundDeselects) {
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    click(iconOf(i));
+    EXPECT_EQ(editor_.selected(), i);
+    click({3, 397});
+    EXPECT_FALSE(editor_.selected());
+  }
+  EXPECT_FALSE(editor_.canUndo()) << "picking is no edit";
+}
+
+TEST_F(LightEditing, aDragIsOneEditThatCanBeUndone) {
+  const Lights before = lights_;
+  click(iconOf(0));
+  drag(Handle::axisX, {50, 0});
+  EXPECT_FALSE(editor_.canUndo());
+  editor_.release(lights_);
+  EXPECT_GT(lights_[0].light.positionWorld.x, before[0].light.positionWorld.x + 0.2f);
+  EXPECT_EQ(lights_[0].light.positionWorld.y, before[0].light.positionWorld.y);
+  EXPECT_EQ(lights_[0].home, lights_[0].light.positionWorld);
+  const Lights after = lights_;
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_, before);
+  EXPECT_FALSE(editor_.canUndo());
+  editor_.redo(lights_);
+  EXPECT_EQ(lights_, after);
+  EXPECT_FALSE(editor_.canRedo());
+  // A drag that is called off, by a key or by an undo in the middle of it, changes nothing.
+  drag(Handle::axisY, {0, -40});
+  EXPECT_NE(lights_, after);
+  editor_.cancelDrag(lights_);
+  EXPECT_EQ(lights_, after);
+  drag(Handle::axisY, {0, -40});
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_, before);
+}
+
+TEST_F(LightEditing, ringsTurnSunsAndSpotsAlone) {
+  click(iconOf(0));
+  EXPECT_FALSE(editor_.gizmo(lights_, view_)->turns);
+  for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
+    click({3, 397});
+    click(iconOf(i));
+    ASSERT_TRUE(editor_.gizmo(lights_, view_)->turns);
+    EXPECT_EQ(editor_.gizmo(lights_, view_)->moves, i == 1);
+    const glm::vec3 position = lights_[i].light.positionWorld;
+    drag(Handle::ringZ, {25, 18});
+    editor_.release(lights_);
+    EXPECT_GT(glm::distance(lights_[i].light.direction, glm::vec3(0, -1, 0)), 0.1f);
+    EXPECT_NEAR(glm::length(lights_[i].light.direction), 1.0f, 1e-5f);
+    EXPECT_NEAR(lights_[i].light.direction.z, 0.0f, 1e-5f);
+    EXPECT_EQ(lights_[i].light.positionWorld, position);
+  }
+}
+
+TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
+  const Lights first = lights_;
+  editor_.add(lights_, newLight(LightKind::spot, camera_, lights_));
+  EXPECT_EQ(editor_.selected(), 3u);
+  EXPECT_TRUE(view_.shows(lights_[3].light.positionWorld));
+  editor_.removeSelected(lights_);
+  EXPECT_EQ(lights_, first);
+  EXPECT_FALSE(editor_.selected());
+  editor_.replace(lights_, {lightAt(LightKind::point, {5, 5, 5})});
+  editor_.select(0);
+  // What controls change is committed once they are let go.
+  lights_[0].light.intensity = {1, 2, 3};
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_[0].light.intensity, glm::vec3(1.0f));
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_, first);
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_.size(), 4u);
+  editor_.select(3);
+  editor_.undo(lights_);
+  EXPECT_EQ(lights_, first);
+  EXPECT_FALSE(editor_.selected()) << "of a light that is gone";
+  for (int i = 0; i < 4; ++i) editor_.redo(lights_);
+  EXPECT_EQ(lights_[0].light.intensity, glm::vec3(1, 2, 3));
+}
+
+TEST_F(LightEditing, anOrbitIsNoEditAndADragEndsIt) {
+  lights_[0].orbits = true;
+  editor_.commit(lights_);
+  lights_[0].light.positionWorld += glm::vec3(0.1f);
+  editor_.commit(lights_);
+  editor_.undo(lights_);
+  EXPECT_FALSE(editor_.canUndo()) << "only the switch was an edit";
+  editor_.redo(lights_);
+  click(iconOf(0));
+  drag(Handle::axisX, {30, 0});
+  EXPECT_FALSE(lights_[0].orbits);
+}
+
+TEST_F(LightEditing, whatIsOnIsSavedAndLoaded) {
+  const fs::path folder = fs::path(testing::TempDir()) / "relume_light_set";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  lights_[1].on = false;
+  lights_[0].light.direction = {0, 0, -1};  // which the file does not have of a point
+  ASSERT_TRUE(saveLightSet(folder / "set.json", lights_));
+  auto loaded = loadLightSet(folder / "set.json");
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  EXPECT_EQ(*loaded, (Lights{lights_[0], lights_[2]}));
+  EXPECT_EQ(loadLightSet("").error().code, ErrorCode::usage);
+  EXPECT_EQ(saveLightSet("", lights_).error().code, ErrorCode::usage);
+  EXPECT_EQ(loadLightSet(folder / "none.json").error().code, ErrorCode::io);
+  std::ofstream(folder / "many.json") << [] {
+    std::string text = "[";
+    for (int i = 0; i < 33; ++i) text += std::string(i ? "," : "") + R"({"type":"point","position":[0,0,0]})";
+    return text + "]";
+  }();
+  EXPECT_EQ(loadLightSet(folder / "many.json").error().code, ErrorCode::unsupported);
+  fs::remove_all(folder);
+
+  Lights full(kMaxLightsOn, lights_[0]);
+  EXPECT_FALSE(newLight(LightKind::point, camera_, full).on);
+  EXPECT_EQ(newLight(LightKind::point, camera_, {}).name, "point");
+  EXPECT_EQ(freeName("light", full), "light 2");
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// A session of the viewer without a window: frames of the sample level into a texture, as fast as they come.
+#pragma once
+
+#include "tools/gl_scene/egl_context.h"
+
+#include "formats/color.h"
+#include "relume/bake/bake.h"
+#include "relume/bake_file.h"
+#include "tools/images/read_picture.h"
+#include "tools/view/session.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+namespace relume::test {
+
+namespace fs = std::filesystem;
+
+inline constexpr const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+inline constexpr std::uint32_t kWidth = 96, kHeight = 54;
+
+inline BakeOptions small(std::uint32_t surfels) {
+  BakeOptions options = presetOptions(Preset::draft);
+  options.surfels.count = surfels;
+  options.caches.lightmapCaches = 200;
+  options.links.raysPerCache = 64;
+  options.links.linksPerCache = 64;
+  options.playSpace.walks = 5000;
+  return options;
+}
+
+class ViewerSession : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("relume_session_" + std::string(info->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    auto egl = EglContext::create();
+    if (!egl) GTEST_SKIP() << egl.error().message;
+    egl_.emplace(std::move(*egl));
+    color_ = texture(GL_RGBA32F);
+    depth_ = texture(GL_DEPTH_COMPONENT32F);
+    framebuffer_ = GlFramebuffer::make();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color_.name(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
+    options_.scene = kLevel;
+    options_.camera = "cam_living";
+    options_.lights = {"lamp"};
+    options_.view = "links";
+    options_.shadowSize = 128;
+  }
+  void TearDown() override {
+    session_.reset();
+    framebuffer_ = GlFramebuffer();
+    color_ = GlTexture();
+    depth_ = GlTexture();
+    egl_.reset();
+    fs::remove_all(folder_);
+  }
+
+  static GlTexture texture(GLenum format) {
+    GlTexture made = GlTexture::make();
+    glBindTexture(GL_TEXTURE_2D, made.name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, kWidth, kHeight);
+    return made;
+  }
+  std::string at(const char* name) const { return (folder_ / name).string(); }
+  Scene scene() const {
+    Context context;
+    auto loaded = importGltf(kLevel, context);
+    EXPECT_TRUE(loaded);
+    return std::move(*loaded);
+  }
+  void writeBakeFile(const BakeOptions& options) const {
+    Context context;
+    const auto baked = bake(scene(), options, context);
+    ASSERT_TRUE(baked) << baked.error().message;
+    ASSERT_TRUE(writeBake(*baked, at("level.relume")));
+  }
+  void start(const std::string& bakeFile) {
+    auto state = initialState(scene(), options_);
+    ASSERT_TRUE(state) << state.error().message;
+    session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
+    session_->begin({kLevel, bakeFile, {}, false});
+  }
+  // Frames until is(), for half a minute; the frame is drawn, and its mean brightness noted.
+  template <class Condition>
+  bool frames(const Condition& is) {
+    for (int i = 0; i < 3000; ++i) {
+      frame();
+      if (is()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  double frame() {
+    now_ += 0.05;
+    session_->beginFrame(now_, {kWidth, kHeight});
+    session_->draw(framebuffer_.name(), kWidth, kHeight);
+    std::vector<float> pixels(std::size_t{4} * kWidth * kHeight);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, pixels.data());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pixels.size(); i += 4) sum += static_cast<double>(pixels[i + 1]);
+    brightness_ = sum / (kWidth * kHeight);
+    return brightness_;
+  }
+  bool says(const std::string& text) const {
+    for (const auto& message : session_->messages.shown()) {
+      if (message.text.find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  fs::path folder_;
+  std::optional<EglContext> egl_;
+  GlTexture color_, depth_;
+  GlFramebuffer framebuffer_;
+  ViewerOptions options_;
+  std::optional<Session> session_;
+  double now_ = 0.0, brightness_ = 0.0;
+};
+
+}  // namespace relume::test

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+// What the viewer shows of a level, without a window: light by parts, bands and backends, emitters, overlays, pictures,
+// and the view held against a path-traced one.
+#include "tests/view/session_fixture.h"
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+TEST_F(ViewerSession, lightIsShownByParts) {
+  options_.view = "full";
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto brightness = [&](bool direct, bool indirect, int bounces) {
+    session_->state.direct = direct;
+    session_->state.indirect = indirect;
+    session_->state.bounces = bounces;
+    for (int i = 0; i < 20; ++i) frame();
+    return brightness_;
+  };
+  const double all = brightness(true, true, 0), direct = brightness(true, false, 0),
+               indirect = brightness(false, true, 0);
+  EXPECT_LT(brightness(false, false, 0), 0.02 * all);
+  EXPECT_GT(direct, 0.1 * all);
+  EXPECT_GT(indirect, 0.1 * all);
+  EXPECT_LT(std::max(direct, indirect), 0.95 * all);
+  const double one = brightness(true, true, 1), two = brightness(true, true, 2),
+               most = brightness(true, true, kMaxBounces);
+  EXPECT_LT(direct, 0.98 * one);
+  EXPECT_LT(one, 0.98 * two);
+  EXPECT_LT(two, most);
+  EXPECT_NEAR(most, all, 0.02 * all);
+}
+
+TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 30; ++i) frame();
+  const double before = brightness_;
+
+  session_->state.relightBy.bands = {2, 1};
+  EXPECT_NEAR(frame(), before, 0.2 * before);
+  EXPECT_EQ(session_->viewer->bands(), "Y2Co1Cg1");
+  // What cannot be had is told, and taken back.
+  session_->state.relightBy.bands = {9, 1};
+  frame();
+  EXPECT_EQ(session_->viewer->bands(), "Y2Co1Cg1");
+  EXPECT_EQ(session_->state.relightBy.bands.luma, 2);
+  EXPECT_TRUE(says("bands"));
+
+  session_->state.relightBy.bands = {4, 2};
+  for (int i = 0; i < 20; ++i) frame();
+  const double gl = brightness_;
+  session_->state.relightBy.backend = BackendKind::cpu;
+  EXPECT_NEAR(frame(), gl, 0.2 * gl) << "the first frame by the CPU";
+  EXPECT_EQ(session_->viewer->relighter().backend(), BackendKind::cpu);
+  for (int i = 0; i < 20; ++i) frame();
+  EXPECT_NEAR(brightness_, gl, 0.03 * gl) << "rays and shadow maps differ at edges alone";
+  // Every frame is lit anew there, too.
+  for (ViewedLight& light : session_->state.lights) light.on = false;
+  for (int i = 0; i < 30; ++i) frame();
+  EXPECT_LT(brightness_, 0.05 * gl);
+  session_->state.relightBy.backend = BackendKind::gl;
+  EXPECT_LT(frame(), 0.05 * gl);
+}
+
+TEST_F(ViewerSession, emittersAreDriven) {
+  options_.scene = RELUME_SOURCE_DIR "/samples/area_lights/stars.glb";
+  options_.camera.clear();
+  options_.lights = {"none"};
+  options_.driven = *readEmissions({"ring=2,0,0"});
+  Context context;
+  const auto level = loadLevel({options_.scene, "", {}, false, options_.driven}, context);
+  ASSERT_TRUE(level) << level.error().message;
+  auto state = initialState((*level)->scene, options_);
+  ASSERT_TRUE(state) << state.error().message;
+  session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
+  ASSERT_TRUE(session_->show(*level));
+  ASSERT_GE(session_->state.emitters.size(), 2u);
+  const auto ring = std::find_if(session_->state.emitters.begin(), session_->state.emitters.end(),
+                                 [](const ViewedEmitter& e) { return e.name == "ring"; });
+  ASSERT_NE(ring, session_->state.emitters.end());
+  EXPECT_TRUE(ring->isDriven);
+  for (int i = 0; i < 4; ++i) frame();
+  EXPECT_LT(brightness_, 1e-4) << "green of a red light";
+  ring->radiance = {0.0f, 2.0f, 0.0f};
+  for (int i = 0; i < 4; ++i) frame();
+  const double driven = brightness_;
+  EXPECT_GT(driven, 0.01);
+  ring->isDriven = false;
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_LT(brightness_, 1e-4) << "with --lights none, what is not driven is dark";
+}
+
+TEST_F(ViewerSession, overlaysAndViewsShowTheBakeAndAPointIsPicked) {
+  options_.view = "direct";
+  options_.lights = {"none"};
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  EXPECT_LT(frame(), 1e-4) << "no light, no overlay";
+  for (const Overlay overlay : {Overlay::clusters, Overlay::links}) {
+    session_->state.overlays = {};
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    EXPECT_GT(frame(), 0.01) << static_cast<int>(overlay);
+  }
+  // The links are those of the point that is clicked on.
+  const double ofCentre = brightness_;
+  const glm::vec2 pixel(20.0f, 44.0f);
+  session_->press(pixel);
+  frame();
+  ASSERT_TRUE(session_->state.picked);
+  EXPECT_LT(glm::distance(*session_->pixels().project(*session_->state.picked), pixel), 1.0f);
+  EXPECT_NE(frame(), ofCentre);
+  // Caches and surfels show light, and are dark without.
+  for (const Overlay overlay : {Overlay::surfels, Overlay::caches}) {
+    session_->state.overlays = {};
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    const double dark = frame();
+    session_->state.sky.radiance = glm::vec3(4.0f);
+    session_->state.mode = ViewMode::albedo;  // of which the sky changes nothing
+    session_->state.overlays = {};
+    const double without = frame();
+    session_->state.overlays[static_cast<std::size_t>(overlay)] = true;
+    EXPECT_GT(std::abs(frame() - without), 1e-4) << static_cast<int>(overlay);
+    session_->state.sky.radiance = glm::vec3(0.0f);
+    session_->state.mode = ViewMode::direct;
+    for (int i = 0; i < 30; ++i) frame();
+    EXPECT_LT(dark, 0.05);
+  }
+  session_->state.overlays = {};
+  session_->state.mode = ViewMode::texels;
+  const double texels = frame();
+  EXPECT_GT(texels, 0.1);
+  session_->state.mode = ViewMode::grid;
+  EXPECT_LT(frame(), 0.1 * texels) << "light over links, of which there is none";
+}
+
+TEST_F(ViewerSession, picturesAndFilmsAreNumberedAndReplaceNothing) {
+  options_.output = at("pictures");
+  options_.view = "albedo";
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  fs::create_directories(at("pictures"));
+  std::ofstream(folder_ / "pictures" / "relume_0001.png") << "mine";
+  session_->run(Command::screenshot);
+  frame();
+  frame();
+  EXPECT_TRUE(fs::exists(folder_ / "pictures" / "relume_0002.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "pictures" / "relume_0003.png"));
+  EXPECT_EQ(fs::file_size(folder_ / "pictures" / "relume_0001.png"), 4u);
+  const auto picture = readPicture(at("pictures") + "/relume_0002.png", "");
+  ASSERT_TRUE(picture) << picture.error().message;
+  ASSERT_EQ(picture->picture.width, kWidth);
+  ASSERT_EQ(picture->picture.height, kHeight);
+  // As drawn, in sRGB, with the floor below.
+  double sum = 0.0;
+  for (const glm::vec3& p : picture->picture.pixels) sum += static_cast<double>(linearToSrgb(p.g));
+  EXPECT_NEAR(sum / (kWidth * kHeight), brightness_, 0.01);
+
+  const double before = session_->animationTime();
+  session_->run(Command::film);
+  for (int i = 0; i < 3; ++i) frame();
+  EXPECT_NEAR(session_->animationTime() - before, 3 * Capture::kFrameSeconds, 1e-9) << "a film has its own clock";
+  session_->run(Command::film);
+  frame();
+  const fs::path film = folder_ / "pictures" / "film_0001";
+  EXPECT_TRUE(fs::exists(film / "frame_0000.png") && fs::exists(film / "frame_0002.png"));
+  EXPECT_FALSE(fs::exists(film / "frame_0003.png"));
+  EXPECT_TRUE(says("3 frames"));
+  session_->run(Command::film);
+  frame();
+  EXPECT_TRUE(fs::exists(folder_ / "pictures" / "film_0002" / "frame_0000.png"));
+  // A folder that goes away ends the film, and says so; so does a place where none can be made.
+  fs::remove_all(at("pictures"));
+  frame();
+  EXPECT_FALSE(session_->capture().isFilming());
+  std::ofstream(at("pictures")) << "a file";
+  session_->run(Command::screenshot);
+  frame();
+  EXPECT_TRUE(says("cannot make folder"));
+  // What frames cost is kept.
+  EXPECT_GT(session_->times.count(), 5u);
+  EXPECT_GE(session_->times.passCount(), 5u);
+}
+
+TEST_F(ViewerSession, aViewIsHeldAgainstThePathTracedOne) {
+  options_.view = "full";
+  start("");
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto errorNow = [&] {
+    for (int i = 0; i < 30; ++i) frame();
+    session_->compareWithReference();
+    EXPECT_TRUE(frames([&] { return session_->heat.has_value(); }));
+    return session_->heat ? session_->heat->error : 0.0;
+  };
+  const double whole = errorNow();
+  ASSERT_EQ(session_->heat->rgb.size(), std::size_t{3} * session_->heat->width * session_->heat->height);
+  EXPECT_LT(whole, 0.35) << "a draft, and the paths' own noise";
+  // What is not shown is missed.
+  session_->state.indirect = false;
+  EXPECT_GT(errorNow(), whole + 0.1);
+  session_->compareWithReference();
+  session_->reference->cancel();
+  EXPECT_TRUE(frames([&] { return !session_->reference; }));
+  EXPECT_FALSE(session_->heat);
+}
+
+TEST(Heat, isRedWhereLightLeaksAndBlueWhereItLacks) {
+  const std::vector<glm::vec3> reference(4, glm::vec3(1.0f));
+  const std::vector<glm::vec3> shown{glm::vec3(1.0f), glm::vec3(2.0f), glm::vec3(0.0f), glm::vec3(1.0f)};
+  const HeatPicture heat = heatOf(2, 2, shown, reference);
+  EXPECT_NEAR(heat.error, 0.5, 1e-6);
+  EXPECT_EQ(heat.rgb[0], 255);
+  EXPECT_EQ(heat.rgb[2], 255);
+  EXPECT_GT(heat.rgb[3], heat.rgb[5] + 100);
+  EXPECT_LT(heat.rgb[6] + 100, heat.rgb[8]);
+  EXPECT_EQ(heatOf(1, 1, {glm::vec3(1.0f)}, {glm::vec3(0.0f)}).error, 0.0);
+}
+
+}  // namespace
+}  // namespace relume

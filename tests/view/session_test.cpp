@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// Levels that come and go while the viewer runs, without a window: baked on a thread, loaded again when the file
+// changes, refused when it is damaged.
+#include "tests/view/session_fixture.h"
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+TEST_F(ViewerSession, aBakeThatChangesIsLoadedWithoutADarkFrame) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  // The light of its first frames alone lacks bounces.
+  const double first = brightness_;
+  for (int i = 0; i < 30; ++i) frame();
+  const double converged = brightness_;
+  ASSERT_GT(converged, 1.3 * first) << "bounces are too weak for this test to see them";
+
+  session_->state.camera.position.y += 0.001f;
+  const auto camera = session_->state.camera.position;
+  writeBakeFile(small(600));
+  ASSERT_TRUE(frames([&] { return session_->level->bake.surfels.count() != 512u; }));
+  EXPECT_NEAR(brightness_, converged, 0.15 * converged) << "the first frame by the new bake";
+  EXPECT_EQ(session_->state.camera.position, camera);
+  EXPECT_TRUE(says("loaded"));
+}
+
+TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 10; ++i) frame();
+  const double before = brightness_;
+  const LevelPtr level = session_->level;
+
+  std::string bytes = [&] {
+    std::ifstream file(at("level.relume"), std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  }();
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  ASSERT_TRUE(frames([&] { return says("what is shown stays"); }));
+  EXPECT_TRUE(says("level.relume"));
+  EXPECT_EQ(session_->level, level);
+  EXPECT_NEAR(frame(), before, 0.1 * before);
+  // It is told once, and a file that is whole again is loaded.
+  while (!session_->messages.shown().empty()) session_->messages.close(0);
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_FALSE(says("what is shown stays"));
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes;
+  EXPECT_TRUE(frames([&] { return session_->level != level; }));
+  // So is the end of a file that was gone for a while.
+  const LevelPtr second = session_->level;
+  fs::remove(at("level.relume"));
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_EQ(session_->level, second);
+  std::ofstream(at("level.relume"), std::ios::binary) << bytes;
+  EXPECT_TRUE(frames([&] { return session_->level != second; }));
+}
+
+TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
+  start("");
+  double furthest = 0.0;
+  ASSERT_TRUE(frames([&] {
+    if (session_->job) furthest = std::max(furthest, session_->job->progress().fraction);
+    return session_->level != nullptr;
+  }));
+  EXPECT_GT(furthest, 0.0);
+  EXPECT_EQ(session_->level->bakeFile, "");
+  EXPECT_GT(frame(), 0.01);
+  EXPECT_TRUE(says("preset draft"));
+
+  // Another one: its own camera and lights.
+  const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
+  session_->drop(other);
+  EXPECT_TRUE(session_->job.has_value());
+  ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
+  EXPECT_EQ(session_->state.lights.size(), session_->level->scene.lights.size());
+  EXPECT_FALSE(session_->editor.canUndo());
+
+  // What is no level, and what is no level inside, is told; a list of lights is loaded.
+  const LevelPtr level = session_->level;
+  session_->drop(at("notes.txt"));
+  EXPECT_TRUE(says("notes.txt"));
+  std::ofstream(at("broken.glb")) << "glTF";
+  session_->drop(at("broken.glb"));
+  ASSERT_TRUE(frames([&] { return says("broken.glb") && !session_->job; }));
+  EXPECT_EQ(session_->level, level);
+  std::ofstream(at("one.json")) << R"([{"type": "point", "position": [1, 2, 3]}])";
+  session_->drop(at("one.json"));
+  EXPECT_EQ(session_->state.lights.size(), 1u);
+  // A bake of another level is refused.
+  writeBakeFile(small(512));
+  session_->drop(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return says("was not baked from") && !session_->job; }));
+  EXPECT_EQ(session_->level, level);
+}
+
+TEST_F(ViewerSession, noMoreLightsAreOnThanThereAreShadowMaps) {
+  start("");
+  ASSERT_FALSE(session_->state.lights.empty());
+  session_->state.lights.resize(40, session_->state.lights.front());
+  for (ViewedLight& light : session_->state.lights) light.on = true;
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  EXPECT_TRUE(says("8 lights switched off"));
+  EXPECT_GT(frame(), 0.0);
+  EXPECT_FALSE(says("shadow"));
+  session_->addLight(LightKind::point);
+  EXPECT_FALSE(session_->state.lights.back().on);
+  frame();
+  EXPECT_FALSE(says("shadow"));
+}
+
+TEST_F(ViewerSession, aBakeCanBeCancelled) {
+  start("");
+  ASSERT_TRUE(session_->job.has_value());
+  session_->job->cancel();
+  ASSERT_TRUE(frames([&] { return !session_->job; }));
+  EXPECT_TRUE(says("cancelled"));
+  EXPECT_EQ(session_->level, nullptr);
+  // A window that is closed meanwhile waits for nothing longer than a step of the work.
+  session_->begin({kLevel, "", {}, false});
+  session_.reset();
+}
+
+}  // namespace
+}  // namespace relume

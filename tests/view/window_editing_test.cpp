@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+// Lights edited in the window of relume-view, under Xvfb, by real mouse and keys (xdotool): what is saved says what was
+// done, and the screen shows it.
+#include "relume/bake/context.h"
+#include "relume/bake/load_scene.h"
+#include "tests/cli/run_program.h"
+#include "tests/samples/virtual_screen.h"
+#include "tools/render/lights_file.h"
+#include "tools/view/light_editor.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+constexpr std::uint32_t kWidth = 640, kHeight = 400;
+
+class WindowEditing : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v Xvfb >/dev/null 2>&1 && command -v xdotool >/dev/null 2>&1") != 0)
+      GTEST_SKIP() << "Xvfb or xdotool is not installed";
+    folder_ = fs::path(testing::TempDir()) / "relume_window_editing";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    const ProgramResult baked = runProgram(
+        {"bake", kLevel, "-o", at("level.relume"), "--preset", "draft", "--surfels", "512", "--lightmap-caches", "200",
+         "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"},
+        folder_);
+    ASSERT_EQ(baked.status, 0) << baked.err;
+    ASSERT_TRUE(screen_.start(folder_, kWidth, kHeight)) << "Xvfb does not start";
+
+    Context context;
+    const auto scene = loadScene(kLevel, context);
+    ASSERT_TRUE(scene);
+    for (const Camera& camera : scene->cameras) {
+      if (camera.name == "cam_living") camera_ = FlyCamera::from(camera);
+    }
+    view_ = {camera_.clipFromWorld(float{kWidth} / float{kHeight}, 0.02f, 100.0f), camera_.position, {kWidth, kHeight}};
+    // Right of the panel, two metres ahead
+    const MouseRay ray = view_.ray({430, 210});
+    position_ = ray.origin + 2.0f * ray.direction;
+    SceneLight light;
+    light.name = "key";
+    light.intensity = glm::vec3(12.0f);
+    light.positionWorld = position_;
+    ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{light}));
+  }
+  void TearDown() override {
+    if (viewer_ > 0) screen_.end(viewer_);
+    screen_.stop();
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+
+  std::string at(const char* name) const { return (folder_ / name).string(); }
+
+  bool show() {
+    viewer_ = screen_.run(RELUME_VIEW,
+                          {kLevel, "--bake", at("level.relume"), "--shadow-size", "64", "--camera", "cam_living",
+                           "--lights", "none", "--lights-file", at("lights.json"), "--view", "direct", "--size",
+                           std::to_string(kWidth) + "x" + std::to_string(kHeight)},
+                          folder_ / "viewer.txt");
+    return screen_.waitFor(
+        [](const ScreenPicture& p) { return p.share([](const Rgb& c) { return c.sum() > 60; }) > 0.2; },
+        [this] { return screen_.isRunning(viewer_); });
+  }
+
+  glm::ivec2 pixelOf(const glm::vec3& world) const { return glm::ivec2(*view_.project(world) + 0.5f); }
+  // The middle of a handle of a light there.
+  glm::ivec2 handleOf(const glm::vec3& position, Handle handle) const {
+    const Gizmo gizmo{position, {0, -1, 0}, gizmoSize(view_, position)};
+    const auto outline = gizmo.outline(handle);
+    return pixelOf(isSquare(handle) ? 0.5f * (outline[0] + outline[2]) : 0.3f * outline[0] + 0.7f * outline[1]);
+  }
+  // The lights that Control and S save, once the file is there anew.
+  std::vector<SceneLight> saved() const {
+    fs::remove(at("lights.json"));
+    screen_.press("ctrl+s");
+    EXPECT_TRUE(screen_.waitFor([this](const ScreenPicture&) { return fs::exists(at("lights.json")); }));
+    const auto lights = readLightsFile(at("lights.json"));
+    EXPECT_TRUE(lights) << lights.error().message;
+    return lights ? *lights : std::vector<SceneLight>();
+  }
+
+  fs::path folder_;
+  VirtualScreen screen_;
+  FlyCamera camera_;
+  PixelView view_;
+  glm::vec3 position_{0.0f};
+  pid_t viewer_ = -1;
+};
+
+bool isReddish(const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; }
+bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
+
+// Share of the pixels beside the panel and above the messages that differ.
+double changedShare(const ScreenPicture& a, const ScreenPicture& b) {
+  std::size_t changed = 0;
+  constexpr std::uint32_t kLeft = 270, kBottom = 260;
+  for (std::uint32_t y = 0; y < kBottom; ++y) {
+    for (std::uint32_t x = kLeft; x < a.width; ++x) {
+      const Rgb &p = a.pixel[y * a.width + x], &q = b.pixel[y * b.width + x];
+      changed += std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 25 ? 1 : 0;
+    }
+  }
+  return static_cast<double>(changed) / static_cast<double>(kBottom * (a.width - kLeft));
+}
+
+TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
+  if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
+  const ScreenPicture before = screen_.settled();
+
+  // A click on the light shows its gizmo, with a red axis.
+  screen_.click(1, pixelOf(position_));
+  const double red = before.share(isReddish);
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
+
+  // Its vertical axis lifts it, and lifts it alone; the wall's light goes with it.
+  const glm::ivec2 from = handleOf(position_, Handle::axisY);
+  screen_.dragOnce(1, from, from + glm::ivec2(0, -60));
+  std::vector<SceneLight> lights = saved();
+  ASSERT_EQ(lights.size(), 1u);
+  const glm::vec3 lifted = lights[0].positionWorld;
+  EXPECT_EQ(lifted.x, position_.x);
+  EXPECT_EQ(lifted.z, position_.z);
+  EXPECT_NEAR(lifted.y - position_.y, 60.0f * view_.metresPerPixel(position_), 0.06f);
+  EXPECT_GT(changedShare(before, screen_.settled()), 0.05) << "the level must be lit from there";
+
+  // A square moves it in its plane.
+  const glm::ivec2 corner = handleOf(lifted, Handle::squareY);
+  screen_.dragOnce(1, corner, corner + glm::ivec2(40, 8));
+  const glm::vec3 aside = saved().at(0).positionWorld;
+  EXPECT_NEAR(aside.y, lifted.y, 1e-5f);
+  EXPECT_GT(glm::distance(aside, lifted), 0.1f);
+
+  // Back and forth again: to the bit.
+  screen_.press("ctrl+z");
+  EXPECT_EQ(saved().at(0).positionWorld, lifted);
+  screen_.press("ctrl+z");
+  EXPECT_EQ(saved().at(0).positionWorld, position_);
+  EXPECT_LT(changedShare(before, screen_.settled()), 0.03) << "the level must be lit as before, but for the gizmo";
+  screen_.press("ctrl+y");
+  EXPECT_EQ(saved().at(0).positionWorld, lifted);
+  screen_.press("ctrl+shift+z");
+  EXPECT_EQ(saved().at(0).positionWorld, aside);
+
+  // A damaged file is told on the screen, loads nothing, and is not written over.
+  const std::string damaged = R"([{"type": "point"}])";
+  std::ofstream(at("lights.json")) << damaged;
+  const double pink = screen_.settled().share(isErrorText);
+  screen_.press("ctrl+o");
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > pink + 1e-4; }))
+      << "no error shown";
+  const double told = screen_.settled().share(isErrorText);
+  screen_.press("ctrl+s");
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > told + 1e-4; }))
+      << "no second error";
+  EXPECT_EQ(readAll(at("lights.json")), damaged);
+  EXPECT_EQ(saved().at(0).positionWorld, aside);
+
+  // Duplicated, removed, and put back
+  screen_.press("ctrl+d");
+  lights = saved();
+  ASSERT_EQ(lights.size(), 2u);
+  EXPECT_EQ(lights[1].name, "key 2");
+  screen_.press("Delete");
+  EXPECT_EQ(saved().size(), 1u);
+  screen_.press("ctrl+z");
+  EXPECT_EQ(saved().size(), 2u);
+
+  // A good file replaces the set.
+  std::ofstream(at("lights.json")) << R"([{"type": "spot", "position": [1, 2, 3], "direction": [0, -2, 0]}])";
+  screen_.press("ctrl+o");
+  screen_.settled();
+  lights = saved();
+  ASSERT_EQ(lights.size(), 1u);
+  EXPECT_EQ(lights[0].kind, LightKind::spot);
+  EXPECT_EQ(lights[0].positionWorld, glm::vec3(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// See cpu_light.h.
+#include <epoxy/gl.h>
+
+#include "formats/pack.h"
+#include "tools/view/cpu_light.h"
+
+#include <algorithm>
+#include <array>
+#include <thread>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kWord = 4;  // coefficients of a layer, and of a word of the grid's buffer
+
+std::size_t wordsOf(int bands) { return (static_cast<std::size_t>(bands * bands) + kWord - 1) / kWord; }
+
+// The texels of one channel, a layer after the other. `first`: of the channel's coefficients within a cache.
+std::vector<std::uint16_t> mapTexels(const Lightmap& map, std::span<const float> coefficients, std::size_t stride,
+                                     std::size_t first, int bands) {
+  const std::size_t texels = map.cache.size(), count = static_cast<std::size_t>(bands * bands);
+  std::vector<std::uint16_t> halves(kWord * texels * wordsOf(bands), 0);
+  for (std::size_t t = 0; t < texels; ++t) {
+    if (map.cache[t] == kNoCache) continue;
+    const float* from = coefficients.data() + stride * map.cache[t] + first;
+    for (std::size_t i = 0; i < count; ++i) halves[kWord * (texels * (i / kWord) + t) + i % kWord] = packHalf(from[i]);
+  }
+  return halves;
+}
+
+}  // namespace
+
+Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Relighter& like,
+                                  const Relighter* previous, RelightOptions options) {
+  auto shadows = RayShadows::create(scene);
+  if (!shadows) return shadows.error();
+  auto threads = std::make_unique<WorkerThreads>(std::max(1u, std::thread::hardware_concurrency()));
+  options.backend = BackendKind::cpu;
+  options.lumaBands = like.lumaBands();
+  options.chromaBands = like.chromaBands();
+  options.parallelFor = [pool = threads.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+    pool->run(tasks, body);
+  };
+  auto relighter = Relighter::create(bake, options);
+  if (!relighter) return relighter.error();
+  if (previous) {
+    const Status inherited = relighter->inherit(*previous, bake);
+    if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
+  }
+  return CpuLight(bake, std::move(*shadows), std::move(threads), std::move(*relighter));
+}
+
+Status CpuLight::relight(LightSetup setup) {
+  setup.visibility = shadows_.visibility(setup.lights);
+  return relighter_.relight(setup);
+}
+
+void CpuLight::upload(const GlResolveInputs& inputs) const {
+  const std::vector<float> coefficients = relighter_.cacheCoefficients();
+  const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
+  const CacheBands held{relighter_.lumaBands(), relighter_.chromaBands(), bake_->links.kind == LinkKind::irradiance,
+                        true};
+  const std::array<int, 3> bands{relighter_.lumaBands(), relighter_.chromaBands(), relighter_.chromaBands()};
+
+  // The light map: four coefficients a layer
+  const Lightmap& map = bake_->caches.lightmap;
+  const std::array<std::uint32_t, 3> textures{inputs.lightmapY, inputs.lightmapCo, inputs.lightmapCg};
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < textures.size() && map.width > 0; ++k) {
+    const int onMap = held.onMap(bands[k]);
+    const auto halves = mapTexels(map, coefficients, stride, first, onMap);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, textures[k]);
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(map.width), static_cast<GLsizei>(map.height),
+                    static_cast<GLsizei>(wordsOf(onMap)), GL_RGBA, GL_HALF_FLOAT, halves.data());
+    first += static_cast<std::size_t>(bands[k] * bands[k]);
+  }
+  glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+
+  // The grid's caches: words of four, each channel filled up
+  std::vector<std::uint16_t> words;
+  const std::uint32_t gridCaches = bake_->caches.firstMapCache();
+  for (std::size_t cache = 0; cache < gridCaches; ++cache) {
+    const float* from = coefficients.data() + stride * cache;
+    for (const int l : bands) {
+      const std::size_t begin = words.size();
+      for (int i = 0; i < l * l; ++i) words.push_back(packHalf(*from++));
+      words.resize(begin + kWord * wordsOf(l), 0);
+    }
+  }
+  glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.caches);
+  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint16_t)), words.data());
+  glBindBuffer(GL_COPY_WRITE_BUFFER, 0);
+}
+
+}  // namespace relume

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// See light_editor.h.
+#include "tools/view/light_editor.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr float kMaxPosition = 1e6f;  // [m] well within what a list of lights may say
+
+}  // namespace
+
+void LightEditor::begin(const Lights& lights) {
+  history_ = EditHistory<Lights>(lights);
+  selected_.reset();
+  drag_.reset();
+}
+
+glm::vec3 LightEditor::anchorOf(const ViewedLight& light, const PixelView& view) {
+  const glm::vec3& position = light.light.positionWorld;
+  if (light.light.kind != LightKind::directional || view.shows(position)) return position;
+  // A sun shines everywhere: its rings stand at the right of the view, where neither panel nor level's middle is.
+  constexpr float kAhead = 3.0f;  // [m]
+  const MouseRay ray = view.ray({0.85f * view.size.x, 0.3f * view.size.y});
+  return ray.origin + kAhead * ray.direction;
+}
+
+std::optional<Gizmo> LightEditor::gizmo(const Lights& lights, const PixelView& view) const {
+  if (drag_) {
+    // Rings stay where they were grabbed; handles that move go with the light.
+    Gizmo dragged = drag_->start;
+    if (!isRing(drag_->handle)) dragged.centreWorld = lights[*selected_].light.positionWorld;
+    dragged.direction = lights[*selected_].light.direction;
+    return dragged;
+  }
+  if (!selected_ || *selected_ >= lights.size()) return std::nullopt;
+  const ViewedLight& light = lights[*selected_];
+  Gizmo gizmo;
+  gizmo.centreWorld = anchorOf(light, view);
+  gizmo.direction = light.light.direction;
+  gizmo.size = gizmoSize(view, gizmo.centreWorld);
+  gizmo.moves = light.light.kind != LightKind::directional;
+  gizmo.turns = light.light.kind != LightKind::point;
+  if (!(gizmo.size > 0.0f)) return std::nullopt;
+  return gizmo;
+}
+
+Handle LightEditor::handleAt(const Lights& lights, const PixelView& view, const glm::vec2& pixel) const {
+  if (drag_) return drag_->handle;
+  const auto shown = gizmo(lights, view);
+  return shown ? pickHandle(*shown, view, pixel) : Handle::none;
+}
+
+bool LightEditor::press(Lights& lights, const PixelView& view, const glm::vec2& pixel) {
+  commit(lights);
+  const auto shown = gizmo(lights, view);
+  if (shown) {
+    drag_ = beginDrag(*shown, pickHandle(*shown, view, pixel), view, pixel);
+    if (drag_) {
+      before_ = lights[*selected_];
+      return true;
+    }
+  }
+  std::optional<std::size_t> nearest;
+  float best = kLightIconPixels + 3.0f;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const auto at = view.project(anchorOf(lights[i], view));
+    if (!at || glm::distance(*at, pixel) >= best) continue;
+    best = glm::distance(*at, pixel);
+    nearest = i;
+  }
+  selected_ = nearest;
+  return nearest.has_value();
+}
+
+void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& pixel) {
+  if (!drag_) return;
+  const auto to = dragTo(*drag_, view, pixel);
+  if (!to) return;
+  ViewedLight& light = lights[*selected_];
+  light.orbits = false;
+  if (isRing(drag_->handle)) {
+    light.light.direction = to->direction;
+  } else {
+    light.light.positionWorld = light.home = glm::clamp(to->centreWorld, -kMaxPosition, kMaxPosition);
+  }
+}
+
+void LightEditor::release(const Lights& lights) {
+  if (!drag_) return;
+  drag_.reset();
+  commit(lights);
+}
+
+void LightEditor::cancelDrag(Lights& lights) {
+  if (!drag_) return;
+  lights[*selected_] = *before_;
+  drag_.reset();
+}
+
+void LightEditor::add(Lights& lights, ViewedLight light) {
+  cancelDrag(lights);
+  commit(lights);
+  lights.push_back(std::move(light));
+  selected_ = lights.size() - 1;
+  commit(lights);
+}
+
+void LightEditor::removeSelected(Lights& lights) {
+  cancelDrag(lights);
+  if (!selected_ || *selected_ >= lights.size()) return;
+  commit(lights);
+  lights.erase(lights.begin() + static_cast<std::ptrdiff_t>(*selected_));
+  selected_.reset();
+  commit(lights);
+}
+
+void LightEditor::replace(Lights& lights, Lights with) {
+  cancelDrag(lights);
+  commit(lights);
+  lights = std::move(with);
+  selected_.reset();
+  commit(lights);
+}
+
+void LightEditor::commit(const Lights& lights) {
+  if (!drag_) history_.commit(lights);
+}
+
+void LightEditor::undo(Lights& lights) {
+  cancelDrag(lights);
+  commit(lights);
+  lights = history_.undo();
+  keepSelectionWithin(lights);
+}
+
+void LightEditor::redo(Lights& lights) {
+  cancelDrag(lights);
+  commit(lights);
+  lights = history_.redo();
+  keepSelectionWithin(lights);
+}
+
+void LightEditor::keepSelectionWithin(const Lights& lights) {
+  if (selected_ && *selected_ >= lights.size()) selected_.reset();
+}
+
+}  // namespace relume

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// See light_set.h.
+#include "tools/view/light_set.h"
+
+#include "tools/render/lights_file.h"
+#include "tools/render/render_frame.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+
+namespace relume {
+namespace {
+
+constexpr float kAhead = 2.0f;  // [m] of a new light, before the camera
+
+SceneLight toSceneLight(const ViewedLight& viewed) {
+  const Light& light = viewed.light;
+  SceneLight scene;
+  scene.name = viewed.name;
+  scene.kind = light.kind;
+  scene.intensity = light.intensity;
+  scene.positionWorld = light.positionWorld;
+  scene.direction = light.direction;
+  scene.range = light.range;
+  scene.innerConeRad = light.innerConeRad;
+  scene.outerConeRad = light.outerConeRad;
+  return scene;
+}
+
+const char* kindName(LightKind kind) {
+  return kind == LightKind::point ? "point" : kind == LightKind::spot ? "spot" : "sun";
+}
+
+}  // namespace
+
+std::size_t lightsOn(std::span<const ViewedLight> lights) {
+  return static_cast<std::size_t>(
+      std::count_if(lights.begin(), lights.end(), [](const ViewedLight& l) { return l.on; }));
+}
+
+std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights) {
+  std::vector<SceneLight> on;
+  for (const ViewedLight& viewed : lights) {
+    if (viewed.on) on.push_back(toSceneLight(viewed));
+  }
+  return on;
+}
+
+std::size_t limitLightsOn(std::span<ViewedLight> lights) {
+  std::size_t on = 0, switchedOff = 0;
+  for (ViewedLight& light : lights) {
+    if (!light.on || ++on <= kMaxLightsOn) continue;
+    light.on = false;
+    ++switchedOff;
+  }
+  return switchedOff;
+}
+
+std::string freeName(const std::string& base, std::span<const ViewedLight> lights) {
+  const auto taken = [&](const std::string& name) {
+    return std::any_of(lights.begin(), lights.end(), [&](const ViewedLight& l) { return l.name == name; });
+  };
+  std::string name = base;
+  for (int i = 2; taken(name); ++i) name = base + " " + std::to_string(i);
+  return name;
+}
+
+ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights) {
+  ViewedLight viewed;
+  viewed.name = freeName(kindName(kind), lights);
+  viewed.light.kind = kind;
+  viewed.light.intensity = glm::vec3(kind == LightKind::directional ? 3.0f : 10.0f);
+  viewed.light.positionWorld = viewed.home = camera.position + kAhead * camera.forward();
+  viewed.light.direction = glm::normalize(camera.forward() + glm::vec3(0.0f, -1.5f, 0.0f));
+  viewed.light.innerConeRad = 0.3f;
+  viewed.light.outerConeRad = 0.6f;
+  viewed.on = lightsOn(lights) < kMaxLightsOn;
+  return viewed;
+}
+
+Result<std::vector<ViewedLight>> loadLightSet(const std::filesystem::path& path, std::size_t before) {
+  if (path.empty()) return Error{ErrorCode::usage, "the name of a file of lights is expected"};
+  const auto read = readLightsFile(path);
+  if (!read) return read.error();
+  if (read->size() > kMaxLightsOn) {
+    return Error{ErrorCode::unsupported, "\"" + path.string() + "\": " + std::to_string(read->size()) +
+                                             " lights, of which the viewer lights at most " +
+                                             std::to_string(kMaxLightsOn)};
+  }
+  std::vector<ViewedLight> lights;
+  for (const SceneLight& light : *read) {
+    const std::string name = light.name.empty() ? "light " + std::to_string(before + lights.size() + 1) : light.name;
+    lights.push_back({name, toRuntimeLight(light), true, false, light.positionWorld});
+  }
+  return lights;
+}
+
+Status saveLightSet(const std::filesystem::path& path, std::span<const ViewedLight> lights) {
+  if (path.empty()) return Error{ErrorCode::usage, "the name of a file to save lights in is expected"};
+  return writeLightsFile(path, sceneLightsOn(lights));
+}
+
+}  // namespace relume

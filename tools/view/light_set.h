@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// The lights of the window as a set that can be added to, saved and loaded.
+#pragma once
+
+#include "relume/result.h"
+#include "tools/view/view_state.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+// Lights that can be on at once: as many as there are shadow maps.
+inline constexpr std::size_t kMaxLightsOn = 32;
+
+std::size_t lightsOn(std::span<const ViewedLight> lights);
+
+std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights);
+
+// Switch off what is on beyond kMaxLightsOn. Returns how many that are.
+std::size_t limitLightsOn(std::span<ViewedLight> lights);
+
+// A new light of that kind before the camera: a white one that a room is lit well by, spots and suns aimed along the
+// view and down. It is on unless kMaxLightsOn are.
+ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights);
+// `base`, or with a number behind it when there is a light of that name.
+std::string freeName(const std::string& base, std::span<const ViewedLight> lights);
+
+// The lights of a file, all of them on; one without a name is "light <number>", counted from `before` + 1. Errors of
+// readLightsFile(); unsupported: more than kMaxLightsOn.
+Result<std::vector<ViewedLight>> loadLightSet(const std::filesystem::path& path, std::size_t before = 0);
+
+// The lights that are on, for `relume render --lights none --lights-file`. Errors of writeLightsFile(), and usage where
+// there is no name.
+Status saveLightSet(const std::filesystem::path& path, std::span<const ViewedLight> lights);
+
+}  // namespace relume

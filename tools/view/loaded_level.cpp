@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// See loaded_level.h.
+#include "tools/view/loaded_level.h"
+
+#include "relume/bake/bake.h"
+#include "relume/bake/load_scene.h"
+#include "tools/compare/fit_bake.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace relume {
+
+ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material) {
+  const Material &baked = level.materials[material], &driven = level.scene.materials[material];
+  const auto emitter = std::find_if(state.emitters.begin(), state.emitters.end(),
+                                    [&](const ViewedEmitter& e) { return e.isDriven && e.name == baked.name; });
+  if (emitter == state.emitters.end()) return {state.emission * baked.emission, baked.emissionTexture};
+  if (emitter->image.empty()) return {emitter->radiance, {}};
+  return {emitter->radiance * driven.emission, driven.emissionTexture};
+}
+
+Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context) {
+  auto level = std::make_shared<LoadedLevel>();
+  level->scene = std::move(scene);
+  level->sceneFile = files.scene;
+  level->bakeFile = files.bake;
+  if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
+  auto baked = files.bake.empty() ? bake(level->scene, presetOptions(Preset::draft), context)
+                                  : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
+  if (!baked) return baked.error();
+  level->bake = std::move(*baked);
+  level->materials = level->scene.materials;
+  if (Status ok = driveScene(level->scene, files.driven, true); !ok) return ok.error();
+  return LevelPtr(std::move(level));
+}
+
+Result<LevelPtr> loadLevel(const LevelFiles& files, Context& context) {
+  auto scene = loadScene(files.scene, context, toImportOptions(files.sceneOptions));
+  if (!scene) return scene.error();
+  return loadBake(std::move(*scene), files, context);
+}
+
+}  // namespace relume

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// A level with its bake, as the viewer shows it: read from files, or baked here at preset draft.
+#pragma once
+
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
+#include "tools/base/scene_options.h"
+#include "tools/render/drive_scene.h"
+#include "tools/view/file_watch.h"
+#include "tools/view/view_state.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+struct LoadedLevel {
+  Scene scene;
+  std::vector<Material> materials;  // of the scene, as they were before any was driven
+  Bake bake;
+  std::string sceneFile;
+  std::string bakeFile;  // empty: the bake is in memory alone
+  FileStamp bakeStamp;   // of the file, from before it was read
+};
+using LevelPtr = std::shared_ptr<const LoadedLevel>;
+
+// What a material of the scene emits, as a state has it.
+struct ShownEmission {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] times the texture, or evenly
+  TextureRef texture;
+};
+ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material);
+
+// Where a level comes from.
+struct LevelFiles {
+  std::string scene;
+  std::string bake;  // empty: bake it at preset draft
+  SceneOptions sceneOptions;
+  bool allowStale = false;               // take a bake of another state of the scene
+  std::vector<DrivenMaterial> driven{};  // what its materials emit instead, once the bake is known to be of the level
+};
+
+// Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: cancelled.
+Result<LevelPtr> loadLevel(const LevelFiles& files, Context& context);
+// The second half of it.
+Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context);
+
+}  // namespace relume

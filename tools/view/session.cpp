@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+// See session.h.
+#include "tools/view/session.h"
+
+#include "tools/view/light_set.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <utility>
+
+namespace relume {
+namespace {
+
+// Objects of the level where they have been moved to, unless the level has them elsewhere now.
+std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, std::vector<ViewedObject> now) {
+  for (ViewedObject& object : now) {
+    const auto same = std::find_if(before.begin(), before.end(), [&](const ViewedObject& b) {
+      return b.name == object.name && b.home == object.home;
+    });
+    if (same != before.end()) object.position = same->position;
+  }
+  return now;
+}
+
+std::string counted(std::size_t lights) { return std::to_string(lights) + (lights == 1 ? " light" : " lights"); }
+
+}  // namespace
+
+Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress)
+    : state(std::move(first)),
+      lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
+      options_(options),
+      getProcAddress_(std::move(getProcAddress)),
+      capture_(options.output.empty() ? "." : options.output) {
+  editor.begin(state.lights);
+}
+
+Status Session::show(LevelPtr next) {
+  const bool isSame = level && level->sceneFile == next->sceneFile;
+  // The level of the command line has the state that this began with.
+  const bool isFirst = !level && next->sceneFile == options_.scene;
+  ViewState wanted = state;
+  pick_.reset();
+  if (isSame) {
+    wanted.objects = keptObjects(state.objects, objectsOf(next->scene));
+  } else if (!isFirst) {
+    // Names of the first level's cameras and lights say nothing of this one.
+    options_.camera.clear();
+    options_.lights = {"all"};
+    options_.lightsFile.clear();
+    options_.driven.clear();
+    auto fresh = initialState(next->scene, options_);
+    if (!fresh) return fresh.error();
+    wanted = std::move(*fresh);
+  }
+  auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
+  if (!made) return made.error();
+  viewer.emplace(std::move(*made));
+  level = std::move(next);
+  watch_ = FileWatch(level->bakeFile, level->bakeStamp);
+  state = std::move(wanted);
+  if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
+    say(Severity::warning,
+        counted(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  }
+  if (!isSame) editor.begin(state.lights);
+  if (state.sky.map && level->bake.hierarchy.skyDirection.empty())
+    say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
+  return done();
+}
+
+LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
+  // --emission names materials of the level of the command line.
+  return {scene, bake, options_.sceneOptions, options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>()};
+}
+
+// Make the relighter that the state asks for; one that cannot be had is told, and the choice taken back.
+void Session::relightAsChosen() {
+  if (viewer->relightBy() == state.relightBy) return;
+  if (!messages.check(viewer->choose(state.relightBy), now_)) state.relightBy = viewer->relightBy();
+}
+
+void Session::begin(LevelFiles files, std::optional<Scene> scene) {
+  job.reset();
+  job.emplace(std::move(files), std::move(scene));
+}
+
+void Session::drop(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".glb" || extension == ".gltf") return begin(filesOf(path, ""));
+  if (extension == ".json") {
+    lightsFile = path;
+    return loadLights();
+  }
+  if (extension == ".relume" && level) return begin(filesOf(level->sceneFile, path));
+  say(Severity::error, "\"" + path +
+                           "\": a level (.glb, .gltf), a bake of the level that is shown (.relume) or a list of "
+                           "lights (.json) expected");
+}
+
+void Session::finishJob() {
+  if (!job) return;
+  for (std::string& warning : job->takeWarnings()) warnings.push_back(std::move(warning));
+  auto result = job->takeResult();
+  if (!result) return;
+  const bool isCancelled = job->isCancelled();
+  const LevelFiles files = job->files();
+  job.reset();
+  const std::string kept = level ? "; what is shown stays" : "";
+  if (isCancelled) return say(Severity::info, "cancelled" + kept);
+  if (!*result) return say(Severity::error, result->error().message + kept);
+  if (const Status shown = show(std::move(**result)); !shown) return say(Severity::error, shown.error().message + kept);
+  const std::string noted =
+      warnings.empty() ? "" : "; " + std::to_string(warnings.size()) + " warnings about the level are in the terminal";
+  say(Severity::info,
+      (files.bake.empty() ? "\"" + files.scene + "\" baked at preset draft, in memory alone; relume bake writes a bake"
+                          : "\"" + files.bake + "\" loaded") +
+          noted);
+}
+
+void Session::compareWithReference() {
+  if (!viewer) return;
+  reference.reset();
+  heat.reset();
+  const float aspect = pixels_.size.x / pixels_.size.y;
+  const auto height =
+      static_cast<std::uint32_t>(std::clamp(static_cast<float>(ReferenceJob::kWidth) / aspect, 1.0f, 1024.0f));
+  reference.emplace(level, state, height, viewer->irradiance(state, ReferenceJob::kWidth, height));
+}
+
+void Session::finishReference() {
+  if (!reference) return;
+  auto result = reference->takeResult();
+  if (!result) return;
+  const bool isCancelled = reference->isCancelled();
+  reference.reset();
+  if (isCancelled) return;
+  if (!*result) return say(Severity::error, result->error().message);
+  heat = std::move(**result);
+  heatTexture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D, heatTexture.name());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, static_cast<GLsizei>(heat->width), static_cast<GLsizei>(heat->height), 0,
+               GL_RGB, GL_UNSIGNED_BYTE, heat->rgb.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+// A bake that has changed on disk is loaded, unless something is on its way already.
+void Session::watchBake() {
+  if (job || !level || !watch_.hasChanged(now_)) return;
+  begin(filesOf(level->sceneFile, level->bakeFile));
+}
+
+void Session::run(Command command) {
+  switch (command) {
+    case Command::undo:
+      return editor.undo(state.lights);
+    case Command::redo:
+      return editor.redo(state.lights);
+    case Command::saveLights:
+      return saveLights();
+    case Command::loadLights:
+      return loadLights();
+    case Command::removeLight:
+      return editor.removeSelected(state.lights);
+    case Command::duplicateLight:
+      return duplicateLight();
+    case Command::cancel:
+      if (editor.isDragging()) return editor.cancelDrag(state.lights);
+      return editor.select({});
+    case Command::togglePanel:
+      state.panel = !state.panel;
+      return;
+    case Command::toggleHandles:
+      state.handles = !state.handles;
+      return;
+    case Command::screenshot:
+      screenshotWanted_ = true;
+      return;
+    case Command::film:
+      return toggleFilm();
+  }
+}
+
+void Session::addLight(LightKind kind) {
+  ViewedLight light = newLight(kind, state.camera, state.lights);
+  if (!light.on)
+    say(Severity::warning, "the new light is off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  editor.add(state.lights, std::move(light));
+}
+
+void Session::duplicateLight() {
+  if (!editor.selected()) return;
+  ViewedLight light = state.lights[*editor.selected()];
+  light.name = freeName(light.name, state.lights);
+  light.on = light.on && lightsOn(state.lights) < kMaxLightsOn;
+  editor.add(state.lights, std::move(light));
+}
+
+void Session::saveLights() {
+  editor.commit(state.lights);
+  if (!messages.check(saveLightSet(lightsFile, state.lights), now_)) return;
+  say(Severity::info, counted(lightsOn(state.lights)) + " saved to \"" + lightsFile + "\"");
+}
+
+void Session::loadLights() {
+  auto lights = loadLightSet(lightsFile);
+  if (!lights) return say(Severity::error, lights.error().message + "; the lights stay as they are");
+  say(Severity::info, counted(lights->size()) + " loaded from \"" + lightsFile + "\"");
+  editor.replace(state.lights, std::move(*lights));
+}
+
+void Session::press(const glm::vec2& pixel) {
+  mouse = pixel;
+  if (std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); })) return;
+  const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
+  if (!isLight && state.shows(Overlay::links)) pick_ = pixel;
+}
+
+void Session::move(const glm::vec2& pixel) {
+  mouse = pixel;
+  editor.move(state.lights, pixels_, pixel);
+}
+
+void Session::release() { editor.release(state.lights); }
+
+void Session::beginFrame(double now, const glm::vec2& windowSize) {
+  animation_ += capture_.isFilming() ? Capture::kFrameSeconds : now - now_;
+  now_ = now;
+  messages.forgetOld(now);
+  finishJob();
+  finishReference();
+  watchBake();
+  const glm::vec2 size = glm::max(windowSize, glm::vec2(1.0f));
+  const float aspect = size.x / size.y;
+  pixels_ = {viewer ? viewer->clipFromWorld(state.camera, aspect) : state.camera.clipFromWorld(aspect, 0.1f, 100.0f),
+             state.camera.position, size};
+}
+
+void Session::toggleFilm() {
+  if (!capture_.isFilming()) {
+    if (messages.check(capture_.beginFilm(), now_)) say(Severity::info, "filming; F11 ends the film");
+    return;
+  }
+  const std::string frames = std::to_string(capture_.frames());
+  say(Severity::info, frames + " frames in \"" + capture_.endFilm().string() + "\"");
+}
+
+// Of the level as it has just been drawn.
+void Session::takePictures(std::uint32_t width, std::uint32_t height) {
+  messages.check(capture_.frame(width, height), now_);
+  if (!std::exchange(screenshotWanted_, false)) return;
+  const auto path = capture_.screenshot(width, height);
+  if (!path) return say(Severity::error, path.error().message);
+  say(Severity::info, "\"" + path->string() + "\" written");
+}
+
+void Session::endControls(bool isHeld) {
+  if (!isHeld) editor.commit(state.lights);
+}
+
+void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
+  if (viewer) {
+    relightAsChosen();
+    messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+    if (pick_) {
+      const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;
+      if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) state.picked = point;
+    }
+    pick_.reset();
+    times.add(viewer->times());
+    takePictures(width, height);
+    return;
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glClearColor(0.08f, 0.08f, 0.08f, 1.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+}  // namespace relume

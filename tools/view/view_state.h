@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// Everything of the viewer that may change between frames: camera, lights, objects, sky, what is shown. Plain data; the
+// panel, the light handles and the command line write it, Viewer reads it.
+#pragma once
+
+#include "bake/scene/sky.h"
+#include "relume/bake/scene.h"
+#include "relume/lights.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/shared/bands.h"
+#include "tools/render/drive_scene.h"
+#include "tools/view/fly_camera.h"
+#include "tools/view/options.h"
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relume {
+
+// A light of the scene, of a file or of the window's own as it stands now.
+struct ViewedLight {
+  std::string name;
+  Light light;  // of a directional one the position says where it is drawn
+  bool on = true;
+  bool orbits = false;   // circles around its home
+  glm::vec3 home{0.0f};  // [m]
+
+  // Whether it is the same to somebody who edits lights: where an orbit has taken one does not count.
+  bool operator==(const ViewedLight& other) const;
+};
+
+// A dynamic node of the scene as it stands now.
+struct ViewedObject {
+  std::string name;
+  glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
+  glm::vec3 position{0.0f};  // [m] and where it is
+};
+
+// A material whose light a frame may replace, as it stands now.
+struct ViewedEmitter {
+  std::string name;
+  bool isDriven = false;     // else it emits what the level has
+  glm::vec3 radiance{1.0f};  // [W/m²/sr] while it is driven; of one with an image a factor on it
+  std::uint32_t width = 0, height = 0;
+  std::vector<glm::vec3> image;  // [W/m²/sr] [Size width * height] of --emission MATERIAL=FILE; empty = none
+};
+
+// How light over links is made. Zero bands: as the bake recommends.
+struct RelightChoice {
+  Bands bands;
+  BackendKind backend = BackendKind::gl;
+  bool operator==(const RelightChoice& other) const {
+    return bands.luma == other.bands.luma && bands.chroma == other.bands.chroma && backend == other.backend;
+  }
+};
+
+enum class ViewMode : int {
+  full,
+  direct,
+  links,
+  glossy,
+  albedo,
+  normal,
+  texels,
+  grid,
+  irradiance
+};  // the last for reading back
+inline constexpr const char* kViewModeNames[] = {"all light",          "direct light",     "light over links",
+                                                 "glossy light",       "albedo",           "normals",
+                                                 "light map's texels", "light of the grid"};
+
+enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
+inline constexpr const char* kOverlayTexts[] = {"surfels", "hierarchy", "caches", "links of a point", "light map"};
+
+inline constexpr int kMaxBounces = 8;
+
+// Everything that may change between frames.
+struct ViewState {
+  FlyCamera camera;
+  std::vector<ViewedLight> lights;
+  float emission = 1.0f;  // factor on emitting surfaces
+  Sky sky;                // its map, where it has one, is the one that the viewer was made with
+  std::vector<ViewedEmitter> emitters;
+  RelightChoice relightBy;
+  float bounceScale = 1.0f;
+  int bounces =
+      0;  // [0..kMaxBounces] light is reflected so often, from reset in each frame; 0 = one more in each frame
+  bool direct = true, indirect = true;  // what of the light is shown
+  ViewMode mode = ViewMode::full;
+  float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
+  float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
+  float exposure = 0.0f;     // [stops]
+  std::array<bool, kOverlayNames.size()> overlays{};
+  bool shows(Overlay overlay) const { return overlays[static_cast<std::size_t>(overlay)]; }
+  int clusterLevel = 6;             // [0..] of the hierarchy, of Overlay::clusters
+  std::optional<glm::vec3> picked;  // [m] point of Overlay::links; nothing: the middle of the view
+  bool relight = true;              // false freezes the light over links
+  std::vector<ViewedObject> objects;
+  bool panel = true;    // whether the panel is shown
+  bool handles = true;  // and the lights' icons and gizmos
+};
+
+// The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
+// does. usage: a camera or light the scene does not know.
+Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
+
+// Its drivable materials, of which those of `driven` are driven.
+std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven);
+
+// The dynamic nodes of a level, where it has them.
+std::vector<ViewedObject> objectsOf(const Scene& scene);
+
+// Move the lights that orbit to where they are at `seconds`.
+void animate(ViewState& state, double seconds);
+
+}  // namespace relume
