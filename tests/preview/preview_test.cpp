@@ -97,6 +97,9 @@ TEST(Preview, closedFurnaceGivesItsFirstBounce) {
   Asked asked{lookAt({0.2f, 0.1f, 0.3f}, {1, 0.2f, 0}), {}, true, {}};
   PreviewOptions options = small();
   options.emitterRays = 256;
+  // One point of emitters that touch what they light is noise with a long tail. Replacing records that stand out takes
+  // the tail off, and with it some light.
+  options.rounds = 0;
   const PreviewFrame frame = preview(scene, asked, options);
   // With albedo: rho times.
   EXPECT_NEAR(meanOf(frame.bounced), 3 * 2.0 * 0.25, 0.02 * 1.5);
