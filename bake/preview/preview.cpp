@@ -83,14 +83,16 @@ Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, st
   for (const float accuracy : accuraciesOf(options)) {
     placement.interpolation = {options.weight, accuracy, options.gradients};
     Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
-    for (int round = 0; round < options.rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
+    const bool first = reached.accuracy == 0.0f;
+    if (first) frame.firstSeconds = secondsSince(begin);
+    if (outcome == Placement::complete || first) reached = placement.interpolation;
+    // Contradictions are settled at the accuracy that is asked for: on the way there others are in a hurry.
+    const int rounds = accuracy == options.accuracy ? options.rounds : 0;
+    for (int round = 0; round < rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
       const RecordTiles tiles(camera, cache, placement.interpolation);
       if (limitReaches(tiles, receivers, options.width, options.contrast, cache, context) == 0) break;
       outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
     }
-    const bool first = reached.accuracy == 0.0f;
-    if (outcome == Placement::complete || first) reached = placement.interpolation;
-    if (first) frame.firstSeconds = secondsSince(begin);
     if (outcome == Placement::full)
       context.message(Severity::warning, "preview: " + std::to_string(options.maxRecords) +
                                              " records did not reach every pixel; raise --max-records or --accuracy");

@@ -27,9 +27,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -99,7 +101,11 @@ Result<std::optional<Bake>> findBake(const PreviewArguments& arguments, const Sc
     if (!loaded) return loaded.error();
     return std::optional<Bake>(std::move(*loaded));
   }
+  // What a draft has to say of texels and faces is for who bakes.
+  std::function<void(Severity, std::string_view)> listener;
+  std::swap(listener, context.onMessage);
   auto draft = bake(scene, presetOptions(Preset::draft), context);
+  std::swap(listener, context.onMessage);
   if (draft) return std::optional<Bake>(std::move(*draft));
   if (context.cancelled() || arguments.source != "auto") return draft.error();
   context.message(Severity::warning,
