@@ -2,6 +2,7 @@
 // See gather.h.
 #include "bake/preview/gather.h"
 
+#include "bake/preview/weights.h"
 #include "formats/color.h"
 
 #include <glm/common.hpp>
@@ -262,6 +263,7 @@ Record RecordGatherer::gather(const Receiver& receiver, std::uint64_t item, Scra
     record.nearest = std::min(record.nearest, s.distance[i]);
   }
   record.distance = inverse > 0.0 ? static_cast<float>(weight / inverse) : kInfinity;
+  record.distance = std::min(record.distance, kNear * receiver.occluder);
   limitBySlope(record);
   return record;
 }

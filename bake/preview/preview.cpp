@@ -24,8 +24,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr float kCoarsest = 1.0f;   // accuracy of the first picture under a time limit
-constexpr float kFarthest = 64.0f;  // accuracy up to which records reach out for pixels that have none
+constexpr float kCoarsest = 1.0f;  // accuracy of the first picture under a time limit
+constexpr float kFarthest = 4.0f;  // times the accuracy up to which records reach out for pixels that have none
 constexpr float kGrowth = 1.41421356f;
 
 double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
@@ -103,7 +103,44 @@ Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, st
   return reached;
 }
 
-// Records splatted at the pixels' centres. Those that none reaches are lit by records that reach out ever farther.
+bool isMissing(const Receiver& receiver, const Splat& splat) {
+  return receiver.normal != glm::vec3(0.0f) && !(splat.weight > 0.0f);
+}
+
+std::uint32_t countMissing(std::span<const Receiver> receivers, std::span<const Splat> centers) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < receivers.size(); ++i) count += isMissing(receivers[i], centers[i]) ? 1 : 0;
+  return count;
+}
+
+// Light for pixels that no record reaches by any stretch: that of the pixel most alike among the nearest lit ones in
+// their row and column. Two sweeps there and two back.
+void fillMissing(std::span<const Receiver> receivers, std::uint32_t width, std::span<Splat> centers) {
+  constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
+  const auto unlike = [&](std::size_t a, std::size_t b) {
+    return 1.0f - glm::dot(receivers[a].normal, receivers[b].normal) +
+           glm::distance(receivers[a].positionWorld, receivers[b].positionWorld) / (64.0f * receivers[a].footprint);
+  };
+  const std::size_t count = receivers.size();
+  std::vector<std::size_t> above(width);
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    std::fill(above.begin(), above.end(), kNothing);
+    std::size_t before = kNothing;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = sweep % 2 == 0 ? k : count - 1 - k;
+      if (k % width == 0) before = kNothing;
+      std::size_t& column = above[i % width];
+      if (isMissing(receivers[i], centers[i])) {
+        std::size_t from = before != kNothing ? before : column;
+        if (before != kNothing && column != kNothing && unlike(i, column) < unlike(i, before)) from = column;
+        if (from != kNothing) centers[i] = centers[from];
+      }
+      if (centers[i].weight > 0.0f) before = column = i;
+    }
+  }
+}
+
+// Records splatted at the pixels' centres. Those that none reaches are lit by records that reach out farther.
 std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiver> receivers,
                                 std::span<const Record> records, const RecordTiles& tiles,
                                 const Interpolation& interpolation, PreviewFrame& frame, Context& context) {
@@ -111,30 +148,25 @@ std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiv
   const auto splatAll = [&](const RecordTiles& by) {
     parallelChunks(context, "", frame.height, 4, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin * frame.width; i < end * frame.width; ++i) {
-        if (receivers[i].normal == glm::vec3(0.0f) || centers[i].weight > 0.0f) continue;
+        if (!isMissing(receivers[i], centers[i])) continue;
         centers[i] = by.splat(static_cast<std::uint32_t>(i % frame.width), static_cast<std::uint32_t>(i / frame.width),
                               receivers[i]);
       }
     });
   };
-  const auto missing = [&] {
-    std::uint32_t count = 0;
-    for (std::size_t i = 0; i < receivers.size(); ++i)
-      count += receivers[i].normal != glm::vec3(0.0f) && !(centers[i].weight > 0.0f) ? 1 : 0;
-    return count;
-  };
   splatAll(tiles);
   frame.weight.resize(centers.size());
   for (std::size_t i = 0; i < centers.size(); ++i) frame.weight[i] = centers[i].weight;
-  frame.extended = missing();
+  frame.extended = countMissing(receivers, centers);
   Interpolation farther = interpolation;
   farther.limits = false;
-  for (bool any = frame.extended > 0; any && farther.accuracy < kFarthest && !context.cancelled();
-       any = missing() > 0) {
+  for (std::uint32_t missing = frame.extended;
+       missing > 0 && farther.accuracy < kFarthest * interpolation.accuracy && !context.cancelled();
+       missing = countMissing(receivers, centers)) {
     farther.accuracy *= kGrowth;
-    farther.maxPixels *= kGrowth;
     splatAll(RecordTiles(camera, records, farther));
   }
+  fillMissing(receivers, frame.width, centers);
   return centers;
 }
 

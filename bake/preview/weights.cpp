@@ -9,7 +9,6 @@ namespace relume {
 namespace {
 
 constexpr float kLeastError = 0.1f;            // of a: at the record itself others that reach there count as well
-constexpr float kNear = 4.0f;                  // times the distance to a wall nearby may be R_k in a corner of two
 constexpr float kBehind = 0.05f;               // of R_k: a point so far behind a record sees something else
 constexpr float kTabellionAccuracy = 0.15f;    // a at which Tabellion's factor kappa is 1
 constexpr float kTabellionCosine = 0.984808f;  // of 10 degrees

@@ -27,6 +27,10 @@ float reachOf(const Record& record, const Interpolation& options);
 
 inline constexpr float kMinPixels = 1.5f;
 
+// R_k of a record that a receiver reads is at most so many times the distance to it and on to what is in front of the
+// receiver: neighbour clamping (Krivanek et al. 2006). In a corner of two walls R_k is two to four times as much.
+inline constexpr float kNear = 4.0f;
+
 // Share of a record's gradient of translation that counts: less than all where kMinPixels lets the record reach farther
 // than its light can be taken for linear, which would make holes (Krivanek et al. 2006).
 float gradientShare(const Record& record, float reach, const Interpolation& options);

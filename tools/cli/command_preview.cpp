@@ -74,7 +74,7 @@ CommandFiles filesOf(const PreviewArguments& arguments, const LayerFiles& layers
 
 // Receivers, their light, the layers, and one of these on its way to a file; and as many records as there may be.
 Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOptions& options, Context& context) {
-  constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36, kRecordBytes = 2 * sizeof(Record) + 4 + 16;
+  constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36, kRecordBytes = 2 * sizeof(Record) + 4 + 16 + 4 * 64;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = layers.sideBySide ? 12.0 * static_cast<double>(layers.aovs.size()) : 0.0;
   const double records = std::min(pixels, static_cast<double>(options.maxRecords));
