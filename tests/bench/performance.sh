@@ -35,7 +35,7 @@ for kind in sh cone; do
   "$build/tools/cli/relume" bake "$scene" -o "$work/$kind.relume" --preset paper --rays 1024 --link-kind "$kind" \
     --progress none > /dev/null 2>&1
 done
-"$build/tests/bench/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
+"$build/tests/measure/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
 
 # 5. How fast rays from caches are
 "$build/tests/bench/bench_ray_rate" "$scene" "$work/cone.relume" 16 > "$work/rates.txt"
