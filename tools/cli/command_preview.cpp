@@ -36,15 +36,15 @@
 namespace relume {
 namespace {
 
-struct PreviewArguments {
-  std::string scene, bake, output, exposure = "auto", source = "auto", gradients = "on";
+struct PreviewArguments : PictureOptions {
+  std::string scene, bake, source = "auto", gradients = "on";
   std::vector<std::string> aovs{"full"};
   ViewOptions view;
   SceneOptions sceneOptions;
   std::vector<std::string> emissions;
   std::uint32_t samples = 4;
   PreviewOptions options;
-  bool sideBySide = false, allowStale = false, json = false, force = false;
+  bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
 
@@ -351,15 +351,7 @@ void addPreviewCommand(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
   addRecordOptions(*command, *a);
-  command
-      ->add_option("--exposure", a->exposure,
-                   "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
-      ->capture_default_str();
-  command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
-  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
-      ->type_name("FILE")
-      ->required();
-  command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
+  addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what it took as JSON");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runPreview(*a); }; });

@@ -37,14 +37,14 @@
 namespace relume {
 namespace {
 
-struct RenderArguments {
-  std::string scene, bake, output, bounces = "converged", backend = "cpu", bands, exposure = "auto", exponent;
+struct RenderArguments : PictureOptions {
+  std::string scene, bake, bounces = "converged", backend = "cpu", bands, exponent;
   std::vector<std::string> aovs{"full"};
   ViewOptions view;
   SceneOptions sceneOptions;
   std::vector<std::string> emissions;
   std::uint32_t samples = 4, shadowSize = 2048;
-  bool sideBySide = false, allowStale = false, json = false, force = false;
+  bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
 
@@ -262,15 +262,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--bands", a->bands,
                       "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
                       "recommends");
-  command
-      ->add_option("--exposure", a->exposure,
-                   "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
-      ->capture_default_str();
-  command->add_flag("--side-by-side", a->sideBySide, "put several AOVs into one image, from left to right");
-  command->add_option("-o,--output", a->output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
-      ->type_name("FILE")
-      ->required();
-  command->add_flag("--force", a->force, "write over files that are something else than an image of that kind");
+  addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runRender(*a); }; });

@@ -5,6 +5,7 @@
 #include "tools/images/image_io.h"
 #include "tools/render/exposure.h"
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -27,6 +28,18 @@ std::vector<T> joined(const std::vector<std::vector<T>>& images, std::size_t wid
 }
 
 }  // namespace
+
+void addPictureOptions(CLI::App& command, PictureOptions& options) {
+  command
+      .add_option("--exposure", options.exposure,
+                  "stops by which the light of a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
+      ->capture_default_str();
+  command.add_flag("--side-by-side", options.sideBySide, "put several AOVs into one image, from left to right");
+  command.add_option("-o,--output", options.output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
+      ->type_name("FILE")
+      ->required();
+  command.add_flag("--force", options.force, "write over files that are something else than an image of that kind");
+}
 
 std::vector<std::filesystem::path> LayerFiles::paths() const {
   if (!areSeveral()) return {output};

@@ -14,7 +14,19 @@
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}
+
 namespace relume {
+
+// What commands that draw pictures are told of them.
+struct PictureOptions {
+  std::string output, exposure = "auto";
+  bool sideBySide = false, force = false;
+};
+// `options` must live as long as the command.
+void addPictureOptions(CLI::App& command, PictureOptions& options);
 
 struct LayerFiles {
   std::string output;  // .exr or .png
