@@ -22,7 +22,8 @@ constexpr std::size_t kPixelsPerChunk = 4096;
 float sumOf(const glm::vec3& c) { return c.x + c.y + c.z; }
 
 // The mean light of all pixels that have any, summed in an order of its own.
-float meanLight(const RecordTiles& tiles, std::span<const Receiver> receivers, std::uint32_t width, Context& context) {
+float meanLight(const RecordTiles& tiles, std::span<const PixelReceiver> receivers, std::uint32_t width,
+                Context& context) {
   std::vector<float> light(receivers.size(), 0.0f);
   parallelChunks(context, "", receivers.size(), kPixelsPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -49,7 +50,7 @@ void lower(float& value, float to) {
 
 }  // namespace
 
-std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const Receiver> receivers, std::uint32_t width,
+std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const PixelReceiver> receivers, std::uint32_t width,
                            float contrast, std::vector<Record>& records, Context& context) {
   const float dark = kDark * meanLight(tiles, receivers, width, context);
   std::vector<float> limit;
@@ -57,7 +58,7 @@ std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const Receiver> r
   parallelChunks(context, "", receivers.size(), kPixelsPerChunk, [&](std::size_t begin, std::size_t end) {
     std::vector<RecordTiles::Part> parts;
     for (std::size_t i = begin; i < end; ++i) {
-      const Receiver& receiver = receivers[i];
+      const PixelReceiver& receiver = receivers[i];
       if (receiver.normal == glm::vec3(0.0f)) continue;
       tiles.split(static_cast<std::uint32_t>(i % width), static_cast<std::uint32_t>(i / width), receiver, parts);
       float weights = 0.0f;

@@ -15,7 +15,7 @@ namespace relume {
 // pixels, if that is more), keep both from reaching that pixel: Record::limit. Pixels that no record reaches any more
 // are to get one of their own. Returns how many records were limited. The same at any thread count. tiles: of `records`
 // as they are. [Size receivers = width * height]
-std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const Receiver> receivers, std::uint32_t width,
+std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const PixelReceiver> receivers, std::uint32_t width,
                            float contrast, std::vector<Record>& records, Context& context);
 
 }  // namespace relume

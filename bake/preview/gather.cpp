@@ -83,7 +83,7 @@ RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& refle
       strata_(options.rays, 0.0f) {}
 
 // Fill the directions, cell by cell; returns the frame that they stand in.
-glm::mat3 RecordGatherer::aim(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const {
+glm::mat3 RecordGatherer::aim(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const {
   scratch.directions.resize(cells_.count());
   if (!cells_.strata) {
     const glm::mat3 frame = frameOf(receiver.normal);
@@ -103,12 +103,12 @@ glm::mat3 RecordGatherer::aim(const Receiver& receiver, std::uint64_t item, Scra
   return {sequence.tangent(), sequence.bitangent(), receiver.normal};
 }
 
-glm::vec3 RecordGatherer::startOf(const Receiver& receiver) const {
+glm::vec3 RecordGatherer::startOf(const PixelReceiver& receiver) const {
   return receiver.positionWorld + receiver.geometricNormal * tracer_.epsilonAt(receiver.positionWorld);
 }
 
 // Trace the directions and fill the light and distance of each cell.
-void RecordGatherer::look(const Receiver& receiver, std::uint64_t item, Scratch& s) const {
+void RecordGatherer::look(const PixelReceiver& receiver, std::uint64_t item, Scratch& s) const {
   const std::uint32_t count = cells_.count();
   const glm::vec3 origin = startOf(receiver);
   s.hits.resize(count);
@@ -172,7 +172,7 @@ void RecordGatherer::findUneven(Scratch& s) const {
 
 // Give uneven cells the mean of several rays in place of the one that chose them; returns the variance of E that is
 // left in them.
-double RecordGatherer::lookAgain(const Receiver& receiver, std::uint64_t item, const glm::mat3& frame,
+double RecordGatherer::lookAgain(const PixelReceiver& receiver, std::uint64_t item, const glm::mat3& frame,
                                  Scratch& s) const {
   s.fine.assign(cells_.count(), 0);
   if (!cells_.strata) return 0.0;
@@ -241,7 +241,7 @@ void RecordGatherer::limitBySlope(Record& record) const {
   if (share > 0.0f) record.distance = std::min(record.distance, luminance(record.normal * vector) / certain);
 }
 
-Record RecordGatherer::gather(const Receiver& receiver, std::uint64_t item, Scratch& s) const {
+Record RecordGatherer::gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& s) const {
   const glm::mat3 frame = aim(receiver, item, s);
   look(receiver, item, s);
   const double left = lookAgain(receiver, item, frame, s);

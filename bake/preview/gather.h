@@ -61,7 +61,7 @@ class RecordGatherer {
   };
 
   // Gather at a receiver. The result depends on the options, the receiver and `item` alone.
-  Record gather(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  Record gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
 
   std::uint64_t raysTraced() const { return rays_; }
   // Rays whose light was not finite, which count as 0; and the least index of an instance that they hit, or kNone.
@@ -69,12 +69,12 @@ class RecordGatherer {
   std::uint32_t notFiniteInstance() const { return instance_; }
 
  private:
-  glm::mat3 aim(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
-  void look(const Receiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  glm::mat3 aim(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  void look(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
   void findUneven(Scratch& scratch) const;
-  double lookAgain(const Receiver& receiver, std::uint64_t item, const glm::mat3& frame, Scratch& scratch) const;
+  double lookAgain(const PixelReceiver& receiver, std::uint64_t item, const glm::mat3& frame, Scratch& scratch) const;
   void limitBySlope(Record& record) const;
-  glm::vec3 startOf(const Receiver& receiver) const;
+  glm::vec3 startOf(const PixelReceiver& receiver) const;
   void keepFinite(const Hit& hit, glm::vec3& radiance) const;
 
   const RayTracer& tracer_;

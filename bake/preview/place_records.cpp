@@ -20,7 +20,7 @@ constexpr std::size_t kBatch = 64;          // records
 
 class Placer {
  public:
-  Placer(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
+  Placer(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
          const PlacementOptions& options, std::vector<Record>& records, Context& context)
       : gatherer_(gatherer),
         camera_(camera),
@@ -31,7 +31,7 @@ class Placer {
         width_(static_cast<std::uint32_t>(camera.width)),
         height_(static_cast<std::uint32_t>(camera.height)),
         covered_(receivers.size(), 0) {
-    for (const Receiver& r : receivers) seen_ += r.normal != glm::vec3(0.0f) ? 1 : 0;
+    for (const PixelReceiver& r : receivers) seen_ += r.normal != glm::vec3(0.0f) ? 1 : 0;
     mark(records);
   }
 
@@ -110,7 +110,7 @@ class Placer {
 
   const RecordGatherer& gatherer_;
   const CameraRays& camera_;
-  std::span<const Receiver> receivers_;
+  std::span<const PixelReceiver> receivers_;
   const PlacementOptions& options_;
   std::vector<Record>& records_;
   Context& context_;
@@ -125,8 +125,9 @@ class Placer {
 
 }  // namespace
 
-Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
-                       const PlacementOptions& options, std::vector<Record>& records, Context& context) {
+Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera,
+                       std::span<const PixelReceiver> receivers, const PlacementOptions& options,
+                       std::vector<Record>& records, Context& context) {
   return Placer(gatherer, camera, receivers, options, records, context).run();
 }
 

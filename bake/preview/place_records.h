@@ -37,7 +37,8 @@ struct PlacementOptions {
 // Append records until every pixel's receiver is reached. The records there are at first stay. Result of the order
 // alone, whatever the number of threads; a deadline makes it depend on the clock. Ends early when cancelled.
 // [Size receivers = pixels of the camera]
-Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
-                       const PlacementOptions& options, std::vector<Record>& records, Context& context);
+Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera,
+                       std::span<const PixelReceiver> receivers, const PlacementOptions& options,
+                       std::vector<Record>& records, Context& context);
 
 }  // namespace relume

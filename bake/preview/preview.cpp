@@ -70,7 +70,7 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
 }
 
 // Place records; returns how they are read.
-Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const Receiver> receivers,
+Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
                     const PreviewOptions& options, std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
   const Clock::time_point begin = Clock::now();
   PlacementOptions placement;
@@ -103,11 +103,11 @@ Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, st
   return reached;
 }
 
-bool isMissing(const Receiver& receiver, const Splat& splat) {
+bool isMissing(const PixelReceiver& receiver, const Splat& splat) {
   return receiver.normal != glm::vec3(0.0f) && !(splat.weight > 0.0f);
 }
 
-std::uint32_t countMissing(std::span<const Receiver> receivers, std::span<const Splat> centers) {
+std::uint32_t countMissing(std::span<const PixelReceiver> receivers, std::span<const Splat> centers) {
   std::uint32_t count = 0;
   for (std::size_t i = 0; i < receivers.size(); ++i) count += isMissing(receivers[i], centers[i]) ? 1 : 0;
   return count;
@@ -115,7 +115,7 @@ std::uint32_t countMissing(std::span<const Receiver> receivers, std::span<const 
 
 // Light for pixels that no record reaches by any stretch: that of the pixel most alike among the nearest lit ones in
 // their row and column. Two sweeps there and two back.
-void fillMissing(std::span<const Receiver> receivers, std::uint32_t width, std::span<Splat> centers) {
+void fillMissing(std::span<const PixelReceiver> receivers, std::uint32_t width, std::span<Splat> centers) {
   constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
   const auto unlike = [&](std::size_t a, std::size_t b) {
     return 1.0f - glm::dot(receivers[a].normal, receivers[b].normal) +
@@ -141,7 +141,7 @@ void fillMissing(std::span<const Receiver> receivers, std::uint32_t width, std::
 }
 
 // Records splatted at the pixels' centres. Those that none reaches are lit by records that reach out farther.
-std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiver> receivers,
+std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const PixelReceiver> receivers,
                                 std::span<const Record> records, const RecordTiles& tiles,
                                 const Interpolation& interpolation, PreviewFrame& frame, Context& context) {
   std::vector<Splat> centers(receivers.size());
@@ -170,9 +170,9 @@ std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const Receiv
   return centers;
 }
 
-void setCenters(std::span<const Receiver> receivers, const CameraRays& camera, PreviewFrame& frame) {
+void setCenters(std::span<const PixelReceiver> receivers, const CameraRays& camera, PreviewFrame& frame) {
   for (std::size_t i = 0; i < receivers.size(); ++i) {
-    const Receiver& r = receivers[i];
+    const PixelReceiver& r = receivers[i];
     if (r.footprint <= 0.0f) continue;
     if (r.normal == glm::vec3(0.0f)) {
       frame.skipped += 1;
@@ -216,7 +216,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
 
   // 1. What the pixels show; records of before, as this camera sees them
   const CameraRays camera(scene.camera, options.width, options.height);
-  const std::vector<Receiver> receivers = findReceivers(scene.drawn, camera, context);
+  const std::vector<PixelReceiver> receivers = findReceivers(scene.drawn, camera, context);
   setCenters(receivers, camera, frame);
   const ReceiverMaker make(camera);
   for (Record& record : cache) {

@@ -9,7 +9,7 @@
 namespace relume {
 
 // A point that is lit by records: what a pixel or a part of it shows.
-struct Receiver {
+struct PixelReceiver {
   glm::vec3 positionWorld{0.0f};                  // [m]
   glm::vec3 normal{0.0f}, geometricNormal{0.0f};  // unit, toward the viewer; zero normal: nothing is seen
   float footprint = 0.0f;                         // [m] width of a pixel there

@@ -14,14 +14,14 @@ namespace {
 constexpr float kInFront = 0.3f;  // sine of the angle above the surface from which on a neighbour may block light
 
 // Let pixels know of what their neighbours show in front of them.
-void findOccluders(std::vector<Receiver>& receivers, std::size_t width, std::size_t height) {
+void findOccluders(std::vector<PixelReceiver>& receivers, std::size_t width, std::size_t height) {
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
-      Receiver& r = receivers[y * width + x];
+      PixelReceiver& r = receivers[y * width + x];
       if (r.normal == glm::vec3(0.0f)) continue;
       for (std::size_t v = y > 0 ? y - 1 : 0; v <= std::min(y + 1, height - 1); ++v) {
         for (std::size_t u = x > 0 ? x - 1 : 0; u <= std::min(x + 1, width - 1); ++u) {
-          const Receiver& other = receivers[v * width + u];
+          const PixelReceiver& other = receivers[v * width + u];
           const glm::vec3 offset = other.positionWorld - r.positionWorld;
           const float distance = glm::length(offset);
           if (other.footprint > 0.0f && glm::dot(offset, r.geometricNormal) > kInFront * distance)
@@ -40,16 +40,16 @@ ReceiverMaker::ReceiverMaker(const CameraRays& camera)
       orthographic_(camera.orthographic),
       pixel_(2.0f * glm::length(camera.up) / camera.height) {}
 
-Receiver ReceiverMaker::at(const SeenSurface& seen) const {
-  Receiver receiver{seen.positionWorld, seen.normal, seen.geometricNormal, pixel_};
+PixelReceiver ReceiverMaker::at(const SeenSurface& seen) const {
+  PixelReceiver receiver{seen.positionWorld, seen.normal, seen.geometricNormal, pixel_};
   if (receiver.normal == glm::vec3(0.0f)) receiver.normal = receiver.geometricNormal;
   if (!orthographic_) receiver.footprint *= std::max(glm::dot(seen.positionWorld - origin_, forward_), 0.0f);
   return receiver;
 }
 
-std::vector<Receiver> findReceivers(const RayTracer& drawn, const CameraRays& camera, Context& context) {
+std::vector<PixelReceiver> findReceivers(const RayTracer& drawn, const CameraRays& camera, Context& context) {
   const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
-  std::vector<Receiver> receivers(width * height);
+  std::vector<PixelReceiver> receivers(width * height);
   const ReceiverMaker make(camera);
   parallelChunks(context, "", height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(width);

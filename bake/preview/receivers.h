@@ -17,7 +17,7 @@ class ReceiverMaker {
  public:
   explicit ReceiverMaker(const CameraRays& camera);
   // A surface without a shading normal has its plane's; without either, the receiver's normal is zero.
-  Receiver at(const SeenSurface& seen) const;
+  PixelReceiver at(const SeenSurface& seen) const;
 
  private:
   glm::vec3 origin_, forward_;
@@ -26,6 +26,6 @@ class ReceiverMaker {
 };
 
 // At the pixels' centres, row by row; a zero normal where nothing is seen. Incomplete when cancelled.
-std::vector<Receiver> findReceivers(const RayTracer& drawn, const CameraRays& camera, Context& context);
+std::vector<PixelReceiver> findReceivers(const RayTracer& drawn, const CameraRays& camera, Context& context);
 
 }  // namespace relume

@@ -49,7 +49,7 @@ RecordTiles::RecordTiles(const CameraRays& camera, std::span<const Record> recor
 }
 
 template <class Visit>
-void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const Receiver& receiver, const Visit& each) const {
+void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, const Visit& each) const {
   const std::size_t tile = std::size_t{y / kSide} * columns_ + x / kSide;
   for (std::uint32_t i = begin_[tile]; i < begin_[tile + 1]; ++i) {
     const std::uint32_t k = list_[i];
@@ -63,7 +63,7 @@ void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const Receiver& receiv
   }
 }
 
-Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const Receiver& receiver) const {
+Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver) const {
   Splat sum;
   visit(x, y, receiver, [&sum](const Part& part) {
     sum.reflected += part.weight * part.reflected;
@@ -77,13 +77,14 @@ Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const Receiver& recei
   return sum;
 }
 
-void RecordTiles::split(std::uint32_t x, std::uint32_t y, const Receiver& receiver, std::vector<Part>& parts) const {
+void RecordTiles::split(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver,
+                        std::vector<Part>& parts) const {
   parts.clear();
   visit(x, y, receiver, [&parts](const Part& part) { parts.push_back(part); });
 }
 
 void markCovered(const CameraRays& camera, std::span<const Record> records, const Interpolation& options,
-                 std::span<const Receiver> receivers, std::span<std::uint8_t> covered, Context& context) {
+                 std::span<const PixelReceiver> receivers, std::span<std::uint8_t> covered, Context& context) {
   const auto width = static_cast<std::uint32_t>(camera.width);
   parallelChunks(context, "", records.size(), 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -94,7 +95,7 @@ void markCovered(const CameraRays& camera, std::span<const Record> records, cons
           const std::size_t pixel = std::size_t{y} * width + x;
           const std::atomic_ref<std::uint8_t> mark(covered[pixel]);
           if (mark.load(std::memory_order_relaxed) != 0) continue;
-          const Receiver& r = receivers[pixel];
+          const PixelReceiver& r = receivers[pixel];
           if (r.normal == glm::vec3(0.0f)) continue;
           if (weightOf(records[k], reach, r, options) > 0.0f) mark.store(1, std::memory_order_relaxed);
         }

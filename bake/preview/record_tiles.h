@@ -29,7 +29,7 @@ class RecordTiles {
   RecordTiles(const CameraRays& camera, std::span<const Record> records, const Interpolation& options);
 
   // What a receiver in a pixel reads.
-  Splat splat(std::uint32_t x, std::uint32_t y, const Receiver& receiver) const;
+  Splat splat(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver) const;
   // What one record says of a receiver.
   struct Part {
     std::uint32_t record;
@@ -37,14 +37,14 @@ class RecordTiles {
     glm::vec3 reflected, sky;  // [W/m²] E'_k
   };
   // The same one by one, in the order of the records. `parts` is replaced.
-  void split(std::uint32_t x, std::uint32_t y, const Receiver& receiver, std::vector<Part>& parts) const;
+  void split(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, std::vector<Part>& parts) const;
 
  private:
   std::span<const Record> records_;
   Interpolation options_;
   std::uint32_t columns_;
   template <class Visit>
-  void visit(std::uint32_t x, std::uint32_t y, const Receiver& receiver, const Visit& each) const;
+  void visit(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, const Visit& each) const;
 
   std::vector<float> reach_;          // [m] [Size records]
   std::vector<std::uint32_t> begin_;  // of a tile's records [Size tiles + 1]
@@ -53,6 +53,6 @@ class RecordTiles {
 
 // Set covered[pixel] = 1 where one of the records has a weight at the pixel's receiver. [Size receivers = covered]
 void markCovered(const CameraRays& camera, std::span<const Record> records, const Interpolation& options,
-                 std::span<const Receiver> receivers, std::span<std::uint8_t> covered, Context& context);
+                 std::span<const PixelReceiver> receivers, std::span<std::uint8_t> covered, Context& context);
 
 }  // namespace relume

@@ -90,7 +90,7 @@ class Shader {
     }
     const Scene& scene = in_.scene.drawn.scene();
     const SeenSurface seen = seenAt(scene, ray, hit);
-    const Receiver receiver = make_.at(seen);
+    const PixelReceiver receiver = make_.at(seen);
     const glm::vec3 albedo = albedoAt(scene, seen.point), reflected = weight * kInvPi * albedo;
     const Splat light = indirectAt(x, y, receiver);
     frame_.albedo[pixel] += weight * albedo;
@@ -103,14 +103,14 @@ class Shader {
   }
 
   // Whether a sub-pixel shows the surface that its pixel's centre shows.
-  static bool isSame(const Receiver& center, const Receiver& r) {
+  static bool isSame(const PixelReceiver& center, const PixelReceiver& r) {
     return glm::dot(center.normal, r.normal) > kSameNormal &&
            std::abs(glm::dot(r.positionWorld - center.positionWorld, center.normal)) < kSamePlane * center.footprint;
   }
 
-  Splat indirectAt(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+  Splat indirectAt(std::uint32_t x, std::uint32_t y, const PixelReceiver& r) const {
     const std::size_t pixel = std::size_t{y} * frame_.width + x;
-    const Receiver& center = in_.receivers[pixel];
+    const PixelReceiver& center = in_.receivers[pixel];
     if (isSame(center, r)) return in_.centers[pixel];
     const Splat own = in_.tiles.splat(x, y, r);
     if (own.weight > 0.0f) return own;
@@ -118,13 +118,13 @@ class Shader {
     return mostAlike(x, y, r);
   }
 
-  Splat mostAlike(std::uint32_t x, std::uint32_t y, const Receiver& r) const {
+  Splat mostAlike(std::uint32_t x, std::uint32_t y, const PixelReceiver& r) const {
     Splat best;
     float bestError = 0.0f;
     for (std::uint32_t v = y > 2 ? y - 2 : 0; v <= std::min(y + 2, frame_.height - 1); ++v) {
       for (std::uint32_t u = x > 2 ? x - 2 : 0; u <= std::min(x + 2, frame_.width - 1); ++u) {
         const std::size_t pixel = std::size_t{v} * frame_.width + u;
-        const Receiver& other = in_.receivers[pixel];
+        const PixelReceiver& other = in_.receivers[pixel];
         if (other.normal == glm::vec3(0.0f)) continue;
         const float error = 1.0f - glm::dot(r.normal, other.normal) +
                             glm::distance(r.positionWorld, other.positionWorld) / (16.0f * r.footprint);
@@ -139,7 +139,7 @@ class Shader {
 
   // Irradiance by points on emitters, stratified over the pixel's samples. Runs of consecutive points, which share a
   // triangle, are spread over it as a (0, 2) sequence; a random bit mask for each pixel keeps its pattern from showing.
-  glm::vec3 fromEmitters(std::size_t pixel, std::uint32_t sample, const Receiver& r,
+  glm::vec3 fromEmitters(std::size_t pixel, std::uint32_t sample, const PixelReceiver& r,
                          std::vector<float>& chances) const {
     if (in_.emitters == nullptr || in_.emitters->empty()) return glm::vec3(0.0f);
     const std::uint32_t samples = in_.options.samples * in_.options.samples;

@@ -16,9 +16,9 @@ struct ShadeInput {
   const PreviewOptions& options;
   const CameraRays& camera;
   const RecordTiles& tiles;
-  std::span<const Receiver> receivers;  // [Size pixels]
-  std::span<const Splat> centers;       // [Size pixels] indirect light there
-  const EmittingTriangles* emitters;    // null = emitting surfaces are off
+  std::span<const PixelReceiver> receivers;  // [Size pixels]
+  std::span<const Splat> centers;            // [Size pixels] indirect light there
+  const EmittingTriangles* emitters;         // null = emitting surfaces are off
 };
 
 // Fill the layers of a frame of the right size. Incomplete when cancelled.

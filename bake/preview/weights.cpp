@@ -31,7 +31,7 @@ float gradientShare(const Record& record, float reach, const Interpolation& opti
   return options.gradients && reach > 0.0f ? std::min(1.0f, ownReach(record, options) / reach) : 0.0f;
 }
 
-float weightOf(const Record& record, float reach, const Receiver& receiver, const Interpolation& options) {
+float weightOf(const Record& record, float reach, const PixelReceiver& receiver, const Interpolation& options) {
   const glm::vec3 &normal = receiver.normal, offset = receiver.positionWorld - record.positionWorld;
   const float squared = glm::dot(offset, offset);
   if (!(squared <= reach * reach)) return 0.0f;

@@ -36,6 +36,6 @@ inline constexpr float kNear = 4.0f;
 float gradientShare(const Record& record, float reach, const Interpolation& options);
 
 // Weight of a record at a receiver: [0..]. reach: of the record.
-float weightOf(const Record& record, float reach, const Receiver& receiver, const Interpolation& options);
+float weightOf(const Record& record, float reach, const PixelReceiver& receiver, const Interpolation& options);
 
 }  // namespace relume

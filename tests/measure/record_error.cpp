@@ -25,16 +25,16 @@ constexpr std::uint32_t kWidth = 320, kHeight = 180;
 constexpr std::uint32_t kTruthRays = 16384, kPlaneSide = 64;
 
 // Points that the cameras see, in random pixels.
-std::vector<Receiver> findPoints(const RayTracer& tracer, std::size_t count, Context& context) {
-  std::vector<Receiver> points;
+std::vector<PixelReceiver> findPoints(const RayTracer& tracer, std::size_t count, Context& context) {
+  std::vector<PixelReceiver> points;
   const Scene& scene = tracer.scene();
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     const CameraRays camera(scene.cameras[c], kWidth, kHeight);
-    const std::vector<Receiver> seen = findReceivers(tracer, camera, context);
+    const std::vector<PixelReceiver> seen = findReceivers(tracer, camera, context);
     RandomStream random(1, 0, c);
     const std::size_t until = (c + 1) * count / scene.cameras.size();
     for (std::uint32_t tries = 0; points.size() < until && tries < 100 * count; ++tries) {
-      const Receiver& r = seen[random.below(kWidth * kHeight)];
+      const PixelReceiver& r = seen[random.below(kWidth * kHeight)];
       if (r.normal != glm::vec3(0.0f)) points.push_back(r);
     }
   }
@@ -42,7 +42,7 @@ std::vector<Receiver> findPoints(const RayTracer& tracer, std::size_t count, Con
 }
 
 std::vector<glm::dvec3> gatherAll(const RayTracer& tracer, const HitRadiance& light,
-                                  const std::vector<Receiver>& points, const RecordGatherer::Options& options,
+                                  const std::vector<PixelReceiver>& points, const RecordGatherer::Options& options,
                                   Context& context) {
   const Sky dark;
   const RecordGatherer gatherer(tracer, light, dark, options);
@@ -72,7 +72,7 @@ int measure(const std::string& level, const std::string& lightNames, std::size_t
   const Sky dark;
   const HitRadiance light = directRadiance(*tracer, *tracer, lights, nullptr, dark, 1);
 
-  const std::vector<Receiver> points = findPoints(*tracer, count, context);
+  const std::vector<PixelReceiver> points = findPoints(*tracer, count, context);
   RecordGatherer::Options options;
   options.rays = kTruthRays;
   const std::vector<glm::dvec3> truth = gatherAll(*tracer, light, points, options, context);

@@ -83,13 +83,13 @@ TEST(ScreenBox, isSmallFarAwayAndEmptyBehindTheEye) {
 struct Floor {
   Camera camera = lookAt({0, 2, 4}, {0, 0, 0}, 0.9f);
   CameraRays rays{camera, kWidth, kHeight};
-  std::vector<Receiver> receivers;
+  std::vector<PixelReceiver> receivers;
 
   Floor() {
     for (std::uint32_t i = 0; i < kWidth * kHeight; ++i) {
       glm::vec3 origin, direction;
       rays.at(static_cast<float>(i % kWidth) + 0.5f, static_cast<float>(i / kWidth) + 0.5f, origin, direction);
-      Receiver r;
+      PixelReceiver r;
       if (direction.y < -0.02f) r = {origin - direction * (origin.y / direction.y), {0, 1, 0}, {0, 1, 0}, 0.05f};
       receivers.push_back(r);
     }
@@ -111,7 +111,7 @@ std::vector<Record> strewn(const Floor& floor, std::size_t count) {
   RandomStream random(5, 6, 7);
   std::vector<Record> records;
   while (records.size() < count) {
-    const Receiver& r = floor.receivers[random.below(kWidth * kHeight)];
+    const PixelReceiver& r = floor.receivers[random.below(kWidth * kHeight)];
     if (r.normal == glm::vec3(0.0f)) continue;
     Record record;
     record.positionWorld = r.positionWorld;
@@ -136,7 +136,7 @@ TEST(RecordTiles, splatIsEquationOne) {
     const RecordTiles tiles(floor.rays, records, options);
     std::uint32_t lit = 0;
     for (std::uint32_t i = 0; i < floor.receivers.size(); ++i) {
-      const Receiver& r = floor.receivers[i];
+      const PixelReceiver& r = floor.receivers[i];
       glm::dvec3 reflected(0.0), sky(0.0);
       double total = 0.0;
       for (const Record& record : records) {
@@ -167,7 +167,7 @@ TEST(RecordTiles, aLinearFieldIsExactFromAnyRecord) {
   const RecordTiles tiles(floor.rays, records, {});
   std::uint32_t lit = 0;
   for (std::uint32_t i = 0; i < floor.receivers.size(); ++i) {
-    const Receiver& r = floor.receivers[i];
+    const PixelReceiver& r = floor.receivers[i];
     const Splat splat = tiles.splat(i % kWidth, i / kWidth, r);
     if (!(splat.weight > 0.0f)) continue;
     ++lit;
@@ -188,7 +188,7 @@ TEST(RecordTiles, markedPixelsAreThoseThatHaveAWeight) {
     markCovered(floor.rays, records, {}, floor.receivers, covered, context);
     const RecordTiles tiles(floor.rays, records, {});
     for (std::uint32_t i = 0; i < covered.size(); ++i) {
-      const Receiver& r = floor.receivers[i];
+      const PixelReceiver& r = floor.receivers[i];
       const bool reached = r.normal != glm::vec3(0.0f) && tiles.splat(i % kWidth, i / kWidth, r).weight > 0.0f;
       EXPECT_EQ(covered[i] != 0, reached) << i;
     }

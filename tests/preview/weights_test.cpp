@@ -85,7 +85,7 @@ TEST(RecordWeight, aReceiverInACornerReadsRecordsOfTheCornerOnly) {
   const glm::vec3 up(0, 0, 1);
   const Interpolation options = with(RecordWeight::smooth);
   const Record far = recordAt({0, 0, 0}, 2.0f), near = recordAt({0, 0, 0}, 0.3f);
-  Receiver receiver{{0.04f, 0, 0}, up, up, 1e-4f};
+  PixelReceiver receiver{{0.04f, 0, 0}, up, up, 1e-4f};
   EXPECT_GT(weightOf(far, reachOf(far, options), receiver, options), 0.0f);
   receiver.occluder = 0.1f;
   EXPECT_EQ(weightOf(far, reachOf(far, options), receiver, options), 0.0f);
