@@ -72,7 +72,7 @@ void sumMoments(const VisibleSubtree& tree, std::span<const Arrival> arrivals, s
 
 }  // namespace
 
-void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows) {
+void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRowBuilder& rows) {
   rows.compact.beginRow();
   for (const auto [slot, reads] : cut) {
     const VisibleNode& node = tree[slot];
@@ -91,7 +91,7 @@ void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, Lin
 }
 
 void appendShRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
-                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRowBuilder& rows) {
   assignLeaves(tree, cut, scratch.linkOf);
   const std::uint32_t size = bands * bands;
   scratch.coefficients.assign(cut.size() * size, 0.0f);
@@ -112,14 +112,14 @@ void appendShRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::
   }
 }
 
-void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRows& rows) {
+void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRowBuilder& rows) {
   rows.compact.beginRow();
   for (const auto [slot, reads] : cut) rows.compact.add(tree[reads].node, 2.0f * kY0 * tree[slot].received);
   rows.length.push_back(static_cast<std::uint32_t>(cut.size()));
 }
 
 void appendRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
-               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows) {
+               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRowBuilder& rows) {
   if (kind == LinkKind::sh) return appendShRow(tree, cut, arrivals, kind, bands, scratch, rows);
   if (kind == LinkKind::oct6) return appendShRow(tree, cut, arrivals, kind, LinkShaper::kBands, scratch, rows);
   if (kind == LinkKind::irradiance && onSurface) return appendIrradianceRow(tree, cut, rows);

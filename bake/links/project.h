@@ -14,8 +14,8 @@
 namespace relume {
 
 // Links of consecutive caches, before all rows are joined.
-struct LinkRows {
-  explicit LinkRows(LinkKind kind) : compact(kind) {}
+struct LinkRowBuilder {
+  explicit LinkRowBuilder(LinkKind kind) : compact(kind) {}
   std::vector<std::uint32_t> length;  // [Size caches] links of a cache
   std::vector<std::uint32_t> shNode;  // as in Links
   std::vector<std::uint16_t> shCoefficients;
@@ -38,18 +38,18 @@ struct ProjectScratch {
 
 // Append a row of links with a cone (cone, irradiance in the grid): f, the mean direction of the rays, and the
 // cone whose band 1 is theirs.
-void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRows& rows);
+void appendConeRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkKind kind, LinkRowBuilder& rows);
 
 // Append a row of links with coefficients (sh), or whose shapes are chosen by them (oct6): every ray's basis
 // functions summed into the link its leaf lies under. [bands 1..8]
 void appendShRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
-                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+                 LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRowBuilder& rows);
 
 // Append a row of irradiance links of a cache on a surface (formats/compact_links.h).
-void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRows& rows);
+void appendIrradianceRow(const VisibleSubtree& tree, std::span<const CutLink> cut, LinkRowBuilder& rows);
 
 // Append a row of any kind.
 void appendRow(const VisibleSubtree& tree, std::span<const CutLink> cut, std::span<const Arrival> arrivals,
-               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRows& rows);
+               bool onSurface, LinkKind kind, std::uint32_t bands, ProjectScratch& scratch, LinkRowBuilder& rows);
 
 }  // namespace relume

@@ -103,9 +103,9 @@ bool onSurface(const Caches& caches, std::size_t cache) {
 }
 
 // Join the chunks' rows, freeing each as it is copied.
-Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options) {
+Result<Links> joinRows(std::vector<LinkRowBuilder>& chunks, const LinkOptions& options) {
   std::uint64_t total = 0;
-  for (const LinkRows& rows : chunks) total += rows.shNode.size() + rows.cone.size() + rows.compact.head.size();
+  for (const LinkRowBuilder& rows : chunks) total += rows.shNode.size() + rows.cone.size() + rows.compact.head.size();
   if (total > std::numeric_limits<std::uint32_t>::max()) {
     return Error{ErrorCode::failed,
                  "links: " + std::to_string(total) + " links are more than 2^32 - 1; use fewer caches or links"};
@@ -123,7 +123,7 @@ Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options
     shape6.reserve(options.kind == LinkKind::oct6 ? total : 0);
   }
   const auto append = [](auto& all, const auto& part) { all.insert(all.end(), part.begin(), part.end()); };
-  for (LinkRows& rows : chunks) {
+  for (LinkRowBuilder& rows : chunks) {
     for (const std::uint32_t length : rows.length) rowBegin.push_back(rowBegin.back() + length);
     append(shNode, rows.shNode);
     append(shCoefficients, rows.shCoefficients);
@@ -131,7 +131,7 @@ Result<Links> joinRows(std::vector<LinkRows>& chunks, const LinkOptions& options
     append(head, rows.compact.head);
     append(shape8, rows.compact.shape8);
     append(shape6, rows.compact.shape6);
-    rows = LinkRows(options.kind);
+    rows = LinkRowBuilder(options.kind);
   }
   Links links;
   links.kind = options.kind;
@@ -189,11 +189,11 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   }
 
   // 3. Link the caches
-  std::vector<LinkRows> chunks((caches.count() + kGrain - 1) / kGrain, LinkRows(options.kind));
+  std::vector<LinkRowBuilder> chunks((caches.count() + kGrain - 1) / kGrain, LinkRowBuilder(options.kind));
   parallelChunks(context, "links", caches.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Worker> worker = pool.take();
     Worker& w = *worker;
-    LinkRows& rows = chunks[begin / kGrain];
+    LinkRowBuilder& rows = chunks[begin / kGrain];
     for (std::size_t c = begin; c < end; ++c) {
       look(c, w);
       selectCut(w.tree, w.keys, limit, w.queue, w.cut);

@@ -328,7 +328,7 @@ TEST(Project, shLinksAreTheRaysOwnProjection) {
   const auto cut = cutOf(tree, h, 40);
   for (const std::uint32_t bands : {1u, 2u, 4u, 8u}) {
     const std::uint32_t size = bands * bands;
-    LinkRows rows(LinkKind::sh);
+    LinkRowBuilder rows(LinkKind::sh);
     ProjectScratch scratch;
     appendShRow(tree, cut, arrivals, LinkKind::sh, bands, scratch, rows);
     ASSERT_EQ(rows.shNode.size(), cut.size());
@@ -356,7 +356,7 @@ TEST(Project, coneLinksMatchBandsZeroAndOneOfTheRays) {
   const auto arrivals = randomArrivals(h, 900, 6);
   tree.build(arrivals, 1.0f);
   const auto cut = cutOf(tree, h, 40);
-  LinkRows sh(LinkKind::sh), cone(LinkKind::cone);
+  LinkRowBuilder sh(LinkKind::sh), cone(LinkKind::cone);
   ProjectScratch scratch;
   appendShRow(tree, cut, arrivals, LinkKind::sh, 2, scratch, sh);
   appendConeRow(tree, cut, LinkKind::cone, cone);
