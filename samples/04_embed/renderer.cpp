@@ -211,7 +211,7 @@ glm::mat4 Renderer::drawShadows(const Frame& frame) {
   block.sunIrradiance = glm::vec4(frame.sun.intensity, 0.0f);
   block.lampPosition = glm::vec4(lamp, far);
   block.lampIntensity = glm::vec4(frame.lamp.intensity, 0.0f);
-  block.show = {frame.show != 2, frame.show != 1, 1.0f, frame.show != 0};
+  block.show = {frame.show != 2, frame.show != 1, 0.0f, frame.show != 0};
   glNamedBufferSubData(frameBlock_, 0, sizeof block, &block);
 
   glBindFramebuffer(GL_FRAMEBUFFER, shadowBuffer_);

@@ -8,7 +8,7 @@ layout(std140, binding = 0) uniform Frame {
   mat4 clipFromWorld, worldFromClip, sunMapFromWorld;
   vec4 sunDirection, sunIrradiance;  // w of the first: [m] a texel of its map
   vec4 lampPosition, lampIntensity;  // w of the first: [m] how far its map sees, from 0.02 on
-  vec4 show;                         // factors on direct and indirect light, exposure; w: 1 = irradiance / pi alone
+  vec4 show;                         // factors on direct and indirect light; w: 1 = irradiance / pi alone
 };
 layout(binding = 4) uniform sampler2DShadow sunMap;
 layout(binding = 5) uniform samplerCubeShadow lampMap;
@@ -96,7 +96,6 @@ void main() {
     if (show.w == 0.0)
       light = light * texelFetch(albedoMap, pixel, 0).rgb + texelFetch(emissionMap, pixel, 0).rgb;
   }
-  light *= show.z;
   result = vec4(clamp(show.w == 0.0 ? filmic(light) : light, 0.0, 1.0), 1.0);
 }
 )";

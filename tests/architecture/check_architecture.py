@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Hold the includes of all C++ and GLSL sources against docs/architecture.md.
+"""Hold the includes of all C++ and GLSL sources against docs/architecture.md, and their types against one another.
 
 The page has two code blocks that are read here: `rooms`, where a line `room -> room, room` lists what the files of a folder may
 include beside their own, and `packages`, where a line `package: file, file` lists the files that may include a third-party
 package. A folder without a line belongs to the nearest folder above that has one.
 
+Two types of one name in one namespace would be one type to the linker, whichever files define them: a program that holds both
+is wrong without any compiler's saying so. Those in an anonymous namespace are a file's own.
+
     tests/architecture/check_architecture.py [--root DIR]
 
-Exit status: 0 every include is allowed; 1 some are not, each named by file and line; 2 the page cannot be read.
+Exit status: 0 nothing found; 1 an include or a type that must not be, each named by file and line; 2 the page cannot be read.
 """
 import argparse
 import fnmatch
@@ -18,6 +21,11 @@ import subprocess
 import sys
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+NAMESPACE = re.compile(r'^namespace\s*([\w:]*)\s*\{(?!.*\})')
+NAMESPACE_END = re.compile(r'^\}\s*//\s*namespace')
+TYPE = re.compile(r'^(?:template\s*<.*>\s*)?(?:struct|class|union|enum(?:\s+(?:class|struct))?)\s+(?:alignas\([^)]*\)\s*)?'
+                  r'(?:\[\[\w+\]\]\s*)?(?:RELUME_\w+\s+)?(\w+)(?:\s+final)?\s*(?::(?!:)[^;{]*)?\{')
 
 
 def read_block(page, name):
@@ -91,6 +99,34 @@ def check_file(root, path, rooms, packages, everything):
     return problems
 
 
+def types_of(root, path):
+    """(namespace::name, line number) of the types that a file defines at the outermost level of named namespaces."""
+    namespaces, found = [], []
+    with open(os.path.join(root, path), encoding='utf8') as file:
+        for number, line in enumerate(file, 1):
+            opened, defined = NAMESPACE.match(line), TYPE.match(line)
+            if opened:
+                namespaces.append(opened.group(1))
+            elif NAMESPACE_END.match(line) and namespaces:
+                namespaces.pop()
+            elif defined and '' not in namespaces:
+                found.append(('::'.join(namespaces + [defined.group(1)]), number))
+    return found
+
+
+def check_types(root, files):
+    first, problems = {}, []
+    for path in files:
+        # A sample is a program of its own.
+        program = '/'.join(path.split('/')[:2]) if path.startswith('samples/') else ''
+        for name, number in types_of(root, path):
+            where = f'{path}:{number}'
+            if (program, name) in first:
+                problems.append(f'{where}: {name} is defined in {first[program, name]} too: give one of them another name')
+            first.setdefault((program, name), where)
+    return problems
+
+
 def check_cycles(rooms):
     """Rooms that reach themselves. A folder and the folders inside it are one room in this."""
     def inside(a, b):
@@ -126,6 +162,7 @@ def main():
     problems = check_cycles(rooms)
     for path in files:
         problems += check_file(root, path, rooms, packages, everything)
+    problems += check_types(root, [path for path in files if path.endswith(('.h', '.cpp'))])
     for problem in problems:
         print(problem)
     print(f'{len(files)} files, {len(problems)} problems')

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """check_architecture.py finds what it is there to find: arrows that the page forbids, packages outside their files,
-includes of nothing, circles."""
+includes of nothing, circles, types that share a name."""
 import os
 import subprocess
 import sys
@@ -71,6 +71,17 @@ class CheckArchitecture(unittest.TestCase):
         status, said = check(self.good, page)
         self.assertEqual(status, 1, said)
         self.assertIn('formats reaches itself', said)
+
+    def test_types_of_one_name(self):
+        own = 'namespace relume {\nnamespace {\nstruct Ray {\n};\n}  // namespace\nstruct Ray::State {\n};\n}  // namespace relume\n'
+        shared = 'namespace relume {\nclass Ray;\nclass Ray final : public Line {\n};\n}  // namespace relume\n'
+        other = 'namespace other {\nstruct Ray {\n};\n}  // namespace other\n'
+        status, said = check({**self.good, 'formats/ray.h': shared, 'bake/own.cpp': own, 'bake/other.h': other,
+                              'samples/one/main.cpp': shared, 'samples/two/main.cpp': shared})
+        self.assertEqual(status, 0, said)
+        status, said = check({**self.good, 'formats/ray.h': shared, 'runtime/ray.cpp': shared})
+        self.assertEqual(status, 1, said)
+        self.assertIn('runtime/ray.cpp:3: relume::Ray is defined in formats/ray.h:3 too', said)
 
     def test_a_page_without_lists(self):
         status, said = check(self.good, '# Architecture\n')

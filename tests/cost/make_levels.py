@@ -121,6 +121,26 @@ def needle(folder):
     level.write(folder / "needle.glb")
 
 
+def strip(folder):
+    """A strip of 1 m by 100 km, whose diagonal turns halfway, beside a play volume of 2 x 4 x 6 m."""
+    level, length = Glb(), 100000
+    level.node(mesh=level.mesh([(0, length, 1), (1, 0, 0), (1, length, 1), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]))
+    level.node(extras={"relume": {"volume": [2, 4, 6]}})
+    level.write(folder / "strip.glb")
+
+
+def fence(folder):
+    """A ground of 40 x 40 m and a fence of two faces, 800 m long and 1 m high, 5 cm apart."""
+    level = Glb()
+    level.node(mesh=level.mesh([(-20, 0, 20), (20, 0, 20), (20, 0, -20), (-20, 0, -20)], [(0, 1, 2), (0, 2, 3)]))
+    front = [(-400, 0, 0), (400, 0, 0), (400, 1, 0), (-400, 1, 0)]
+    back = [(x, y, -0.05) for x, y, _ in front]
+    level.node(mesh=level.mesh(front + back, [(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)]))
+    level.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+    level.node(camera=0, translation=[0, 2, 12])
+    level.write(folder / "fence.glb")
+
+
 def soup(folder):
     """30,000 random triangles that pierce one another."""
     level, rng, n = Glb(), random.Random(1), 30000
@@ -192,7 +212,7 @@ def big_image(folder, side=11000):
     level.write(folder / "big_image.glb")
 
 
-LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, needle, soup,
+LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, needle, strip, fence, soup,
                                   teapots, layers, layer_nodes, big_image)}
 
 if __name__ == "__main__":

@@ -75,10 +75,23 @@ TEST_F(CostlyLevels, aStarIsNotCounted) {
   EXPECT_LT(figureOf(report, "lightmap_caches"), 8.0 * 768.0);
 }
 
+// A chart that is much longer than wide makes the light map wide, not square with nothing in most of its rows.
+TEST_F(CostlyLevels, aFenceMakesAWideLightmap) {
+  make("fence");
+  if (HasFatalFailure() || IsSkipped()) return;
+  const ProgramResult result =
+      run({"bake", at("fence.glb"), "-o", out_, "--preset", "draft", "--threads", "2", "--report", at("report.json")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const std::string report = readAll(at("report.json"));
+  const double width = figureOf(report, "lightmap_width"), height = figureOf(report, "lightmap_height");
+  EXPECT_GE(width, 4.0 * height) << width << " x " << height;
+}
+
 INSTANTIATE_TEST_SUITE_P(cost, SmallFiles,
                          testing::Values(Costly{"coincident_instances", 30, 1024}, Costly{"one_extension", 30, 1024},
                                          Costly{"layer_nodes", 30, 1024}, Costly{"layers", 90, 1536},
-                                         Costly{"big_image", 30, 1536}, Costly{"needle", 10, 2048}),
+                                         Costly{"big_image", 30, 1536}, Costly{"needle", 10, 2048},
+                                         Costly{"strip", 30, 2048}),
                          [](const auto& costly) { return std::string(costly.param.level); });
 
 }  // namespace

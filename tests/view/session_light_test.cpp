@@ -71,8 +71,8 @@ TEST_F(ViewerSession, emittersAreDriven) {
   options_.scene = RELUME_SOURCE_DIR "/samples/area_lights/stars.glb";
   options_.camera.clear();
   options_.lights = {"none"};
-  options_.driven = *readEmissions({"ring=2,0,0"});
   Context context;
+  options_.driven = *readEmissions({"ring=2,0,0"}, context);
   const auto level = loadLevel({options_.scene, "", {}, false, options_.driven}, context);
   ASSERT_TRUE(level) << level.error().message;
   auto state = initialState((*level)->scene, options_);

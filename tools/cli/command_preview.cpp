@@ -37,11 +37,8 @@ namespace relume {
 namespace {
 
 struct PreviewArguments : PictureOptions {
-  std::string scene, bake, source = "auto", gradients = "on";
-  std::vector<std::string> aovs{"full"};
-  ViewOptions view;
+  std::string source = "auto", gradients = "on";
   SceneOptions sceneOptions;
-  std::vector<std::string> emissions;
   std::uint32_t samples = 4;
   PreviewOptions options;
   bool allowStale = false, json = false;
@@ -60,18 +57,6 @@ Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderReq
   return aovs;
 }
 
-CommandFiles filesOf(const PreviewArguments& arguments, const LayerFiles& layers) {
-  CommandFiles files;
-  files.read("the scene", arguments.scene);
-  files.read("the bake", arguments.bake);
-  files.read("the file of --lights-file", arguments.view.lightsFile);
-  files.read("the file of --sky-map", arguments.view.skyMap);
-  for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
-  for (const auto& path : layers.paths()) files.write("-o", path, imageKind(path));
-  files.force = arguments.force;
-  return files;
-}
-
 // Receivers, their light, the layers, and one of these on its way to a file; and as many records as there may be.
 Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOptions& options, Context& context) {
   constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36, kRecordBytes = 2 * sizeof(Record) + 4 + 16 + 4 * 64;
@@ -81,15 +66,6 @@ Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOpt
   return reserveMemory(context, "preview", pixels * (kPixelBytes + wide) + records * kRecordBytes,
                        std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels",
                        "lower --size or --max-records");
-}
-
-void setView(const View& view, RenderRequest& request) {
-  request.camera = view.camera;
-  request.width = view.width;
-  request.height = view.height;
-  request.lights = view.lights;
-  request.emissive = view.emissive;
-  request.sky = view.sky;
 }
 
 // The bake that is named, or a draft made here; nothing where the rays are to find direct light alone.
@@ -210,10 +186,7 @@ int runPreview(const PreviewArguments& arguments) {
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request.frame);
-  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
-    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
-  };
-  auto driven = readEmissions(arguments.emissions, fits);
+  auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   const auto baked = findBake(arguments, *scene, request.source, context);
   if (!baked) return fail(baked.error());

@@ -123,10 +123,7 @@ int runReference(const ReferenceArguments& arguments) {
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
 
-  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
-    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
-  };
-  const auto driven = readEmissions(arguments.emissions, fits);
+  const auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   if (Status ok = driveScene(*scene, *driven, view->emissive || driven->empty()); !ok) return fail(ok.error());
   view->emissive = view->emissive || !driven->empty();

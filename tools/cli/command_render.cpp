@@ -38,11 +38,8 @@ namespace relume {
 namespace {
 
 struct RenderArguments : PictureOptions {
-  std::string scene, bake, bounces = "converged", backend = "cpu", bands, exponent;
-  std::vector<std::string> aovs{"full"};
-  ViewOptions view;
+  std::string bounces = "converged", backend = "cpu", bands, exponent;
   SceneOptions sceneOptions;
-  std::vector<std::string> emissions;
   std::uint32_t samples = 4, shadowSize = 2048;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
@@ -88,34 +85,6 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   return done();
-}
-
-MemoryCheck memoryCheck(Context& context) {
-  return [&context](double bytes, const std::string& what) {
-    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
-  };
-}
-
-// What the view says of a request.
-void setView(const View& view, RenderRequest& request) {
-  request.camera = view.camera;
-  request.width = view.width;
-  request.height = view.height;
-  request.lights = view.lights;
-  request.emissive = view.emissive;
-  request.sky = view.sky;
-}
-
-CommandFiles filesOf(const RenderArguments& arguments, const LayerFiles& layers) {
-  CommandFiles files;
-  files.read("the scene", arguments.scene);
-  files.read("the bake", arguments.bake);
-  files.read("the file of --lights-file", arguments.view.lightsFile);
-  files.read("the file of --sky-map", arguments.view.skyMap);
-  for (const std::string& image : emissionFiles(arguments.emissions)) files.read("an image of --emission", image);
-  for (const auto& path : layers.paths()) files.write("-o", path, imageKind(path));
-  files.force = arguments.force;
-  return files;
 }
 
 void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
@@ -203,7 +172,7 @@ int runRender(const RenderArguments& arguments) {
                                              "with --sky-patches 64");
   }
 
-  auto driven = readEmissions(arguments.emissions, memoryCheck(context));
+  auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   if (Status ok = driveScene(*scene, *driven, request.emissive || driven->empty()); !ok) return fail(ok.error());
   request.driven = std::move(*driven);

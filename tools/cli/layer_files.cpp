@@ -3,6 +3,7 @@
 #include "tools/cli/layer_files.h"
 
 #include "tools/images/image_io.h"
+#include "tools/render/drive_scene.h"
 #include "tools/render/exposure.h"
 
 #include <CLI/CLI.hpp>
@@ -50,6 +51,27 @@ std::vector<std::filesystem::path> LayerFiles::paths() const {
     list.push_back(path);
   }
   return list;
+}
+
+CommandFiles filesOf(const PictureOptions& options, const LayerFiles& layers) {
+  CommandFiles files;
+  files.read("the scene", options.scene);
+  files.read("the bake", options.bake);
+  files.read("the file of --lights-file", options.view.lightsFile);
+  files.read("the file of --sky-map", options.view.skyMap);
+  for (const std::string& image : emissionFiles(options.emissions)) files.read("an image of --emission", image);
+  for (const auto& path : layers.paths()) files.write("-o", path, imageKind(path));
+  files.force = options.force;
+  return files;
+}
+
+void setView(const View& view, RenderRequest& request) {
+  request.camera = view.camera;
+  request.width = view.width;
+  request.height = view.height;
+  request.lights = view.lights;
+  request.emissive = view.emissive;
+  request.sky = view.sky;
 }
 
 Status checkImageName(const std::string& output) {

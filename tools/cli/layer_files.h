@@ -7,6 +7,7 @@
 #include "tools/base/output_files.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/render_pictures.h"
+#include "tools/render/view_options.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -20,12 +21,14 @@ class App;
 
 namespace relume {
 
-// What commands that draw pictures are told of them.
+// What commands that draw a level's light are told: of what, by which light, and into which pictures.
 struct PictureOptions {
-  std::string output, exposure = "auto";
+  std::string scene, bake, output, exposure = "auto";
+  ViewOptions view;
+  std::vector<std::string> emissions, aovs{"full"};
   bool sideBySide = false, force = false;
 };
-// `options` must live as long as the command.
+// Those of the pictures: exposure, side by side, output, force. `options` must live as long as the command.
 void addPictureOptions(CLI::App& command, PictureOptions& options);
 
 struct LayerFiles {
@@ -38,6 +41,12 @@ struct LayerFiles {
   // The name as it is, or with ".NAME" before the extension where there are several. [Size aovs, or 1]
   std::vector<std::filesystem::path> paths() const;
 };
+
+// The files that such a command reads and writes, but for those that the scene names.
+CommandFiles filesOf(const PictureOptions& options, const LayerFiles& layers);
+
+// What the view says of a request.
+void setView(const View& view, RenderRequest& request);
 
 // usage: a name that ends in neither .exr nor .png.
 Status checkImageName(const std::string& output);

@@ -2,6 +2,7 @@
 // See drive_scene.h.
 #include "tools/render/drive_scene.h"
 
+#include "bake/base/memory_budget.h"
 #include "formats/color.h"
 #include "formats/limits.h"
 #include "runtime/shared/image_pyramid.h"
@@ -123,7 +124,10 @@ std::vector<std::string> emissionFiles(const std::vector<std::string>& texts) {
   return files;
 }
 
-Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, const MemoryCheck& fits) {
+Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, Context& context) {
+  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "emission", bytes, what, "use a smaller one");
+  };
   std::vector<DrivenMaterial> list;
   for (const std::string& text : texts) {
     const auto [name, value] = halves(text);

@@ -3,6 +3,7 @@
 // runtime's MaterialEmission and the same for whoever reads the scene.
 #pragma once
 
+#include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 #include "tools/images/image_io.h"
@@ -34,7 +35,8 @@ std::vector<std::string> emissionFiles(const std::vector<std::string>& texts);
 
 // usage: not MATERIAL=R,G,B or MATERIAL=FILE, a number out of 0..1e9, a material twice, an image beyond 8192 texels a
 // side; invalidFile: a texel that is not within 0..1e9, by its place; errors of readPicture().
-Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, const MemoryCheck& fits = {});
+// memory: images beyond the context's budget.
+Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, Context& context);
 
 // Let the scene's materials emit what is asked for; keepOthers: whether the rest emits as it did, or not at all. The
 // scene is then no longer that of its bake: look whether it is before. usage: a material that is not in the scene, or

@@ -113,7 +113,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
     o.bands = *named;
   }
-  auto driven = readEmissions(emissions);
+  Context context;
+  auto driven = readEmissions(emissions, context);
   if (!driven) return driven.error();
   o.driven = std::move(*driven);
   o.drivenFiles = emissionFiles(emissions);
