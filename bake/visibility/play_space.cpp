@@ -35,6 +35,9 @@ constexpr std::size_t kReceivers = 1u << 14;  // most points handed over as Play
 constexpr float kFreshStarts = 0.25f;         // share of a later round's walks that start at the sources again
 constexpr double kHitsPerVoxel = 24.0;        // expected if all surfaces were seen equally
 constexpr float kMaxVoxelShare = 0.1f;        // largest width of a voxel, in median distances to a hit
+constexpr double kLeastHitsPerVoxel =
+    2.0;                                 // in the mean: in finer voxels, hits say nothing of how often a place is seen
+constexpr float kCoarser = 4.0f;         // by which voxels grow that have fewer
 constexpr float kFarLooks = 64.0f;       // a hit beyond this multiple of that distance is far: no walk continues there
 constexpr double kOutermostHits = 0.01;  // share left out at each end of the box around what is looked at
 constexpr double kMinFarShare = 1e-4;    // smallest share of all hits that makes a far side matter
@@ -158,6 +161,38 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
   }
 }
 
+// What walks found.
+struct Walks {
+  VoxelGrid grid;
+  std::vector<VoxelHits> voxels;       // sorted by key
+  double nearHits = 0.0;               // all of theirs
+  std::vector<std::uint32_t> farHits;  // [Size 2 * triangles] by side
+  std::vector<glm::vec3> ends;         // where walks of the last round ended
+};
+
+Walks walkThrough(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
+                  const StartSources& sources, float voxelSize, float farDistance, Context& context) {
+  Walks walks;
+  walks.grid.size = voxelSize;
+  walks.grid.origin = tracer.boundsMin() - 0.3719f * voxelSize;  // off the round coordinates that levels are built on
+  Counts counts(walks.grid, farDistance, 2 * std::size_t{tracer.scene().triangleCount()});
+  for (std::uint32_t round = 0; round < kRounds && !context.cancelled(); ++round)
+    walkRound(tracer, options, seed, round, sources, walks.ends, counts, context);
+  walks.voxels = counts.near.sorted();
+  for (const VoxelHits& c : walks.voxels) walks.nearHits += static_cast<double>(c.direct) + c.bounced;
+  walks.farHits.assign(counts.farHits.begin(), counts.farHits.end());
+  return walks;
+}
+
+// The width of voxels that are to be tried in place of those of the walks, which few hits share, as between two faces a
+// hair apart or along a strip of kilometres; 0 = these will do.
+float coarserSize(const Walks& walks, const RayTracer& tracer) {
+  const glm::vec3 extent = tracer.boundsMax() - tracer.boundsMin();
+  const bool fine = walks.nearHits < kLeastHitsPerVoxel * static_cast<double>(walks.voxels.size());
+  const bool small = walks.grid.size < std::max({extent.x, extent.y, extent.z});
+  return fine && small ? kCoarser * walks.grid.size : 0.0f;
+}
+
 // What is seen from where walks start.
 struct FirstLook {
   float distance = 0.0f;  // [m] median distance to a hit, of near hits only; 0 = nothing is hit
@@ -231,11 +266,11 @@ void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
 
 // Note the sides that are seen from far away only. They count as seen as a whole: no receiver comes near enough to tell
 // their parts apart.
-void addFarSides(const std::vector<float>& area, const Counts& counts, double nearHits, PlaySpace& space) {
-  double all = nearHits;
-  for (const auto& hits : counts.farHits) all += hits.load();
-  for (std::size_t side = 0; side < counts.farHits.size(); ++side) {
-    const double share = counts.farHits[side].load() / std::max(all, 1.0);
+void addFarSides(const std::vector<float>& area, const Walks& walks, PlaySpace& space) {
+  double all = walks.nearHits;
+  for (const std::uint32_t hits : walks.farHits) all += hits;
+  for (std::size_t side = 0; side < walks.farHits.size(); ++side) {
+    const double share = walks.farHits[side] / std::max(all, 1.0);
     if (share < kMinFarShare || space.seenArea[side] > 0.0f || !(area[side] > 0.0f)) continue;
     if (space.farShare.empty()) space.farShare.assign(area.size(), 0.0f);
     space.farShare[side] = static_cast<float>(share);
@@ -342,28 +377,23 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   // Walk. Voxels are as fine as the number of hits allows, or finer where the level is much larger than what is near
   // the sources.
   const double expected = double{look.hitShare} * options.walks * options.maxBounces;
-  VoxelGrid grid;
-  grid.size = std::min(static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerVoxel / expected)),
-                       kMaxVoxelShare * look.distance);
-  grid.origin = tracer.boundsMin() - 0.3719f * grid.size;  // off the round coordinates that levels are built on
-  Counts counts(grid, kFarLooks * look.distance, sides);
-  std::vector<glm::vec3> pool;
-  for (std::uint32_t round = 0; round < kRounds; ++round) {
-    walkRound(tracer, options, seed, round, sources, pool, counts, context);
+  const float coarse = static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerVoxel / expected));
+  Walks walks;
+  for (float size = std::min(coarse, kMaxVoxelShare * look.distance); size > 0.0f; size = coarserSize(walks, tracer)) {
+    walks = walkThrough(tracer, options, seed, sources, size, kFarLooks * look.distance, context);
     if (context.cancelled()) return cancelledError();
   }
 
   // Keep what matters.
   const float largest = *std::max_element(space.seenArea.begin(), space.seenArea.end());
+  const VoxelGrid& grid = walks.grid;
   const bool hasLarge = TriangleParts(largest, grid.size).along >= TriangleParts::kFew;
   const std::vector<float> area = space.seenArea;
-  std::vector<VoxelHits> hitVoxels = counts.near.sorted();
-  double nearHits = 0.0;
-  for (const VoxelHits& c : hitVoxels) nearHits += static_cast<double>(c.direct) + c.bounced;
-  const std::vector<VoxelHits> voxels = keepVoxels(scene, grid, std::move(hitVoxels), space.total, hasLarge, context);
+  const std::vector<VoxelHits> voxels =
+      keepVoxels(scene, grid, std::move(walks.voxels), space.total, hasLarge, context);
   if (context.cancelled()) return cancelledError();
   measureSides(tracer, grid, voxels, hasLarge, space, context);
-  addFarSides(area, counts, nearHits, space);
+  addFarSides(area, walks, space);
   boundHits(grid, voxels, space);
   space.scene = &scene;
   space.voxelOrigin = grid.origin;
@@ -374,7 +404,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
     space.seenArea[side] = area[side];
     space.partly[side] = 0;
   }
-  space.receivers = std::move(pool);
+  space.receivers = std::move(walks.ends);
   thin(space.receivers);
   if (context.cancelled()) return cancelledError();
   if (!(space.seenTotal > 0.0))

@@ -77,8 +77,8 @@ glm::vec3 gather(const CacheLight& light, const CacheBands& held, const Stencil&
       const glm::vec2 more = upper * chromaOverLuma(first);
       sum += glm::vec3(0.0f, more.x, more.y);
     } else if (first.constant.x > 0.0f) {
-      sum.y = sum.x * first.constant.y / first.constant.x;
-      sum.z = sum.x * first.constant.z / first.constant.x;
+      sum.y = sum.x * (first.constant.y / first.constant.x);
+      sum.z = sum.x * (first.constant.z / first.constant.x);
     }
   }
   return glm::max(yCoCgToRgb(sum), glm::vec3(0.0f));

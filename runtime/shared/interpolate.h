@@ -5,7 +5,11 @@
 #include "runtime/shared/resolve.h"
 #include "runtime/shared/stencil.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
 
 namespace relume {
 
@@ -34,14 +38,18 @@ inline FirstBands firstBands(const CacheLight& light, const Stencil& stencil, fl
   return first;
 }
 
-// Co and Cg in proportion to Y, by least squares over coefficients 0 to 3.
+// Co and Cg in proportion to Y, by least squares over coefficients 0 to 3. Squares of bright light would overflow: Y is
+// measured in its largest coefficient.
 inline glm::vec2 chromaOverLuma(const FirstBands& first) {
-  const auto product = [&first](int channel) {
-    return first.constant.x * first.constant[channel] +
-           glm::dot(first.linear[0], first.linear[static_cast<std::size_t>(channel)]);
+  const glm::vec3 magnitude = glm::abs(first.linear[0]);
+  const float largest = std::max({std::abs(first.constant.x), magnitude.x, magnitude.y, magnitude.z});
+  if (!(largest > 0.0f)) return glm::vec2(0.0f);
+  const float constant = first.constant.x / largest;
+  const glm::vec3 linear = first.linear[0] / largest;
+  const auto product = [&](std::size_t channel) {
+    return constant * first.constant[static_cast<int>(channel)] + glm::dot(linear, first.linear[channel]);
   };
-  const float square = product(0);
-  return square > 0.0f ? glm::vec2(product(1), product(2)) / square : glm::vec2(0.0f);
+  return glm::vec2(product(1), product(2)) / product(0);
 }
 
 }  // namespace relume

@@ -91,8 +91,8 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
       e += glm::vec3(0.0f, chroma.x, chroma.y);
     }
     if (chromaFollows && first.constant.x > 0.0f) {
-      e.y = e.x * first.constant.y / first.constant.x;
-      e.z = e.x * first.constant.z / first.constant.x;
+      e.y = e.x * (first.constant.y / first.constant.x);
+      e.z = e.x * (first.constant.z / first.constant.x);
     }
   }
   return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));

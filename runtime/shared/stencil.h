@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace relume {
 
@@ -33,13 +34,14 @@ inline TexelQuad texelsAround(const Lightmap& map, const glm::vec2& uv) {
           {(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y}};
 }
 
-// Up to sixteen caches and their weights.
+// Up to sixteen caches and their weights, of which each is a normal float: the reciprocal of their total is finite.
 struct Stencil {
   std::array<std::uint32_t, 16> cache;
   std::array<float, 16> weight;
   int count = 0;
 
   void add(std::uint32_t c, float w) {
+    if (!(w >= std::numeric_limits<float>::min())) return;
     cache[static_cast<std::size_t>(count)] = c;
     weight[static_cast<std::size_t>(count++)] = w;
   }
@@ -57,7 +59,7 @@ inline Stencil lightmapStencil(const Caches& caches, const glm::vec2& uv) {
   const TexelQuad quad = texelsAround(caches.lightmap, uv);
   for (std::size_t k = 0; k < 4; ++k) {
     const std::uint32_t cache = caches.lightmap.cache[quad.texel[k]];
-    if (cache != kNoCache && quad.weight[k] > 0.0f) stencil.add(cache, quad.weight[k]);
+    if (cache != kNoCache) stencil.add(cache, quad.weight[k]);
   }
   return stencil;
 }

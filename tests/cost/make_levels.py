@@ -141,6 +141,14 @@ def fence(folder):
     level.write(folder / "fence.glb")
 
 
+def sheet(folder):
+    """A quarter of a square metre, 4 micrometres out of the plane of two axes, with a triangle for each side."""
+    level = Glb()
+    corners = [(0, 0, 0), (0, 1, 0), (0.25, 0, 4e-6)]
+    level.node(mesh=level.mesh(corners, [(0, 1, 2), (0, 2, 1)]))
+    level.write(folder / "sheet.glb")
+
+
 def soup(folder):
     """30,000 random triangles that pierce one another."""
     level, rng, n = Glb(), random.Random(1), 30000
@@ -212,7 +220,7 @@ def big_image(folder, side=11000):
     level.write(folder / "big_image.glb")
 
 
-LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, needle, strip, fence, soup,
+LEVELS = {f.__name__: f for f in (coincident_instances, one_extension, shared_primitive, fan, star, needle, strip, sheet, fence, soup,
                                   teapots, layers, layer_nodes, big_image)}
 
 if __name__ == "__main__":

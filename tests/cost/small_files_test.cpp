@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(cost, SmallFiles,
                          testing::Values(Costly{"coincident_instances", 30, 1024}, Costly{"one_extension", 30, 1024},
                                          Costly{"layer_nodes", 30, 1024}, Costly{"layers", 90, 1536},
                                          Costly{"big_image", 30, 1536}, Costly{"needle", 10, 2048},
-                                         Costly{"strip", 30, 2048}),
+                                         Costly{"strip", 10, 2048}, Costly{"sheet", 10, 2048}),
                          [](const auto& costly) { return std::string(costly.param.level); });
 
 }  // namespace

@@ -84,6 +84,8 @@ bool readAll(const Relighter& relighter, const Bake& bake) {
     for (const glm::vec3& normal : normals) {
       good &= isLight(relighter.irradianceInGrid(place, normal));
       good &= isLight(relighter.irradianceOnLightmap(glm::vec2(place), normal));
+      good &= isLight(relighter.glossyInGrid(place, normal, {0, 1, 0}, 1e3f * normal.x));
+      good &= isLight(relighter.glossyOnLightmap(glm::vec2(place), normal, 4.0f));
       good &= isLight(relighter.irradianceOnLightmap(glm::vec2(0.5f), {0, 0, 1}, normal));
     }
   }

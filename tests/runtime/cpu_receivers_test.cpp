@@ -83,6 +83,20 @@ TEST(ResolveLightmap, texelsWithoutACacheCountNothing) {
   EXPECT_EQ(irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
 }
 
+// A hair within a cell of which one far corner alone has a cache: its weight has no finite reciprocal.
+TEST(ResolveGrid, aCacheAHairAwayCountsNothing) {
+  TwoTexels one(6, 1, {0, 1});
+  one.caches.grid.resolution = {2, 1, 1};
+  one.caches.grid.spacing = glm::vec3(1.0f);
+  one.caches.grid.cache = std::vector<std::uint32_t>{kNoCache, 1};
+  one.caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};
+  for (const float x : {0.0f, 1e-44f, 1e-40f, 1e-38f, 1e-30f, 0.5f}) {
+    const glm::vec3 e = irradianceInGrid(one.caches, one.light, {x, 0, 0}, {0, 0, 1});
+    const float want = x < 1e-37f ? 0.0f : 3.0f * static_cast<float>(kPi);
+    EXPECT_NEAR(e.r, want, 1e-2f) << x;
+  }
+}
+
 TEST(ResolveLightmap, isNeverNegativeAndTakesAnyCoordinate) {
   const TwoTexels map(4, 4, {0, 1});
   const float nan = std::nanf("");

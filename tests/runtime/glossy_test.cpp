@@ -16,6 +16,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -113,6 +114,37 @@ TEST(Glossy, isTheMeanRadianceInTheLobe) {
         weight += lobe;
       }
       ASSERT_NEAR(grid.inGrid(r, n).g, sum / weight, 2e-3) << n;
+    }
+  }
+}
+
+// Light of any brightness that the lights' bounds allow, diffuse and glossy: squares of it would overflow, or be
+// nothing.
+TEST(Readers, areLinearInTheLight) {
+  const glm::vec3 toward = glm::normalize(glm::vec3(0.6f, 0.2f, 0.8f)),
+                  n = glm::normalize(glm::vec3(-0.2f, 0.1f, 0.9f));
+  const auto c = project([&](const glm::vec3& d) { return glm::dot(d, toward) > 0.8f ? 1.0 : 0.01; });
+  for (const auto& [luma, chroma] : {std::pair(1, 1), {2, 1}, {2, 2}, {3, 1}, {3, 2}, {8, 3}}) {
+    for (const bool onMap : {true, false}) {
+      for (const bool guess : {true, false}) {
+        OneCache cache({luma, chroma}, onMap, c, kTint);
+        cache.light.guessBands = guess;
+        const auto read = [&](bool glossy) {
+          if (glossy) return onMap ? cache.onMap(n, 4.0f) : cache.inGrid(n, 4.0f);
+          return onMap ? irradianceOnLightmap(cache.caches, cache.light, {0.5f, 0.5f}, n)
+                       : irradianceInGrid(cache.caches, cache.light, glm::vec3(0.0f), n);
+        };
+        const std::vector<float> plain = cache.coefficients;
+        const glm::vec3 diffuse = read(false), glossy = read(true);
+        EXPECT_GT(diffuse.g, 0.0f);
+        for (const float scale : {0x1p80f, 0x1p-80f}) {
+          for (std::size_t i = 0; i < plain.size(); ++i) cache.coefficients[i] = scale * plain[i];
+          EXPECT_LT(glm::distance(read(false) / scale, diffuse), 1e-6f * diffuse.r)
+              << luma << " " << chroma << " " << scale;
+          EXPECT_LT(glm::distance(read(true) / scale, glossy), 1e-6f * glossy.r)
+              << luma << " " << chroma << " " << scale;
+        }
+      }
     }
   }
 }
