@@ -4,6 +4,7 @@
 
 #include "bake/base/parallel.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
@@ -19,8 +20,9 @@ constexpr std::uint32_t kStage = 0x66726565;   // the random streams' stage
 constexpr std::size_t kCandidates = 1u << 14;  // random points tried
 constexpr std::uint32_t kProbes = 16;          // rays per candidate
 constexpr float kMaxBackShare = 0.25f;         // largest share of backs among a free point's hits
-constexpr float kMargin = 0.5f;     // of the level's size, added on all sides: a level may be seen from outside
-constexpr float kThinnest = 0.01f;  // of its largest size along an axis: what a level is taken to have along the others
+constexpr float kMargin = 0.5f;  // of the level's size, added on all sides: a level may be seen from outside
+// Of a level's second size: with a third of less, it is flat, or thin.
+constexpr float kFlat = 1e-4f, kThin = 1e-2f;
 constexpr float kDefaultAspect = 16.0f / 9.0f;  // of cameras whose aspect is the viewport's
 
 // Whether rays in all directions hit something, and mostly fronts. A hit nearer than the precision of rays counts as a
@@ -63,13 +65,14 @@ glm::vec3 uniformDirection(const glm::vec2& u) {
 }
 
 std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t seed, Context& context) {
-  // Points within the bounds of a flat level would lie a hair above its one surface.
   const glm::vec3 size = tracer.boundsMax() - tracer.boundsMin();
-  const float largest = std::max({size.x, size.y, size.z});
-  const glm::vec3 thicker = glm::max(size, kThinnest * largest);
-  const glm::vec3 inner = tracer.boundsMin() - 0.5f * (thicker - size);
-  const float margin = kMargin * largest;
+  const float largest = std::max({size.x, size.y, size.z}), margin = kMargin * largest;
   const glm::vec3 low = tracer.boundsMin() - margin, extent = size + 2.0f * margin;
+  // Points within the bounds of a flat level would lie a hair above its one surface, and see a hair of it.
+  const float second = std::max({std::min(size.x, size.y), std::min(size.y, size.z), std::min(size.z, size.x)});
+  glm::vec3 innerExtent = glm::max(size, kThin * second);
+  for (int k = 0; k < 3; ++k) innerExtent[k] = size[k] < kFlat * second ? extent[k] : innerExtent[k];
+  const glm::vec3 innerLow = tracer.boundsMin() - 0.5f * (innerExtent - size);
 
   // Draw half of the candidates within these bounds, and half within bounds widened by the margin.
   std::vector<glm::vec3> candidates(kCandidates);
@@ -79,7 +82,7 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
       RandomStream random(seed, kStage, i);
       const glm::vec2 xy = random.uniform2();
       const glm::vec3 u(xy, random.uniform());
-      candidates[i] = i % 2 == 0 ? inner + u * thicker : low + u * extent;
+      candidates[i] = i % 2 == 0 ? innerLow + u * innerExtent : low + u * extent;
       isIn[i] = isFree(tracer, candidates[i], random) ? 1 : 0;
     }
   });
