@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """01_hello_relight in Python: load a bake, relight it under a moving lamp and a sun, ask what light arrives at a point.
-    hello_relight.py LEVEL.relume
+    PYTHONPATH=bindings/python hello_relight.py LEVEL.relume
 """
 import math
 import sys
+
+import numpy
 
 import relume
 
@@ -14,13 +16,13 @@ try:
     bake = relume.Bake(sys.argv[1])
     relighter = relume.Relighter(bake)
     positions, _ = bake.surfels()
-    point = [sum(positions[k::3]) / bake.info.surfels for k in range(3)]
-    way = (0.28, -0.75, 0.6)
-    sun = relume.Light(relume.DIRECTIONAL, (9, 8.5, 7.5), direction=[d / math.hypot(*way) for d in way])
+    point = positions.mean(axis=0, dtype=float)
+    way = numpy.array((0.28, -0.75, 0.6))
+    sun = relume.Light.directional(way / numpy.linalg.norm(way), (9, 8.5, 7.5))
     for frame in range(16):
         at = (point[0] + math.cos(0.4 * frame), point[1] + 0.5, point[2] + math.sin(0.4 * frame))
-        relighter.relight([sun, relume.Light(relume.POINT, (4, 3, 2), position=at)])
-        light = relighter.irradiance_in_grid([point], [(0, 1, 0)])
+        relighter.relight([sun, relume.Light.point(at, (4, 3, 2))])
+        light = relighter.irradiance_in_grid([point], [(0, 1, 0)])[0]
         print(f'frame {frame:2d}: irradiance at ({point[0]:.2f} {point[1]:.2f} {point[2]:.2f}) facing up: '
               f'{light[0]:.4f} {light[1]:.4f} {light[2]:.4f} W/m2')
 except relume.RelumeError as error:

@@ -153,7 +153,8 @@ def check_games(prefix, bake, expected, root='', baker=False):
     check_same('C89', light(run(program, bake, env=environment)), expected)
     python = os.path.join(samples, '03_hello_python/hello_relight.py')
     check_same('Python', light(run(sys.executable, '-B', python, bake,
-                                   env={**environment, 'RELUME_LIBRARY': library})), expected)
+                                   env={**environment, 'RELUME_LIBRARY': library,
+                                        'PYTHONPATH': os.path.join(source, 'bindings/python')})), expected)
     missing = subprocess.run([program, '/no/such.relume'], env=environment, capture_output=True, text=True, check=False)
     check(missing.returncode == 2 and '/no/such.relume' in missing.stderr, f'a missing bake: {missing}')
 

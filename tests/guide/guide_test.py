@@ -41,7 +41,7 @@ def run_page(page, source, work, path, library):
     folder = work / page.relative_to(source).as_posix().replace("/", "_")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for name in ("samples", "docs"):
+    for name in ("samples", "docs", "bindings"):
         (folder / name).symlink_to(source / name)
     # Debian's Blender takes the first python3 there is, and needs the numpy of the system's.
     environment = dict(os.environ, PATH=f"{path}:/usr/bin:{os.environ['PATH']}", RELUME_LIBRARY=library)

@@ -1,0 +1,294 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""bindings/python against librelume: light of a bake, arrays in place, visibility in batches, bad input, the layout of structs,
+a wheel with the library inside.
+
+    relume_test.py RELUME LEVEL HEADERS      with RELUME_LIBRARY and PYTHONPATH in the environment
+"""
+import ctypes
+import glob
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import zipfile
+
+import numpy
+
+import relume
+from relume import _library
+
+RELUME, LEVEL, HEADERS = sys.argv[1:]
+WORK = tempfile.TemporaryDirectory()
+BAKE = os.path.join(WORK.name, 'level.relume')
+PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(relume.__file__)))
+SUN = relume.Light.directional((0, -1, 0), (9, 8, 7))
+UP = (0.0, 1.0, 0.0)
+
+
+class Light(unittest.TestCase):
+    def setUp(self):
+        self.bake = relume.Bake(BAKE)
+        self.relighter = relume.Relighter(self.bake)
+        self.positions, self.normals = self.bake.surfels()
+        self.points = self.positions + 0.05 * self.normals
+
+    def read(self, relighter=None):
+        return (relighter or self.relighter).irradiance_in_grid(self.points, self.normals)
+
+    def test_light_scales_with_the_lights(self):
+        self.relighter.relight([SUN], bounce_scale=0, emission_scale=0)
+        once = self.read()
+        self.assertGreater(once.max(), 0)
+        self.relighter.relight([relume.Light.directional((0, -1, 0), (18, 16, 14))], bounce_scale=0, emission_scale=0)
+        numpy.testing.assert_allclose(self.read(), 2 * once, rtol=1e-4, atol=1e-6)
+        self.relighter.reset()
+        self.relighter.relight([], emission_scale=0)
+        self.assertEqual(self.read().max(), 0)
+
+    def test_threads_give_the_same_light(self):
+        with relume.Bake(BAKE, threads=3) as bake:
+            relighter = relume.Relighter(bake)
+            for _ in range(3):
+                self.relighter.relight([SUN], sky_radiance=(1, 2, 3))
+                relighter.relight([SUN], sky_radiance=(1, 2, 3))
+            numpy.testing.assert_array_equal(self.read(relighter), self.read())
+        relighter.relight([SUN])  # closing a bake leaves its relighters as they are
+
+    def test_bytes_are_the_file(self):
+        self.relighter.relight([SUN])
+        with open(BAKE, 'rb') as file:
+            data = file.read()
+        odd = memoryview(b'x' + data)[1:]
+        for source in (data, bytearray(data), odd, numpy.frombuffer(data, numpy.uint8)):
+            relighter = relume.Relighter(relume.Bake(source))
+            relighter.relight([SUN])
+            numpy.testing.assert_array_equal(self.read(relighter), self.read())
+
+    def test_arrays_are_used_in_place(self):
+        self.assertIs(relume._floats('p', self.points, 3), self.points)
+        out = numpy.zeros_like(self.points)
+        self.relighter.relight([SUN])
+        self.assertIs(self.relighter.irradiance_in_grid(self.points, self.normals, out=out), out)
+        numpy.testing.assert_array_equal(out, self.read())
+        numpy.testing.assert_array_equal(self.relighter.irradiance_in_grid(self.points.tolist(), self.normals.tolist()), out)
+        numpy.testing.assert_array_equal(
+            self.relighter.irradiance_in_grid(self.points.astype(float)[::2], numpy.asfortranarray(self.normals)[::2]), out[::2])
+
+    def test_visibility_comes_in_batches_of_views(self):
+        asked = {0: 0, 1: 0}
+
+        def visible(light, positions, normals):
+            self.assertEqual(positions.shape, normals.shape)
+            self.assertLessEqual(len(positions), 256)
+            self.assertFalse(positions.flags.writeable or positions.flags.owndata)
+            self.assertTrue((normals[:, 1] > 0).all())  # both lights come from above
+            asked[light] += len(positions)
+            return numpy.where(positions[:, 0] > middle, 1.0, 0.0)
+
+        middle = float(numpy.median(self.positions[:, 0]))
+        self.relighter.relight([SUN, SUN], visible, bounce_scale=0, emission_scale=0)
+        facing = int((self.normals[:, 1] > 0).sum())
+        self.assertEqual(asked[0], asked[1])
+        self.assertTrue(0 < asked[0] <= facing)
+        some = self.read()
+        self.relighter.relight([SUN, SUN], lambda light, p, n: numpy.zeros(len(p)), bounce_scale=0, emission_scale=0)
+        self.assertEqual(self.read().max(), 0)
+        self.relighter.relight([SUN, SUN], bounce_scale=0, emission_scale=0)
+        self.assertGreater(self.read().sum(), some.sum())
+
+    def test_exceptions_come_through(self):
+        def broken(light, positions, normals):
+            raise KeyError('no shadow map')
+        with self.assertRaisesRegex(KeyError, 'no shadow map'):
+            self.relighter.relight([SUN], broken)
+        with self.assertRaises(ValueError):
+            self.relighter.relight([SUN], lambda light, p, n: numpy.ones(len(p) + 1))
+
+    def test_own_irradiance_emission_and_sky(self):
+        self.relighter.relight(surfel_irradiance=numpy.full((len(self.positions), 3), 2.0), bounce_scale=0, emission_scale=0)
+        self.assertGreater(self.read().max(), 0)
+        self.relighter.relight(surfel_emission=numpy.full((len(self.positions), 3), 2.0), bounce_scale=0)
+        self.assertGreater(self.read().max(), 0)
+        directions = self.bake.sky_directions()
+        numpy.testing.assert_allclose(numpy.linalg.norm(directions, axis=1), 1, rtol=1e-4)
+        if len(directions):
+            self.relighter.relight(sky_radiance=2, bounce_scale=0, emission_scale=0)
+            constant = self.read()
+            self.relighter.relight(sky_patches=numpy.full((len(directions), 3), 2.0), bounce_scale=0, emission_scale=0)
+            numpy.testing.assert_allclose(self.read(), constant, rtol=1e-4, atol=1e-6)
+
+    def test_plain_results_are_the_look_ups(self):
+        self.relighter.relight([SUN])
+        info = self.bake.info
+        origin, spacing = numpy.array(info.grid_origin), numpy.array(info.grid_spacing)
+        volume = self.relighter.ambient_volume(origin, spacing, (2, 1, 2))
+        self.assertEqual(volume.shape, (2, 1, 2, 6, 3))
+        axes = numpy.concatenate([[d, -d] for d in numpy.eye(3, dtype=numpy.float32)])
+        at = origin + spacing * (1, 0, 0)
+        numpy.testing.assert_allclose(self.relighter.irradiance_in_grid(numpy.tile(at, (6, 1)), axes), volume[0, 0, 1],
+                                      rtol=1e-5, atol=1e-7)
+        texels = self.relighter.irradiance_map()
+        self.assertEqual(texels.shape, (info.lightmap_height, info.lightmap_width, 4))
+        self.assertEqual(texels.dtype, numpy.float16)
+        self.assertTrue(numpy.isin(texels[..., 3], (0, 1)).all() and texels[..., 3].any())
+        self.assertEqual(self.relighter.irradiance_map_l1().shape, (4, *texels.shape))
+        self.assertEqual(len(self.relighter.cache_coefficients()), info.caches)
+
+    def test_the_light_map_and_its_coordinates(self):
+        self.relighter.relight([SUN])
+        names = self.bake.instance_names()
+        self.assertTrue(len(names) == self.bake.info.instances and all(names))
+        uvs = numpy.concatenate([self.bake.lightmap_coordinates(i) for i in range(len(names))])
+        uvs = uvs[uvs[:, 0] >= 0]
+        self.assertTrue(len(uvs) and uvs.max() <= 1)
+        normals = numpy.tile(numpy.float32(UP), (len(uvs), 1))
+        light = self.relighter.irradiance_on_lightmap(uvs, normals)
+        numpy.testing.assert_array_equal(self.relighter.irradiance_on_lightmap(uvs, normals, normals), light)
+        self.assertGreater(light.max(), 0)
+        glossy = self.relighter.glossy_on_lightmap(uvs, normals, numpy.full(len(uvs), 4.0))
+        self.assertTrue(glossy.shape == light.shape and glossy.max() > 0)
+        in_grid = self.relighter.glossy_in_grid(self.points, self.normals, self.normals, numpy.full(len(self.points), 4.0))
+        self.assertTrue(numpy.isfinite(in_grid).all() and in_grid.max() > 0)
+
+    def test_hot_reload_keeps_the_light(self):
+        for _ in range(8):
+            self.relighter.relight([SUN])
+        kept, fresh = (relume.Relighter(relume.Bake(BAKE)) for _ in range(2))
+        kept.inherit(self.relighter)
+        for relighter in (kept, fresh, self.relighter):
+            relighter.relight([SUN])
+        error = [numpy.abs(self.read(r) - self.read()).sum() / self.read().sum() for r in (kept, fresh)]
+        self.assertLess(error[0], 0.2 * error[1])
+
+    def test_driven_materials(self):
+        names = self.bake.drivable_materials()
+        with self.assertRaisesRegex(ValueError, '"no such" cannot be driven'):
+            self.relighter.relight(materials={'no such': (1, 1, 1)})
+        for name in names[:1]:
+            self.relighter.relight(materials={name: (3, 0, 0)}, bounce_scale=0, emission_scale=0)
+            self.assertGreater(self.read()[:, 0].max(), 0)
+            with self.assertRaisesRegex(ValueError, 'was declared'):
+                self.relighter.relight(materials={name: numpy.ones((2, 2, 3))})
+
+
+class BadInput(unittest.TestCase):
+    def test_files(self):
+        with self.assertRaisesRegex(relume.RelumeError, '/no/such.relume') as caught:
+            relume.Bake('/no/such.relume')
+        self.assertEqual(caught.exception.status, 2)
+        for data in (b'', b'RELUME', bytes(64)):
+            with self.assertRaises(relume.RelumeError) as caught:
+                relume.Bake(data)
+            self.assertEqual(caught.exception.status, 3)
+        with self.assertRaises(ValueError):
+            relume.Bake(BAKE, threads=0)
+
+    def test_shapes_and_numbers(self):
+        bake = relume.Bake(BAKE)
+        relighter = relume.Relighter(bake)
+        for call in (lambda: relighter.irradiance_in_grid([1, 2, 3], [UP]), lambda: relighter.irradiance_in_grid([UP], [UP, UP]),
+                     lambda: relighter.irradiance_on_lightmap([UP], [UP]),
+                     lambda: relighter.irradiance_in_grid([UP], [UP], out=numpy.zeros((1, 3))),
+                     lambda: relighter.irradiance_in_grid([UP], [UP], out=numpy.zeros((2, 3), numpy.float32)),
+                     lambda: relighter.relight(surfel_irradiance=[UP]), lambda: relighter.relight(sky_radiance=(1, 2)),
+                     lambda: relighter.ambient_volume(UP, UP, (0, 1, 1))):
+            self.assertRaises(ValueError, call)
+        for lights in ([relume.Light.point((0, 0, 0), (float('nan'), 0, 0))], [relume.Light.directional((0, -2, 0), (1, 1, 1))]):
+            with self.assertRaises(relume.RelumeError) as caught:
+                relighter.relight(lights)
+            self.assertEqual(caught.exception.status, 1)
+        with self.assertRaises(relume.RelumeError):
+            bake.lightmap_coordinates(bake.info.instances)
+        with self.assertRaisesRegex(relume.RelumeError, 'lumaBands is 9'):
+            relume.Relighter(bake, luma_bands=9)
+        relighter.close()
+        relighter.close()
+        with self.assertRaisesRegex(ValueError, 'closed'):
+            relighter.relight([])
+
+
+class Example(unittest.TestCase):
+    def test_light_along_a_walk(self):
+        with tempfile.TemporaryDirectory() as folder:
+            picture = os.path.join(folder, 'corridor.png')
+            done = subprocess.run([sys.executable, '-B', os.path.join(PACKAGE, 'examples/corridor.py'), LEVEL, BAKE, picture],
+                                  capture_output=True, text=True, check=False)
+            self.assertIn('largest difference of the sum', done.stdout, done.stderr)
+            rows = numpy.array([[float(word) for word in line.split()] for line in done.stdout.split('\n')[1:10]])
+            sun, lamp, spot = rows[:, 1:4].T
+            self.assertTrue((rows > 0).all())
+            self.assertGreater(lamp[:5].mean(), 3 * lamp[-3:].mean(), 'the lamp stands in the living room')
+            self.assertGreater(spot[-3:].mean(), 3 * spot[:5].mean(), 'the spot in the hall')
+            numpy.testing.assert_allclose(sun + lamp + spot, rows[:, 4], rtol=0.05)
+            if 'matplotlib is not installed' in done.stderr:
+                self.skipTest('the picture: matplotlib is not installed')
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertGreater(os.path.getsize(picture), 10000)
+
+
+class Package(unittest.TestCase):
+    def test_structs_are_those_of_the_header(self):
+        compiler = shutil.which('cc')
+        if not compiler:
+            self.skipTest('no C compiler')
+        structs = {'relume_context_desc': _library.ContextDesc, 'relume_bake_info': _library.BakeInfo,
+                   'relume_driven_image': _library.DrivenImage, 'relume_relighter_desc': _library.RelighterDesc,
+                   'relume_light': _library.CLight, 'relume_material_emission': _library.MaterialEmission,
+                   'relume_light_setup': _library.LightSetup}
+        fields = [(c, name, getattr(python, name)) for c, python in structs.items() for name, *_ in python._fields_]
+        with tempfile.TemporaryDirectory() as folder:
+            source, program = os.path.join(folder, 'fields.c'), os.path.join(folder, 'fields')
+            with open(source, 'w', encoding='utf8') as file:
+                lines = ''.join(f'printf("%d %d\\n", (int)offsetof({c}, {f}), (int)sizeof((({c}*)0)->{f}));' for c, f, _ in fields)
+                file.write(f'#include <relume/relume.h>\n#include <stdio.h>\nint main(void) {{{lines} return 0;}}')
+            subprocess.run([compiler, '-I', HEADERS, source, '-o', program], check=True)
+            found = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split('\n')
+        for (c, name, field), line in zip(fields, found):
+            self.assertEqual(f'{field.offset} {field.size}', line, f'{c}.{name}')
+
+    def test_a_library_that_is_none_is_named(self):
+        for path in ('/no/librelume.so', ctypes.util.find_library('m') or 'libm.so.6'):
+            done = subprocess.run([sys.executable, '-c', 'import relume'], env={**os.environ, 'RELUME_LIBRARY': path},
+                                  capture_output=True, text=True, check=False)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn('ImportError', done.stderr)
+            self.assertIn(os.path.basename(path), done.stderr)
+
+    def test_a_wheel_brings_the_library(self):
+        try:
+            import setuptools  # pylint: disable=unused-import,import-outside-toplevel
+            import wheel  # pylint: disable=unused-import,import-outside-toplevel
+        except ImportError as error:
+            self.skipTest(str(error))
+        with tempfile.TemporaryDirectory() as folder:
+            project, place = os.path.join(folder, 'project'), os.path.join(folder, 'place')
+            shutil.copytree(PACKAGE, project, ignore=shutil.ignore_patterns('__pycache__', 'build', '*.egg-info'))
+            for bundle in ('', os.environ['RELUME_LIBRARY']):
+                build = f'from setuptools import build_meta; build_meta.build_wheel({folder!r})'
+                environment = {k: v for k, v in os.environ.items() if k != 'PYTHONPATH'}
+                done = subprocess.run([sys.executable, '-c', build], cwd=project, env={**environment, 'RELUME_BUNDLE': bundle},
+                                      capture_output=True, text=True, check=False)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                shutil.rmtree(os.path.join(project, 'build'), ignore_errors=True)
+            wheels = sorted(glob.glob(os.path.join(folder, '*.whl')))
+            names = [os.path.basename(w) for w in wheels]
+            self.assertEqual(len(names), 2, names)
+            self.assertTrue(names[1].endswith('-none-any.whl'), names)
+            with zipfile.ZipFile(wheels[0]) as archive:
+                archive.extractall(place)
+            light = (f'import relume; r = relume.Relighter(relume.Bake({BAKE!r})); '
+                     'r.relight([relume.Light.directional((0, -1, 0), (9, 8, 7))]); print(r.irradiance_map().max())')
+            environment.pop('RELUME_LIBRARY')
+            done = subprocess.run([sys.executable, '-c', light], env={**environment, 'PYTHONPATH': place}, capture_output=True,
+                                  text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertGreater(float(done.stdout), 0)
+
+
+if __name__ == '__main__':
+    subprocess.run([RELUME, 'bake', LEVEL, '-o', BAKE, '--preset', 'draft', '--surfels', '1024', '--lightmap-caches', '200',
+                    '--sky-patches', '16', '--progress', 'none'], check=True, stdout=subprocess.DEVNULL)
+    unittest.main(argv=sys.argv[:1])
