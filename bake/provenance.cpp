@@ -151,7 +151,8 @@ float metresPerUnit(const glm::mat4& toWorld) {
 
 std::vector<BakedInstance> describeInstances(const Scene& scene) {
   std::vector<std::uint64_t> imageHash, materialHash, meshHash;
-  for (const Image& image : scene.images) imageHash.push_back(hashImage(image));
+  // Numbers are for pictures alone (MaterialGloss): no material's hash has them.
+  for (const Image& image : scene.images) imageHash.push_back(image.isColor ? hashImage(image) : 0);
   for (const Material& material : scene.materials) materialHash.push_back(hashMaterial(material, imageHash));
   std::vector<std::uint64_t> topologyHash;
   std::vector<std::uint32_t> firstShape;

@@ -8,6 +8,8 @@
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 
+#include <glm/vec4.hpp>
+
 #include <array>
 #include <cstdint>
 #include <map>
@@ -21,6 +23,10 @@ namespace relume {
 // uvSets[m] says which TEXCOORD_n fill Mesh::uv[0] and [1] for material m.
 using UvSets = std::array<int, 2>;
 Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene, Context& context);
+
+// Material::gloss of each, and the images of numbers that it uses. What cannot be read is left out with a warning.
+// failed: cancelled, or out of memory.
+Status importGloss(GltfDocument& document, const std::vector<UvSets>& uvSets, Scene& scene, Context& context);
 
 // A primitive whose vertices and indices came out of KHR_draco_mesh_compression.
 struct DracoPrimitive {
@@ -51,6 +57,7 @@ class MeshImporter {
                         std::vector<std::uint32_t>& indices);
   Status fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
                   const std::vector<std::uint32_t>& used, const std::string& where, Mesh& mesh);
+  void addTangents(const std::string& where, Mesh& mesh);
 
   const GltfDocument& document_;
   std::vector<UvSets> uvSets_;
@@ -60,6 +67,7 @@ class MeshImporter {
   std::map<int, std::vector<std::uint32_t>> imported_;
   std::uint64_t triangles_ = 0;            // of all meshes so far
   std::vector<std::uint32_t> renumbered_;  // scratch: new index per vertex, kNone = unused
+  std::vector<glm::vec4> tangents_;        // scratch: TANGENT of the primitive's vertices, empty where it has none
 };
 
 // Which unit the intensities of the file's punctual lights have, by `asked`, the file's extras or what their sizes

@@ -5,7 +5,7 @@
 
 #include "bake/base/memory_budget.h"
 #include "bake/base/parallel.h"
-#include "bake/import/gltf_file.h"
+#include "bake/import/gltf_textures.h"
 #include "bake/import/read_images.h"
 
 #include <glm/common.hpp>
@@ -19,55 +19,28 @@
 namespace relume {
 namespace {
 
-constexpr int kNearest = 9728, kClampToEdge = 33071, kMirroredRepeat = 33648;
-
 float toFloat(double value) {
   constexpr double kMax = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(value, -kMax, kMax));
 }
 
-Wrap toWrap(int wrap) {
-  if (wrap == kClampToEdge) return Wrap::clamp;
-  return wrap == kMirroredRepeat ? Wrap::mirror : Wrap::repeat;
-}
-
-// A texture slot of a glTF material before images are numbered and coordinates assigned.
-struct Slot {
-  int image = -1;  // glTF image
-  int set = 0;     // TEXCOORD_n
-  TextureRef ref;
-};
-
-// T R S of KHR_texture_transform: scale, then rotate (counter-clockwise as the image is seen), then offset.
-std::array<float, 6> foldTransform(const tinygltf::Value& extension) {
-  const auto pair = [&](const char* name, int i, double fallback) {
-    return extension.Has(name) ? extension.Get(name).Get(i).GetNumberAsDouble() : fallback;
-  };
-  const double sx = pair("scale", 0, 1.0), sy = pair("scale", 1, 1.0);
-  const double rotation = numberOr(extension, "rotation", 0.0);
-  const double c = std::cos(rotation), s = std::sin(rotation);
-  return {toFloat(sx * c),  toFloat(sy * s), toFloat(pair("offset", 0, 0.0)),
-          toFloat(-sx * s), toFloat(sy * c), toFloat(pair("offset", 1, 0.0))};
-}
-
+// Texture slots, and what else of a material is checked.
 class MaterialReader {
  public:
   MaterialReader(const GltfDocument& document, Context& context) : document_(document), context_(context) {}
 
-  Result<Slot> slot(int texture, int texcoord, const tinygltf::ExtensionMap& extensions, const std::string& where) {
-    tinygltf::Value transform;
-    if (const auto it = extensions.find("KHR_texture_transform"); it != extensions.end()) transform = it->second;
-    return slot(texture, texcoord, transform, where);
+  Result<TextureSlot> slot(const tinygltf::TextureInfo& info, const std::string& where) {
+    return readSlot(document_, info.index, info.texCoord, transformOf(info.extensions), where, context_);
   }
 
   void warn(const std::string& what) { context_.message(Severity::warning, document_.at(what)); }
 
   // The slot of an extension's textureInfo, which tinygltf keeps as a plain value.
-  Result<Slot> slot(const tinygltf::Value& info, const std::string& where) {
+  Result<TextureSlot> slot(const tinygltf::Value& info, const std::string& where) {
     tinygltf::Value transform;
     if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform"))
       transform = info.Get("extensions").Get("KHR_texture_transform");
-    return slot(indexOr(info, "index", -1), indexOr(info, "texCoord", 0), transform, where);
+    return readSlot(document_, indexOr(info, "index", -1), indexOr(info, "texCoord", 0), transform, where, context_);
   }
 
   // extras.relume.drivable.
@@ -85,59 +58,19 @@ class MaterialReader {
   }
 
  private:
-  Result<Slot> slot(int texture, int texcoord, const tinygltf::Value& transform, const std::string& where) {
-    Slot out;
-    if (texture < 0) return out;
-    const auto& model = document_.model;
-    if (static_cast<std::size_t>(texture) >= model.textures.size())
-      return document_.invalid(
-          where, jsonPath("textures", texture) + " does not exist, there are " + std::to_string(model.textures.size()));
-    const tinygltf::Texture& t = model.textures[static_cast<std::size_t>(texture)];
-    if (t.source < 0) {
-      if (t.extensions.empty()) {
-        context_.message(Severity::warning,
-                         document_.at(where + ": " + jsonPath("textures", texture) +
-                                      " has no image, so its factor alone is used; give the texture a source, or "
-                                      "take it off the material"));
-        return out;
-      }
-      return Error{ErrorCode::unsupported,
-                   document_.at(where + ": " + jsonPath("textures", texture) +
-                                " has no PNG or JPEG image, only one for " + t.extensions.begin()->first)};
-    }
-    if (t.sampler >= 0) {
-      const tinygltf::Sampler& sampler = model.samplers[static_cast<std::size_t>(t.sampler)];
-      out.ref.wrapU = toWrap(sampler.wrapS);
-      out.ref.wrapV = toWrap(sampler.wrapT);
-      out.ref.nearest = sampler.magFilter == kNearest;
-    }
-    out.image = t.source;
-    out.set = texcoord;
-    if (transform.IsObject()) {
-      out.ref.transform = foldTransform(transform);
-      out.set = indexOr(transform, "texCoord", texcoord);
-    }
-    return out;
-  }
-
   const GltfDocument& document_;
   Context& context_;
 };
 
 struct MaterialDraft {
   Material material;
-  Slot albedo, emission;
+  TextureSlot albedo, emission;
 };
-
-const tinygltf::Value* extensionOf(const tinygltf::Material& material, const char* name) {
-  const auto it = material.extensions.find(name);
-  return it == material.extensions.end() ? nullptr : &it->second;
-}
 
 glm::vec3 toVec3(const std::vector<double>& v) { return {toFloat(v[0]), toFloat(v[1]), toFloat(v[2])}; }
 
 Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index, MaterialReader& reader) {
-  const std::string where = jsonPath("materials", index) + (source.name.empty() ? "" : " '" + source.name + "'");
+  const std::string where = materialPath(source, index);
   MaterialDraft draft;
   Material& m = draft.material;
   m.name = source.name.empty() ? "material" + std::to_string(index) : source.name;
@@ -148,7 +81,7 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
   // Base colour, or the diffuse colour of the older workflow.
   const tinygltf::Value* glossiness = extensionOf(source, "KHR_materials_pbrSpecularGlossiness");
   std::vector<double> factor = source.pbrMetallicRoughness.baseColorFactor;
-  Result<Slot> albedo = Slot{};
+  Result<TextureSlot> albedo = TextureSlot{};
   if (glossiness) {
     factor = {1.0, 1.0, 1.0, 1.0};
     for (int i = 0; glossiness->Has("diffuseFactor") && i < 4; ++i)
@@ -156,7 +89,7 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
     if (glossiness->Has("diffuseTexture")) albedo = reader.slot(glossiness->Get("diffuseTexture"), where);
   } else {
     const tinygltf::TextureInfo& info = source.pbrMetallicRoughness.baseColorTexture;
-    albedo = reader.slot(info.index, info.texCoord, info.extensions, where + ".baseColorTexture");
+    albedo = reader.slot(info, where + ".baseColorTexture");
   }
   if (!albedo) return albedo.error();
   draft.albedo = *albedo;
@@ -174,7 +107,7 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
   if (scale < 0.0 || *std::min_element(source.emissiveFactor.begin(), source.emissiveFactor.end()) < 0.0)
     reader.warn(where + ": emissive factor or strength is negative; taken for 0");
   const tinygltf::TextureInfo& info = source.emissiveTexture;
-  const Result<Slot> emission = reader.slot(info.index, info.texCoord, info.extensions, where + ".emissiveTexture");
+  const Result<TextureSlot> emission = reader.slot(info, where + ".emissiveTexture");
   if (!emission) return emission.error();
   const Result<bool> drivable = reader.drivable(source, where);
   if (!drivable) return drivable.error();
@@ -190,7 +123,7 @@ UvSets assignSets(MaterialDraft& draft, const GltfDocument& document, Context& c
     return (draft.albedo.image >= 0 && draft.albedo.set == set) ||
            (draft.emission.image >= 0 && draft.emission.set == set);
   };
-  for (Slot* slot : {&draft.albedo, &draft.emission}) {
+  for (TextureSlot* slot : {&draft.albedo, &draft.emission}) {
     if (slot->image < 0) continue;
     if (slot->set > 1 && slot->set != sets[0]) {
       if (uses(0) || sets[0] != 0) {
@@ -235,45 +168,8 @@ struct ImageNumbers {
   std::uint32_t plain = kNone, masked = kNone;  // in Scene::images
 };
 
-bool weighsByAlpha(const MaterialDraft& draft, const Slot& slot) {
+bool weighsByAlpha(const MaterialDraft& draft, const TextureSlot& slot) {
   return &slot == &draft.albedo && draft.material.alphaMode == AlphaMode::mask;
-}
-
-Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<std::uint8_t>& fileBytes,
-                        std::span<const std::uint8_t>& bytes) {
-  const GltfDocument::ImageSource& source = document.images[index];
-  const std::string where = jsonPath("images", static_cast<int>(index));
-  Image image;
-  image.name = !source.name.empty() ? source.name : "image" + std::to_string(index);
-  if (source.bufferView >= 0) {
-    const auto view = document.viewBytes(source.bufferView, where);
-    if (!view) return view.error();
-    bytes = *view;
-  } else if (!source.uri.empty()) {
-    // Look at a file's beginning and size before the whole of it is read.
-    auto beginning = readUri(source.uri, document.folder, document.at(where), document.files, {0, kImageBeginning});
-    if (!beginning) return beginning.error();
-    if (Status status = checkImageFile(beginning->bytes, beginning->fileBytes, document.at(where)); !status)
-      return status.error();
-    if (beginning->bytes.size() < beginning->fileBytes) {
-      beginning = readUri(source.uri, document.folder, document.at(where), document.files);
-      if (!beginning) return beginning.error();
-    }
-    fileBytes = std::move(beginning->bytes);
-    bytes = fileBytes;
-  } else {
-    return document.invalid(where, "neither uri nor bufferView");
-  }
-  return image;
-}
-
-// Four bytes a texel, a third of that for the mip levels; an image that is decoded is held twice for a while.
-Status reserveTexels(std::uint64_t texels, std::uint64_t largest, std::size_t images, Context& context) {
-  if (images == 0) return done();
-  const double needed = 16.0 / 3.0 * static_cast<double>(texels) + 4.0 * static_cast<double>(largest);
-  return reserveMemory(context, "import", needed,
-                       std::to_string(texels) + " texels of " + std::to_string(images) + " images",
-                       "use smaller images");
 }
 
 // Read the used images in order, then decode them in parallel. `number` maps glTF images to Scene::images.
@@ -352,7 +248,7 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
     Result<MaterialDraft> draft = draftMaterial(document.model.materials[i], static_cast<int>(i), reader);
     if (!draft) return draft.error();
     sets.push_back(assignSets(*draft, document, context));
-    for (const Slot* slot : {&draft->albedo, &draft->emission}) {
+    for (const TextureSlot* slot : {&draft->albedo, &draft->emission}) {
       if (slot->image < 0) continue;
       ImageUse& use = uses[static_cast<std::size_t>(slot->image)];
       (weighsByAlpha(*draft, *slot) ? use.masked : use.plain) = true;
@@ -364,7 +260,7 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
   std::vector<ImageNumbers> number;
   if (Status status = importImages(document, uses, scene, number, context); !status) return status.error();
   for (MaterialDraft& draft : drafts) {
-    const auto resolve = [&](const Slot& slot, TextureRef& to) {
+    const auto resolve = [&](const TextureSlot& slot, TextureRef& to) {
       if (slot.image < 0) return;
       to = slot.ref;
       const ImageNumbers& image = number[static_cast<std::size_t>(slot.image)];

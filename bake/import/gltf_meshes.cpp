@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // glTF primitives to triangle meshes: strips and fans unrolled, vertices no triangle uses dropped, values checked.
 #include "bake/import/gltf_import.h"
+#include "bake/import/make_tangents.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -17,6 +18,10 @@ constexpr std::uint64_t kMinTriangleBudget = 1u << 20;
 
 // Beyond this, a float has no digits left for a position within the image.
 constexpr float kMaxTexcoord = 1e7f;
+
+bool hasNormalMap(const Scene& scene, const Mesh& mesh) {
+  return mesh.material != kNone && scene.materials[mesh.material].gloss.normalTexture.image != kNone;
+}
 
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
@@ -96,6 +101,13 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
       mesh.colorAlpha.push_back(std::isfinite(alpha) ? std::clamp(alpha, 0.0f, 1.0f) : 1.0f);
     }
   }
+  tangents_.clear();
+  if (const AccessorValues* tangents = find("TANGENT")) {
+    for (const std::uint32_t v : used) {
+      const float* t = &tangents->values[4 * static_cast<std::size_t>(v)];
+      tangents_.emplace_back(t[0], t[1], t[2], t[3]);
+    }
+  }
   std::size_t broken = 0;
   for (std::size_t set = 0; set < sets.size(); ++set) {
     const AccessorValues* uvs = find("TEXCOORD_" + std::to_string(sets[set]));
@@ -134,11 +146,12 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
     std::string name;
     int min, max;
   };
-  const Wanted wanted[] = {{"POSITION", 3, 3},
-                           {"NORMAL", 3, 3},
-                           {"COLOR_0", 3, 4},
-                           {"TEXCOORD_" + std::to_string(sets[0]), 2, 2},
-                           {"TEXCOORD_" + std::to_string(sets[1]), 2, 2}};
+  std::vector<Wanted> wanted = {{"POSITION", 3, 3},
+                                {"NORMAL", 3, 3},
+                                {"COLOR_0", 3, 4},
+                                {"TEXCOORD_" + std::to_string(sets[0]), 2, 2},
+                                {"TEXCOORD_" + std::to_string(sets[1]), 2, 2}};
+  if (hasNormalMap(scene_, mesh)) wanted.push_back({"TANGENT", 4, 4});
   std::map<std::string, const AccessorValues*> attributes;
   for (const Wanted& want : wanted) {
     const std::string at = where + ".attributes." + want.name;
@@ -202,6 +215,17 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   return fillMesh(attributes, sets, used, where, mesh);
 }
 
+// The tangents of a mesh with a normal map.
+void MeshImporter::addTangents(const std::string& where, Mesh& mesh) {
+  const TextureRef& map = scene_.materials[mesh.material].gloss.normalTexture;
+  const std::size_t broken = makeTangents(mesh, tangents_, map);
+  if (broken == 0) return;
+  context_.message(Severity::warning,
+                   document_.at(where + ": " + std::to_string(broken) + " of " + std::to_string(mesh.triangle.size()) +
+                                " triangles have a normal map, but no texture coordinates with an area, nor tangents; "
+                                "they are drawn without it: unwrap the mesh"));
+}
+
 Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& primitive, const std::string& name,
                                                     const std::string& where) {
   const int mode = primitive.mode;
@@ -232,6 +256,7 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
                      document_.at(where + ": " + std::to_string(broken) +
                                   " normals are zero or not finite, and taken from the triangles instead; "
                                   "recalculate the mesh's normals"));
+  if (hasNormalMap(scene_, mesh)) addTangents(where, mesh);
   scene_.meshes.push_back(std::move(mesh));
   return static_cast<std::uint32_t>(scene_.meshes.size() - 1);
 }

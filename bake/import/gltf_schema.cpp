@@ -96,7 +96,8 @@ constexpr Field kTextureInfo[] = {
 constexpr Field kNormalInfo[] = {{"index", Kind::index, {}, 0, true},
                                  {"texCoord", Kind::index},
                                  {"scale", Kind::number},
-                                 {"strength", Kind::number}};
+                                 {"strength", Kind::number},
+                                 {"extensions", Kind::object, kTextureExtensions}};
 constexpr Field kRoughness[] = {{"baseColorFactor", Kind::numbers, {}, 4},
                                 {"baseColorTexture", Kind::object, kTextureInfo},
                                 {"metallicFactor", Kind::number},
@@ -104,6 +105,7 @@ constexpr Field kRoughness[] = {{"baseColorFactor", Kind::numbers, {}, 4},
                                 {"metallicRoughnessTexture", Kind::object, kTextureInfo}};
 constexpr Field kStrength[] = {{"emissiveStrength", Kind::number}};
 constexpr Field kGlossiness[] = {{"diffuseFactor", Kind::numbers, {}, 4},
+                                 {"glossinessFactor", Kind::number},
                                  {"diffuseTexture", Kind::object, kTextureInfo}};
 constexpr Field kMaterialExtensions[] = {{"KHR_materials_emissive_strength", Kind::object, kStrength},
                                          {"KHR_materials_unlit", Kind::object},

@@ -81,6 +81,9 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   // 2. Materials and the images they use
   Result<std::vector<UvSets>> uvSets = importMaterials(*document, scene, context);
   if (!uvSets) return uvSets.error();
+  if (options.gloss) {
+    if (Status status = importGloss(*document, *uvSets, scene, context); !status) return status.error();
+  }
   // 3. The node graph, with the meshes that it uses
   MeshImporter meshes(*document, std::move(*uvSets), scene, context);
   if (Status status = importNodes(*document, meshes, scene, context); !status) return status.error();

@@ -181,14 +181,17 @@ std::vector<BoxTaps> boxTaps(std::uint32_t source, std::uint32_t destination) {
 }
 
 struct SrgbTables {
-  std::array<float, 256> toLinear{};
-  std::array<std::uint8_t, 4096> toSrgb{};  // by round(linear^(1/2) x 4095): even steps where sRGB is steep
+  std::array<float, 256> toLinear{}, plain{};  // plain: a share of 255
+  std::array<std::uint8_t, 4096> toSrgb{};     // by round(linear^(1/2) x 4095): even steps where sRGB is steep
 };
 
 const SrgbTables& tables() {
   static const SrgbTables kTables = [] {
     SrgbTables t;
-    for (std::size_t i = 0; i < t.toLinear.size(); ++i) t.toLinear[i] = srgbToLinear(static_cast<float>(i) / 255.0f);
+    for (std::size_t i = 0; i < t.toLinear.size(); ++i) {
+      t.plain[i] = static_cast<float>(i) / 255.0f;
+      t.toLinear[i] = srgbToLinear(t.plain[i]);
+    }
     for (std::size_t i = 0; i < t.toSrgb.size(); ++i) {
       const float root = static_cast<float>(i) / 4095.0f;
       t.toSrgb[i] = static_cast<std::uint8_t>(std::lround(255.0f * linearToSrgb(root * root)));
@@ -215,11 +218,14 @@ std::vector<std::uint8_t> toRgba(const std::uint8_t* texel, std::size_t count, i
   return rgba;
 }
 
-Image::Level halve(const Image::Level& source, bool weighByAlpha) {
+Image::Level halve(const Image::Level& source, bool weighByAlpha, bool isColor) {
   Image::Level level{std::max(source.width / 2, 1u), std::max(source.height / 2, 1u), {}};
   level.rgba.resize(4 * static_cast<std::size_t>(level.width) * level.height);
   const std::vector<BoxTaps> columns = boxTaps(source.width, level.width), rows = boxTaps(source.height, level.height);
-  const auto& linear = tables().toLinear;
+  const auto& linear = isColor ? tables().toLinear : tables().plain;
+  const auto store = [isColor](float v) {
+    return isColor ? encode(v) : static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(v, 0.0f, 1.0f)));
+  };
   std::uint8_t* out = level.rgba.data();
   for (const BoxTaps& row : rows) {
     for (const BoxTaps& column : columns) {
@@ -237,9 +243,9 @@ Image::Level halve(const Image::Level& source, bool weighByAlpha) {
         }
       }
       const glm::vec3 color = weighByAlpha && alpha > 0.0f ? weighted / alpha : plain;
-      *out++ = encode(color.r);
-      *out++ = encode(color.g);
-      *out++ = encode(color.b);
+      *out++ = store(color.r);
+      *out++ = store(color.g);
+      *out++ = store(color.b);
       *out++ = static_cast<std::uint8_t>(std::min(std::lround(alpha), 255l));
     }
   }
@@ -343,7 +349,7 @@ Result<std::vector<glm::vec3>> decodeHdr(std::span<const std::uint8_t> bytes, co
 void buildMipLevels(Image& image, bool weighByAlpha) {
   image.levels.resize(1);
   while (image.levels.back().width > 1 || image.levels.back().height > 1)
-    image.levels.push_back(halve(image.levels.back(), weighByAlpha));
+    image.levels.push_back(halve(image.levels.back(), weighByAlpha, image.isColor));
 }
 
 }  // namespace relume

@@ -40,8 +40,8 @@ Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string
 Result<ImageSize> peekHdr(std::span<const std::uint8_t> bytes, const std::string& where);
 Result<std::vector<glm::vec3>> decodeHdr(std::span<const std::uint8_t> bytes, const std::string& where);
 
-// Append levels down to 1 x 1 by box filter in linear light. weighByAlpha: colours count by their alpha, so that what
-// an alpha mask cuts away does not tint what stays.
+// Append levels down to 1 x 1 by box filter: in linear light, or of the numbers that an image has that is no colour.
+// weighByAlpha: colours count by their alpha, so that what an alpha mask cuts away does not tint what stays.
 void buildMipLevels(Image& image, bool weighByAlpha);
 
 }  // namespace relume

@@ -168,20 +168,20 @@ Arriving glossyLight(const Renderer& r, const Vertex& v, const glm::vec3& toward
                      RandomStream& random) {
   const glm::vec3 reflected = glm::reflect(toward, v.shading);
   Arriving light;
+  if (r.options.gloss) light.direct = directHighlights(r.drawn, r.lights, v.position, v.geometric, reflected, exponent);
   glm::vec3 direction(0.0f);
   // Interpolated normals reflect some rays below the surface: a lobe that has next to nothing above it sees nothing.
   for (int tries = 0; tries < 64 && glm::dot(direction, v.geometric) <= 0.0f; ++tries) {
-    const glm::vec2 u = random.uniform2();
-    direction = directionAbout(reflected, std::pow(1.0f - u.x, 1.0f / (exponent + 1.0f)), 2.0f * kPi * u.y);
+    direction = lobeDirection(reflected, exponent, random.uniform2());
   }
   if (glm::dot(direction, v.geometric) <= 0.0f) return light;
   const Hit hit = r.tracer.trace({startOf(r, v), 0.0f, direction});
   if (!hit) {
-    light.direct = r.options.sky.along(direction);
+    light.direct += r.options.sky.along(direction);
     return light;
   }
   const Vertex next = vertexAt(r, hit);
-  light.direct = next.emission;
+  light.direct += next.emission;
   if (next.albedo == glm::vec3(0.0f) || r.options.maxBounces == 0) return light;
   const Arriving there = arrivingLight(r, next, r.options.maxBounces - 1, random);
   light.indirect = next.albedo * (there.direct + there.indirect);
@@ -199,6 +199,27 @@ Ray cameraRay(const Renderer& r, const glm::vec2& pixel) {
   const float half = std::tan(0.5f * r.camera.yfovRad);
   return {eye, 0.0f, glm::normalize(forward + half * (screen.x * right + screen.y * up))};
 }
+
+// How a vertex mirrors: the share of light, and the lobe.
+struct GlossyPart {
+  glm::vec3 specular{1.0f};
+  float exponent = 0.0f;
+};
+
+// The normal map, and what the material mirrors, of a vertex that the camera sees along `toward`; its albedo becomes
+// what it scatters.
+GlossyPart makeGlossy(const Renderer& r, const Hit& hit, const glm::vec3& toward, Vertex& v) {
+  if (!r.options.gloss) return {glm::vec3(1.0f), r.options.exponent.value_or(0.0f)};
+  const SurfacePoint p = hit.point();
+  v.shading = (hit.back ? -1.0f : 1.0f) * mappedNormal(r.scene(), p);
+  const SurfaceGloss gloss = glossAt(r.scene(), p);
+  const ReflectanceSplit split =
+      splitReflectance(v.albedo, gloss.metalness, gloss.roughness, -glm::dot(toward, v.shading));
+  v.albedo = split.diffuse;
+  return {split.specular, glossyExponent(gloss.roughness)};
+}
+
+bool isGlossy(const ReferenceOptions& options) { return options.exponent || options.gloss; }
 
 // Sums over one half of a pixel's samples.
 struct Sums {
@@ -224,7 +245,8 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
     sums.emission += r.options.sky.along(ray.direction);
     return;
   }
-  const Vertex v = vertexAt(r, hit);
+  Vertex v = vertexAt(r, hit);
+  const GlossyPart glossyPart = makeGlossy(r, hit, ray.direction, v);
   sums.emission += v.emission;
   sums.albedo += v.albedo;
   if (v.albedo != glm::vec3(0.0f)) {
@@ -232,10 +254,10 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
     sums.direct += v.albedo * light.direct;
     sums.indirect += v.albedo * light.indirect;
   }
-  if (!r.options.exponent) return;
-  const Arriving glossy = glossyLight(r, v, ray.direction, *r.options.exponent, random);
-  sums.glossyDirect += glossy.direct;
-  sums.glossyIndirect += glossy.indirect;
+  if (!isGlossy(r.options)) return;
+  const Arriving glossy = glossyLight(r, v, ray.direction, glossyPart.exponent, random);
+  sums.glossyDirect += glossyPart.specular * glossy.direct;
+  sums.glossyIndirect += glossyPart.specular * glossy.indirect;
 }
 
 void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
@@ -257,7 +279,7 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
     image.directError[index] = error(&Sums::direct);
     image.indirectError[index] = error(&Sums::indirect);
   }
-  if (r.options.exponent) {
+  if (isGlossy(r.options)) {
     const float each = 1.0f / static_cast<float>(samples);
     image.glossyDirect[index] = each * (half[0].glossyDirect + half[1].glossyDirect);
     image.glossyIndirect[index] = each * (half[0].glossyIndirect + half[1].glossyIndirect);
@@ -270,7 +292,8 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
   // Geometry at the pixel's centre.
   const Hit hit = r.drawn.trace(cameraRay(r, glm::vec2(x, y) + 0.5f));
   if (!hit) return;
-  const Vertex v = vertexAt(r, hit);
+  Vertex v = vertexAt(r, hit);
+  makeGlossy(r, hit, cameraRay(r, glm::vec2(x, y) + 0.5f).direction, v);
   const glm::vec3 forward = -glm::normalize(glm::vec3(r.camera.toWorld[2]));
   image.position[index] = v.position;
   image.normal[index] = v.shading;
@@ -288,10 +311,16 @@ Status checkReferenceOptions(const ReferenceOptions& o) {
   if (o.maxBounces > 1024) return outside("bounces", o.maxBounces, 0, 1024);
   if (o.exponent && !(*o.exponent >= 0.0f && *o.exponent <= kMaxExponent))
     return Error{ErrorCode::usage, "reference: exponent must be 0..10000"};
+  if (o.exponent && o.gloss)
+    return Error{ErrorCode::usage, "reference: exponent and gloss: one of them expected, both found"};
   return done();
 }
 
 }  // namespace
+
+glm::vec3 lobeDirection(const glm::vec3& axis, float exponent, const glm::vec2& u) {
+  return directionAbout(axis, std::pow(1.0f - u.x, 1.0f / (exponent + 1.0f)), 2.0f * kPi * u.y);
+}
 
 Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,
                                        std::span<const SceneLight> lights, const ReferenceOptions& options,
@@ -311,7 +340,8 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
     layer->assign(pixels, glm::vec3(0.0f));
   }
   image.depth.assign(pixels, 0.0f);
-  if (options.exponent) {
+  image.mirrors = options.gloss;
+  if (isGlossy(options)) {
     for (auto* layer :
          {&image.glossyDirect, &image.glossyIndirect, &image.glossyDirectError, &image.glossyIndirectError})
       layer->assign(pixels, glm::vec3(0.0f));

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Ground truth: a plain Lambertian path tracer on the same scene, rays and radiometry as the baker.
+// Ground truth: a plain Lambertian path tracer on the same scene, rays and radiometry as the baker. What the camera
+// sees may be glossy.
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/sky.h"
 #include "relume/bake/context.h"
 #include "relume/result.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -22,7 +26,8 @@ struct ReferenceOptions {
   Sky sky;
   std::uint64_t seed = 1;
   std::optional<float>
-      exponent{};  // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
+      exponent{};      // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
+  bool gloss = false;  // trace glossy layers by the materials (relume/glossy.h) of the surfaces that the camera sees
 };
 
 // Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:
@@ -34,7 +39,12 @@ struct ReferenceImage {
   std::vector<glm::vec3> directError, indirectError;
   // Mean radiance [W/m²/sr] in lobes cos^exponent about the reflected direction, as far as they lie above the surface:
   // straight from emitters and sky, and reflected at least once. Punctual lights have no size and are not in it. Misses
-  // of the camera's rays count as black. Empty without ReferenceOptions::exponent.
+  // of the camera's rays count as black. Empty without ReferenceOptions::exponent and gloss. With gloss they are what
+  // the surface mirrors of it, its reflectance included; the highlights of punctual lights are part of glossyDirect;
+  // albedo is what the surface scatters (ReflectanceSplit::diffuse), normals are bent by normal maps, and radiance is
+  // (direct + indirect) albedo + glossyDirect + glossyIndirect + emission. What other surfaces send is diffuse, as in a
+  // bake.
+  bool mirrors = false;  // whether ReferenceOptions::gloss was set
   std::vector<glm::vec3> glossyDirect, glossyIndirect, glossyDirectError, glossyIndirectError;
   std::vector<glm::vec3> albedo, emission;
   std::vector<glm::vec3> position, normal;  // at the pixel centre; normal toward the viewer
@@ -55,5 +65,13 @@ glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> 
 // The same without shadows: unshadowed irradiance of one light, and the direction toward it and its distance.
 glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorld, const glm::vec3& normal,
                           glm::vec3& toLight, float& distance);
+// Radiance [W/m²/sr] of the punctual lights in a lobe cos^exponent about the unit direction `reflected`, shadows by
+// rays: (n + 1) / (2 pi) cos^n of their irradiance across the ray. Lights below the plane of `geometric`, unit, are not
+// seen.
+glm::vec3 directHighlights(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,
+                           const glm::vec3& geometric, const glm::vec3& reflected, float exponent);
+
+// A direction drawn from the lobe cos^exponent about a unit direction by two numbers of 0..1.
+glm::vec3 lobeDirection(const glm::vec3& axis, float exponent, const glm::vec2& u);
 
 }  // namespace relume

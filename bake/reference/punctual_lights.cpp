@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace relume {
 namespace {
@@ -60,6 +61,23 @@ glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> 
     const glm::vec3 irradiance = lightIrradiance(light, origin, normal, toLight, distance);
     if (irradiance == glm::vec3(0.0f)) continue;
     if (!tracer.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
+  }
+  return sum;
+}
+
+glm::vec3 directHighlights(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,
+                           const glm::vec3& geometric, const glm::vec3& reflected, float exponent) {
+  const glm::vec3 origin = positionWorld + geometric * tracer.epsilonAt(positionWorld);
+  glm::vec3 sum(0.0f);
+  for (const SceneLight& light : lights) {
+    glm::vec3 toLight;
+    float distance = 0.0f;
+    lightIrradiance(light, origin, geometric, toLight, distance);
+    const float cosine = glm::dot(toLight, reflected);
+    if (!(cosine > 0.0f) || glm::dot(toLight, geometric) <= 0.0f) continue;
+    const glm::vec3 across = lightIrradiance(light, origin, toLight, toLight, distance);
+    if (across == glm::vec3(0.0f) || tracer.occluded({origin, 0.0f, toLight, distance})) continue;
+    sum += (exponent + 1.0f) * 0.5f * std::numbers::inv_pi_v<float> * std::pow(cosine, exponent) * across;
   }
   return sum;
 }

@@ -134,7 +134,8 @@ Finding checkMaterial(const Material& material) {
   if (!isBetween(material.albedo, 1.0f) || !isBetween(material.alpha, 1.0f))
     return who + ": its base colour is " + vector(material.albedo) + " and alpha " + number(material.alpha) +
            "; expected 0 to 1";
-  for (const TextureRef* texture : {&material.albedoTexture, &material.emissionTexture}) {
+  for (const TextureRef* texture :
+       {&material.albedoTexture, &material.emissionTexture, &material.gloss.texture, &material.gloss.normalTexture}) {
     for (const float v : texture->transform) {
       if (!isBetween(glm::abs(v), kMaxTextureTransform))
         return who + ": its texture transform has a factor or offset of " + number(v) + "; expected at most " +

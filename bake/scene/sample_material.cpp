@@ -98,6 +98,14 @@ struct ColorAndAlpha {
     return {linear[rgba[0]], linear[rgba[1]], linear[rgba[2]], static_cast<float>(rgba[3]) * (1.0f / 255.0f)};
   }
 };
+// The numbers of a texture that is no colour.
+struct Numbers {
+  using Value = glm::vec3;
+  static glm::vec3 read(const Image::Level& level, std::size_t texel) {
+    const std::uint8_t* rgba = &level.rgba[4 * texel];
+    return glm::vec3(rgba[0], rgba[1], rgba[2]) * (1.0f / 255.0f);
+  }
+};
 struct Alpha {
   using Value = float;
   static float read(const Image::Level& level, std::size_t texel) {
@@ -163,6 +171,39 @@ bool opaqueAt(const Scene& scene, const SurfacePoint& p) {
   float alpha = material.alpha * sampleTexture<Alpha>(scene, p, at, material.albedoTexture, 0.0f);
   if (!at.mesh.colorAlpha.empty()) alpha *= interpolate(at.mesh.colorAlpha, at);
   return alpha >= material.alphaCutoff;
+}
+
+SurfaceGloss glossAt(const Scene& scene, const SurfacePoint& p) {
+  const Lookup at = lookUp(scene, p);
+  const MaterialGloss& gloss = scene.material(at.instance).gloss;
+  const glm::vec3 texel = sampleTexture<Numbers>(scene, p, at, gloss.texture, 0.0f);
+  return {gloss.metalness * texel.b, gloss.roughness * texel.g};
+}
+
+glm::vec3 mappedNormal(const Scene& scene, const SurfacePoint& p) {
+  const glm::vec3 normal = shadingNormal(scene, p);
+  const Lookup at = lookUp(scene, p);
+  const MaterialGloss& gloss = scene.material(at.instance).gloss;
+  if (gloss.normalTexture.image == kNone || at.mesh.cornerTangent.empty() || normal == glm::vec3(0.0f)) return normal;
+
+  // The tangent at the point, in the world and across the normal; the side of the map's y, which mirrored instances
+  // turn.
+  glm::vec4 tangent(0.0f);
+  for (int k = 0; k < 3; ++k) {
+    const int corner = at.instance.flipped ? (3 - k) % 3 : k;  // as glTF has it
+    tangent += at.weight[k] * at.mesh.cornerTangent[3 * std::size_t{p.triangle} + static_cast<std::size_t>(corner)];
+  }
+  glm::vec3 x = glm::mat3(at.instance.toWorld) * glm::vec3(tangent);
+  x -= normal * glm::dot(x, normal);
+  const float length = glm::length(x);
+  if (tangent.w == 0.0f || !(length > 0.0f) || !std::isfinite(length)) return normal;
+  x /= length;
+  const glm::vec3 y = glm::cross(normal, x) * ((tangent.w < 0.0f) != at.instance.flipped ? -1.0f : 1.0f);
+
+  const glm::vec3 texel = 2.0f * sampleTexture<Numbers>(scene, p, at, gloss.normalTexture, 0.0f) - 1.0f;
+  const glm::vec3 bent = gloss.normalScale * (texel.x * x + texel.y * y) + texel.z * normal;
+  const float size = glm::length(bent);
+  return size > 0.0f && std::isfinite(size) ? bent / size : normal;
 }
 
 }  // namespace relume

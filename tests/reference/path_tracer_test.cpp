@@ -2,6 +2,7 @@
 #include "bake/reference/path_tracer.h"
 
 #include "relume/bake/context.h"
+#include "relume/glossy.h"
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 
@@ -184,6 +185,52 @@ TEST(Reference, closedFurnaceGivesEmissionOverOneMinusAlbedo) {
       EXPECT_NEAR(radiance, le / (1.0 - rho), 0.01 * le);
     }
   }
+}
+
+TEST(Reference, whiteSurfacesOfAnyMaterialShineLikeTheSkyAroundThem) {
+  // A white furnace: a floor alone under a sky of 1 reflects what it gets, whatever its metalness and roughness.
+  for (const float metalness : {0.0f, 0.3f, 1.0f}) {
+    for (const float roughness : {0.0f, 0.3f, 0.6f, 1.0f}) {
+      Scene scene;
+      addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, glm::vec3(1.0f))));
+      scene.materials[0].gloss.metalness = metalness;
+      scene.materials[0].gloss.roughness = roughness;
+      finish(scene);
+      ReferenceOptions options;
+      options.width = 24;
+      options.height = 16;
+      options.samplesPerPixel = 4;
+      options.sky.radiance = glm::vec3(1.0f);
+      options.gloss = true;
+      const auto image = render(scene, lookAt({4, 2.0f, 0.1f}, {0, 0, 0}), {}, options);
+      for (std::size_t i = 0; i < image.depth.size(); ++i) {
+        const glm::vec3 radiance = (image.direct[i] + image.indirect[i]) * image.albedo[i] + image.glossyDirect[i] +
+                                   image.glossyIndirect[i] + image.emission[i];
+        EXPECT_NEAR(radiance.x, 1.0f, 1e-4f) << metalness << ' ' << roughness;
+      }
+    }
+  }
+}
+
+TEST(Reference, highlightsOfPunctualLightsAreThoseOfTheLobe) {
+  // Straight above a floor of metal, the eye beside the light: n + 1 over 2 pi of the irradiance, times the colour.
+  Scene scene;
+  addInstance(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}, addMaterial(scene, glm::vec3(1.0f))));
+  scene.materials[0].gloss = {1.0f, 0.5f, {}, {}, 1.0f};
+  finish(scene);
+  SceneLight light;
+  light.kind = LightKind::directional;
+  light.intensity = {3.0f, 2.0f, 1.0f};
+  light.direction = {0, -1, 0};
+  ReferenceOptions options;
+  options.width = options.height = 3;
+  options.samplesPerPixel = 64;
+  options.gloss = true;
+  const auto image = render(scene, lookAt({0, 5, 0.001f}, {0, 0, 0}, 0.02f), {light}, options);
+  const float expected = (glossyExponent(0.5f) + 1.0f) / (2.0f * kPi);  // a white metal mirrors all
+  EXPECT_NEAR(image.glossyDirect[4].x, 3.0f * expected, 0.01f * expected);
+  EXPECT_NEAR(image.glossyDirect[4].z, 1.0f * expected, 0.01f * expected);
+  EXPECT_EQ(image.albedo[4], glm::vec3(0.0f));
 }
 
 TEST(Reference, emitterOverAFloorGivesItsFormFactorAndNothingBehindIt) {

@@ -79,6 +79,38 @@ TEST_F(RenderCommand, writesOneFileALayerOrOneForAll) {
     ASSERT_EQ(wide->layer("")[i / 32 * 64 + i % 32], left->layer("")[i]);
 }
 
+TEST_F(RenderCommand, drawsTheGlossOfMaterials) {
+  ASSERT_EQ(render({"--bake", bake_, "--gloss", "--aov", "full,glossy,albedo"}).status, 0);
+  const auto full = readExr(folder_ / "image.full.exr"), glossy = readExr(folder_ / "image.glossy.exr");
+  ASSERT_TRUE(full && glossy);
+  double all = 0.0, mirrored = 0.0;
+  for (const glm::vec3& p : full->layer("")) all += p.y;
+  for (const glm::vec3& p : glossy->layer("")) mirrored += p.y;
+  EXPECT_GT(mirrored, 0.0);
+  EXPECT_GT(all, mirrored);
+  expectRefused(render({"--bake", bake_, "--gloss", "--exponent", "4", "--aov", "glossy"}), 1,
+                {"--exponent", "--gloss"});
+  expectRefused(render({"--bake", bake_, "--aov", "glossy"}), 1, {"--exponent", "--gloss"});
+  expectRefused(render({"--bake", bake_, "--gloss", "--aov", "unbounced"}), 1, {"--aov unbounced", "--gloss"});
+}
+
+TEST_F(RenderCommand, referenceHasTheSameGloss) {
+  const auto reference = [](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"reference", kLevel,       "--size", "32x18", "--spp",
+                                       "8",         "--progress", "none",   "-o",    image()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram(arguments, folder_);
+  };
+  ASSERT_EQ(reference({"--gloss"}).status, 0);
+  const auto traced = readExr(image());
+  ASSERT_TRUE(traced);
+  const auto radiance = traced->layer(""), indirect = traced->layer("GlossInd"), direct = traced->layer("GlossDir");
+  ASSERT_EQ(indirect.size(), radiance.size());
+  for (std::size_t i = 0; i < radiance.size(); ++i) EXPECT_GE(radiance[i].y + 1e-4f, indirect[i].y + direct[i].y);
+  expectRefused(reference({"--gloss", "--exponent", "4"}), 1, {"--exponent", "--gloss"});
+  expectRefused(reference({"--aov", "glossy"}), 1, {"--exponent", "--gloss"});
+}
+
 TEST_F(RenderCommand, namesWhatThereIsWhenANameIsUnknown) {
   expectRefused(render({"--bake", bake_, "--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living", "cam_hall"});
   expectRefused(render({"--bake", bake_, "--lights", "torch"}), 1,

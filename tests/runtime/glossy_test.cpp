@@ -242,5 +242,36 @@ TEST(Glossy, roughnessBecomesAnExponentAndAShare) {
   }
 }
 
+TEST(Glossy, whiteSurfacesReflectAllLightAndOthersLess) {
+  // A furnace of radiance 1: what is scattered of irradiance / pi = 1 and what is mirrored of it.
+  for (float metalness = 0.0f; metalness <= 1.0f; metalness += 0.25f) {
+    for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.125f) {
+      for (float cosine = -1.0f; cosine <= 1.0f; cosine += 0.0625f) {
+        const ReflectanceSplit white = splitReflectance(glm::vec3(1.0f), metalness, roughness, cosine);
+        EXPECT_NEAR(white.diffuse.x + white.specular.x, 1.0f, 1e-5f) << metalness << ' ' << roughness << ' ' << cosine;
+        const ReflectanceSplit some = splitReflectance({0.0f, 0.5f, 0.9f}, metalness, roughness, cosine);
+        for (int i = 0; i < 3; ++i) {
+          EXPECT_GE(some.diffuse[i], 0.0f);
+          EXPECT_GE(some.specular[i], 0.0f);
+          EXPECT_LE(some.diffuse[i] + some.specular[i], 1.0f + 1e-5f);
+        }
+      }
+    }
+  }
+}
+
+TEST(Glossy, dielectricsMirrorLittleAndMetalsTheirColour) {
+  const glm::vec3 color(0.9f, 0.5f, 0.1f);
+  const ReflectanceSplit plastic = splitReflectance(color, 0.0f, 0.2f, 1.0f),
+                         metal = splitReflectance(color, 1.0f, 0.2f, 1.0f);
+  EXPECT_NEAR(plastic.specular.x, 0.04f, 0.01f);
+  EXPECT_EQ(plastic.specular.x, plastic.specular.z);
+  EXPECT_NEAR(plastic.diffuse.y, 0.5f * (1.0f - plastic.specular.y), 1e-6f);
+  EXPECT_EQ(metal.diffuse, glm::vec3(0.0f));
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(metal.specular[i], color[i], 0.03f);
+  // Toward the horizon smooth surfaces mirror all.
+  EXPECT_GT(splitReflectance(color, 0.0f, 0.0f, 0.0f).specular.x, 0.95f);
+}
+
 }  // namespace
 }  // namespace relume

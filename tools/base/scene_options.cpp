@@ -16,8 +16,11 @@ void addSceneOptions(CLI::App& command, SceneOptions& options) {
 }
 
 ImportOptions toImportOptions(const SceneOptions& options) {
-  if (options.lightUnit.empty()) return {};
-  return {options.lightUnit == "photometric" ? LightUnit::photometric : LightUnit::radiometric};
+  ImportOptions import;
+  if (!options.lightUnit.empty())
+    import.lightUnit = options.lightUnit == "photometric" ? LightUnit::photometric : LightUnit::radiometric;
+  import.gloss = options.gloss;
+  return import;
 }
 
 }  // namespace relume

@@ -14,6 +14,7 @@ namespace relume {
 
 struct SceneOptions {
   std::string lightUnit;  // empty: as the file says
+  bool gloss = false;     // with what pictures of glossy surfaces need; an option of the commands that draw them
 };
 void addSceneOptions(CLI::App& command, SceneOptions& options);
 ImportOptions toImportOptions(const SceneOptions& options);

@@ -59,6 +59,7 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const std::op
                              const ReferenceArguments& arguments, Context& context) {
   ReferenceOptions options = arguments.options;
   options.exponent = exponent;
+  options.gloss = arguments.sceneOptions.gloss;
   options.width = view.width;
   options.height = view.height;
   options.emissive = view.emissive;
@@ -100,8 +101,8 @@ int runReference(const ReferenceArguments& arguments) {
   if (!stops) return fail(stops.error());
   const auto exponent = readExponent(arguments.exponent);
   if (!exponent) return fail(exponent.error());
-  if (arguments.aov == "glossy" && !*exponent)
-    return fail({ErrorCode::usage, "--aov glossy needs --exponent: of the lobe about the reflected direction"});
+  if (Status ok = checkGloss(arguments.aov == "glossy", exponent->has_value(), arguments.sceneOptions.gloss); !ok)
+    return fail(ok.error());
   if (!isPng(arguments) && std::filesystem::path(arguments.output).extension() != ".exr") {
     return fail(
         {ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found"});
@@ -116,7 +117,8 @@ int runReference(const ReferenceArguments& arguments) {
   files.write("-o", arguments.output, imageKind(arguments.output));
   files.force = arguments.force;
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
-  if (Status ok = reserveImage(*view, exponent->has_value(), context); !ok) return fail(ok.error());
+  if (Status ok = reserveImage(*view, exponent->has_value() || arguments.sceneOptions.gloss, context); !ok)
+    return fail(ok.error());
   auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);
@@ -166,16 +168,17 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--aov", a->aov,
                    "what R, G, B and a PNG are: full (radiance toward the camera) or glossy (mean radiance in a lobe "
-                   "about the reflected direction) [full|glossy]")
+                   "about the reflected direction, with --gloss what surfaces mirror of it) [full|glossy]")
       ->check(CLI::IsMember({"full", "glossy"}))
       ->capture_default_str();
   addExponentOption(*command, a->exponent);
+  addGlossOption(*command, a->sceneOptions.gloss);
   command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
   command
       ->add_option("-o,--output", a->output,
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
                    "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
-                   "with --exponent "
+                   "with --exponent or --gloss "
                    "GlossInd, GlossDir, GlossIndErr, GlossDirErr; .png: the radiance")
       ->type_name("FILE")
       ->required();

@@ -56,8 +56,9 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
     if (needsBake(aov) && arguments.bake.empty())
       return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
-    if (aov == Aov::glossy && !request.exponent)
-      return usage("--aov glossy needs --exponent: of the lobe about the reflected direction");
+    if (Status ok = checkGloss(aov == Aov::glossy, request.exponent.has_value(), request.gloss); !ok) return ok.error();
+    if (aov == Aov::unbounced && request.gloss)
+      return usage("--aov unbounced is of diffuse surfaces: leave out --gloss");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
   }
   if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
@@ -84,7 +85,16 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   const auto exponent = readExponent(arguments.exponent);
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
+  request.gloss = arguments.sceneOptions.gloss;
   return done();
+}
+
+// The bands that a bake recommends, but at least those that carry the lobes of rough surfaces (docs/notes/gloss.md).
+Bands bandsOfGloss(const Bake& bake) {
+  const bool isSh = bake.links.kind == LinkKind::sh;
+  const int most = isSh ? static_cast<int>(bake.links.bands) : kMaxBands, enough = std::min(4, most);
+  const int luma = std::clamp(static_cast<int>(bake.provenance.lumaBands), enough, most);
+  return {luma, std::clamp(static_cast<int>(bake.provenance.chromaBands), enough, luma)};
 }
 
 void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
@@ -112,7 +122,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
 
 // The sums of a frame, and a layer composed and converted on its way to a file.
 Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& arguments, Context& context) {
-  constexpr double kSumBytes = 6 * 12 + 28, kLayerBytes = 12 + 12 + 12;
+  constexpr double kSumBytes = 7 * 12 + 28, kLayerBytes = 12 + 12 + 12;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = arguments.sideBySide ? 12.0 * static_cast<double>(aovs) : 0.0;
   return reserveMemory(context, "render", pixels * (kSumBytes + kLayerBytes + wide),
@@ -166,6 +176,7 @@ int runRender(const RenderArguments& arguments) {
     if (!loaded) return fail(loaded.error());
     bake.emplace(std::move(*loaded));
     request.bake = &*bake;
+    if (request.gloss && request.bands.luma == 0) request.bands = bandsOfGloss(*bake);
     if (!request.sky.isDark() && bake->hierarchy.skyDirection.empty())
       context.message(Severity::warning, arguments.bake +
                                              ": has no patches of sky, so the sky lights nothing here; bake "
@@ -212,13 +223,14 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->add_option("--aov", a->aovs,
                    "what to draw, separated by commas; indirect, bounced and direct are irradiance / pi without "
                    "albedo, full and unbounced radiance, glossy the mean radiance in a lobe about the reflected "
-                   "direction. Several go to several files: "
+                   "direction, with --gloss what surfaces mirror of it. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
                    "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest) "
                    "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth]")
       ->delimiter(',')
       ->capture_default_str();
   addExponentOption(*command, a->exponent);
+  addGlossOption(*command, a->sceneOptions.gloss);
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
@@ -230,7 +242,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--bands", a->bands,
                       "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
-                      "recommends");
+                      "recommends, with --gloss at least Y4Co4Cg4");
   addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);

@@ -23,7 +23,22 @@ struct Vertex {
 };
 static_assert(sizeof(Vertex) == 48);
 
-enum Uniform : GLint { kClipFromWorld = 0, kMoved = 1, kAlbedo = 2, kEmission = 3, kCutoff = 4, kDoubleSided = 5 };
+// What normal maps and textures of roughness need in addition, of a level that has some.
+struct GlossVertex {
+  glm::vec4 tangent;  // world, not unit; w: side of the map's y, 0 = no map here
+  glm::vec2 uvGloss, uvNormal;
+};
+static_assert(sizeof(GlossVertex) == 32);
+
+enum Uniform : GLint {
+  kClipFromWorld = 0,
+  kMoved = 1,
+  kAlbedo = 2,
+  kEmission = 3,
+  kCutoff = 4,
+  kDoubleSided = 5,
+  kGloss = 6
+};
 
 glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t vertex) {
   if (texture.image == kNone || mesh.uv[texture.texcoord].empty()) return glm::vec2(0.0f);
@@ -67,6 +82,28 @@ void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map
   }
 }
 
+// The corners of an instance in the order of appendInstance().
+void appendGloss(const Scene& scene, const Instance& instance, std::vector<GlossVertex>& out) {
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  const MaterialGloss& gloss = scene.material(instance).gloss;
+  const glm::mat3 toWorld(instance.toWorld);
+  const float side = instance.flipped ? -1.0f : 1.0f;
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
+      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
+      const glm::vec4 tangent =
+          mesh.cornerTangent.empty() ? glm::vec4(0.0f) : mesh.cornerTangent[3 * std::size_t{t} + c];
+      out.push_back({glm::vec4(toWorld * glm::vec3(tangent), side * tangent.w), textureUv(mesh, gloss.texture, v),
+                     textureUv(mesh, gloss.normalTexture, v)});
+    }
+  }
+}
+
+bool hasNumbers(const Scene& scene) {
+  return std::any_of(scene.images.begin(), scene.images.end(), [](const Image& image) { return !image.isColor; });
+}
+
 GlTexture uploadImage(const Image& image) {
   GlTexture texture = GlTexture::make();
   glBindTexture(GL_TEXTURE_2D, texture.name());
@@ -78,8 +115,9 @@ GlTexture uploadImage(const Image& image) {
                    static_cast<GLsizei>(l.height), 0, GL_RGB, GL_FLOAT, l.linear.data());
       continue;
     }
-    glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), GL_SRGB8_ALPHA8, static_cast<GLsizei>(l.width),
-                 static_cast<GLsizei>(l.height), 0, GL_RGBA, GL_UNSIGNED_BYTE, l.rgba.data());
+    glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), image.isColor ? GL_SRGB8_ALPHA8 : GL_RGBA8,
+                 static_cast<GLsizei>(l.width), static_cast<GLsizei>(l.height), 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                 l.rgba.data());
   }
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, static_cast<GLint>(image.levels.size()) - 1);
   return texture;
@@ -106,13 +144,14 @@ std::vector<GlSampler> makeSamplers() {
   return samplers;
 }
 
-GlVertexArray describeVertices(const GlBuffer& vertices) {
+GlVertexArray describeVertices(const GlBuffer& vertices, const GlBuffer* gloss) {
   GlVertexArray layout = GlVertexArray::make();
   glBindVertexArray(layout.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices.name());
-  const auto floats = [](GLuint slot, GLint count, std::size_t offset) {
+  const auto floats = [](GLuint slot, GLint count, std::size_t offset, std::size_t stride = sizeof(Vertex)) {
     glEnableVertexAttribArray(slot);
-    glVertexAttribPointer(slot, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), reinterpret_cast<const void*>(offset));
+    glVertexAttribPointer(slot, count, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
+                          reinterpret_cast<const void*>(offset));
   };
   floats(0, 3, offsetof(Vertex, position));
   floats(1, 3, offsetof(Vertex, normal));
@@ -121,6 +160,12 @@ GlVertexArray describeVertices(const GlBuffer& vertices) {
   glEnableVertexAttribArray(4);
   glVertexAttribIPointer(4, 2, GL_UNSIGNED_INT, sizeof(Vertex),
                          reinterpret_cast<const void*>(offsetof(Vertex, lightmapUv)));
+  if (gloss) {
+    glBindBuffer(GL_ARRAY_BUFFER, gloss->name());
+    floats(5, 4, offsetof(GlossVertex, tangent), sizeof(GlossVertex));
+    floats(6, 2, offsetof(GlossVertex, uvGloss), sizeof(GlossVertex));
+    floats(7, 2, offsetof(GlossVertex, uvNormal), sizeof(GlossVertex));
+  }
   glBindVertexArray(0);
   glBindBuffer(GL_ARRAY_BUFFER, 0);
   return layout;
@@ -188,6 +233,8 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
 
   // Un-indexed triangles: corners of different charts share no vertex anyway.
   std::vector<Vertex> vertices;
+  std::vector<GlossVertex> glossVertices;
+  const bool numbers = hasNumbers(scene);
   vertices.reserve(std::size_t{3} * scene.triangleCount());
   level.boundsMin_ = glm::vec3(std::numeric_limits<float>::max());
   level.boundsMax_ = -level.boundsMin_;
@@ -199,6 +246,7 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
       level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, moving[i]});
     const std::size_t first = vertices.size();
     appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
+    if (numbers) appendGloss(scene, scene.instances[i], glossVertices);
     level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
     for (std::size_t v = first; v < vertices.size(); ++v) {
       level.boundsMin_ = glm::min(level.boundsMin_, vertices[v].position);
@@ -214,7 +262,13 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
   glBindBuffer(GL_ARRAY_BUFFER, level.vertices_.name());
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
                GL_STATIC_DRAW);
-  level.layout_ = describeVertices(level.vertices_);
+  if (numbers) {
+    level.glossVertices_ = GlBuffer::make();
+    glBindBuffer(GL_ARRAY_BUFFER, level.glossVertices_.name());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(glossVertices.size() * sizeof(GlossVertex)),
+                 glossVertices.data(), GL_STATIC_DRAW);
+  }
+  level.layout_ = describeVertices(level.vertices_, numbers ? &level.glossVertices_ : nullptr);
   for (const Image& image : scene.images)
     level.images_.push_back(image.levels.empty() ? uploadWhite() : uploadImage(image));
   level.white_ = uploadWhite();
@@ -233,13 +287,14 @@ void GlLevel::setEmission(std::uint32_t material, const glm::vec3& radiance, con
   materials_[material].emissionTexture = texture;
 }
 
-void GlLevel::draw(const glm::mat4& clipFromWorld) const { drawBatches(clipFromWorld, {}, false); }
+void GlLevel::draw(const glm::mat4& clipFromWorld, bool gloss) const { drawBatches(clipFromWorld, {}, false, gloss); }
 
-void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const {
-  drawBatches(clipFromWorld, moved, true);
+void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss) const {
+  drawBatches(clipFromWorld, moved, true, gloss);
 }
 
-void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const {
+void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic,
+                          bool gloss) const {
   const glm::mat4 still(1.0f);
   glUniformMatrix4fv(kClipFromWorld, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
   glBindVertexArray(layout_.name());
@@ -247,21 +302,25 @@ void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::m
     if ((batch.moving != kNone) != dynamic || batch.vertexCount == 0) continue;
     const glm::mat4& at = batch.moving < moved.size() ? moved[batch.moving] : still;
     glUniformMatrix4fv(kMoved, 1, GL_FALSE, glm::value_ptr(at));
-    bindMaterial(materials_[batch.material]);
+    bindMaterial(materials_[batch.material], gloss);
     glDrawArrays(GL_TRIANGLES, batch.firstVertex, batch.vertexCount);
   }
   glBindVertexArray(0);
-  glBindSampler(kMaterialUnit, 0);
-  glBindSampler(kMaterialUnit + 1, 0);
+  for (const int unit : kMaterialUnits) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
-void GlLevel::bindMaterial(const Material& material) const {
+void GlLevel::bindMaterial(const Material& material, bool gloss) const {
   glUniform4f(kAlbedo, material.albedo.r, material.albedo.g, material.albedo.b, material.alpha);
   glUniform3fv(kEmission, 1, glm::value_ptr(material.emission));
   glUniform1f(kCutoff, material.alphaMode == AlphaMode::mask ? material.alphaCutoff : -1.0f);
   glUniform1i(kDoubleSided, material.doubleSided ? 1 : 0);
-  bindTexture(kMaterialUnit, material.albedoTexture);
-  bindTexture(kMaterialUnit + 1, material.emissionTexture);
+  const bool isMapped = gloss && material.gloss.normalTexture.image < images_.size();
+  glUniform4f(kGloss, material.gloss.metalness, material.gloss.roughness, material.gloss.normalScale,
+              isMapped ? 1.0f : 0.0f);
+  bindTexture(kMaterialUnits[0], material.albedoTexture);
+  bindTexture(kMaterialUnits[1], material.emissionTexture);
+  bindTexture(kMaterialUnits[2], material.gloss.texture);
+  bindTexture(kMaterialUnits[3], material.gloss.normalTexture);
 }
 
 void GlLevel::bindTexture(int unit, const TextureRef& texture) const {
@@ -280,6 +339,9 @@ layout(location = 1) in vec3 inNormal;
 layout(location = 2) in vec2 inUvAlbedo;
 layout(location = 3) in vec2 inUvEmission;
 layout(location = 4) in uvec2 inLightmapUv;
+layout(location = 5) in vec4 inTangent;
+layout(location = 6) in vec2 inUvGloss;
+layout(location = 7) in vec2 inUvNormal;
 layout(location = 0) uniform mat4 levelClipFromWorld;
 layout(location = 1) uniform mat4 levelMoved;
 out vec3 levelPosition;
@@ -287,12 +349,16 @@ out vec3 levelVertexNormal;
 out vec2 levelUvAlbedo;
 out vec2 levelUvEmission;
 out vec4 levelLightmapUv;
+out vec4 levelTangent;
+out vec4 levelUvGlossNormal;
 flat out uvec2 levelGridLit;
 void levelVertex() {
   levelPosition = (levelMoved * vec4(inPosition, 1.0)).xyz;
   levelVertexNormal = mat3(levelMoved) * inNormal;
   levelUvAlbedo = inUvAlbedo;
   levelUvEmission = inUvEmission;
+  levelTangent = vec4(mat3(levelMoved) * inTangent.xyz, inTangent.w);
+  levelUvGlossNormal = vec4(inUvGloss, inUvNormal);
   levelLightmapUv = vec4(unpackUnorm2x16(inLightmapUv.x), unpackUnorm2x16(inLightmapUv.y));
   levelGridLit = uvec2(equal(inLightmapUv, uvec2(0xFFFFFFFFu)));
   gl_Position = levelClipFromWorld * vec4(levelPosition, 1.0);
@@ -307,11 +373,16 @@ in vec3 levelVertexNormal;
 in vec2 levelUvAlbedo;
 in vec2 levelUvEmission;
 in vec4 levelLightmapUv;
+in vec4 levelTangent;
+in vec4 levelUvGlossNormal;
 flat in uvec2 levelGridLit;
 layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
 layout(location = 4) uniform float levelAlphaCutoff;
 layout(location = 5) uniform bool levelDoubleSided;
+layout(location = 6) uniform vec4 levelGlossFactor;  // metalness, roughness, scale of the normal map, whether there is one
+layout(binding = 6) uniform sampler2D levelGlossTexture;
+layout(binding = 7) uniform sampler2D levelNormalTexture;
 layout(binding = 10) uniform sampler2D levelAlbedoTexture;
 layout(binding = 11) uniform sampler2D levelEmissionTexture;
 bool levelOpaque() {
@@ -326,8 +397,22 @@ vec3 levelNormal() {
   vec3 n = normalize(levelVertexNormal);
   // Mesh normals may disagree with the winding: the front's normal is on the geometric normal's side.
   vec3 face = cross(dFdx(levelPosition), dFdy(levelPosition));
-  return dot(n, face) < 0.0 ? -n : n;
+  n = dot(n, face) < 0.0 ? -n : n;
+  if (levelGlossFactor.w > 0.0) {
+    // mappedNormal() of relume/bake/scene.h, of the front; the back has the opposite.
+    vec3 texel = 2.0 * texture(levelNormalTexture, levelUvGlossNormal.zw).xyz - 1.0;
+    vec3 front = gl_FrontFacing ? n : -n, x = levelTangent.xyz - front * dot(front, levelTangent.xyz);
+    float size = length(x);
+    if (size > 0.0 && levelTangent.w != 0.0) {
+      x /= size;
+      vec3 y = cross(front, x) * sign(levelTangent.w);
+      vec3 bent = levelGlossFactor.z * (texel.x * x + texel.y * y) + texel.z * front;
+      if (dot(bent, bent) > 0.0) n = normalize(gl_FrontFacing ? bent : -bent);
+    }
+  }
+  return n;
 }
+vec2 levelMetalRough() { return levelGlossFactor.xy * texture(levelGlossTexture, levelUvGlossNormal.xy).bg; }
 bool levelOnLightmap(out vec2 uv) {
   uv = gl_FrontFacing ? levelLightmapUv.xy : levelLightmapUv.zw;
   return (gl_FrontFacing ? levelGridLit.x : levelGridLit.y) == 0u;

@@ -14,6 +14,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -35,11 +36,11 @@ class GlLevel {
   static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap);
 
   // Draw the fixed instances with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
-  // textures and samplers on the two kMaterialUnits.
-  void draw(const glm::mat4& clipFromWorld) const;
+  // textures and samplers on kMaterialUnits. `gloss`: levelNormal() bends normals by normal maps.
+  void draw(const glm::mat4& clipFromWorld, bool gloss = false) const;
   // Draw the dynamic instances, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
   // [Size moved: theirs, or 0 = they are where the level has them]
-  void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved) const;
+  void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss = false) const;
 
   // Let a material of the scene emit another radiance [W/m²/sr] from now on: times its emissive texture, or evenly.
   void setEmission(std::uint32_t material, const glm::vec3& radiance, const TextureRef& texture);
@@ -48,7 +49,9 @@ class GlLevel {
   glm::vec3 boundsMax() const { return boundsMax_; }
   std::uint32_t triangleCount() const { return triangleCount_; }
 
-  static constexpr int kMaterialUnit = 10;  // texture units: albedo, emission; the resolve has 12 to 15
+  // Texture units: albedo, emission; metalness and roughness, normal map. Shadow maps have 8 and 9, the resolve 12
+  // to 15.
+  static constexpr std::array<int, 4> kMaterialUnits{10, 11, 6, 7};
 
  private:
   struct Batch {  // triangles of one material, contiguous in the vertex buffer
@@ -57,11 +60,11 @@ class GlLevel {
     std::uint32_t material = kNone;
     std::uint32_t moving = kNone;  // index into movingNodes(); kNone = fixed
   };
-  void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic) const;
-  void bindMaterial(const Material& material) const;
+  void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic, bool gloss) const;
+  void bindMaterial(const Material& material, bool gloss) const;
   void bindTexture(int unit, const TextureRef& texture) const;
 
-  GlBuffer vertices_;
+  GlBuffer vertices_, glossVertices_;  // the latter of a level with images of numbers alone
   GlVertexArray layout_;
   std::vector<Batch> batches_;
   std::vector<Material> materials_;  // the scene's, then glTF's default
@@ -78,7 +81,8 @@ std::string levelVertexGlsl();
 //   bool levelOpaque()       false where the alpha test cuts the surface away
 //   vec3 levelAlbedo()       [0..1] linear
 //   vec3 levelEmission()     [W/m²/sr] zero on the back of a one-sided material
-//   vec3 levelNormal()       unit, toward the viewer
+//   vec3 levelNormal()       unit, toward the viewer, bent by the normal map where the draw has gloss
+//   vec2 levelMetalRough()   [0..1] metalness, roughness
 //   bool levelOnLightmap(out vec2 uv)   whether this side of the triangle is on the light map, and where
 //   levelPosition            [m] in the world
 std::string levelMaterialGlsl();

@@ -50,6 +50,48 @@ vec3 levelDirect(vec3 p, vec3 n) {
 }
 )";
 
+// What surfaces mirror: relume/glossy.h and directHighlights() of the path tracer; a test compares the pictures.
+const char* kGloss = R"(
+float levelExponent(float roughness) {
+  float alpha2 = roughness * roughness * roughness * roughness;
+  return alpha2 * 1e4 > 0.5 ? clamp(0.5 / alpha2 - 0.5, 1.0, 1e4) : 1e4;
+}
+float levelSpecularShare(float f0, float roughness, float cosine) {
+  vec4 r = vec4(-1.0, -0.0275, -0.572, 0.022) * roughness + vec4(1.0, 0.0425, 1.04, -0.04);
+  float a = min(r.x * r.x, exp2(-9.28 * cosine)) * r.x + r.y;
+  float scale = r.z - 1.04 * a, bias = max(r.w + 1.04 * a, 0.0);
+  float once = clamp(f0 * scale + bias, 0.0, 1.0);
+  float missed = clamp(1.0 - scale - bias, 0.0, 1.0), average = f0 + (1.0 - f0) / 21.0;
+  return min(once + once * average * missed / (1.0 - average * missed), 1.0);
+}
+// The exponent at which caches are asked for a surface that mirrors as sharply: what their bands carry, roughness 0.6 and up
+// (glossyShare() of relume/glossy.h). OpenGL has no rays for the rest, and a lobe too wide is better than one that rings.
+float levelCacheExponent(float exponent) { return min(exponent, 3.3580247); }
+// n: unit; toEye: unit. Of irradiance / pi and of the lobe's light.
+void levelSplitReflectance(vec3 baseColor, vec2 metalRough, vec3 n, vec3 toEye, out vec3 diffuse, out vec3 specular) {
+  float c = clamp(dot(n, toEye), 0.0, 1.0), dielectric = levelSpecularShare(0.04, metalRough.y, c);
+  diffuse = (1.0 - metalRough.x) * (1.0 - dielectric) * baseColor;
+  vec3 metal = vec3(levelSpecularShare(baseColor.r, metalRough.y, c), levelSpecularShare(baseColor.g, metalRough.y, c),
+                    levelSpecularShare(baseColor.b, metalRough.y, c));
+  specular = (1.0 - metalRough.x) * vec3(dielectric) + metalRough.x * metal;
+}
+// Radiance of the lights in a lobe about r, shadowed. toEye: tells the side of the surface.
+vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye) {
+  vec3 plane = normalize(cross(dFdx(p), dFdy(p)));
+  plane = dot(plane, toEye) < 0.0 ? -plane : plane;
+  vec3 sum = vec3(0.0);
+  for (uint i = 0u; i < levelLightCount; ++i) {
+    vec3 toLight = levelLightIntensity[i].w < 0.5 ? -levelLightDirection[i].xyz : normalize(levelLightPosition[i].xyz - p);
+    float cosine = dot(toLight, r);
+    if (cosine <= 0.0 || dot(toLight, plane) <= 0.0) continue;
+    vec3 e = levelLightIrradiance(i, p, toLight);
+    if (e.r + e.g + e.b > 0.0)
+      sum += (exponent + 1.0) * 0.15915494 * pow(cosine, exponent) * e * relumeVisibility(i, p, plane);
+  }
+  return sum;
+}
+)";
+
 const char* kLinks = R"(
 vec3 levelLinks(vec3 p, vec3 n) {
   // The triangle's own normal, on the side of n.
@@ -75,8 +117,8 @@ const char* kNoLinks =
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
   const std::string fragment = "#version 430\n" + (relighter ? relighter->gl()->glsl() : std::string()) +
-                               ShadowMaps::glsl() + levelMaterialGlsl() + kLights + (relighter ? kLinks : kNoLinks) +
-                               mainGlsl;
+                               ShadowMaps::glsl() + levelMaterialGlsl() + kLights + kGloss +
+                               (relighter ? kLinks : kNoLinks) + mainGlsl;
   return linkProgram("level", vertex, fragment);
 }
 

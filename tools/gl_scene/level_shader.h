@@ -17,6 +17,11 @@ namespace relume {
 // Links a program whose fragment shader ends in `mainGlsl`, which may call the functions of levelMaterialGlsl() and
 //   vec3 levelDirect(vec3 p, vec3 n)   irradiance [W/m²] of the lights, shadowed
 //   vec3 levelLinks(vec3 p, vec3 n)    irradiance [W/m²] over links, zero without a relighter
+//   vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent)   mean radiance over links in a lobe about r, likewise
+//   vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye)   radiance of the lights in it, shadowed
+//   float levelCacheExponent(float exponent)   at which to ask levelGlossy() where nobody else takes what is sharper
+//   float levelExponent(float roughness), void levelSplitReflectance(baseColor, metalRough, n, toEye, out diffuse, out
+//   specular)                          glossyExponent() and splitReflectance() of relume/glossy.h
 // `relighter` is of the GL backend, or null. failed: a shader did not compile.
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl);
 

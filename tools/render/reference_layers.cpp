@@ -8,6 +8,8 @@ std::vector<glm::vec3> radianceOf(const ReferenceImage& image) {
   std::vector<glm::vec3> radiance(image.albedo.size());
   for (std::size_t i = 0; i < radiance.size(); ++i)
     radiance[i] = (image.direct[i] + image.indirect[i]) * image.albedo[i] + image.emission[i];
+  for (std::size_t i = 0; i < radiance.size() && image.mirrors; ++i)
+    radiance[i] += image.glossyDirect[i] + image.glossyIndirect[i];
   return radiance;
 }
 

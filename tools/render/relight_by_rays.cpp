@@ -24,7 +24,7 @@ Result<Relit> relightByRays(const RayTracer& tracer, const RenderRequest& reques
   RelightOptions options;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
-  options.glossy = request.exponent.has_value();
+  options.glossy = request.drawsGlossy();
   options.parallelFor = parallelFor(context);
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   return relightRequest(request, options, rayVisibility(tracer, lights, context), {});

@@ -5,7 +5,9 @@
 #include "tools/render/render_cpu.h"
 
 #include "bake/base/parallel.h"
+#include "bake/base/random.h"
 #include "bake/reference/path_tracer.h"
+#include "relume/glossy.h"
 #include "tools/render/relight_by_rays.h"
 #include "tools/render/seen_surface.h"
 
@@ -18,7 +20,9 @@ namespace relume {
 namespace {
 
 constexpr float kInvPi = glm::one_over_pi<float>();
-constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
+constexpr std::uint32_t kRaysAtOnce = 16384;      // of a row, in each thread
+constexpr std::uint32_t kLobeStage = 0x6c6f6265;  // the random streams' stage
+constexpr int kMaxTries = 64;                     // directions drawn from a lobe until one is above the surface
 
 class CpuRenderer {
  public:
@@ -54,7 +58,8 @@ class CpuRenderer {
     hits.resize(rays.size());
     tracer_.trace(rays, hits);
     for (std::size_t i = 0; i < rays.size() && !context.cancelled(); ++i) {
-      addSample(std::size_t{y} * request_.width + begin + i / (samples * samples), rays[i], hits[i]);
+      addSample(std::size_t{y} * request_.width + begin + i / (samples * samples),
+                static_cast<std::uint32_t>(i % (samples * samples)), rays[i], hits[i]);
     }
   }
 
@@ -64,15 +69,16 @@ class CpuRenderer {
     return r;
   }
 
-  void addSample(std::size_t pixel, const Ray& ray, const Hit& hit) const {
+  void addSample(std::size_t pixel, std::uint32_t sample, const Ray& ray, const Hit& hit) const {
     const float weight = 1.0f / static_cast<float>(request_.samples * request_.samples);
     if (!hit) {
       frame_.emission[pixel] += weight * request_.sky.along(ray.direction);
       return;
     }
     const Scene& scene = tracer_.scene();
-    const SeenSurface seen = seenAt(scene, ray, hit);
-    const glm::vec3 albedo = albedoAt(scene, seen.point);
+    SeenSurface seen = seenAt(scene, ray, hit);
+    glm::vec3 albedo = albedoAt(scene, seen.point);
+    if (request_.gloss) addMirrored(pixel, sample, ray, seen, albedo);
     const glm::vec3 reflected = weight * kInvPi * albedo;
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
@@ -82,9 +88,63 @@ class CpuRenderer {
     }
     if (relit_.straight)
       frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
-    if (request_.drawsEmission() && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle))) {
-      frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+    frame_.emission[pixel] += weight * emissionOf(hit, seen);
+  }
+
+  // Add what a surface mirrors as its material says. Its normal is bent by the normal map, and its albedo becomes what
+  // it scatters.
+  void addMirrored(std::size_t pixel, std::uint32_t sample, const Ray& ray, SeenSurface& seen,
+                   glm::vec3& albedo) const {
+    const Scene& scene = tracer_.scene();
+    seen.normal = (seen.back ? -1.0f : 1.0f) * mappedNormal(scene, seen.point);
+    const SurfaceGloss gloss = glossAt(scene, seen.point);
+    const ReflectanceSplit split =
+        splitReflectance(albedo, gloss.metalness, gloss.roughness, -glm::dot(ray.direction, seen.normal));
+    albedo = split.diffuse;
+    const float exponent = glossyExponent(gloss.roughness), share = glossyShare(gloss.roughness);
+    const glm::vec3 reflected = glm::reflect(ray.direction, seen.normal);
+    glm::vec3 light =
+        directHighlights(tracer_, request_.lights, seen.positionWorld, seen.geometricNormal, reflected, exponent);
+    // The caches carry wide lobes; a ray takes the part of sharp ones.
+    if (share > 0.0f && relit_.all)
+      light += share * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, exponent);
+    if (share < 1.0f) {
+      const std::uint64_t item = std::uint64_t{pixel} * request_.samples * request_.samples + sample;
+      light += (1.0f - share) * alongLobe(seen, reflected, exponent, item);
     }
+    const float weight = 1.0f / static_cast<float>(request_.samples * request_.samples);
+    frame_.glossy[pixel] += weight * split.specular * light;
+  }
+
+  // What a ray drawn from the lobe meets above the surface; nothing where next to none of the lobe is above it.
+  glm::vec3 alongLobe(const SeenSurface& seen, const glm::vec3& reflected, float exponent, std::uint64_t item) const {
+    RandomStream random(0, kLobeStage, item);
+    for (int tries = 0; tries < kMaxTries; ++tries) {
+      const glm::vec3 direction = lobeDirection(reflected, exponent, random.uniform2());
+      if (glm::dot(direction, seen.geometricNormal) <= 0.0f) continue;
+      const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * tracer_.epsilonAt(seen.positionWorld);
+      return radianceAlong({origin, 0.0f, direction});
+    }
+    return glm::vec3(0.0f);
+  }
+
+  // What a ray sees: a diffuse surface in the relit light and what it emits, or the sky.
+  glm::vec3 radianceAlong(const Ray& ray) const {
+    const Hit hit = tracer_.trace(ray);
+    if (!hit) return request_.sky.along(ray.direction);
+    const Scene& scene = tracer_.scene();
+    const SeenSurface seen = seenAt(scene, ray, hit);
+    glm::vec3 irradiance = directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
+    if (relit_.all) irradiance += linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    return kInvPi * albedoAt(scene, seen.point) * irradiance + emissionOf(hit, seen);
+  }
+
+  // Emitted radiance toward the viewer.
+  glm::vec3 emissionOf(const Hit& hit, const SeenSurface& seen) const {
+    const Scene& scene = tracer_.scene();
+    const bool emits =
+        request_.drawsEmission() && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle));
+    return emits ? emissionAt(scene, seen.point) : glm::vec3(0.0f);
   }
 
   void centres(std::uint32_t y) const {
@@ -92,7 +152,8 @@ class CpuRenderer {
       const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const Hit hit = tracer_.trace(r);
       if (!hit) continue;
-      const SeenSurface seen = seenAt(tracer_.scene(), r, hit);
+      SeenSurface seen = seenAt(tracer_.scene(), r, hit);
+      if (request_.gloss) seen.normal = (seen.back ? -1.0f : 1.0f) * mappedNormal(tracer_.scene(), seen.point);
       const std::size_t pixel = std::size_t{y} * request_.width + x;
       frame_.normal[pixel] = seen.normal;
       frame_.position[pixel] = seen.positionWorld;

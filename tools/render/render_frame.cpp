@@ -33,7 +33,8 @@ void RenderedFrame::resize(const RenderRequest& request) {
   height = request.height;
   const std::size_t pixels = std::size_t{width} * height;
   for (auto* layer : {&albedo, &emission, &direct, &indirect, &straight}) layer->assign(pixels, glm::vec3(0.0f));
-  if (request.exponent) glossy.assign(pixels, glm::vec3(0.0f));
+  mirrors = request.gloss;
+  if (request.drawsGlossy()) glossy.assign(pixels, glm::vec3(0.0f));
   if (!request.centres) return;
   normal.assign(pixels, glm::vec3(0.0f));
   position.assign(pixels, glm::vec3(0.0f));
@@ -58,6 +59,7 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
         break;
       case Aov::full:
         image[i] = f.direct[i] + f.indirect[i] + f.emission[i];
+        if (f.mirrors) image[i] += f.glossy[i];
         break;
       case Aov::unbounced:
         image[i] = f.direct[i] + f.straight[i] + f.emission[i];

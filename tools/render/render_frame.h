@@ -27,8 +27,9 @@ enum class Aov {
   indirect,   // irradiance / pi by links: reflected light, and what emitters and sky send
   bounced,    // indirect less what comes straight from emitters and sky: light reflected at least once
   direct,     // irradiance / pi by punctual lights
-  glossy,     // mean radiance by links in lobes about the reflected directions, without reflectance
-  full,       // radiance toward the camera: (direct + indirect) albedo + emission
+  glossy,     // mean radiance by links in lobes about the reflected directions, without reflectance; with materials'
+              // gloss what surfaces mirror, with it, highlights of punctual lights included
+  full,       // radiance toward the camera: (direct + indirect) albedo + emission, and materials' gloss
   unbounced,  // full less bounced times albedo: what the level would look like if nothing reflected light twice
   albedo,
   normal,
@@ -55,10 +56,13 @@ struct RenderRequest {
   Bands bands;                              // as RelightOptions
   bool straight = false;                    // bounced or unbounced is wanted
   std::optional<float> exponent;            // [0..kMaxExponent] of all surfaces' lobes: glossy is wanted
+  bool gloss = false;                       // surfaces mirror as their materials say (relume/glossy.h)
   bool centres = false;                     // normal, position or depth is wanted
 
   // Whether surfaces that emit are drawn as such.
   bool drawsEmission() const { return emissive || !driven.empty(); }
+  // Whether light in lobes is drawn.
+  bool drawsGlossy() const { return exponent || gloss; }
 };
 
 // Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.
@@ -67,8 +71,9 @@ struct RenderedFrame {
   std::vector<glm::vec3> albedo, emission;  // emission: surfaces that are on, and the sky where nothing is hit
   std::vector<glm::vec3> direct, indirect, straight;  // [W/m²/sr] reflected light by kind of arrival; straight: the
                                                       // part of indirect that comes unreflected from emitters and sky
-  std::vector<glm::vec3> glossy;                      // [W/m²/sr] without reflectance; empty unless asked for
-  std::vector<glm::vec3> normal, position;            // at pixel centres; empty unless asked for
+  bool mirrors = false;                               // glossy is part of what the camera sees: RenderRequest::gloss
+  std::vector<glm::vec3> glossy;            // [W/m²/sr] without reflectance unless `mirrors`; empty unless asked for
+  std::vector<glm::vec3> normal, position;  // at pixel centres; empty unless asked for
   std::vector<float> depth;
   int frames = 0;                   // relight frames run
   std::vector<PassTime> passTimes;  // of the last relight frame

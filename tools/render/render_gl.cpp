@@ -33,9 +33,17 @@ layout(location = 9) uniform float renderEmissive;
 layout(location = 10) uniform bool renderCentres;
 layout(location = 11) uniform float renderExponent;  // links in lobes about the reflected directions; negative: irradiance
 layout(location = 12) uniform vec4 renderEye;        // position, 1; or of parallel rays the direction, 0
+layout(location = 13) uniform bool renderGloss;      // surfaces mirror as their materials say
 void main() {
   if (!levelOpaque()) discard;
-  vec3 n = levelNormal(), p = levelPosition, albedo = levelAlbedo();
+  vec3 n = levelNormal(), p = levelPosition, albedo = levelAlbedo(), specular = vec3(1.0);
+  vec3 ray = renderEye.w > 0.0 ? normalize(p - renderEye.xyz) : renderEye.xyz;
+  float exponent = renderExponent;
+  if (renderGloss) {
+    vec2 metalRough = levelMetalRough();
+    levelSplitReflectance(albedo, metalRough, n, -ray, albedo, specular);
+    exponent = levelExponent(metalRough.y);
+  }
   outAlbedo = vec4(albedo, 1.0);
   if (renderCentres) {
     outDirect = vec4(n, 0.0);
@@ -46,8 +54,9 @@ void main() {
   const float invPi = 0.31830988618;
   outDirect = vec4(albedo * levelDirect(p, n) * invPi, 0.0);
   if (renderExponent >= 0.0) {
-    vec3 ray = renderEye.w > 0.0 ? normalize(p - renderEye.xyz) : renderEye.xyz;
-    outLinks = vec4(levelGlossy(p, n, reflect(ray, n), renderExponent), 0.0);
+    vec3 r = reflect(ray, n), light = levelGlossy(p, n, r, renderGloss ? levelCacheExponent(exponent) : exponent);
+    if (renderGloss) light += levelHighlights(p, r, exponent, -ray);
+    outLinks = vec4(specular * light, 0.0);
   } else {
     outLinks = vec4(albedo * levelLinks(p, n) * invPi, 0.0);
   }
@@ -148,8 +157,8 @@ class GlRenderer {
   // Draw a tile with supersampling and add it to the frame.
   void shade(const Tile& tile, const Relit& relit) {
     const Relighter* all = relit.all ? &*relit.all : nullptr;
-    if (request_.exponent && all) {
-      drawTile(tile, all, request_.samples, false, *request_.exponent);
+    if (request_.drawsGlossy() && all) {
+      drawTile(tile, all, request_.samples, false, request_.exponent.value_or(0.0f));
       box(2, tile, frame_.glossy);
     }
     drawTile(tile, all, request_.samples, false);
@@ -194,10 +203,11 @@ class GlRenderer {
     const CameraRays rays(request_.camera, request_.width, request_.height);
     const glm::vec4 eye = rays.orthographic ? glm::vec4(rays.forward, 0.0f) : glm::vec4(rays.origin, 1.0f);
     glUniform4fv(12, 1, glm::value_ptr(eye));
+    glUniform1i(13, request_.gloss ? 1 : 0);
     if (relighter) relighter->gl()->bind();
     const glm::mat4 clip = tileClip(request_, level_, tile);
-    level_.draw(clip);
-    level_.drawDynamic(clip, {});
+    level_.draw(clip, request_.gloss);
+    level_.drawDynamic(clip, {}, request_.gloss);
   }
 
   // Mean of the samples of each pixel of a target.
@@ -274,7 +284,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.backend = BackendKind::gl;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
-  options.glossy = request.exponent.has_value();
+  options.glossy = request.drawsGlossy();
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = EglContext::getProcAddress;
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {

@@ -190,6 +190,19 @@ Result<std::optional<float>> readExponent(const std::string& text) {
   return exponent;
 }
 
+void addGlossOption(CLI::App& command, bool& gloss) {
+  command.add_flag("--gloss", gloss,
+                   "surfaces mirror as their materials say, by metalness, roughness and normal maps: in full, and "
+                   "alone as --aov glossy; without it all of a surface's base colour is diffuse");
+}
+
+Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss) {
+  if (hasExponent && gloss) return usage("--exponent and --gloss: one of them expected, both found");
+  if (glossyIsDrawn && !hasExponent && !gloss)
+    return usage("--aov glossy needs --exponent, of the lobe about the reflected direction, or --gloss");
+  return done();
+}
+
 // "R,G,B" of a constant sky, or "R,G,B,R,G,B" of what is overhead and what is underfoot.
 Status readSky(const std::string& text, Sky& sky) {
   std::size_t comma = text.find(',');  // the third

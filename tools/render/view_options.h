@@ -38,6 +38,11 @@ void addViewOptions(CLI::App& command, ViewOptions& options);
 void addExponentOption(CLI::App& command, std::string& text);
 Result<std::optional<float>> readExponent(const std::string& text);
 
+// --gloss: surfaces mirror as their materials say.
+void addGlossOption(CLI::App& command, bool& gloss);
+// usage: --aov glossy without a lobe, or with both kinds.
+Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss);
+
 // Everything that can be known without the scene: size and sky. usage: the option that cannot be read.
 Result<View> readView(const ViewOptions& options);
 

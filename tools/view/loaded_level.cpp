@@ -25,6 +25,7 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
   level->scene = std::move(scene);
   level->sceneFile = files.scene;
   level->bakeFile = files.bake;
+  level->hasGloss = files.sceneOptions.gloss;
   if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
   auto baked = files.bake.empty() ? bake(level->scene, presetOptions(Preset::draft), context)
                                   : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);

@@ -22,6 +22,7 @@ struct LoadedLevel {
   Scene scene;
   std::vector<Material> materials;  // of the scene, as they were before any was driven
   Bake bake;
+  bool hasGloss = false;  // whether the scene has what its materials mirror: --gloss
   std::string sceneFile;
   std::string bakeFile;  // empty: the bake is in memory alone
   FileStamp bakeStamp;   // of the file, from before it was read

@@ -5,6 +5,7 @@
 #include "tools/base/number_check.h"
 #include "tools/base/usage_message.h"
 #include "tools/pages/write_pages.h"
+#include "tools/render/view_options.h"
 
 #include <CLI/CLI.hpp>
 
@@ -65,7 +66,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
   app.add_option("--exposure", o.exposure, "stops")->check(numberFrom(-30.0, 30.0))->capture_default_str();
-  app.add_option("--reflectance", o.reflectance, "share of light that all surfaces mirror, 0..1; the rest they scatter")
+  addGlossOption(app, o.sceneOptions.gloss);
+  app.add_option("--reflectance", o.reflectance,
+                 "share of light that all surfaces mirror, 0..1; the rest they scatter; without --gloss")
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--roughness", o.roughness, "how wide they mirror it, 0..1; the caches' bands carry 0.6 and up")

@@ -31,7 +31,7 @@ void bandControls(const Viewer& viewer, ViewState& state) {
 }
 
 // What every light is relit by.
-void relightControls(Viewer& viewer, const Bake& bake, ViewState& state) {
+void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState& state) {
   ImGui::Checkbox("direct", &state.direct);
   ImGui::SameLine();
   ImGui::Checkbox("indirect", &state.indirect);
@@ -43,8 +43,11 @@ void relightControls(Viewer& viewer, const Bake& bake, ViewState& state) {
   if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
     state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
   ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
+  if (hasGloss) ImGui::Checkbox("gloss of the materials", &state.gloss);
+  ImGui::BeginDisabled(state.gloss);
   ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::EndDisabled();
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
@@ -272,7 +275,7 @@ void drawPanel(Session& session) {
     if (!session.state.objects.empty()) objectControls(session.state);
   }
   if (ImGui::CollapsingHeader("Relight")) {
-    relightControls(*session.viewer, session.level->bake, session.state);
+    relightControls(*session.viewer, session.level->bake, session.level->hasGloss, session.state);
     if (ImGui::Button("compare with path tracing")) session.compareWithReference();
   }
   if (ImGui::CollapsingHeader("Costs")) drawCosts(session);

@@ -107,6 +107,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.emitters = emittersOf(scene, options.driven);
   state.relightBy.bands = options.bands;
   state.exposure = options.exposure;
+  state.gloss = options.sceneOptions.gloss;
   state.reflectance = options.reflectance;
   state.roughness = options.roughness;
   state.mode =

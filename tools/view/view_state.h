@@ -94,6 +94,7 @@ struct ViewState {
       0;  // [0..kMaxBounces] light is reflected so often, from reset in each frame; 0 = one more in each frame
   bool direct = true, indirect = true;  // what of the light is shown
   ViewMode mode = ViewMode::full;
+  bool gloss = false;        // surfaces mirror as their materials say, and not as the next two do
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;     // [stops]

@@ -29,9 +29,8 @@ layout(location = 24) uniform vec3 viewEye;
 layout(location = 25) uniform float viewReflectance;
 layout(location = 26) uniform float viewExponent;
 layout(location = 27) uniform vec2 viewMapSize;  // texels of the light map
+layout(location = 28) uniform bool viewGloss;    // surfaces mirror as their materials say, instead of by viewReflectance
 layout(location = 0) out vec4 outColor;
-// Mean radiance in the lobe about the reflected direction.
-vec3 glossy(vec3 p, vec3 n) { return levelGlossy(p, n, reflect(normalize(p - viewEye), n), viewExponent); }
 void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition;
@@ -40,15 +39,24 @@ void main() {
   vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
   if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
   if (viewMode == 0 || viewMode == 2 || viewMode > 6) links = invPi * levelLinks(p, n);
-  vec3 gloss = vec3(0.0);
-  if (viewMode == 3 || (viewMode == 0 && viewReflectance > 0.0)) gloss = glossy(p, n);
+  // What is scattered and what is mirrored; the lobe about the reflected direction.
+  vec3 diffuse = (1.0 - viewReflectance) * levelAlbedo(), specular = vec3(viewReflectance), toEye = normalize(viewEye - p);
+  vec3 gloss = vec3(0.0), highlights = vec3(0.0), r = reflect(-toEye, n);
+  float exponent = viewExponent;
+  if (viewGloss) {
+    vec2 metalRough = levelMetalRough();
+    levelSplitReflectance(levelAlbedo(), metalRough, n, toEye, diffuse, specular);
+    exponent = levelExponent(metalRough.y);
+    if (viewMode == 0 || viewMode == 3) highlights = levelHighlights(p, r, exponent, toEye);
+  }
+  if (viewMode == 3 || (viewMode == 0 && max(specular.r, max(specular.g, specular.b)) > 0.0)) gloss = levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
   if (viewMode == 0) {
-    color = (1.0 - viewReflectance) * levelAlbedo() * (viewShare.x * direct + viewShare.y * links) + levelEmission();
-    color += viewShare.y * viewReflectance * gloss;
+    color = diffuse * (viewShare.x * direct + viewShare.y * links) + levelEmission();
+    color += specular * (viewShare.y * gloss + viewShare.x * highlights);
   }
   if (viewMode == 1) color = levelAlbedo() * direct + levelEmission();
   if (viewMode == 2) color = links;
-  if (viewMode == 3) color = gloss;
+  if (viewMode == 3) color = viewGloss ? specular * (gloss + highlights) : gloss;
   if (viewMode == 4) color = levelAlbedo();
   if (viewMode == 5) color = 0.5 * n + 0.5;
   if (viewMode == 6 || viewMode == 7) {
@@ -295,10 +303,11 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   glUniform1f(26, glossyExponent(state.roughness));
   const glm::uvec2 mapSize(bake_->caches.lightmap.width, bake_->caches.lightmap.height);
   glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
+  glUniform1i(28, state.gloss ? 1 : 0);
   gl_->gl()->bind();
   shadows_.bind();
-  level_.draw(clip);
-  level_.drawDynamic(clip, moved);
+  level_.draw(clip, state.gloss);
+  level_.drawDynamic(clip, moved, state.gloss);
 }
 
 std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,

@@ -39,6 +39,7 @@ struct Image {
   };
   std::string name;
   std::vector<Level> levels;  // [Size >= 1] level 0 is the image
+  bool isColor = true;        // sRGB; else numbers, such as roughness or a normal map
 };
 
 // A texture slot: image, sampler, which TEXCOORD_n and KHR_texture_transform folded into an affine map.
@@ -52,6 +53,16 @@ struct TextureRef {
 
 enum class AlphaMode : std::uint8_t { opaque, mask };
 
+// What a surface mirrors, by the metallic-roughness model of glTF 2.0. It is for pictures: bakes do not depend on it.
+// The importer reads it where ImportOptions::gloss asks for it; else all is as here, glTF's default.
+struct MaterialGloss {
+  float metalness = 1.0f;    // [0..1] factor
+  float roughness = 1.0f;    // [0..1] factor
+  TextureRef texture;        // numbers: roughness in G, metalness in B
+  TextureRef normalTexture;  // numbers: 0.5 n + 0.5 in the tangent space of Mesh::cornerTangent
+  float normalScale = 1.0f;  // of the map's x and y
+};
+
 struct Material {
   std::string name;
   glm::vec3 albedo{1.0f};                   // [0..1] base colour factor, linear
@@ -63,6 +74,7 @@ struct Material {
   float alphaCutoff = 0.5f;
   bool drivable = false;     // extras.relume.drivable: counts as an emitter, also while it is dark
   bool doubleSided = false;  // emits from both sides, but for solids; both sides of any face reflect
+  MaterialGloss gloss;
 };
 
 // One glTF primitive as triangles, in object space.
@@ -75,7 +87,10 @@ struct Mesh {
   std::vector<glm::vec3> color;              // COLOR_0 (linear factor); empty when absent
   std::vector<float> colorAlpha;             // COLOR_0's alpha; empty when absent
   std::vector<glm::uvec3> triangle;          // vertex indices, in glTF order, degenerate ones kept
-  std::uint32_t material = kNone;            // kNone = glTF's default material
+  // Of each corner of each triangle the direction in which a normal map's x points, unit; w: 1 or -1, the side of its
+  // y, which is w cross(normal, xyz); all 0 = the map says nothing there. [Size 0, or 3 a triangle with a normal map]
+  std::vector<glm::vec4> cornerTangent;
+  std::uint32_t material = kNone;  // kNone = glTF's default material
 };
 
 // extras.relume.bake: "static", "dynamic", "ignore", "gridLit"
@@ -181,10 +196,22 @@ glm::vec3 albedoAt(const Scene& scene, const SurfacePoint& p, float footprintWor
 glm::vec3 emissionAt(const Scene& scene, const SurfacePoint& p, float footprintWorld = 0.0f);
 bool opaqueAt(const Scene& scene, const SurfacePoint& p);
 
+// Metalness and roughness [0..1]: factors times texture.
+struct SurfaceGloss {
+  float metalness = 1.0f, roughness = 1.0f;
+};
+SurfaceGloss glossAt(const Scene& scene, const SurfacePoint& p);
+
+// shadingNormal(), bent by the material's normal map where it has one.
+glm::vec3 mappedNormal(const Scene& scene, const SurfacePoint& p);
+
 struct ImportOptions {
   // Of the punctual lights. Empty: extras.relume.lightUnit of the file's scene or asset, else radiometric, with a
   // warning when the numbers look photometric.
   std::optional<LightUnit> lightUnit;
+  // Read what pictures of glossy surfaces need in addition: Material::gloss, its images, Mesh::cornerTangent. What
+  // cannot be read of it is left out with a warning. All else comes out the same.
+  bool gloss = false;
 };
 
 // Read a .glb or .gltf. io: not readable; invalidFile: malformed, with JSON path, accessor, node or image named;
