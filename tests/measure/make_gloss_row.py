@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Write the level of docs/notes/gloss.md's pictures: 18 balls in a room, roughness 0 to 1 from left to right, metalness
+"""Write the level of docs/notes/gloss.md's last picture: 18 balls in a room, roughness 0 to 1 from left to right, metalness
 1, 0.5 and 0 from top to bottom; a floor with a normal map, and roughness in a texture.
 
     make_gloss_row.py gloss_row.glb
