@@ -85,6 +85,7 @@ glm::vec4 cornerTangent(const glm::vec3& tangent, const glm::vec3& normal, float
 
 std::size_t makeTangents(Mesh& mesh, std::span<const glm::vec4> given, const TextureRef& map) {
   mesh.cornerTangent.assign(3 * mesh.triangle.size(), glm::vec4(0.0f));
+  if (mesh.uv[map.texcoord].empty()) return mesh.triangle.size();
   const auto countBroken = [&] {
     std::size_t broken = 0;
     for (std::size_t t = 0; t < mesh.triangle.size(); ++t) broken += mesh.cornerTangent[3 * t].w == 0.0f;
@@ -100,8 +101,6 @@ std::size_t makeTangents(Mesh& mesh, std::span<const glm::vec4> given, const Tex
     }
     return countBroken();
   }
-  if (mesh.uv[map.texcoord].empty()) return mesh.triangle.size();
-
   std::map<Key, glm::vec3> sums;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
     const Face face = faceOf(mesh, t, map);

@@ -23,11 +23,19 @@ constexpr bool kWithFiles = false;
 void import(const fs::path& path) {
   relume::Context context;
   context.threads = 1;
-  const auto scene = relume::importGltf(path, context);
+  relume::ImportOptions options;
+  options.gloss = true;
+  const auto scene = relume::importGltf(path, context, options);
   if (!scene) return;
-  for (const relume::Instance& instance : scene->instances) {
+  for (std::uint32_t i = 0; i < scene->instances.size(); ++i) {
+    const relume::Instance& instance = scene->instances[i];
     const relume::Mesh& mesh = scene->meshes.at(instance.mesh);
-    for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) (void)scene->corners(instance, t);
+    for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+      const relume::SurfacePoint middle{i, t, {0.3f, 0.3f}};
+      (void)scene->corners(instance, t);
+      (void)relume::mappedNormal(*scene, middle);
+      (void)relume::glossAt(*scene, middle);
+    }
     (void)scene->material(instance);
   }
 }

@@ -159,6 +159,14 @@ TEST(ImportGloss, whatCannotBeReadIsLeftOutWithAWarning) {
       "2 of 2 triangles have a normal map");
   importWith([](GltfBuilder& b) { b.root["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0"); },
              "2 of 2 triangles have a normal map");
+  importWith(
+      [](GltfBuilder& b) {
+        auto& attributes = b.root["meshes"][0]["primitives"][0]["attributes"];
+        attributes.erase("TEXCOORD_0");
+        attributes["NORMAL"] = b.floats({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
+        attributes["TANGENT"] = b.floats({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, "VEC4");
+      },
+      "2 of 2 triangles have a normal map");
 }
 
 TEST(ImportGloss, aScaleBeyondReasonIsTakenForOne) {

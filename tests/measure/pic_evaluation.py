@@ -60,7 +60,7 @@ def trace(name, level, *options):
     return pictures.read_exr(image)
 
 
-def bench(path, bands, threads=1, backend="cpu", repeat=20):
+def bench(path, bands, threads=1, backend="cpu", repeat=60):
     """Milliseconds of each pass, the least of some frames, for machines that do other work as well; MiB of each buffer."""
     report = json.loads(relume("bench", "--bake", path, "--relight-bands", bands, "--threads", threads, "--backend", backend,
                                "--repeat", repeat, "--json"))
@@ -79,6 +79,18 @@ def head(title, *cells):
     print("|---|" + "---:|" * (len(cells) - 1))
 
 
+def less_noise(picture, truth, image, layers, mask):
+    """pictures.error_of() without the truth's own noise, of which half the difference of two halves tells; energy."""
+    error, energy = pictures.error_of(picture, truth, mask)
+    noise = sum((pictures.rgb(image, layer)[mask].astype(float) ** 2).mean() for layer in layers)
+    return max(error ** 2 - (100 / truth[mask].mean()) ** 2 * noise, 0) ** 0.5, energy
+
+
+def stops_of(picture):
+    """The exposure that makes the mean middle grey."""
+    return numpy.log2(0.18 / picture.mean())
+
+
 def luma(picture):
     return picture @ numpy.array([0.25, 0.5, 0.25])
 
@@ -91,7 +103,7 @@ def figure7():
     path = bake("stars", level=STARS)
     lights = {"star_red": "14,3.5,2.1", "star_green": "4.2,14,3.5", "star_blue": "2.8,5.6,14", "star_yellow": "14,11,2.8",
               "ring": "9,8.6,8.1"}
-    head("Fig. 7: area lights", "on", "RMSE of all light %", "energy", "RMSE of light over links %", "energy")
+    head("Fig. 7: area lights", "on", "RMSE of light that arrives %", "energy")
     shown = []
     for on in ("star_red", "star_red,star_green,star_blue,star_yellow", "ring"):
         emissions = [w for name in on.split(",") for w in ("--emission", f"{name}={lights[name]}")]
@@ -102,9 +114,8 @@ def figure7():
         # All of it is light over links; what emits is left out, for it is drawn as it is.
         mask = (pictures.rgb(truth, "Emit").max(axis=2) == 0) & (pictures.rgb(truth, "DiffCol").min(axis=2) > 0.02)
         arrived = pictures.rgb(truth, "DiffDir") + pictures.rgb(truth, "DiffInd")
-        row(on.replace("star_", "").replace(",", ", "), *pictures.error_of(full, pictures.rgb(truth), mask),
-            *pictures.error_of(links, arrived, mask))
-        shown.append([pictures.to_srgb(p, 0.3) for p in (full, pictures.rgb(truth))])
+        row(on.replace("star_", "").replace(",", ", "), *less_noise(links, arrived, truth, ("DiffIndErr", "DiffDirErr"), mask))
+        shown.append([pictures.to_srgb(p, 1) for p in (full, pictures.rgb(truth))])
     pictures.montage(FOLDER / "pic_fig7.jpg", [list(column) for column in zip(*shown)])
 
 
@@ -116,14 +127,15 @@ def figure8():
     path = bake("oct6")
     mask = truth["Depth.Z"] > 0
     head("Fig. 8: glossy reflections, exponent 30", "bands", "RMSE %", "energy", "caches ms", "all passes ms", "MiB")
-    shown = [pictures.to_srgb(wanted, 4)]
+    stops = stops_of(wanted)
+    shown = [pictures.to_srgb(wanted, stops)]
     for name in [same(b) for b in range(2, 9)] + ["Y6Co3Cg3", "Y8Co4Cg4"]:
         drawn = draw("fig8_" + name, SPONZA, "--bake", path, "--bands", name, "--aov", "glossy", *view)
         passes, buffers, _ = bench(path, name)
-        row(name, *pictures.error_of(drawn, wanted, mask), passes["caches"], passes["frame"], sum(buffers.values()))
+        row(name, *less_noise(drawn, wanted, truth, ("GlossIndErr", "GlossDirErr"), mask), passes["caches"], passes["frame"], sum(buffers.values()))
         if name in (same(2), same(4), same(8), "Y8Co4Cg4"):
-            shown.append(pictures.to_srgb(drawn, 4))
-    pictures.montage(FOLDER / "pic_fig8.jpg", [shown[:3], shown[3:] + [pictures.to_srgb(abs(drawn - wanted), 4)]])
+            shown.append(pictures.to_srgb(drawn, stops))
+    pictures.montage(FOLDER / "pic_fig8.jpg", [shown[:3], shown[3:] + [pictures.to_srgb(abs(drawn - wanted), stops)]])
 
 
 def figure9():
@@ -137,27 +149,30 @@ def figure9():
     light = ("--lights", "none", "--lights-file", spot, "--size", "160x90")
     plain = FOLDER / "plain_metric.json"  # the paper's metric of clusters
     plain.write_text('{"clustering": {"outlookWeight": 0}}')
-    bakes = {"the paper's cuts": bake("cone_paper", "--link-kind", "cone", "--options", plain, *PAPER_CUTS),
-             "ours, the same n_L": bake("oct6"), "preset high": bake("high", preset="high")}
-    floor = trace("fig9b", SPONZA, "--camera", "cam_arcade", "--spp", 512, *light)
-    truth, mask = pictures.rgb(floor, "DiffInd"), pictures.rgb(floor, "DiffCol").min(axis=2) > 0.02
+    # Caches that read every surfel their rays hit have no noise of cuts, nor light of clusters that they do not see.
+    leaves = bake("leaves", "--links", 2048, "--max-links", 2048)
+    bakes = {"the paper's cuts": bake("cone_plain", "--link-kind", "cone", "--options", plain, *PAPER_CUTS),
+             "ours, the same n_L": bake("oct6"), "no cuts": leaves}
+    floor = draw("fig9b", SPONZA, "--bake", leaves, "--camera", "cam_arcade", "--aov", "bounced", *light)
     dark = {c: trace("fig9c_" + c, SPONZA, "--camera", c, "--spp", 512, "--bounces", 1, *light) for c in ("cam_balcony", "cam_arcade")}
     lit = pictures.rgb(dark["cam_arcade"], "DiffInd").mean()
-    head("Fig. 9: noise of cuts and bleeding", "bake", "(b) RMSE %", "(b) of it finer than 5 pixels %", "(c) light where there is none, of the arcade's mean",
-         "(c) share of such pixels %")
-    shown = [[pictures.to_srgb(truth, 4)], [pictures.to_srgb(pictures.rgb(dark["cam_balcony"], "DiffInd") * 4096 / lit * 0.02)]]
+    black = (dark["cam_balcony"]["Depth.Z"] > 0) & (pictures.rgb(dark["cam_balcony"], "DiffInd").max(axis=2) == 0)
+    head("Fig. 9: noise of cuts and bleeding", "bake", "(b) RMSE to no cuts %", "(b) of it finer than 5 pixels %",
+         "(c) light where there is none, of the arcade's mean")
+    stops = 0.18 / lit * 0.5
+    shown = [[], []]
     for name, path in bakes.items():
         drawn = draw("fig9b_drawn", SPONZA, "--bake", path, "--camera", "cam_arcade", "--aov", "bounced", *light)
         # Noise of cuts is what the error has beyond its mean over 5 x 5 pixels.
-        error = luma(drawn - truth) * mask
-        padded = numpy.pad(error, 2)
+        error = luma(drawn - floor)
+        padded = numpy.pad(error, 2, mode="edge")
         blurred = sum(padded[y:y + error.shape[0], x:x + error.shape[1]] for y in range(5) for x in range(5)) / 25
-        fine = 100 * numpy.sqrt(((error - blurred)[mask] ** 2).mean()) / luma(truth)[mask].mean()
+        mean = luma(floor).mean()
         once = draw("fig9c_drawn", SPONZA, "--bake", path, "--camera", "cam_balcony", "--bounces", 1, "--aov", "bounced", *light)
-        black = (dark["cam_balcony"]["Depth.Z"] > 0) & (pictures.rgb(dark["cam_balcony"], "DiffInd").max(axis=2) == 0)
-        row(name, pictures.error_of(drawn, truth, mask)[0], fine, f"{once[black].mean() / lit:.2e}", 100 * black.mean())
-        shown[0].append(pictures.to_srgb(drawn, 4))
-        shown[1].append(pictures.to_srgb(once * 4096 / lit * 0.02))
+        row(name, *(f"{100 * (e ** 2).mean() ** 0.5 / mean:.1f}" for e in (error, error - blurred)), f"{once[black].mean() / lit:.1e}")
+        shown[0].append(pictures.to_srgb(drawn * stops))
+        shown[1].append(pictures.to_srgb(once * stops * 4096))
+    print(f"\n{100 * black.mean():.0f} % of the upper corridor's view get no light that is reflected once.")
     pictures.montage(FOLDER / "pic_fig9.jpg", shown)
 
 
@@ -174,8 +189,8 @@ def figure10():
             drawn = draw("fig10", SPONZA, "--bake", path, "--camera", "cam_arcade", "--lights", "torch", "--aov", "bounced",
                          "--size", "320x180", "--bands", same(4))
             passes, _, _ = bench(path, same(4))
-            cells.append(f"{pictures.error_of(drawn, wanted, mask)[0]:.1f}, {passes['caches']:.2f}")
-            pictures_row.append(pictures.to_srgb(drawn[::2, ::2], 4))
+            cells.append(f"{less_noise(drawn, wanted, truth, ('DiffIndErr',), mask)[0]:.1f}, {passes['caches']:.2f}")
+            pictures_row.append(pictures.to_srgb(drawn[::2, ::2], stops_of(wanted)))
             if n == links[-1]:
                 surfels.append(f"{passes['surfels']:.2f} + {passes['pull']:.2f}")
         row(n, *cells)
@@ -188,10 +203,10 @@ def figure11():
     cone, oct6 = bake("cone", "--link-kind", "cone"), bake("oct6")
     head("Fig. 11: bands, ms of the caches' pass", "l", "SH links", "MiB of links", "cone links", "MiB", "oct6 links", "MiB")
     for bands in range(2, 9):
-        sh = bake(f"sh{bands}", "--link-kind", "sh", "--link-bands", bands)
+        sh = bake(f"sh{bands}", "--link-kind", "sh", "--link-bands", bands, "--luma-bands", bands, "--chroma-bands", bands)
         cells = []
         for path in (sh, cone, oct6):
-            passes, buffers, _ = bench(path, same(bands), repeat=10)
+            passes, buffers, _ = bench(path, same(bands))
             cells += [passes["caches"], buffers["links"]]
         sh.unlink()
         row(bands, *cells)
