@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // What few bands of spherical harmonics cost: irradiance from the first bands of every cache of a bake against that
-// from eight, by receivers of many normals, for plain series, windowed ones, and zonal bands (ZH3). Prints a table of
-// docs/notes/bands.md.
+// from eight, by receivers of many normals, for plain series, windowed ones, and zonal bands (ZH3); and what irradiance
+// vectors of all eight bands cost. Prints tables of docs/notes/bands.md and docs/notes/vectors.md.
 //   bench_band_error LEVEL.glb BAKE.relume [threads]
 #include "bake/import/check_mesh.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
+#include "formats/irradiance_vector.h"
 #include "formats/sh.h"
 #include "relume/bake/options.h"
 #include "relume/bake_file.h"
@@ -156,6 +157,32 @@ float zh3(const Receiver& r, bool stored) {
   return e;
 }
 
+// Vectors of the eight bands, kept for the cache they were made for.
+const SixVectors& vectors(const Receiver& r) {
+  static const Coefficients* last = nullptr;
+  static SixVectors vectors;
+  if (r.c != last) vectors = vectorsFromSh(kMaxBands, *r.c);
+  last = r.c;
+  return vectors;
+}
+
+template <int kCross1000>
+float vectorsWith(const Receiver& r) {
+  return irradianceFromVectors(vectors(r), r.n, DirectionWeights::corrected, 1e-3f * kCross1000);
+}
+
+// The kappa with the least error on receivers: E is linear in it.
+double bestCrossWeight(const std::vector<Receiver>& receivers) {
+  double above = 0.0, below = 0.0;
+  for (const Receiver& r : receivers) {
+    const float own = irradianceFromVectors(vectors(r), r.n, DirectionWeights::corrected, 0.0f);
+    const float cross = irradianceFromVectors(vectors(r), r.n, DirectionWeights::corrected, 1.0f) - own;
+    above += static_cast<double>(cross) * static_cast<double>(plain(kMaxBands, r) - own);
+    below += static_cast<double>(cross) * static_cast<double>(cross);
+  }
+  return above / std::max(below, 1e-30);
+}
+
 struct Method {
   const char* name;
   int coefficients;
@@ -178,10 +205,16 @@ const Method kMethods[] = {
     {"3 bands, least window", 9, [](const Receiver& r) { return minWindow(3, r); }},
     {"5 bands, clamped cosine", 25, [](const Receiver& r) { return plain(5, r); }},
     {"5 bands, least window", 25, [](const Receiver& r) { return minWindow(5, r); }},
+    {"ambient cube", 6, [](const Receiver& r) { return vectorsWith<0>(r); }},
+    {"vectors, as printed", 18,
+     [](const Receiver& r) { return irradianceFromVectors(vectors(r), r.n, DirectionWeights::printed); }},
+    {"vectors, kappa 0.65", 18, [](const Receiver& r) { return vectorsWith<650>(r); }},
+    {"vectors, kappa 2/3", 18, [](const Receiver& r) { return irradianceFromVectors(vectors(r), r.n); }},
+    {"vectors, kappa 0.7", 18, [](const Receiver& r) { return vectorsWith<700>(r); }},
 };
 
 struct Score {
-  double error = 0.0, square = 0.0, negative = 0.0, total = 0.0;
+  double error = 0.0, square = 0.0, negative = 0.0, total = 0.0, given = 0.0;
   std::size_t negatives = 0, count = 0;
 };
 
@@ -195,6 +228,7 @@ Score score(const Method& method, const std::vector<Receiver>& receivers) {
     s.error += error * error;
     s.square += static_cast<double>(truth) * truth;
     s.total += truth;
+    s.given += std::max(raw, 0.0f);
     if (raw < 0.0f) {
       s.negatives += 1;
       s.negative -= raw;
@@ -257,19 +291,21 @@ int run(const char* level, const char* file, int threads) {
       }
     }
     std::printf(
-        "\n%s:\n\n| | coefficients | grid: RMSE %% | negative %% | their light %% | own normal: RMSE %% | bent normal: "
-        "RMSE %% | negative %% |\n",
+        "\n%s:\n\n| | coefficients | grid: RMSE %% | energy %% | negative %% | their light %% | own normal: RMSE %% | "
+        "bent normal: RMSE %% | negative %% |\n",
         name.c_str());
-    std::printf("|---|---:|---:|---:|---:|---:|---:|---:|\n");
+    std::printf("|---|---:|---:|---:|---:|---:|---:|---:|---:|\n");
     for (const Method& method : kMethods) {
       const Score g = score(method, grid), o = score(method, own), b = score(method, bent);
       const auto rmse = [](const Score& s) { return 100.0 * std::sqrt(s.error / std::max(s.square, 1e-30)); };
       const auto share = [](const Score& s) {
         return 100.0 * static_cast<double>(s.negatives) / static_cast<double>(std::max<std::size_t>(s.count, 1));
       };
-      std::printf("| %s | %d | %.2f | %.2f | %.3f | %.2f | %.2f | %.2f |\n", method.name, method.coefficients, rmse(g),
-                  share(g), 100.0 * g.negative / std::max(g.total, 1e-30), rmse(o), rmse(b), share(b));
+      std::printf("| %s | %d | %.2f | %+.2f | %.2f | %.3f | %.2f | %.2f | %.2f |\n", method.name, method.coefficients,
+                  rmse(g), 100.0 * (g.given / std::max(g.total, 1e-30) - 1.0), share(g),
+                  100.0 * g.negative / std::max(g.total, 1e-30), rmse(o), rmse(b), share(b));
     }
+    std::printf("\nVectors: kappa %.4f has the least error on the grid.\n", bestCrossWeight(grid));
   }
   return 0;
 }
