@@ -8,6 +8,7 @@
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
 #include "runtime/shared/driven_emission.h"
+#include "runtime/shared/grid_texture.h"
 #include "runtime/shared/memory.h"
 
 #include <cstddef>
@@ -46,6 +47,11 @@ class Backend {
   virtual std::vector<PassTime> passTimes() const = 0;
   virtual std::vector<std::pair<std::string, std::size_t>> bufferSizes() const = 0;
 
+  // The grid's texture; null where none is kept: it was not asked for, or is beyond a limit.
+  virtual const GridTexture* gridTexture() const = 0;
+  // [Size kTexelFloats * 6 * points] of the last frame, valid until the next one. GL: read back once a frame.
+  virtual std::span<const float> gridTexels() const = 0;
+
   // What only OpenGL has; null on the CPU.
   virtual const GlResolve* gl() const { return nullptr; }
 };
@@ -57,6 +63,13 @@ struct BackendRequest {
   std::pmr::memory_resource* memory;  // [not null] must outlive the backend
   const ImageSizes& images;           // that were declared, by drivable material
 };
+
+// The grid's texture that was asked for. maxSide: GridTextureLimits. Throws std::bad_alloc.
+inline GridTexture makeGridTexture(const Bake& bake, const BackendRequest& request, std::uint32_t maxSide = 0) {
+  if (!request.options.gridTexture) return GridTexture(request.memory);
+  return makeGridTexture(bake.caches, {request.options.gridTrust, request.options.gridTextureBytes, maxSide},
+                         request.options.parallelFor, request.memory);
+}
 
 // Backends keep alive what they read of the bake's arrays every frame. The bake has passed checkBake().
 // Both throw std::bad_alloc.

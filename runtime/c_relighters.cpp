@@ -55,6 +55,9 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.lumaBands = read.luma_bands;
     options.chromaBands = read.chroma_bands;
     options.glossy = read.glossy != 0;
+    options.gridTexture = read.grid_texture != 0;
+    if (read.grid_trust != 0.0f) options.gridTrust = read.grid_trust;
+    if (read.grid_texture_bytes != 0) options.gridTextureBytes = read.grid_texture_bytes;
     options.parallelFor = parallelForOf(*bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {
@@ -176,13 +179,41 @@ relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, s
 
 relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_t count, const float* positions,
                                         const float* normals, float* irradiance) {
+  return relume_irradiance_in_grid_by(relighter, RELUME_GRID_STENCIL, count, positions, normals, irradiance);
+}
+
+relume_status relume_irradiance_in_grid_by(const relume_relighter* relighter, relume_grid_lookup lookup, size_t count,
+                                           const float* positions, const float* normals, float* irradiance) {
   return run(relighter, [&]() -> Status {
+    const auto kind = static_cast<int>(lookup);
+    if (kind < 0 || kind > RELUME_GRID_SMOOTH)
+      return usage("lookup is " + std::to_string(kind) + ", expected 0 to " + std::to_string(RELUME_GRID_SMOOTH));
     if (count == 0) return relume::done();
     if (positions == nullptr) return nullPointer("positions");
     if (normals == nullptr) return nullPointer("normals");
     if (irradiance == nullptr) return nullPointer("irradiance");
     return relighter->relighter.irradianceInGrid(vectors(positions, count), vectors(normals, count),
-                                                 vectors(irradiance, count));
+                                                 vectors(irradiance, count), static_cast<relume::GridLookup>(kind));
+  });
+}
+
+relume_status relume_grid_texture_get_info(const relume_relighter* relighter, relume_grid_texture_info* info) {
+  return run(relighter, [&]() -> Status {
+    if (info == nullptr) return nullPointer("info");
+    const std::size_t size = info->struct_size;
+    if (size <= sizeof size) return usage("info.struct_size is " + std::to_string(size) + ", expected sizeof");
+    const relume::GridTextureInfo texture = relighter->relighter.gridTexture();
+    relume_grid_texture_info out{};
+    out.struct_size = size;
+    for (int k = 0; k < 3; ++k) {
+      out.resolution[k] = texture.resolution[k];
+      out.origin[k] = texture.originWorld[k];
+      out.spacing[k] = texture.spacing[k];
+    }
+    out.cells = static_cast<unsigned int>(texture.cells);
+    out.open_cells = static_cast<unsigned int>(texture.openCells);
+    std::memcpy(info, &out, std::min(size, sizeof out));
+    return relume::done();
   });
 }
 

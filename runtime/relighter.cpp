@@ -54,6 +54,27 @@ struct Relighter::State {
   } inherited;
 
   CacheLight cacheLight() const { return {bands, backend->coefficients(), true}; }
+
+  // Irradiance in the grid by one kind of look-up: the texture where it answers, else the caches around.
+  struct GridReader {
+    const Caches& caches;
+    CacheLight light;
+    const GridTexture* texture;  // null = none is read
+    std::span<const float> texels;
+    bool smooth;
+
+    glm::vec3 operator()(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+      if (texture) {
+        if (const auto e = readGridTexture(*texture, texels, positionWorld, normal, smooth)) return *e;
+      }
+      return relume::irradianceInGrid(caches, light, positionWorld, normal);
+    }
+  };
+  GridReader gridReader(GridLookup lookup) const {
+    const GridTexture* texture = lookup == GridLookup::stencil ? nullptr : backend->gridTexture();
+    return {caches, cacheLight(), texture, texture ? backend->gridTexels() : std::span<const float>(),
+            lookup == GridLookup::smooth};
+  }
 };
 
 namespace {
@@ -107,6 +128,8 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->caches = shared.caches;
   state->bands.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   state->bands.glossy = options.glossy;
+  if (!(options.gridTrust >= 0.0f && options.gridTrust <= 1.0f))
+    return usage("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
   state->sceneHash = bake.provenance.sceneHash;
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
@@ -266,8 +289,9 @@ glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm
   return irradianceOnLightmap(lightmapUv, normal, normal);
 }
 
-glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  return relume::irradianceInGrid(state_->caches, state_->cacheLight(), positionWorld, normal);
+glm::vec3 Relighter::irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal,
+                                      GridLookup lookup) const {
+  return state_->gridReader(lookup)(positionWorld, normal);
 }
 
 Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> normal,
@@ -288,15 +312,14 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
 }
 
 Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
-                                   std::span<glm::vec3> irradiance) const try {
+                                   std::span<glm::vec3> irradiance, GridLookup lookup) const try {
   if (Status ok =
           checkReceivers(irradiance.size(), {{"positionWorld", positionWorld.size()}, {"normal", normal.size()}});
       !ok)
     return ok;
-  const CacheLight light = state_->cacheLight();
-  forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
-    irradiance[i] = relume::irradianceInGrid(state_->caches, light, positionWorld[i], normal[i]);
-  });
+  const State::GridReader read = state_->gridReader(lookup);
+  forReceivers(state_->parallelFor, irradiance.size(),
+               [&](std::size_t i) { irradiance[i] = read(positionWorld[i], normal[i]); });
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
@@ -418,6 +441,12 @@ std::vector<PassTime> Relighter::passTimes() const { return state_->backend->pas
 
 std::vector<std::pair<std::string, std::size_t>> Relighter::bufferSizes() const {
   return state_->backend->bufferSizes();
+}
+
+GridTextureInfo Relighter::gridTexture() const {
+  const GridTexture* texture = state_->backend->gridTexture();
+  if (!texture) return {};
+  return {texture->resolution, texture->originWorld, texture->spacing, texture->open.size(), texture->openCells()};
 }
 
 const GlResolve* Relighter::gl() const { return state_->backend->gl(); }

@@ -4,6 +4,7 @@
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n)            uv of Lightmap::cornerUv, front or back set
 //   vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal)
 //   vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n)
+//   vec3 relumeIrradianceGridTexture(vec3 positionWorld, vec3 n), relumeIrradianceGridSmooth(): lib/grid_texture.glsl
 // and the glossy light of lib/glossy.glsl.
 // n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for reflected radiance. Needs RELUME_LUMA_BANDS and
 // RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
@@ -281,4 +282,8 @@ vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n) {
 }
 #if RELUME_GLOSSY
 #include "lib/glossy.glsl"
+#endif
+// RELUME_GRID_TEXTURE: 1 with the grid's texture, 0 with functions that stand in for it.
+#ifdef RELUME_GRID_TEXTURE
+#include "lib/grid_texture.glsl"
 #endif

@@ -7,6 +7,7 @@
 //   (3) pull                 radiosity averaged up the hierarchy
 //   (4) light the caches     L_SH = sum over links of radiosity x transfer, into Y, Co, Cg coefficients, and
 //   (5) copy                 at once to the texels that hold them, dilation included
+//   (5a) fill                where RelightOptions::gridTexture asks for it: the grid as a texture that filters
 //   (6) resolve              per pixel, in the host's shader (GlResolve::glsl()) or by irradianceOnLightmap() and
 //                            irradianceInGrid() here
 //
@@ -75,6 +76,16 @@ struct RelightOptions {
   // Materials that images are to drive, each at most once. The CPU backend keeps a third of an image's texels as mip
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
+  // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
+  // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.
+  bool gridTexture = false;
+  // [0..1] Cells of the texture are read where the weights of its caches differ from those of the caches around by less
+  // than this share in the mean; in others the caches around are. 0 = no cell, 1 = all.
+  float gridTrust = 0.35f;
+  // [byte] of the texture in OpenGL, 72 a point; the CPU backend takes 192 a point, and both what its shares take
+  // (bufferSizes()). Its points are four, three, two times or just as dense as the grid's lattice, the
+  // first that needs no more; where none does there is no texture.
+  std::uint32_t gridTextureBytes = 4u << 20;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
   // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), textures on units of its own
   // below 12). Empty = nothing is in shadow.
@@ -91,8 +102,23 @@ struct RelightOptions {
   std::pmr::memory_resource* memory = nullptr;
 };
 
+// How look-ups read the grid.
+enum class GridLookup {
+  stencil,  // the caches around the receiver, each by how much of it is seen
+  texture,  // the texture, trilinear, in its open cells; else the caches around
+  smooth,   // the same by a cubic B-spline where all cells around are open: no creases, and a little blur
+};
+
+// The grid's texture, as RelightOptions::gridTexture has made it.
+struct GridTextureInfo {
+  glm::uvec3 resolution{0};     // points along each axis; 0 = there is none
+  glm::vec3 originWorld{0.0f};  // [m]
+  glm::vec3 spacing{0.0f};      // [m]
+  std::size_t cells = 0, openCells = 0;
+};
+
 struct PassTime {
-  const char* pass;  // "surfels", "pull", "caches"
+  const char* pass;  // "surfels", "pull", "caches", and with RelightOptions::gridTexture "grid texture"
   double ms;         // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
 };
 
@@ -105,6 +131,9 @@ struct GlResolveInputs {
   std::uint32_t caches = 0;          // SSBO of the grid's caches: packed halves, Y then Co then Cg coefficients
   std::uint32_t gridIndex = 0;       // SSBO: cache of each grid point
   std::uint32_t uniforms = 0;        // UBO: grid placement, bands, sizes
+  // With RelightOptions::gridTexture. GL_TEXTURE_3D: six slabs along z, one for each half of the sphere, with an empty
+  // texel between two. RGBA16F: luma vector and weight; RG16F: Co, Cg; R8UI: which cells may be read.
+  std::uint32_t gridVectors = 0, gridChroma = 0, gridOpen = 0;
 };
 
 // Step 6 in the host's own shaders, and the surfel pass for its shadows. The relighter's context must be current.
@@ -113,11 +142,11 @@ class GlResolve {
   virtual ~GlResolve() = default;
   virtual GlResolveInputs inputs() const = 0;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeIrradianceLightmap(vec2 uv, vec3 n), the
-  // same with a third argument, the geometric normal, vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n), and glossy
-  // light: vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent), vec3 relumeGlossyGrid(vec3 positionWorld, vec3
-  // n, vec3 r, float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness).
-  // Slots are those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before
-  // it.
+  // same with a third argument, the geometric normal, vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n), the same
+  // by the grid's texture, relumeIrradianceGridTexture() and relumeIrradianceGridSmooth(), and glossy light: vec3
+  // relumeGlossyLightmap(vec2 uv, vec3 r, float exponent), vec3 relumeGlossyGrid(vec3 positionWorld, vec3 n, vec3 r,
+  // float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness). Slots are
+  // those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
   virtual const std::string& glsl() const = 0;
   // Bind all inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
   virtual void bind() const = 0;
@@ -147,11 +176,11 @@ struct AmbientVolume {
 
 class Relighter {
  public:
-  // usage: bands out of range, a Simd the processor lacks, the GL backend without getProcAddress, a driven image of no
-  // size or of a material that the bake does not know as drivable, or that has no texture coordinates; unsupported: no
-  // OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver allows; invalidFile:
-  // the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in the message);
-  // memory: it ran out.
+  // usage: bands or gridTrust out of range, a Simd the processor lacks, the GL backend without getProcAddress, a driven
+  // image of no size or of a material that the bake does not know as drivable, or that has no texture coordinates;
+  // unsupported: no OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver
+  // allows; invalidFile: the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in
+  // the message); memory: it ran out.
   static Result<Relighter> create(const Bake& bake, const RelightOptions& options);
   Relighter(Relighter&&) noexcept;
   Relighter& operator=(Relighter&&) noexcept;
@@ -184,7 +213,8 @@ class Relighter {
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                                const glm::vec3& geometricNormal) const;
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
-  [[nodiscard]] glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceInGrid(const glm::vec3& positionWorld, const glm::vec3& normal,
+                                           GridLookup lookup = GridLookup::stencil) const;
 
   // The same for many receivers at once, on the threads of RelightOptions::parallelFor. Spans of one length; else
   // usage, and nothing is written.
@@ -192,7 +222,7 @@ class Relighter {
                                             std::span<const glm::vec3> geometricNormal,
                                             std::span<glm::vec3> irradiance) const;
   [[nodiscard]] Status irradianceInGrid(std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
-                                        std::span<glm::vec3> irradiance) const;
+                                        std::span<glm::vec3> irradiance, GridLookup lookup = GridLookup::stencil) const;
 
   // Glossy light, of the same caches: mean radiance [W/m²/sr] in a lobe cos^exponent about the unit direction
   // `reflected`, the viewing ray's mirrored by the shading normal, away from the surface. Multiply by the surface's
@@ -248,6 +278,8 @@ class Relighter {
   [[nodiscard]] std::vector<PassTime> passTimes() const;
   // Name and bytes of each buffer the runtime holds or reads every frame.
   [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+  // What GridLookup::texture reads. Where it has no points all look-ups read the caches around.
+  [[nodiscard]] GridTextureInfo gridTexture() const;
 
   // What only the GL backend has; null on the CPU. Lives as long as this relighter.
   [[nodiscard]] const GlResolve* gl() const;

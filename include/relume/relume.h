@@ -186,6 +186,11 @@ typedef struct relume_relighter_desc {
   const relume_driven_image* driven_images;
   size_t driven_image_count;
   int glossy; /* 1 = the light map keeps the bands that relume_glossy_on_lightmap() alone reads; 0 = it does not */
+  int grid_texture; /* 1 = keep the grid as a texture of irradiance vectors for the look-ups of relume_grid_lookup */
+  /* [0..1] how much a cell's weights may differ from those of the caches around for the texture to be read there
+   * (relighter.h); 0 = the default, 0.35 */
+  float grid_trust;
+  unsigned int grid_texture_bytes; /* of the texture, 72 a point; 0 = the default, 4 MiB */
 } relume_relighter_desc;
 
 /* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call.
@@ -268,6 +273,26 @@ RELUME_API relume_status relume_irradiance_on_lightmap(const relume_relighter* r
                                                        const float* geometric_normals, float* irradiance);
 RELUME_API relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_t count,
                                                    const float* positions, const float* normals, float* irradiance);
+
+/* How the grid is read. Without relume_relighter_desc.grid_texture, and in cells that may not be read, all three read
+ * the caches around. */
+typedef enum relume_grid_lookup {
+  RELUME_GRID_STENCIL = 0, /* the caches around the receiver, each by how much of it is seen */
+  RELUME_GRID_TEXTURE = 1, /* the texture, trilinear */
+  RELUME_GRID_SMOOTH = 2   /* the texture by a cubic B-spline */
+} relume_grid_lookup;
+RELUME_API relume_status relume_irradiance_in_grid_by(const relume_relighter* relighter, relume_grid_lookup lookup,
+                                                      size_t count, const float* positions, const float* normals,
+                                                      float* irradiance);
+
+typedef struct relume_grid_texture_info {
+  size_t struct_size;             /* set by the caller */
+  unsigned int resolution[3];     /* [points] 0 = there is no texture */
+  float origin[3], spacing[3];    /* [m] */
+  unsigned int cells, open_cells; /* open: may be read */
+} relume_grid_texture_info;
+RELUME_API relume_status relume_grid_texture_get_info(const relume_relighter* relighter,
+                                                      relume_grid_texture_info* info);
 
 /* Glossy light: mean radiance [W/m^2/sr] in lobes cos^exponent about unit directions, three floats each: the viewing
  * rays mirrored by the shading normals, away from the surfaces. Multiply by specular reflectance. Exponents, one per

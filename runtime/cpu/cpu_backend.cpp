@@ -14,12 +14,12 @@
 namespace relume::cpu {
 
 CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       const ImageSizes& images, std::pmr::memory_resource* memory)
-    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, images, memory,
+                       const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory)
+    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, images, std::move(texture), memory,
                  leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
 
 CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       const ImageSizes& images, std::pmr::memory_resource* memory,
+                       const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory,
                        std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links, memory),
@@ -35,7 +35,10 @@ CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, Par
       node_(bake.hierarchy.nodeCount(), 0, memory),
       firstMapCache_(bake.caches.firstMapCache()),
       coefficientCount_(bake.caches.count() * bands.stride()),
-      coefficients_(coefficientCount_ + 8, 0.0f, memory) {}
+      coefficients_(coefficientCount_ + 8, 0.0f, memory),
+      grid_(std::move(texture), memory) {
+  grid_.fill(cacheLight(), parallelFor_);
+}
 
 void CpuBackend::relight(const LightSetup& setup) {
   using Clock = std::chrono::steady_clock;
@@ -60,13 +63,15 @@ void CpuBackend::relight(const LightSetup& setup) {
   };
   lightCaches(cachesKernel_, links_, node_, bands_, coefficients_, parallelFor_, std::cref(color), firstMapCache_);
   const auto caches = Clock::now();
+  grid_.fill(cacheLight(), parallelFor_);
   lit_ = true;
-  passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches)};
+  passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches), ms(caches, Clock::now())};
 }
 
 void CpuBackend::reset() {
   lit_ = false;
   std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
+  grid_.fill(cacheLight(), parallelFor_);
 }
 
 std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
@@ -77,21 +82,26 @@ std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
 }
 
 std::vector<PassTime> CpuBackend::passTimes() const {
-  return {{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
+  std::vector<PassTime> times{{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
+  if (gridTexture()) times.push_back({"grid texture", passMs_[3]});
+  return times;
 }
 
 std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
   const CacheGrid& grid = caches_.grid;
-  return {{"surfels", surfels_.bytes()},
-          {"hierarchy", tree_.bytes()},
-          {"emission", driven_.bytes()},
-          {"radiosity", bytes(node_)},
-          {"links", links_.bytes()},
-          {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
-          {"bounce", bounce_.bytes()},
-          {"index", bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) +
-                        bytes(grid.depth)}};
+  std::vector<std::pair<std::string, std::size_t>> sizes{
+      {"surfels", surfels_.bytes()},
+      {"hierarchy", tree_.bytes()},
+      {"emission", driven_.bytes()},
+      {"radiosity", bytes(node_)},
+      {"links", links_.bytes()},
+      {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
+      {"bounce", bounce_.bytes()},
+      {"index",
+       bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
+  if (gridTexture()) sizes.emplace_back("grid texture", grid_.bytes());
+  return sizes;
 }
 
 }  // namespace relume::cpu
@@ -105,7 +115,8 @@ Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& re
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
   return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.bands, simd, options.parallelFor,
-                                                   options.surfelArrays, request.images, request.memory));
+                                                   options.surfelArrays, request.images, makeGridTexture(bake, request),
+                                                   request.memory));
 }
 
 }  // namespace relume

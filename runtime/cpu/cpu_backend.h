@@ -7,6 +7,7 @@
 #include "relume/relighter.h"
 #include "runtime/backend.h"
 #include "runtime/cpu/bounce.h"
+#include "runtime/cpu/grid_vectors.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/surfel_set.h"
@@ -24,22 +25,25 @@ class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
   // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. images: declared, by drivable
-  // material. memory: keeps all of this.
+  // material. texture: of the grid, may be empty. memory: keeps all of this.
   CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             const ImageSizes& images, std::pmr::memory_resource* memory);
+             const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory);
 
   Status checkTextures(const LightSetup&) const override { return done(); }
   void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
   void relight(const LightSetup& setup) override;
   void reset() override;
   std::span<const float> coefficients() const override { return {coefficients_.data(), coefficientCount_}; }
+  const GridTexture* gridTexture() const override { return grid_.texture().empty() ? nullptr : &grid_.texture(); }
+  std::span<const float> gridTexels() const override { return grid_.texels(); }
   std::vector<glm::vec3> nodeRadiosity() const override;
   std::vector<PassTime> passTimes() const override;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
 
  private:
   CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             const ImageSizes& images, std::pmr::memory_resource* memory, std::pmr::vector<std::uint32_t> order);
+             const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory,
+             std::pmr::vector<std::uint32_t> order);
 
   CacheLight cacheLight() const { return {bands_, coefficients()}; }
 
@@ -58,8 +62,9 @@ class CpuBackend final : public Backend {
   std::uint32_t firstMapCache_;
   std::size_t coefficientCount_;          // n_C * stride
   std::pmr::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]
-  bool lit_ = false;                      // whether coefficients_ hold a frame
-  std::array<double, 3> passMs_{};
+  GridVectors grid_;
+  bool lit_ = false;  // whether coefficients_ hold a frame
+  std::array<double, 4> passMs_{};
 };
 
 }  // namespace relume::cpu

@@ -37,12 +37,13 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 
 Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                            std::string_view visibilityGlsl, const ImageSizes& images,
-                                           std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted) {
+                                           GridTexture texture, std::pmr::memory_resource* memory,
+                                           std::optional<GroupThreads> wanted) {
   const GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const SavedState saved(gl);
-  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, images, memory);
-  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, bands, threads, memory);
+  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, images, std::move(texture), memory);
+  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, backend->texture_, bands, threads, memory);
   if (!gpu) return gpu.error();
   backend->gpu_ = std::move(*gpu);
   Result<BouncePass> bounce = BouncePass::create(backend->gl_, bands);
@@ -60,7 +61,14 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
   Result<CachePass> caches = CachePass::create(backend->gl_, bands, bake.links.kind, backend->gpu_.nodeSteps, threads);
   if (!caches) return caches.error();
   backend->caches_ = std::move(*caches);
-  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands));
+  if (!backend->texture_.empty()) {
+    Result<GridTexturePass> fill = GridTexturePass::create(backend->gl_, bands);
+    if (!fill) return fill.error();
+    backend->fill_ = std::move(*fill);
+    backend->fill_.run(backend->gl_, backend->gpu_, backend->texture_, storageBarrier);
+    backend->gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+  }
+  Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands, !backend->texture_.empty()));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
   const auto text = [](const glm::vec3& v) {
@@ -124,20 +132,30 @@ void GlBackend::relight(const LightSetup& setup) {
   storageBarrier(gl_);
   timer_.mark(2);
   caches_.run(gl_, gpu_, bake_.links);
+  timer_.mark(3);
+  if (!texture_.empty()) {
+    storageBarrier(gl_);
+    fill_.run(gl_, gpu_, texture_, storageBarrier);
+  }
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
   gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
                     GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-  timer_.mark(3);
+  timer_.mark(4);
   timer_.endFrame();
   lit_ = true;
-  readBack_ = false;
+  readBack_ = texelsReadBack_ = false;
 }
 
 void GlBackend::reset() {
   const SavedState saved(gl_);
   clearLight(gl_, bake_, bands_, gpu_, memory_);
+  if (!texture_.empty()) {
+    // The texture of caches without light.
+    fill_.run(gl_, gpu_, texture_, storageBarrier);
+    gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+  }
   lit_ = false;
-  readBack_ = false;
+  readBack_ = texelsReadBack_ = false;
 }
 
 std::span<const float> GlBackend::coefficients() const {
@@ -179,6 +197,37 @@ std::span<const float> GlBackend::coefficients() const {
   return coefficients_;
 }
 
+std::span<const float> GlBackend::gridTexels() const {
+  if (texelsReadBack_ || texture_.empty()) return texels_;
+  const SavedState saved(gl_);
+  const glm::uvec3 r = texture_.resolution;
+  const std::size_t slab = std::size_t{r.x} * r.y, texels = slab * static_cast<std::size_t>(textureDepth(r.z));
+  std::pmr::vector<std::uint16_t> luma(4 * texels, memory_), chroma(2 * texels, memory_);
+  const auto read = [this](const Texture& texture, GLenum format, std::uint16_t* to) {
+    gl_.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
+    gl_.BindTexture(GL_TEXTURE_3D, texture.get());
+    gl_.GetTexImage(GL_TEXTURE_3D, 0, format, GL_HALF_FLOAT, to);
+  };
+  read(gpu_.gridTexels, GL_RGBA, luma.data());
+  read(gpu_.gridChroma, GL_RG, chroma.data());
+  texels_.assign(kTexelFloats * 6 * texture_.points(), 0.0f);
+  for (std::size_t half = 0; half < 6; ++half) {
+    for (std::size_t point = 0; point < texture_.points(); ++point) {
+      const std::size_t from = half * (std::size_t{r.z} + 1) * slab + point;
+      float* to = &texels_[kTexelFloats * (6 * point + half)];
+      for (std::size_t k = 0; k < 4; ++k) to[k] = unpackHalf(luma[4 * from + k]);
+      for (std::size_t k = 0; k < 2; ++k) to[4 + k] = unpackHalf(chroma[2 * from + k]);
+    }
+  }
+  texelsReadBack_ = true;
+  return texels_;
+}
+
+void GlBackend::bind() const {
+  bindResolve(gl_, gpu_);
+  if (!texture_.empty()) bindGridTextures(gl_, gpu_);
+}
+
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
   const auto packed = readBuffer<std::uint32_t>(gl_, gpu_.nodes, bake_.hierarchy.nodeCount(), memory_);
   std::vector<glm::vec3> radiosity;
@@ -189,12 +238,14 @@ std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
 
 std::vector<PassTime> GlBackend::passTimes() const {
   const auto& ms = timer_.passMs();
-  return {{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}};
+  std::vector<PassTime> times{{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}};
+  if (!texture_.empty()) times.push_back({"grid texture", ms[3]});
+  return times;
 }
 
 GlResolveInputs GlBackend::inputs() const {
-  return {gpu_.mapY.get(),   gpu_.mapCo.get(),     gpu_.mapCg.get(),  gpu_.mapNormal.get(),
-          gpu_.caches.get(), gpu_.gridCache.get(), gpu_.resolve.get()};
+  return {gpu_.mapY.get(),      gpu_.mapCo.get(),   gpu_.mapCg.get(),      gpu_.mapNormal.get(),  gpu_.caches.get(),
+          gpu_.gridCache.get(), gpu_.resolve.get(), gpu_.gridTexels.get(), gpu_.gridChroma.get(), gpu_.gridOpen.get()};
 }
 
 }  // namespace relume::gl
@@ -204,8 +255,13 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  Result<Owned<gl::GlBackend>> made = gl::GlBackend::create(
-      *functions, bake, request.bands, request.options.visibilityGlsl, request.images, request.memory);
+  GridTexture texture = makeGridTexture(bake, request, gl::max3dSide(*functions));
+  // Where the driver cannot bind its shares receivers read the caches around.
+  if (sizeof(std::uint32_t) * (texture.begin.size() + texture.shares.size()) > gl::maxStorageBytes(*functions))
+    texture = GridTexture(request.memory);
+  Result<Owned<gl::GlBackend>> made =
+      gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.images,
+                            std::move(texture), request.memory);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

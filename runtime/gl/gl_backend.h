@@ -18,14 +18,14 @@ class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
   // call. unsupported: buffers too large; failed: a shader's log. images: declared, by
-  // drivable material. wanted: what work groups are to suit; nothing = the
+  // drivable material. texture: of the grid, may be empty. wanted: what work groups are to suit; nothing = the
   // driver that runs here. memory: keeps all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
-                                         std::string_view visibilityGlsl, const ImageSizes& images,
+                                         std::string_view visibilityGlsl, const ImageSizes& images, GridTexture texture,
                                          std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
   GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, const ImageSizes& images,
-            std::pmr::memory_resource* memory)
+            GridTexture texture, std::pmr::memory_resource* memory)
       : memory_(memory),
         gl_(gl),
         bake_(bake),
@@ -35,14 +35,18 @@ class GlBackend final : public Backend, public GlResolve {
         driven_(bake.emitters, images, memory),
         drive_(memory),
         surfels_(memory),
+        texture_(std::move(texture)),
         timer_(gl_),
-        coefficients_(memory) {}
+        coefficients_(memory),
+        texels_(memory) {}
 
   Status checkTextures(const LightSetup& setup) const override { return drive_.check(gl_, setup, imageSizes_); }
   void reserve(const LightSetup& setup) override;
   void relight(const LightSetup& setup) override;
   void reset() override;
   std::span<const float> coefficients() const override;
+  const GridTexture* gridTexture() const override { return texture_.empty() ? nullptr : &texture_; }
+  std::span<const float> gridTexels() const override;
   std::vector<glm::vec3> nodeRadiosity() const override;
   std::vector<PassTime> passTimes() const override;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
@@ -50,7 +54,7 @@ class GlBackend final : public Backend, public GlResolve {
 
   GlResolveInputs inputs() const override;
   const std::string& glsl() const override { return resolveGlsl_; }
-  void bind() const override { bindResolve(gl_, gpu_); }
+  void bind() const override;
   std::uint32_t surfelProgram() const override { return surfels_.program(); }
   const std::string& surfelGlsl() const override { return surfelGlsl_; }
   std::uint32_t surfelSlots() const override { return gpu_.surfelEnd; }
@@ -72,11 +76,15 @@ class GlBackend final : public Backend, public GlResolve {
   mutable SurfelPass surfels_;  // makes the buffer for the host's light when it is first bound
   PullPass pull_;
   CachePass caches_;
+  GridTexture texture_;
+  GridTexturePass fill_;
   std::string resolveGlsl_, surfelGlsl_;
   bool lit_ = false;  // whether the caches hold a frame
-  mutable FrameTimer<3> timer_;
+  mutable FrameTimer<4> timer_;
   mutable std::pmr::vector<float> coefficients_;  // read back
   mutable bool readBack_ = false;                 // whether coefficients_ are this frame's
+  mutable std::pmr::vector<float> texels_;        // likewise those of the grid's texture
+  mutable bool texelsReadBack_ = false;
 };
 
 }  // namespace relume::gl

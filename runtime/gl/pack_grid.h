@@ -7,6 +7,7 @@
 #include "formats/limits.h"
 #include "relume/caches.h"
 #include "relume/glossy.h"
+#include "runtime/shared/grid_texture.h"
 #include "runtime/shared/resolve.h"
 #include "shaders/shared/layout.h"
 
@@ -20,13 +21,15 @@ namespace relume::gl {
 static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
 static_assert(RELUME_MAX_COORDINATE == kMaxCoordinate && RELUME_MAX_NORMAL2 == kMaxNormal2 &&
               RELUME_MAX_EXPONENT == kMaxExponent);
+static_assert(RELUME_OPEN_CELL == kOpenCell && RELUME_OPEN_AROUND == kOpenAround &&
+              RELUME_MIN_TEXEL_WEIGHT == kMinTexelWeight);
 
 struct PackedGrid {
   std::pmr::vector<std::uint32_t> words;
   RelumeResolve resolve{};
 };
 
-inline PackedGrid packGrid(const Caches& caches, std::pmr::memory_resource* memory) {
+inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std::pmr::memory_resource* memory) {
   const CacheGrid& grid = caches.grid;
   PackedGrid packed{std::pmr::vector<std::uint32_t>(memory)};
   std::pmr::vector<std::uint32_t>& words = packed.words;
@@ -36,6 +39,9 @@ inline PackedGrid packGrid(const Caches& caches, std::pmr::memory_resource* memo
   resolve.gridResolution = grid.resolution;
   resolve.gridDepthUnit = grid.depthUnit();
   resolve.gridFinestSpacing = grid.finestSpacing();
+  resolve.gridTextureSpacing = texture.spacing;
+  resolve.gridTextureStep = texture.resolution.z + 1;
+  resolve.gridTextureResolution = texture.resolution;
   words.assign(grid.cache.begin(), grid.cache.end());
   resolve.gridBricks = grid.brick.empty() ? kRelumeNone : static_cast<std::uint32_t>(words.size());
   words.insert(words.end(), grid.brick.begin(), grid.brick.end());

@@ -67,10 +67,11 @@ std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& b
           {"RELUME_MAP_IRRADIANCE", bands.irradianceOnMap ? "1" : "0"}};
 }
 
-std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands) {
+std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands, bool gridTexture) {
   auto defines = bandDefines(bands);
   defines.emplace_back("RELUME_GLOSSY", "1");
   defines.emplace_back("RELUME_GUESS_BANDS", "1");
+  defines.emplace_back("RELUME_GRID_TEXTURE", gridTexture ? "1" : "0");
   return defines;
 }
 
@@ -333,6 +334,67 @@ void CachePass::runBatch(const Functions& gl, const Kernel& kernel, const GpuBak
     gl.ProgramUniform1ui(program, kernel.firstCache, first);
     gl.DispatchCompute(std::min(groupsFor(batch.endCache - first, perGroup), kMaxGroups), 1, 1);
   }
+}
+
+Result<GridTexturePass::Kernel> GridTexturePass::makeKernel(const Functions& gl, const CacheBands& bands, bool texels) {
+  auto defines = bandDefines(bands);
+  defines.emplace_back("RELUME_FILL_TEXELS", texels ? "1" : "0");
+  Result<Program> program = makeComputeProgram(gl, "fill_grid_texture.comp", defines);
+  if (!program) return program.error();
+  const auto location = [&](const char* name) { return gl.GetUniformLocation(program->get(), name); };
+  Kernel kernel;
+  kernel.first = location("relumeFirst");
+  kernel.end = location("relumeEnd");
+  kernel.resolution = location("relumeResolution");
+  kernel.program = std::move(*program);
+  return kernel;
+}
+
+Result<GridTexturePass> GridTexturePass::create(const Functions& gl, const CacheBands& bands) {
+  Result<Kernel> vectors = makeKernel(gl, bands, false), texels = makeKernel(gl, bands, true);
+  if (!vectors) return vectors.error();
+  if (!texels) return texels.error();
+  GridTexturePass pass;
+  pass.vectors_ = std::move(*vectors);
+  pass.texels_ = std::move(*texels);
+  return pass;
+}
+
+void GridTexturePass::runKernel(const Functions& gl, const Kernel& kernel, GLuint count) {
+  const GLuint program = kernel.program.get();
+  gl.UseProgram(program);
+  gl.ProgramUniform1ui(program, kernel.end, count);
+  // The number of groups of one dispatch is limited.
+  for (GLuint first = 0; first < count; first += kMaxGroups * RELUME_FILL_GROUP) {
+    gl.ProgramUniform1ui(program, kernel.first, first);
+    gl.DispatchCompute(std::min(groupsFor(count - first, RELUME_FILL_GROUP), kMaxGroups), 1, 1);
+  }
+}
+
+void GridTexturePass::run(const Functions& gl, const GpuBake& gpu, const GridTexture& texture,
+                          void (*barrier)(const Functions& gl)) const {
+  bindStorage(gl, RELUME_RESOLVE_SLOT_CACHES, gpu.caches);
+  bindStorage(gl, RELUME_SLOT_FACTORS, gpu.gridFactors);
+  bindStorage(gl, RELUME_SLOT_SHARES, gpu.gridShares);
+  bindStorage(gl, RELUME_SLOT_VECTORS, gpu.gridVectors);
+  gl.BindImageTexture(RELUME_IMAGE_GRID_VECTORS, gpu.gridTexels.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+  gl.BindImageTexture(RELUME_IMAGE_GRID_CHROMA, gpu.gridChroma.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16F);
+  runKernel(gl, vectors_, texture.cacheCount);
+  barrier(gl);
+  const glm::uvec3 r = texture.resolution;
+  gl.ProgramUniform3ui(texels_.program.get(), texels_.resolution, r.x, r.y, r.z);
+  runKernel(gl, texels_, 6 * texture.points());
+}
+
+void bindGridTextures(const Functions& gl, const GpuBake& gpu) {
+  const auto bind = [&gl](GLuint unit, const Texture& texture) {
+    gl.ActiveTexture(GL_TEXTURE0 + unit);
+    gl.BindTexture(GL_TEXTURE_3D, texture.get());
+    gl.BindSampler(unit, 0);
+  };
+  bind(RELUME_RESOLVE_UNIT_GRID_VECTORS, gpu.gridTexels);
+  bind(RELUME_RESOLVE_UNIT_GRID_CHROMA, gpu.gridChroma);
+  bind(RELUME_RESOLVE_UNIT_GRID_OPEN, gpu.gridOpen);
 }
 
 void bindResolve(const Functions& gl, const GpuBake& gpu) {

@@ -24,8 +24,9 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands);
 // Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
 // are the light map's) when a shader is compiled.
 std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& bands);
-// The same for the host's receivers: glossy ones too, and with what two bands lack guessed.
-std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands);
+// The same for the host's receivers: glossy ones too, with what two bands lack guessed, and with the grid's texture or
+// what stands in for it.
+std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands, bool gridTexture = false);
 std::vector<std::pair<std::string, std::string>> cacheDefines(const CacheBands& bands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps = -1,
                                                               bool map = false);
@@ -105,7 +106,28 @@ class CachePass {
   Kernel grid_, map_;
 };
 
+// (5a): fills the grid's texture, where there is one.
+class GridTexturePass {
+ public:
+  static Result<GridTexturePass> create(const Functions& gl, const CacheBands& bands);
+  // `barrier` runs between the two dispatches.
+  void run(const Functions& gl, const GpuBake& gpu, const GridTexture& texture,
+           void (*barrier)(const Functions& gl)) const;
+
+ private:
+  struct Kernel {
+    Program program;
+    GLint first = -1, end = -1, resolution = -1;
+  };
+  static Result<Kernel> makeKernel(const Functions& gl, const CacheBands& bands, bool texels);
+  static void runKernel(const Functions& gl, const Kernel& kernel, GLuint count);
+
+  Kernel vectors_, texels_;
+};
+
 // The inputs of (6) on the slots of layout.h.
 void bindResolve(const Functions& gl, const GpuBake& gpu);
+// The textures of the grid on theirs.
+void bindGridTextures(const Functions& gl, const GpuBake& gpu);
 
 }  // namespace relume::gl

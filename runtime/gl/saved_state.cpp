@@ -67,7 +67,7 @@ SavedState::SavedState(const Functions& gl)
   for (GLuint i = 0; i < unit_.size(); ++i) {
     gl_.ActiveTexture(kFirstUnit + i);
     unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY),
-                getInteger(GL_SAMPLER_BINDING)};
+                getInteger(GL_TEXTURE_BINDING_3D), getInteger(GL_SAMPLER_BINDING)};
     gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
   }
   for (GLuint i = 0; i < image_.size(); ++i) {
@@ -94,6 +94,7 @@ SavedState::~SavedState() {
     gl_.ActiveTexture(kFirstUnit + i);
     gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
     gl_.BindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
+    gl_.BindTexture(GL_TEXTURE_3D, static_cast<GLuint>(unit_[i].texture3D));
     gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, static_cast<GLuint>(unit_[i].sampler));
   }
   // Indexed bindings also set the generic one: restore that last.

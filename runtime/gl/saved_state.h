@@ -9,9 +9,9 @@
 namespace relume::gl {
 
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
-// GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D and
-// 2-D array texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel pack and unpack
-// state.
+// GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
+// array and 3-D texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel pack and
+// unpack state.
 class SavedState {
  public:
   explicit SavedState(const Functions& gl);
@@ -25,7 +25,7 @@ class SavedState {
     GLint64 start = 0, size = 0;
   };
   struct Unit {
-    GLint texture2D = 0, texture2DArray = 0, sampler = 0;
+    GLint texture2D = 0, texture2DArray = 0, texture3D = 0, sampler = 0;
   };
   struct Image {
     GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;

@@ -247,6 +247,7 @@ Texture makeTexture(const Functions& gl, GLenum target, GLenum format, GLuint wi
   gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
   return texture;
 }
 
@@ -308,6 +309,53 @@ Status makeLightmap(const Functions& gl, const Caches& caches, const CacheBands&
                    normals.data());
   gpu.textureBytes = std::size_t{width} * height * (8 * static_cast<std::size_t>(lumaLayers + 2 * chromaLayers) + 4);
   return done();
+}
+
+// Factors of bands 2 and up as fill_grid_texture.comp reads them, four coefficients a vector.
+std::pmr::vector<float> packFactors(int bands, std::pmr::memory_resource* memory) {
+  const std::size_t stride = 4 * static_cast<std::size_t>(wordsOf(bands));
+  std::pmr::vector<float> packed(9 * stride, 0.0f, memory);
+  for (std::size_t row = 0; row < 9; ++row) {
+    for (std::size_t i = 4; i < static_cast<std::size_t>(bands * bands); ++i)
+      packed[row * stride + i] = vectorFactors()[row * kMaxCoefficients + i];
+  }
+  return packed;
+}
+
+void makeGridTextures(const Functions& gl, const GridTexture& texture, const CacheBands& bands, GpuBake& gpu,
+                      std::pmr::memory_resource* memory) {
+  if (texture.empty()) return;
+  std::pmr::vector<std::uint32_t> shares(memory);
+  shares.reserve(texture.begin.size() + texture.shares.size());
+  for (const std::uint32_t first : texture.begin)
+    shares.push_back(first + static_cast<std::uint32_t>(texture.begin.size()));
+  shares.insert(shares.end(), texture.shares.begin(), texture.shares.end());
+  gpu.gridShares = makeArray<std::uint32_t>(gl, shares);
+  gpu.gridFactors = makeArray<float>(gl, packFactors(bands.lumaBands, memory));
+  gpu.gridVectors = makeBuffer(gl, nullptr, std::size_t{texture.cacheCount} * 18 * 4 * sizeof(float), GL_DYNAMIC_COPY);
+  const glm::uvec3 r = texture.resolution, cells = texture.cells();
+  const auto depth = static_cast<int>(textureDepth(r.z));
+  // The texels between the slabs stay zero: what filters may reach past a slab's end by rounding.
+  const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * r.x * r.y * static_cast<std::size_t>(depth), 0, memory);
+  const auto make = [&](GLenum stored, GLenum format) {
+    Texture made = makeTexture(gl, GL_TEXTURE_3D, stored, r.x, r.y, depth);
+    gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, static_cast<GLsizei>(r.x), static_cast<GLsizei>(r.y), depth, format,
+                     GL_HALF_FLOAT, zeros.data());
+    return made;
+  };
+  gpu.gridTexels = make(GL_RGBA16F, GL_RGBA);
+  gpu.gridChroma = make(GL_RG16F, GL_RG);
+  gpu.gridOpen = makeTexture(gl, GL_TEXTURE_3D, GL_R8UI, cells.x, cells.y, static_cast<int>(cells.z));
+  // Integers do not filter.
+  gl.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, static_cast<GLsizei>(cells.x), static_cast<GLsizei>(cells.y),
+                   static_cast<GLsizei>(cells.z), GL_RED_INTEGER, GL_UNSIGNED_BYTE, texture.open.data());
+  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  gpu.gridTextureBytes =
+      static_cast<std::size_t>(gpu.gridShares.bytes + gpu.gridFactors.bytes + gpu.gridVectors.bytes) +
+      std::size_t{12} * r.x * r.y * static_cast<std::size_t>(depth) + texture.open.size();
 }
 
 }  // namespace
@@ -380,11 +428,22 @@ void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu) {
   }
 }
 
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBands& bands, GroupThreads threads,
-                           std::pmr::memory_resource* memory) {
+std::size_t maxStorageBytes(const Functions& gl) {
   GLint64 limit = 0;
-  GLint alignment = 1;
   gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+  return static_cast<std::size_t>(limit);
+}
+
+std::uint32_t max3dSide(const Functions& gl) {
+  GLint side = 0;
+  gl.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &side);
+  return static_cast<std::uint32_t>(std::max(side, 1));
+}
+
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const GridTexture& texture, const CacheBands& bands,
+                           GroupThreads threads, std::pmr::memory_resource* memory) {
+  const std::size_t limit = maxStorageBytes(gl);
+  GLint alignment = 1;
   gl.GetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &alignment);
   const Hierarchy& hierarchy = bake.hierarchy;
   const Links& links = bake.links;
@@ -392,9 +451,7 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBan
   GpuBake gpu(memory);
   gpu.firstMapCache = bake.caches.firstMapCache();
   // A unit of repacked links has 16 bytes.
-  if (Status ok = makeLinks(gl, links, static_cast<std::size_t>(limit),
-                            static_cast<std::size_t>(std::max(alignment, 16)), gpu, memory);
-      !ok) {
+  if (Status ok = makeLinks(gl, links, limit, static_cast<std::size_t>(std::max(alignment, 16)), gpu, memory); !ok) {
     return ok.error();
   }
   if (hierarchy.nodeCount() > kMaxPulledNodes) {
@@ -406,7 +463,7 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBan
   const std::size_t largest =
       std::max({cachesBytes, sizeof(SurfelWords) * bake.surfels.count(), hierarchy.nodeCount() * sizeof(std::uint32_t),
                 (bake.caches.lightmap.cache.size() + bake.caches.count() + 1) * sizeof(std::uint32_t)});
-  if (largest > static_cast<std::size_t>(limit)) {
+  if (largest > limit) {
     return Error{ErrorCode::unsupported, "a buffer of " + std::to_string(largest) +
                                              " bytes is needed, this OpenGL binds at most " + std::to_string(limit)};
   }
@@ -428,10 +485,11 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBan
   gpu.caches = makeBuffer(gl, nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapTexels = makeArray<std::uint32_t>(gl, listTexels(bake.caches, gpu.firstMapCache, memory));
   gpu.texels = makeBuffer(gl, nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  const PackedGrid grid = packGrid(bake.caches, memory);
+  const PackedGrid grid = packGrid(bake.caches, texture, memory);
   gpu.gridCache = makeArray<std::uint32_t>(gl, grid.words);
   gpu.resolve = makeBuffer(gl, &grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
   if (Status ok = makeLightmap(gl, bake.caches, bands, gpu, memory); !ok) return ok.error();
+  makeGridTextures(gl, texture, bands, gpu, memory);
   clearLight(gl, bake, bands, gpu, memory);
   // Bindings past a small buffer's end are errors: keep them inside.
   for (LinkBatch& batch : gpu.batches) {
@@ -448,14 +506,17 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBan
 
 std::vector<std::pair<std::string, std::size_t>> GpuBake::bufferSizes() const {
   const auto bytes = [](const Buffer& buffer) { return static_cast<std::size_t>(buffer.bytes); };
-  return {{"surfels", bytes(surfels) + bytes(emission) + bytes(emitters) + surfelOrder.size() * sizeof(surfelOrder[0])},
-          {"hierarchy", bytes(pullNode) + bytes(pullRuns) + bytes(pullRounds) + bytes(leafNode)},
-          {"radiosity", bytes(nodes)},
-          {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
-          {"caches", bytes(caches)},
-          {"bounce", bytes(texels) + bytes(gridded)},
-          {"index", bytes(mapTexels) + bytes(gridCache) + bytes(resolve)},
-          {"lightmap", textureBytes}};
+  std::vector<std::pair<std::string, std::size_t>> sizes{
+      {"surfels", bytes(surfels) + bytes(emission) + bytes(emitters) + surfelOrder.size() * sizeof(surfelOrder[0])},
+      {"hierarchy", bytes(pullNode) + bytes(pullRuns) + bytes(pullRounds) + bytes(leafNode)},
+      {"radiosity", bytes(nodes)},
+      {"links", bytes(rows) + bytes(links) + bytes(linkShape)},
+      {"caches", bytes(caches)},
+      {"bounce", bytes(texels) + bytes(gridded)},
+      {"index", bytes(mapTexels) + bytes(gridCache) + bytes(resolve)},
+      {"lightmap", textureBytes}};
+  if (gridTextureBytes > 0) sizes.emplace_back("grid texture", gridTextureBytes);
+  return sizes;
 }
 
 }  // namespace relume::gl

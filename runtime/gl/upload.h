@@ -6,6 +6,7 @@
 #include "relume/result.h"
 #include "runtime/gl/handle.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/grid_texture.h"
 #include "runtime/shared/pack_surfel.h"
 
 #include <memory_resource>
@@ -51,6 +52,10 @@ struct GpuBake {
   Buffer mapTexels;                       // RELUME_SLOT_MAP_TEXELS
   Buffer texels;                          // RELUME_SLOT_TEXELS, written every frame
   Texture mapY, mapCo, mapCg, mapNormal;  // but for mapNormal written every frame
+  // Of the grid's texture, where there is one: RELUME_SLOT_FACTORS, RELUME_SLOT_SHARES, RELUME_SLOT_VECTORS.
+  Buffer gridFactors, gridShares, gridVectors;
+  Texture gridTexels, gridChroma, gridOpen;  // GL_TEXTURE_3D; the first two are written every frame
+  std::size_t gridTextureBytes = 0;
   std::pmr::vector<LinkBatch> batches;
   int nodeSteps = -1;  // repacked links: indices a row where nodes step; -1 = links as they are baked
   // The bake's number of each surfel, kRelumeNone at empty slots; see orderSurfels().
@@ -112,8 +117,12 @@ void clearLight(const Functions& gl, const Bake& bake, const CacheBands& bands, 
 void orderSurfels(const Functions& gl, const Bake& bake, GpuBake& gpu);
 
 // unsupported: a buffer larger than the driver binds, a light map larger than its textures. State must be saved.
-// memory: of what is kept and of what is made for the driver.
-Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const CacheBands& bands, GroupThreads threads,
-                           std::pmr::memory_resource* memory);
+// texture: the grid's, may be empty. memory: of what is kept and of what is made for the driver.
+Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const GridTexture& texture, const CacheBands& bands,
+                           GroupThreads threads, std::pmr::memory_resource* memory);
+
+// [byte] of the largest buffer that can be bound; [texel] of the longest side of a 3-D texture.
+std::size_t maxStorageBytes(const Functions& gl);
+std::uint32_t max3dSide(const Functions& gl);
 
 }  // namespace relume::gl

@@ -122,24 +122,28 @@ inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& posit
   return corners;
 }
 
-// The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind
-// the receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
-// without a cache are left out.
-inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
-  Stencil stencil;
+// Weight of a cache by the cosine between a receiver's normal and the way to it: one behind the receiver's plane sees
+// what the receiver does not.
+inline float wrapWeight(float cosine) {
+  const float wrap = std::max(0.05f, 0.5f + 0.5f * cosine);
+  return wrap * wrap;
+}
+
+// visit(cache, corner, visible, toward) for each cache of the grid around a position: the weight of its corner, how
+// much of it is seen from there (formats/grid_depth.h), and the way from the position to it [m]. At most sixteen;
+// points without a cache are left out. Needs a grid.
+template <class Visit>
+void visitGridPoints(const Caches& caches, const glm::vec3& positionWorld, const Visit& visit) {
   const CacheGrid& grid = caches.grid;
-  if (grid.cache.empty()) return stencil;
   const CornerWeights corners = cornersAround(grid, positionWorld);
   const float unit = grid.depthUnit(), spacing = grid.finestSpacing();
   const auto add = [&](std::uint32_t cache, float w) {
     if (cache == kNoCache) return;
     const glm::vec3 toward = caches.positionWorld[cache] - positionWorld;
-    const float distance = glm::length(toward);
-    const float wrap = std::max(0.05f, 0.5f + 0.5f * (distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f));
-    w *= wrap * wrap;
-    if (!grid.depth.empty())
-      w *= depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
-    stencil.add(cache, w);
+    const float visible =
+        grid.depth.empty() ? 1.0f
+                           : depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
+    visit(cache, w, visible, toward);
   };
   const glm::uvec3 r = grid.resolution;
   for (std::uint32_t c = 0; c < 8; ++c) {
@@ -148,6 +152,20 @@ inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld,
     if (corners.lattice[c] > 0.0f) add(grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x], corners.lattice[c]);
     if (corners.brick[c] > 0.0f) add(corners.points[(fine.z * 3 + fine.y) * 3 + fine.x], corners.brick[c]);
   }
+}
+
+// The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind
+// the receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
+// without a cache are left out.
+inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
+  Stencil stencil;
+  if (caches.grid.cache.empty()) return stencil;
+  visitGridPoints(caches, positionWorld,
+                  [&](std::uint32_t cache, float corner, float visible, const glm::vec3& toward) {
+                    const float distance = glm::length(toward);
+                    const float wrap = wrapWeight(distance > 0.0f ? glm::dot(toward, normal) / distance : 1.0f);
+                    stencil.add(cache, corner * wrap * visible);
+                  });
   return stencil;
 }
 

@@ -26,12 +26,18 @@
 #define RELUME_SLOT_LINKS 1         // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
 #define RELUME_SLOT_LINK_SHAPE \
   2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
+#define RELUME_SLOT_FACTORS 0     // grid texture: bands to vectors (runtime/gl/upload.cpp)
+#define RELUME_SLOT_SHARES 1      // grid texture: first share of each texel, then all shares
+#define RELUME_SLOT_VECTORS 2     // grid texture (out, then in): vectors of each cache
 #define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
 
 // Images that caches of the light map write.
 #define RELUME_IMAGE_Y 0
 #define RELUME_IMAGE_CO 1
 #define RELUME_IMAGE_CG 2
+// Images that the fill of the grid's texture writes.
+#define RELUME_IMAGE_GRID_VECTORS 0
+#define RELUME_IMAGE_GRID_CHROMA 1
 
 // Resolve: in the host's shaders and in the bounce. A host may define these before GlResolve::glsl().
 #ifndef RELUME_RESOLVE_UNIT_Y
@@ -45,6 +51,16 @@
 #endif
 #ifndef RELUME_RESOLVE_UNIT_NORMAL
 #define RELUME_RESOLVE_UNIT_NORMAL 15  // normal of the texel's cache; w = 1 where there is one
+#endif
+// Units that hosts alone bind, and only to read the grid's texture; every driver has them.
+#ifndef RELUME_RESOLVE_UNIT_GRID_VECTORS
+#define RELUME_RESOLVE_UNIT_GRID_VECTORS 16  // luma vectors of the grid's texture; w = weight
+#endif
+#ifndef RELUME_RESOLVE_UNIT_GRID_CHROMA
+#define RELUME_RESOLVE_UNIT_GRID_CHROMA 17
+#endif
+#ifndef RELUME_RESOLVE_UNIT_GRID_OPEN
+#define RELUME_RESOLVE_UNIT_GRID_OPEN 18  // bits of each of its cells
 #endif
 #ifndef RELUME_RESOLVE_SLOT_CACHES
 #define RELUME_RESOLVE_SLOT_CACHES 5  // storage buffer: coefficients of the grid's caches, four halves a uvec2
@@ -70,8 +86,14 @@
 #define RELUME_MAX_EXPONENT 1e4f
 #define RELUME_MAX_RADIANCE 1e9f  // [W/m²/sr]
 
+// Cells of the grid's texture, and what it knows at least: runtime/shared/grid_texture.h.
+#define RELUME_OPEN_CELL 1u
+#define RELUME_OPEN_AROUND 2u
+#define RELUME_MIN_TEXEL_WEIGHT 0.015625f
+
 // Threads of a work group.
 #define RELUME_SURFEL_GROUP 64
+#define RELUME_FILL_GROUP 64
 
 #ifdef __cplusplus
 #include <glm/vec3.hpp>
@@ -133,14 +155,19 @@ struct RelumeResolve {
   float gridDepthUnit;      // [m]
   float gridFinestSpacing;  // [m]
   uint unused;
+  vec3 gridTextureSpacing;      // [m]
+  uint gridTextureStep;         // texels along z from half to half
+  uvec3 gridTextureResolution;  // 0 = no texture
+  uint unused2;
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
-static_assert(sizeof(RelumeResolve) == 64 && offsetof(RelumeResolve, gridDepthWords) == 48 &&
-              offsetof(RelumeResolve, gridSpacing) == 16 && offsetof(RelumeResolve, gridResolution) == 32);
+static_assert(sizeof(RelumeResolve) == 96 && offsetof(RelumeResolve, gridTextureResolution) == 80 &&
+              offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
+              offsetof(RelumeResolve, gridResolution) == 32);
 }  // namespace relume::gl
 #endif
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and
-// sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/notes/grid.md.
+// sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/notes/grid.md,
+// and of docs/notes/vectors.md those of the grid's texture.
 //   bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
 #include "bake/base/parallel.h"
 #include "bake/rays/ray_tracer.h"
@@ -43,12 +44,13 @@ struct Figures : TracedError {
 };
 
 // tooBright: the mean excess over receivers that have less than a tenth of the mean light, over that mean.
-Figures compare(const std::vector<Receiver>& receivers, const Caches& caches, const CacheLight& light) {
+template <class Read>
+Figures compare(const std::vector<Receiver>& receivers, const Read& read) {
   std::vector<glm::vec3> found;
   double mean = 0.0, excess = 0.0, dark = 0.0;
   for (const Receiver& r : receivers) mean += static_cast<double>(r.truth().y) / static_cast<double>(receivers.size());
   for (const Receiver& r : receivers) {
-    found.push_back(irradianceInGrid(caches, light, r.position, r.normal));
+    found.push_back(read(r.position, r.normal));
     if (static_cast<double>(r.truth().y) < 0.1 * mean) {
       excess += std::max(0.0f, found.back().y - r.truth().y);
       dark += 1.0;
@@ -92,7 +94,9 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     auto baked = bake(*scene, options, quiet);
     if (!baked) return std::fprintf(stderr, "%s\n", baked.error().message.c_str()), 1;
     const std::vector<glm::vec3> direct = shadowedLight(level, baked->surfels);
-    auto relighter = Relighter::create(*baked, {});
+    RelightOptions relight;
+    relight.gridTexture = true;
+    auto relighter = Relighter::create(*baked, relight);
     if (!relighter) return std::fprintf(stderr, "%s\n", relighter.error().message.c_str()), 1;
     LightSetup setup;
     setup.surfelIrradiance = direct;
@@ -105,13 +109,36 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     const CacheGrid& grid = baked->caches.grid;
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
-    const Figures with = compare(receivers, baked->caches, light);
+    const auto figures = [&](const Caches& caches) {
+      return compare(receivers,
+                     [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(caches, light, p, n); });
+    };
+    const Figures with = figures(baked->caches);
     Caches blind = baked->caches;
     blind.grid.depth = {};
-    const Figures without = compare(receivers, blind, light);
+    const Figures without = figures(blind);
     std::printf("| %s | %td | %zu | %.1f | %.1f | %.3f | %.1f | %.1f | %.1f | %.3f | %.1f |\n", kind.name.c_str(),
                 gridCaches, bytes, 100 * with.rmse, 100 * with.trimmed, with.energy, 100 * with.tooBright,
                 100 * without.rmse, 100 * without.trimmed, without.energy, 100 * without.tooBright);
+    // Both kinds of texture reads, for several degrees of trust.
+    for (const float trust : {0.15f, 0.25f, 0.35f, 1.0f}) {
+      relight.gridTrust = trust;
+      auto textured = Relighter::create(*baked, relight);
+      if (!textured) return std::fprintf(stderr, "%s\n", textured.error().message.c_str()), 1;
+      if (const auto lit = relightUntilConverged(*textured, setup); !lit)
+        return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
+      const GridTextureInfo info = textured->gridTexture();
+      for (const GridLookup lookup : {GridLookup::texture, GridLookup::smooth}) {
+        const Figures f = compare(receivers, [&](const glm::vec3& p, const glm::vec3& n) {
+          return textured->irradianceInGrid(p, n, lookup);
+        });
+        std::printf(
+            "| %s, trust %.2f: %.0f %% open | | | %.1f | %.1f | %.3f | %.1f | | | | |\n",
+            lookup == GridLookup::smooth ? "- smooth" : "- texture", static_cast<double>(trust),
+            100.0 * static_cast<double>(info.openCells) / static_cast<double>(std::max<std::size_t>(info.cells, 1)),
+            100 * f.rmse, 100 * f.trimmed, f.energy, 100 * f.tooBright);
+      }
+    }
     std::fflush(stdout);
   }
   return 0;

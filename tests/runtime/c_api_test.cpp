@@ -113,6 +113,64 @@ TEST_F(CApi, lightIsTheCppApis) {
   }
 }
 
+TEST_F(CApi, gridTextureIsTheCppApis) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  const std::vector<float> normals = {0, 1, 0, 1, 0, 0}, positions = {1, 1, 1, 2, 1, 3};
+  std::vector<float> found(6), stencil(6);
+  relume_grid_texture_info info{};
+  info.struct_size = sizeof info;
+  // Not asked for: there is none, and all look-ups read the caches around.
+  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+  ASSERT_EQ(relume_grid_texture_get_info(h.relighter, &info), RELUME_OK);
+  EXPECT_EQ(info.resolution[0], 0u);
+  ASSERT_EQ(relume_irradiance_in_grid(h.relighter, 2, positions.data(), normals.data(), stencil.data()), RELUME_OK);
+  ASSERT_EQ(
+      relume_irradiance_in_grid_by(h.relighter, RELUME_GRID_SMOOTH, 2, positions.data(), normals.data(), found.data()),
+      RELUME_OK);
+  EXPECT_EQ(found, stencil);
+
+  relume_relighter_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.grid_texture = 1;
+  desc.grid_trust = 1.0f;
+  relume_relighter* textured = nullptr;
+  ASSERT_EQ(relume_relighter_create(h.bake, &desc, &textured), RELUME_OK) << relume_bake_error(h.bake);
+  RelightOptions options;
+  options.gridTexture = true;
+  options.gridTrust = 1.0f;
+  Result<Relighter> same = Relighter::create(bake_, options);
+  ASSERT_TRUE(same);
+  LightSetup setup;
+  setup.lights = lights_;
+  ASSERT_EQ(relume_relight(textured, &setup_), RELUME_OK);
+  ASSERT_TRUE(same->relight(setup));
+  ASSERT_EQ(relume_grid_texture_get_info(textured, &info), RELUME_OK);
+  const GridTextureInfo expected = same->gridTexture();
+  EXPECT_GT(info.resolution[0], 1u);
+  EXPECT_EQ(glm::uvec3(info.resolution[0], info.resolution[1], info.resolution[2]), expected.resolution);
+  EXPECT_EQ(info.cells, expected.cells);
+  EXPECT_EQ(info.open_cells, expected.openCells);
+  for (const auto& [c, cpp] :
+       {std::pair(RELUME_GRID_STENCIL, GridLookup::stencil), std::pair(RELUME_GRID_TEXTURE, GridLookup::texture),
+        std::pair(RELUME_GRID_SMOOTH, GridLookup::smooth)}) {
+    ASSERT_EQ(relume_irradiance_in_grid_by(textured, c, 2, positions.data(), normals.data(), found.data()), RELUME_OK);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const glm::vec3 e = same->irradianceInGrid({positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]},
+                                                 {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]}, cpp);
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(found[3 * i + static_cast<std::size_t>(k)], e[k]);
+    }
+  }
+  EXPECT_EQ(relume_irradiance_in_grid_by(textured, static_cast<relume_grid_lookup>(3), 2, positions.data(),
+                                         normals.data(), found.data()),
+            RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_grid_texture_get_info(textured, nullptr), RELUME_ERROR_USAGE);
+  relume_relighter_destroy(textured);
+  desc.grid_trust = 1.5f;
+  EXPECT_EQ(relume_relighter_create(h.bake, &desc, &textured), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_bake_error(h.bake)).find("gridTrust is 1.5"), std::string::npos);
+}
+
 TEST_F(CApi, visibilityInBatchesIsVisibilityOneByOne) {
   Handles h;
   ASSERT_NO_FATAL_FAILURE(open(h));

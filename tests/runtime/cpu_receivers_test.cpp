@@ -134,7 +134,10 @@ TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
 // A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
 TEST(Resolve, receiversThatAreNowhereReadNothingAndAllOthersFiniteLight) {
   const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
-  Result<Relighter> relighter = Relighter::create(bake, {});
+  RelightOptions options;
+  options.gridTexture = true;
+  options.gridTrust = 1.0f;
+  Result<Relighter> relighter = Relighter::create(bake, options);
   ASSERT_TRUE(relighter) << relighter.error().message;
   const std::array<Light, 1> lights{
       Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}}};
@@ -162,6 +165,14 @@ TEST(Resolve, receiversThatAreNowhereReadNothingAndAllOthersFiniteLight) {
     // Far away reads what the border of the grid has.
     if (r.isInGrid()) {
       ASSERT_GT(grid.r, 0.0f) << r.position.x << " " << r.position.y << " " << r.position.z;
+    }
+    // The texture answers, or leaves it to the caches around.
+    for (const GridLookup lookup : {GridLookup::texture, GridLookup::smooth}) {
+      const glm::vec3 texture = relighter->irradianceInGrid(r.position, r.normal, lookup);
+      ASSERT_TRUE(isLight(texture));
+      if (!r.isInGrid()) {
+        ASSERT_EQ(texture, glm::vec3(0.0f));
+      }
     }
     lit += r.isInGrid();
   }

@@ -17,8 +17,9 @@ Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThrea
   const Result<gl::Functions> functions = gl::loadFunctions(EglContext::getProcAddress);
   EXPECT_TRUE(functions) << (functions ? "" : functions.error().message);
   if (!functions) return nullptr;
-  auto made = gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {},
-                                    ImageSizes(), std::pmr::new_delete_resource(), threads);
+  auto made =
+      gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {}, ImageSizes(),
+                            GridTexture(std::pmr::new_delete_resource()), std::pmr::new_delete_resource(), threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }

@@ -77,6 +77,7 @@ TEST(Memory, allOfARelightersIsTheHosts) {
         EXPECT_LE(loaded, list + (map ? 0 : file) + 512);
         RelightOptions options;
         options.memory = &memory;
+        options.gridTexture = map;
         Result<Relighter> relighter = Relighter::create(*bake, options), heir = Relighter::create(*bake, options);
         ASSERT_TRUE(relighter && heir);
         ASSERT_TRUE(relighter->relight(setup));

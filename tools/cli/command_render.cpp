@@ -38,7 +38,7 @@ namespace relume {
 namespace {
 
 struct RenderArguments : PictureOptions {
-  std::string bounces = "converged", backend = "cpu", bands, exponent;
+  std::string bounces = "converged", backend = "cpu", bands, exponent, gridLookup = "stencil";
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   bool allowStale = false, json = false;
@@ -81,6 +81,9 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
                    arguments.bands + "\" found");
     request.bands = *bands;
   }
+  request.gridLookup = arguments.gridLookup == "smooth"    ? GridLookup::smooth
+                       : arguments.gridLookup == "texture" ? GridLookup::texture
+                                                           : GridLookup::stencil;
   if (Status ok = checkImageName(arguments.output); !ok) return ok;
   const auto exponent = readExponent(arguments.exponent);
   if (!exponent) return exponent.error();
@@ -243,6 +246,13 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--bands", a->bands,
                       "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
                       "recommends, with --gloss at least Y4Co4Cg4");
+  command
+      ->add_option(
+          "--grid-lookup", a->gridLookup,
+          "what reads the grid does so by the caches around (stencil), or where that is as good by a texture of "
+          "irradiance vectors, trilinear (texture) or by a cubic B-spline (smooth)")
+      ->check(CLI::IsMember({"stencil", "texture", "smooth"}))
+      ->capture_default_str();
   addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);

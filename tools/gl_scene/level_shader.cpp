@@ -99,7 +99,7 @@ vec3 levelLinks(vec3 p, vec3 n) {
   float size = length(plane);
   plane = size > 0.0 ? plane * (dot(plane, n) < 0.0 ? -1.0 / size : 1.0 / size) : n;
   vec2 uv;
-  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, plane) : relumeIrradianceGrid(p, n);
+  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, plane) : levelGrid(p, n);
 }
 // Radiance in a lobe about r.
 vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
@@ -112,13 +112,20 @@ const char* kNoLinks =
     "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
     "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return vec3(0.0); }\n";
 
+std::string gridDefine(GridLookup lookup) {
+  const char* const function = lookup == GridLookup::smooth    ? "relumeIrradianceGridSmooth"
+                               : lookup == GridLookup::texture ? "relumeIrradianceGridTexture"
+                                                               : "relumeIrradianceGrid";
+  return std::string("#define levelGrid ") + function + "\n";
+}
+
 }  // namespace
 
-Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl) {
+Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl, GridLookup lookup) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
   const std::string fragment = "#version 430\n" + (relighter ? relighter->gl()->glsl() : std::string()) +
                                ShadowMaps::glsl() + levelMaterialGlsl() + kLights + kGloss +
-                               (relighter ? kLinks : kNoLinks) + mainGlsl;
+                               (relighter ? gridDefine(lookup) + kLinks : kNoLinks) + mainGlsl;
   return linkProgram("level", vertex, fragment);
 }
 

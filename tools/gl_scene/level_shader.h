@@ -22,8 +22,9 @@ namespace relume {
 //   float levelCacheExponent(float exponent)   at which to ask levelGlossy() where nobody else takes what is sharper
 //   float levelExponent(float roughness), void levelSplitReflectance(baseColor, metalRough, n, toEye, out diffuse, out
 //   specular)                          glossyExponent() and splitReflectance() of relume/glossy.h
-// `relighter` is of the GL backend, or null. failed: a shader did not compile.
-Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl);
+// `relighter` is of the GL backend, or null; lookup: how levelLinks() reads the grid. failed: a shader did not compile.
+Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl,
+                                   GridLookup lookup = GridLookup::stencil);
 
 // Set the lights of such a program; at most ShadowMaps::kMaxLights.
 void setLevelLights(GLuint program, std::span<const Light> lights);

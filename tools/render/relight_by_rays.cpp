@@ -25,6 +25,7 @@ Result<Relit> relightByRays(const RayTracer& tracer, const RenderRequest& reques
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
   options.glossy = request.drawsGlossy();
+  options.gridTexture = request.gridLookup != GridLookup::stencil;
   options.parallelFor = parallelFor(context);
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   return relightRequest(request, options, rayVisibility(tracer, lights, context), {});

@@ -82,12 +82,15 @@ class CpuRenderer {
     const glm::vec3 reflected = weight * kInvPi * albedo;
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
-    if (relit_.all) frame_.indirect[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (relit_.all)
+      frame_.indirect[pixel] +=
+          reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen, request_.gridLookup);
     if (request_.exponent && relit_.all) {
       frame_.glossy[pixel] += weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
     }
     if (relit_.straight)
-      frame_.straight[pixel] += reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen);
+      frame_.straight[pixel] +=
+          reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen, request_.gridLookup);
     frame_.emission[pixel] += weight * emissionOf(hit, seen);
   }
 

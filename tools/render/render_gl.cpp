@@ -285,6 +285,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
   options.glossy = request.drawsGlossy();
+  options.gridTexture = request.gridLookup != GridLookup::stencil;
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = EglContext::getProcAddress;
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
@@ -294,7 +295,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   if (!relit) return relit.error();
 
   // Draw, tile by tile
-  auto program = makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain);
+  auto program = makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain, request.gridLookup);
   if (!program) return program.error();
   shadows->setUniforms(program->name());
   setLevelLights(program->name(), lights);

@@ -24,10 +24,11 @@ std::optional<glm::vec2> lightmapPoint(const Scene& scene, const Bake& bake, con
   return a + (b - a) * seen.point.barycentric.x + (c - a) * seen.point.barycentric.y;
 }
 
-glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen) {
+glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,
+                         GridLookup lookup) {
   if (const std::optional<glm::vec2> uv = lightmapPoint(scene, bake, seen))
     return relighter.irradianceOnLightmap(*uv, seen.normal, seen.geometricNormal);
-  return relighter.irradianceInGrid(seen.positionWorld, seen.normal);
+  return relighter.irradianceInGrid(seen.positionWorld, seen.normal, lookup);
 }
 
 glm::vec3 linkGlossy(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,

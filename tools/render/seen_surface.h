@@ -16,7 +16,8 @@ namespace relume {
 std::optional<glm::vec2> lightmapPoint(const Scene& scene, const Bake& bake, const SeenSurface& seen);
 
 // Irradiance over links [W/m²] from where the surface reads it.
-glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen);
+glm::vec3 linkIrradiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,
+                         GridLookup lookup = GridLookup::stencil);
 
 // Mean radiance over links [W/m²/sr] in a lobe about the direction that the ray is reflected to (glossyOnLightmap()).
 glm::vec3 linkGlossy(const Scene& scene, const Bake& bake, const Relighter& relighter, const SeenSurface& seen,
