@@ -147,23 +147,22 @@ void addCone(SixVectors& vectors, const glm::vec3& direction, float cosAlpha, fl
   }
 }
 
-ColorVector projectChroma(const glm::vec3& luma, const glm::vec3& co, const glm::vec3& cg) {
-  const float length2 = glm::dot(luma, luma);
-  if (!(length2 > 0.0f)) return {luma, 0.0f, 0.0f};
-  const float scale = 1.0f / std::sqrt(length2);
-  return {luma, scale * glm::dot(co, luma), scale * glm::dot(cg, luma)};
+ColorVector makeColorVector(std::size_t half, const glm::vec3& luma, const glm::vec3& co, const glm::vec3& cg) {
+  const int a = static_cast<int>(half / 2);
+  const float sign = half % 2 == 0 ? 1.0f : -1.0f;
+  return {luma, sign * co[a], sign * cg[a]};
 }
 
 glm::vec3 irradianceYCoCg(const std::array<ColorVector, 3>& halves, const glm::vec3& n) {
   const glm::vec3 parts = axisParts({halves[0].luma, halves[1].luma, halves[2].luma}, n);
-  glm::vec3 e(0.0f);
+  glm::vec3 axes(0.0f);
   for (int a = 0; a < 3; ++a) {
     const ColorVector& half = halves[static_cast<std::size_t>(a)];
-    const float length2 = glm::dot(half.luma, half.luma);
-    const float scale = length2 > 0.0f ? parts[a] / std::sqrt(length2) : 0.0f;
-    e += glm::vec3(parts[a], scale * half.chromaCo, scale * half.chromaCg);
+    axes += n[a] * n[a] * glm::vec3(n[a] < 0.0f ? -half.luma[a] : half.luma[a], half.axisCo, half.axisCg);
   }
-  return e;
+  const float y = parts.x + parts.y + parts.z;
+  if (!(axes.x > 0.0f)) return {y, 0.0f, 0.0f};
+  return {y, y * std::clamp(axes.y / axes.x, -2.0f, 2.0f), y * std::clamp(axes.z / axes.x, -1.0f, 1.0f)};
 }
 
 std::uint16_t packClampedHalf(float value) {
@@ -172,7 +171,8 @@ std::uint16_t packClampedHalf(float value) {
   return packHalf(std::clamp(value, -kLargest, kLargest));
 }
 
-std::array<std::uint16_t, 6> packVectors(VectorPacking packing, const std::array<glm::vec3, 3>& rgb, float share) {
+std::array<std::uint16_t, 6> packVectors(VectorPacking packing, std::size_t half, const std::array<glm::vec3, 3>& rgb,
+                                         float share) {
   if (packing == VectorPacking::printed) {
     const glm::vec3 sum = rgb[0] + rgb[1] + rgb[2];
     const float length = glm::length(sum);
@@ -189,12 +189,13 @@ std::array<std::uint16_t, 6> packVectors(VectorPacking packing, const std::array
     const glm::vec3 c = rgbToYCoCg({rgb[0][b], rgb[1][b], rgb[2][b]});
     for (std::size_t k = 0; k < 3; ++k) channels[k][b] = c[static_cast<int>(k)];
   }
-  const ColorVector color = projectChroma(channels[0], channels[1], channels[2]);
-  return {packClampedHalf(color.luma.x), packClampedHalf(color.luma.y),   packClampedHalf(color.luma.z),
-          packClampedHalf(share),        packClampedHalf(color.chromaCo), packClampedHalf(color.chromaCg)};
+  const ColorVector color = makeColorVector(half, channels[0], channels[1], channels[2]);
+  return {packClampedHalf(color.luma.x), packClampedHalf(color.luma.y), packClampedHalf(color.luma.z),
+          packClampedHalf(share),        packClampedHalf(color.axisCo), packClampedHalf(color.axisCg)};
 }
 
-std::array<glm::vec3, 3> unpackVectors(VectorPacking packing, const std::array<std::uint16_t, 6>& packed) {
+std::array<glm::vec3, 3> unpackVectors(VectorPacking packing, std::size_t half,
+                                       const std::array<std::uint16_t, 6>& packed) {
   std::array<float, 6> v;
   std::transform(packed.begin(), packed.end(), v.begin(), unpackHalf);
   if (packing == VectorPacking::printed) {
@@ -202,9 +203,9 @@ std::array<glm::vec3, 3> unpackVectors(VectorPacking packing, const std::array<s
     return {v[0] * d, v[1] * d, v[2] * d};
   }
   const glm::vec3 luma(v[0], v[1], v[2]);
-  const float length = glm::length(luma);
-  if (!(length > 0.0f)) return {luma, luma, luma};
-  const glm::vec3 gain = yCoCgToRgb({length, v[4], v[5]}) / length;
+  const float axis = half % 2 == 0 ? luma[static_cast<int>(half / 2)] : -luma[static_cast<int>(half / 2)];
+  if (!(axis > 0.0f)) return {luma, luma, luma};
+  const glm::vec3 gain = yCoCgToRgb({1.0f, v[4] / axis, v[5] / axis});
   return {gain.r * luma, gain.g * luma, gain.b * luma};
 }
 

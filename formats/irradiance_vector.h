@@ -60,31 +60,38 @@ float irradianceFromVectors(const SixVectors& vectors, const glm::vec3& n,
 // [cosAlpha 0..1]
 void addCone(SixVectors& vectors, const glm::vec3& direction, float cosAlpha, float radiance);
 
-// One half's vectors of the three channels Y, Co, Cg (formats/color.h), as a texel of the grid's texture keeps it:
-// the luma vector itself, so that textures filter it linearly, and the chroma vectors' projections on it.
+// One half's vectors of the three channels Y, Co, Cg (formats/color.h), as a texel of the grid's texture keeps it: the
+// luma vector, and of the chroma vectors the components along the half's axis, which are irradiance for that normal.
+// All filter linearly.
 //
 // Deviation: IVG 4.2 keeps the norms of the colours' vectors and the direction of their sum. Norms overestimate where
-// these differ in direction, and unit directions do not filter linearly.
+// these differ in direction, and unit directions do not filter linearly. Chroma vectors' projections on the luma vector
+// would fit in as many bytes: their colours err more, as light that grazes the axis counts in full
+// (docs/notes/vectors.md).
 struct ColorVector {
-  glm::vec3 luma{0.0f};              // [W/m²]
-  float chromaCo = 0, chromaCg = 0;  // [W/m²] <I_Co, I_Y> / |I_Y|, 0 without luma
+  glm::vec3 luma{0.0f};                // [W/m²]
+  float axisCo = 0.0f, axisCg = 0.0f;  // [W/m²] <I_Co, e>, <I_Cg, e> for the half's axis e, -x for example
 };
-ColorVector projectChroma(const glm::vec3& luma, const glm::vec3& co, const glm::vec3& cg);
+ColorVector makeColorVector(std::size_t half, const glm::vec3& luma, const glm::vec3& co, const glm::vec3& cg);
 
-// Irradiance as Y, Co, Cg [W/m²] of the three halves that n reads: E_c = sum_a n_a² b_a m_a,c / |I_a|. [n unit]
+// Irradiance as Y, Co, Cg [W/m²] of the three halves that n reads: E_Y as above, and
+//   E_c = E_Y sum_a n_a² c_a / sum_a n_a² s_a (I_a)_a,
+// exact at the axes and for light of one colour. No ratio is beyond those of colours without negative parts. [n unit]
 glm::vec3 irradianceYCoCg(const std::array<ColorVector, 3>& halves, const glm::vec3& n);
 
 // How a half is packed into six halves of 16 bits, 72 bytes a point.
 enum class VectorPacking {
-  projections,  // luma x y z, share of light that is known, Co, Cg
-  printed,      // norms of the vectors of R, G, B; direction x y z of their sum. For comparisons
+  axes,     // luma x y z, share of light that is known, Co, Cg
+  printed,  // norms of the vectors of R, G, B; direction x y z of their sum. For comparisons
 };
 
-// Of the vectors of R, G, B. Values beyond the largest half, 65504, are clamped to it. share [0..1] is kept by
-// `projections` alone.
-std::array<std::uint16_t, 6> packVectors(VectorPacking packing, const std::array<glm::vec3, 3>& rgb, float share);
+// Of a half's vectors of R, G, B. Values beyond the largest half, 65504, are clamped to it. share [0..1] is kept by
+// `axes` alone.
+std::array<std::uint16_t, 6> packVectors(VectorPacking packing, std::size_t half, const std::array<glm::vec3, 3>& rgb,
+                                         float share);
 // The vectors of R, G, B, as far as the packing has kept them.
-std::array<glm::vec3, 3> unpackVectors(VectorPacking packing, const std::array<std::uint16_t, 6>& packed);
+std::array<glm::vec3, 3> unpackVectors(VectorPacking packing, std::size_t half,
+                                       const std::array<std::uint16_t, 6>& packed);
 
 // A half of 16 bits of a value that is clamped to what halves hold; NaN gives 0.
 std::uint16_t packClampedHalf(float value);

@@ -106,6 +106,8 @@ void main() {
   vec3 luma = vec3(0.0), co = vec3(0.0), cg = vec3(0.0);
   float known = 0.0;
   uint end = relumeShare[texel + 1u];
+  // A texel without shares stays zero.
+  if (relumeShare[texel] == end) return;
   for (uint k = relumeShare[texel]; k < end; ++k) {
     uint share = relumeShare[k];
     uint from = 18u * (share & ((1u << kRelumeCacheBits) - 1u)) + 3u * half_;
@@ -115,8 +117,8 @@ void main() {
     cg += w * relumeVector[from + 2u].xyz;
     known += w;
   }
-  float length2 = dot(luma, luma);
-  vec2 chroma = length2 > 0.0 ? vec2(dot(co, luma), dot(cg, luma)) / sqrt(length2) : vec2(0.0);
+  // Irradiance of chroma for the half's axis.
+  vec2 chroma = (half_ & 1u) == 0u ? vec2(co[half_ >> 1], cg[half_ >> 1]) : -vec2(co[half_ >> 1], cg[half_ >> 1]);
   uvec3 at = uvec3(point % relumeResolution.x, point / relumeResolution.x % relumeResolution.y, point / (relumeResolution.x * relumeResolution.y));
   at.z += half_ * (relumeResolution.z + 1u);
   const float largest = 65504.0;

@@ -107,6 +107,8 @@ void GridVectors::fill(const CacheLight& light, const ParallelFor& parallelFor) 
   constexpr float kShare = 1.0f / static_cast<float>(kMaxShare);
   forChunks(parallelFor, 6 * texture_.points(), 1536, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t texel = begin; texel < end; ++texel) {
+      // A texel without shares stays zero.
+      if (texture_.begin[texel] == texture_.begin[texel + 1]) continue;
       const std::size_t half = texel % 6;
       std::array<float, kVectorFloats> sum{};
       float known = 0.0f;
@@ -118,10 +120,10 @@ void GridVectors::fill(const CacheLight& light, const ParallelFor& parallelFor) 
         known += w;
       }
       const ColorVector color =
-          projectChroma({sum[0], sum[1], sum[2]}, {sum[3], sum[4], sum[5]}, {sum[6], sum[7], sum[8]});
+          makeColorVector(half, {sum[0], sum[1], sum[2]}, {sum[3], sum[4], sum[5]}, {sum[6], sum[7], sum[8]});
       float* to = &texels_[kTexelFloats * texel];
       to[0] = color.luma.x, to[1] = color.luma.y, to[2] = color.luma.z, to[3] = known;
-      to[4] = color.chromaCo, to[5] = color.chromaCg;
+      to[4] = color.axisCo, to[5] = color.axisCg;
     }
   });
 }

@@ -209,6 +209,9 @@ class CellCaches {
     }
   }
 
+  // Whether any corner sees a cache.
+  bool known() const { return count_ > 0; }
+
   // Half the summed difference of the weights of texture and stencil, 1 where the texture knows nothing; negative where
   // the receiver sees no cache.
   float difference(const Corners& corners, const Around& around, const glm::vec3& normal) {
@@ -292,6 +295,7 @@ bool isOpen(const Caches& caches, const GridTexture& texture, const glm::uvec3& 
             const std::array<Probe, kProbes>& probes, float trust) {
   const Corners ends = cornersOf(texture, cell, glm::vec3(0.0f));
   CellCaches own(texture, ends);
+  if (!own.known()) return false;
   float sum = 0.0f, count = 0.0f;
   for (std::uint32_t i = 0; i < kProbes; ++i) {
     const glm::vec3 at = glm::min(glm::vec3(cell) + probes[i].place, glm::vec3(texture.resolution - 1u));

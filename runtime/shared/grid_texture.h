@@ -73,7 +73,8 @@ inline std::uint64_t textureDepth(std::uint64_t pointsAlongZ) { return 6 * (poin
 GridTexture makeGridTexture(const Caches& caches, const GridTextureLimits& limits, const ParallelFor& parallelFor,
                             std::pmr::memory_resource* memory);
 
-// A texel as the processor keeps it: luma vector [W/m²], weight, Co, Cg, all times the weight; two of padding.
+// A texel as the processor keeps it: luma vector [W/m²], weight, Co and Cg of the axis, all times the weight;
+// two of padding.
 inline constexpr std::size_t kTexelFloats = 8;
 
 // Irradiance [W/m²] at a receiver by texels [Size kTexelFloats * 6 * points], never negative; nothing where the cell is

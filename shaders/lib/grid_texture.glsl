@@ -63,9 +63,13 @@ vec3 relumeReadGridTexture(vec3 positionWorld, vec3 n, bool smooth_) {
   }
   float known = sum.luma[0].w;
   if (!(known > RELUME_MIN_TEXEL_WEIGHT)) return relumeIrradianceGrid(positionWorld, n);
-  vec3 e = vec3(0.0);
-  for (int a = 0; a < 3; ++a) e += relumeAxisYCoCg(sum.luma[a].xyz, sum.chroma[a], m, a);
-  return max(relumeYCoCgToRgb(e) / known, vec3(0.0));
+  float y = 0.0;
+  vec3 axes = vec3(0.0);
+  for (int a = 0; a < 3; ++a) {
+    y += relumeAxisPart(sum.luma[a].xyz, m, a);
+    axes += m[a] * m[a] * relumeAxisColor(sum.luma[a].xyz, sum.chroma[a], m, a);
+  }
+  return max(relumeYCoCgToRgb(relumeColored(y, axes)) / known, vec3(0.0));
 }
 
 vec3 relumeIrradianceGridTexture(vec3 positionWorld, vec3 n) { return relumeReadGridTexture(positionWorld, n, false); }

@@ -10,8 +10,9 @@ float relumeAxisPart(vec3 vector, vec3 n, int a) {
   return n[a] * n[a] * (abs(n[a]) > 0.0 ? own / abs(n[a]) + (2.0 / 3.0) * (dot(n, vector) - own) : 0.0);
 }
 
-// That part's irradiance as Y, Co, Cg. chroma: the projections of Co's and Cg's vectors.
-vec3 relumeAxisYCoCg(vec3 luma, vec2 chroma, vec3 n, int a) {
-  float part = relumeAxisPart(luma, n, a), length2 = dot(luma, luma);
-  return vec3(part, length2 > 0.0 ? part / sqrt(length2) * chroma : vec2(0.0));
+// Irradiance as Y, Co, Cg of E_Y = y and what the axes have of each channel, the sum of n_a² times relumeAxisColor().
+vec3 relumeColored(float y, vec3 axes) {
+  return vec3(y, axes.x > 0.0 ? y * clamp(axes.yz / axes.x, vec2(-2.0, -1.0), vec2(2.0, 1.0)) : vec2(0.0));
 }
+
+vec3 relumeAxisColor(vec3 luma, vec2 chroma, vec3 n, int a) { return vec3(n[a] < 0.0 ? -luma[a] : luma[a], chroma); }

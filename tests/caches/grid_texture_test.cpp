@@ -330,8 +330,7 @@ TEST(GridTexture, chromaFollowsLumaAsReceiversHaveIt) {
       const auto e = readGridTexture(grid.texture(), grid.texels(), p, n, false);
       ASSERT_TRUE(e);
       const glm::vec3 expected = irradianceInGrid(caches, light, p, n);
-      // Colour of a half is the mean over its vector, which has other bands than the receiver at the axis.
-      EXPECT_LT(glm::length(*e - expected), 0.02f * glm::length(expected) + 0.02f)
+      EXPECT_LT(glm::length(*e - expected), 2e-3f * glm::length(expected) + 2e-3f)
           << bands.lumaBands << " " << bands.chromaBands << " half " << half;
     }
   }

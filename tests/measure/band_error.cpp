@@ -6,12 +6,14 @@
 #include "bake/import/check_mesh.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
+#include "formats/color.h"
 #include "formats/irradiance_vector.h"
 #include "formats/sh.h"
 #include "relume/bake/options.h"
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -238,11 +240,87 @@ Score score(const Method& method, const std::vector<Receiver>& receivers) {
   return s;
 }
 
+// How the chroma of six vectors is kept: the vectors of each channel whole; two numbers a half beside the luma vector,
+// by IVG's print, by projections on it, or of the axis alone.
+enum class ColorForm { whole, printed, projected, axis };
+
+// Irradiance as R, G, B of Y, Co and Cg's vectors.
+glm::vec3 colorOf(ColorForm form, const std::array<SixVectors, 3>& v, const glm::vec3& n) {
+  if (form == ColorForm::whole) {
+    return yCoCgToRgb({irradianceFromVectors(v[0], n), irradianceFromVectors(v[1], n), irradianceFromVectors(v[2], n)});
+  }
+  glm::vec3 sum(0.0f), cube(0.0f);
+  std::array<glm::vec3, 3> luma;
+  for (int a = 0; a < 3; ++a) luma[static_cast<std::size_t>(a)] = v[0][halfOf(n, a)];
+  const glm::vec3 parts = axisParts(luma, n);
+  for (int a = 0; a < 3; ++a) {
+    const std::size_t half = halfOf(n, a);
+    const glm::vec3 y = v[0][half], co = v[1][half], cg = v[2][half];
+    if (form == ColorForm::axis) {
+      cube += n[a] * n[a] * (n[a] < 0.0f ? -1.0f : 1.0f) * glm::vec3(y[a], co[a], cg[a]);
+      continue;
+    }
+    const float length2 = glm::dot(y, y);
+    if (!(length2 > 0.0f)) continue;
+    if (form == ColorForm::projected) {
+      sum += parts[a] * glm::vec3(1.0f, glm::dot(co, y) / length2, glm::dot(cg, y) / length2);
+      continue;
+    }
+    std::array<glm::vec3, 3> rgb;
+    for (int b = 0; b < 3; ++b) {
+      const glm::vec3 c = yCoCgToRgb({y[b], co[b], cg[b]});
+      for (std::size_t k = 0; k < 3; ++k) rgb[k][b] = c[static_cast<int>(k)];
+    }
+    rgb = unpackVectors(VectorPacking::printed, half, packVectors(VectorPacking::printed, half, rgb, 1.0f));
+    for (int k = 0; k < 3; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      std::array<glm::vec3, 3> one{};
+      one[static_cast<std::size_t>(a)] = rgb[at];
+      const glm::vec3 e = axisParts(one, n);
+      sum[k] += e[a];
+    }
+  }
+  if (form == ColorForm::printed) return sum;
+  if (form == ColorForm::axis) {
+    const float y = parts.x + parts.y + parts.z;
+    sum = cube.x > 0.0f ? y * glm::vec3(1.0f, cube.y / cube.x, cube.z / cube.x) : glm::vec3(0.0f);
+  }
+  return yCoCgToRgb(sum);
+}
+
+// RMSE in % of the root mean square of R, G, B, of each form, over the grid's caches and many normals.
+std::array<double, 4> colorErrors(const Bake& bake, const std::vector<float>& all, std::size_t stride) {
+  const std::vector<glm::vec3> directions = spread(96);
+  std::array<double, 4> error{};
+  double square = 0.0;
+  for (std::size_t i = 0; i < bake.caches.count(); ++i) {
+    if (bake.caches.normal[i] != glm::vec3(0.0f)) continue;
+    std::array<SixVectors, 3> v;
+    const std::span<const float> c(all.data() + i * stride, stride);
+    for (std::size_t k = 0; k < 3; ++k)
+      v[k] = vectorsFromSh(kMaxBands, c.subspan(k * kMaxCoefficients, kMaxCoefficients));
+    for (const glm::vec3& n : directions) {
+      glm::vec3 truth;
+      for (int k = 0; k < 3; ++k)
+        truth[k] = irradianceClamped(kMaxBands, c.subspan(static_cast<std::size_t>(k) * kMaxCoefficients), n);
+      truth = glm::max(yCoCgToRgb(truth), glm::vec3(0.0f));
+      square += static_cast<double>(glm::dot(truth, truth));
+      for (std::size_t form = 0; form < 4; ++form) {
+        const glm::vec3 d = glm::max(colorOf(static_cast<ColorForm>(form), v, n), glm::vec3(0.0f)) - truth;
+        error[form] += static_cast<double>(glm::dot(d, d));
+      }
+    }
+  }
+  for (double& e : error) e = 100.0 * std::sqrt(e / std::max(square, 1e-30));
+  return error;
+}
+
 // Luminance of every cache, eight bands, under one of the level's lights, first bounce to the last.
-std::vector<Coefficients> relight(const Bake& bake, const RayTracer& tracer, const std::vector<SceneLight>& lights) {
+std::vector<Coefficients> relight(const Bake& bake, const RayTracer& tracer, const std::vector<SceneLight>& lights,
+                                  std::array<double, 4>& color) {
   RelightOptions options;
   options.lumaBands = kMaxBands;
-  options.chromaBands = 1;
+  options.chromaBands = kMaxBands;
   Result<Relighter> relighter = Relighter::create(bake, options);
   if (!relighter) return {};
   std::vector<glm::vec3> irradiance;
@@ -255,6 +333,7 @@ std::vector<Coefficients> relight(const Bake& bake, const RayTracer& tracer, con
   if (!relightUntilConverged(*relighter, setup)) return {};
   const std::vector<float> all = relighter->cacheCoefficients();
   const auto stride = static_cast<std::size_t>(relighter->coefficientsPerCache());
+  color = colorErrors(bake, all, stride);
   std::vector<Coefficients> caches(bake.caches.count());
   for (std::size_t i = 0; i < caches.size(); ++i)
     std::copy_n(all.data() + i * stride, kMaxCoefficients, caches[i].begin());
@@ -276,7 +355,8 @@ int run(const char* level, const char* file, int threads) {
   for (const SceneLight& light : scene->lights) lightings.push_back({light.name, {light}});
   const std::vector<glm::vec3> directions = spread(96);
   for (const auto& [name, lights] : lightings) {
-    const std::vector<Coefficients> caches = relight(*bake, *tracer, lights);
+    std::array<double, 4> color{};
+    const std::vector<Coefficients> caches = relight(*bake, *tracer, lights, color);
     // Grid: every normal. Light map: normals up to 60 degrees from the cache's, as normal maps have them.
     std::vector<Receiver> grid, own, bent;
     for (std::size_t i = 0; i < caches.size(); ++i) {
@@ -305,6 +385,8 @@ int run(const char* level, const char* file, int threads) {
                   rmse(g), 100.0 * (g.given / std::max(g.total, 1e-30) - 1.0), share(g),
                   100.0 * g.negative / std::max(g.total, 1e-30), rmse(o), rmse(b), share(b));
     }
+    std::printf("\nColour of vectors, RMSE %%: whole %.2f, as printed %.2f, projected %.2f, of the axes %.2f\n",
+                color[0], color[1], color[2], color[3]);
     std::printf("\nVectors: kappa %.4f has the least error on the grid.\n", bestCrossWeight(grid));
   }
   return 0;

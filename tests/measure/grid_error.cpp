@@ -121,7 +121,7 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
                 gridCaches, bytes, 100 * with.rmse, 100 * with.trimmed, with.energy, 100 * with.tooBright,
                 100 * without.rmse, 100 * without.trimmed, without.energy, 100 * without.tooBright);
     // Both kinds of texture reads, for several degrees of trust.
-    for (const float trust : {0.15f, 0.25f, 0.35f, 1.0f}) {
+    for (const float trust : {0.25f, RelightOptions{}.gridTrust, 1.0f}) {
       relight.gridTrust = trust;
       auto textured = Relighter::create(*baked, relight);
       if (!textured) return std::fprintf(stderr, "%s\n", textured.error().message.c_str()), 1;
