@@ -128,13 +128,17 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
       if (const auto lit = relightUntilConverged(*textured, setup); !lit)
         return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
       const GridTextureInfo info = textured->gridTexture();
-      for (const GridLookup lookup : {GridLookup::texture, GridLookup::smooth}) {
-        const Figures f = compare(receivers, [&](const glm::vec3& p, const glm::vec3& n) {
-          return textured->irradianceInGrid(p, n, lookup);
+      constexpr std::pair<GridLookup, const char*> kLookups[] = {
+          {GridLookup::stencil, "caches around"}, {GridLookup::texture, "texture"}, {GridLookup::smooth, "smooth"}};
+      for (const auto& [lookup, name] : kLookups) {
+        // The same whatever the trust; with what two bands lack guessed, as the texture has it.
+        if (lookup == GridLookup::stencil && trust != 1.0f) continue;
+        const Figures f = compare(receivers, [&, by = lookup](const glm::vec3& p, const glm::vec3& n) {
+          return textured->irradianceInGrid(p, n, by);
         });
         std::printf(
-            "| %s, trust %.2f: %.0f %% open | | | %.1f | %.1f | %.3f | %.1f | | | | |\n",
-            lookup == GridLookup::smooth ? "- smooth" : "- texture", static_cast<double>(trust),
+            "| - %s, trust %.2f: %.0f %% open | | | %.1f | %.1f | %.3f | %.1f | | | | |\n", name,
+            static_cast<double>(trust),
             100.0 * static_cast<double>(info.openCells) / static_cast<double>(std::max<std::size_t>(info.cells, 1)),
             100 * f.rmse, 100 * f.trimmed, f.energy, 100 * f.tooBright);
       }
