@@ -13,16 +13,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 namespace relume {
 namespace {
-
-float toFloat(double value) {
-  constexpr double kMax = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -kMax, kMax));
-}
 
 // Texture slots, and what else of a material is checked.
 class MaterialReader {

@@ -14,11 +14,6 @@ namespace {
 
 constexpr int kNearest = 9728, kClampToEdge = 33071, kMirroredRepeat = 33648;
 
-float toFloat(double value) {
-  constexpr double kMax = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -kMax, kMax));
-}
-
 Wrap toWrap(int wrap) {
   if (wrap == kClampToEdge) return Wrap::clamp;
   return wrap == kMirroredRepeat ? Wrap::mirror : Wrap::repeat;
@@ -37,6 +32,11 @@ std::array<float, 6> foldTransform(const tinygltf::Value& extension) {
 }
 
 }  // namespace
+
+float toFloat(double value) {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMax, kMax));
+}
 
 tinygltf::Value transformOf(const tinygltf::ExtensionMap& extensions) {
   const auto it = extensions.find("KHR_texture_transform");

@@ -14,6 +14,9 @@
 
 namespace relume {
 
+// A JSON number, clamped to what floats hold.
+float toFloat(double value);
+
 // A texture slot of a glTF material before images are numbered and coordinates assigned.
 struct TextureSlot {
   int image = -1;  // glTF image; -1 = none

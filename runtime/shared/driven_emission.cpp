@@ -167,7 +167,7 @@ glm::vec3 DrivenEmission::radiance(std::uint32_t material, std::uint32_t entry) 
 
 std::size_t DrivenEmission::bytes() const {
   std::size_t bytes = (emitters_.surfel.size() + emitters_.tap.size() + emitters_.tapWidth.size()) * 4 +
-                      frame_.size() * sizeof(frame_[0]) + imageOf_.size() * sizeof(imageOf_[0]);
+                      frame_.size() * sizeof(void*) + imageOf_.size() * sizeof(std::uint32_t);
   for (const ImagePyramid& image : image_) bytes += image.bytes();
   return bytes;
 }

@@ -8,6 +8,7 @@
 #include "runtime/shared/receivers.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
+#include "tests/caches/two_rooms.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -21,9 +22,8 @@
 namespace relume {
 namespace {
 
-using test::addBox;
-using test::addInstance;
-using test::cameraAt;
+using test::kHalfWall;
+using test::twoRooms;
 
 std::pmr::memory_resource* memory() { return std::pmr::new_delete_resource(); }
 
@@ -51,19 +51,6 @@ std::vector<float> uniformLight(const Caches& caches, const std::function<float(
 
 constexpr float kPi = std::numbers::pi_v<float>;
 const CacheBands kOneBand{1, 1};
-
-// Two closed rooms beside each other, 10 cm of wall between them with its middle at x = wall.
-constexpr float kHalfWall = 0.05f;
-Scene twoRooms(float wall) {
-  Scene scene;
-  Mesh lit, dark;
-  addBox(lit, {-4, 0, -3}, {wall - kHalfWall, 3, 3}, true);
-  addBox(dark, {wall + kHalfWall, 0, -3}, {4.3f, 3, 3}, true);
-  addInstance(scene, std::move(lit), "lit");
-  addInstance(scene, std::move(dark), "dark");
-  scene.cameras = {cameraAt({-2.1f, 1.4f, 0.3f}), cameraAt({2.2f, 1.4f, -0.4f})};
-  return scene;
-}
 
 class TextureWall : public testing::TestWithParam<float> {};
 

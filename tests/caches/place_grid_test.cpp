@@ -5,6 +5,7 @@
 #include "runtime/shared/stencil.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
+#include "tests/caches/two_rooms.h"
 
 #include <gtest/gtest.h>
 #include <glm/ext/matrix_transform.hpp>
@@ -19,6 +20,8 @@ namespace {
 using test::addBox;
 using test::addInstance;
 using test::cameraAt;
+using test::kHalfWall;
+using test::twoRooms;
 
 // The grid alone.
 CacheOptions gridOptions() {
@@ -33,19 +36,6 @@ void place(const Scene& scene, const CacheOptions& options, Caches& result) {
   test::Placed placed{scene, {}, {}, {}};
   ASSERT_NO_FATAL_FAILURE(test::place(placed, options, test::walks(1u << 15), context));
   result = std::move(placed.caches);
-}
-
-// Two closed rooms beside each other, 10 cm of wall between them with its middle at x = wall.
-constexpr float kHalfWall = 0.05f;
-Scene twoRooms(float wall) {
-  Scene scene;
-  Mesh lit, dark;
-  addBox(lit, {-4, 0, -3}, {wall - kHalfWall, 3, 3}, true);
-  addBox(dark, {wall + kHalfWall, 0, -3}, {4.3f, 3, 3}, true);
-  addInstance(scene, std::move(lit), "lit");
-  addInstance(scene, std::move(dark), "dark");
-  scene.cameras = {cameraAt({-2.1f, 1.4f, 0.3f}), cameraAt({2.2f, 1.4f, -0.4f})};
-  return scene;
 }
 
 // What receivers read of caches whose value is valueAt(their position).
