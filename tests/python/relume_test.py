@@ -5,6 +5,7 @@ a wheel with the library inside.
 
     relume_test.py RELUME LEVEL HEADERS      with RELUME_LIBRARY and PYTHONPATH in the environment
 """
+import _thread
 import ctypes
 import glob
 import os
@@ -12,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import zipfile
 
@@ -56,6 +58,28 @@ class Light(unittest.TestCase):
                 relighter.relight([SUN], sky_radiance=(1, 2, 3))
             numpy.testing.assert_array_equal(self.read(relighter), self.read())
         relighter.relight([SUN])  # closing a bake leaves its relighters as they are
+
+    def test_an_interrupt_waits_for_the_threads(self):
+        bake = relume.Bake(BAKE, threads=2)
+        relighter = relume.Relighter(bake)
+        started, ended = [], []
+
+        def slow(light, positions, normals):
+            started.append(light)
+            try:
+                if len(started) == 1:
+                    _thread.interrupt_main()
+                time.sleep(0.05)
+                return numpy.ones(len(positions))
+            finally:
+                ended.append(light)
+
+        with self.assertRaises(KeyboardInterrupt):
+            relighter.relight([SUN], slow)
+            time.sleep(0.1)  # where it comes after the call
+        self.assertEqual(len(started), len(ended))
+        relighter.relight([SUN])
+        self.assertGreater(self.read(relighter).max(), 0)
 
     def test_bytes_are_the_file(self):
         self.relighter.relight([SUN])

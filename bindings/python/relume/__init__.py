@@ -13,9 +13,11 @@ in metres; light is radiometric, in linear red, green, blue. include/relume/relu
 Threads: ctypes lets other Python threads run during a call. Of one relighter, relight(), reset(), inherit() and close()
 each need it alone; reads may run at the same time.
 """
+import collections
 import concurrent.futures
 import ctypes
 import os
+import threading
 from ctypes import byref, c_float, c_size_t, c_uint, c_void_p, sizeof
 from dataclasses import dataclass, field
 
@@ -141,6 +143,28 @@ class _Handle:
         return self._handle
 
 
+class _Batch:
+    """Tasks of one call. Only workers take them: an exception from outside, Ctrl-C's, comes to the main thread alone."""
+
+    def __init__(self, tasks, task, data):
+        self._waiting, self._ended, self._tasks = collections.deque(range(tasks)), [], tasks
+        self._task, self._data = task, data
+        self.done = threading.Event()
+        if tasks == 0:
+            self.done.set()
+
+    def work(self):
+        while True:
+            try:
+                index = self._waiting.popleft()
+            except IndexError:
+                return
+            self._task(self._data, index)
+            self._ended.append(index)
+            if len(self._ended) == self._tasks:
+                self.done.set()
+
+
 class _Context(_Handle):
     """Errors of loading, and the threads that relighters of its bakes run on."""
     _destroy = staticmethod(_runtime.relume_context_destroy)
@@ -148,8 +172,10 @@ class _Context(_Handle):
     def __init__(self, threads):
         if not 1 <= threads <= 1024:
             raise ValueError(f'threads: 1 to 1024 expected, {threads} found')
+        self.interrupted = None
         desc = ContextDesc(struct_size=sizeof(ContextDesc), api_version=API_VERSION)
         if threads > 1:
+            self._threads = threads
             self._pool = concurrent.futures.ThreadPoolExecutor(threads)
             self._parallel_for = ParallelFor(self._run)  # must live as long as the library may call it
             desc.parallel_for = self._parallel_for
@@ -160,7 +186,22 @@ class _Context(_Handle):
         self._handle = context
 
     def _run(self, _, tasks, task, data):
-        list(self._pool.map(lambda i: task(data, i), range(tasks)))
+        """All tasks are done when this returns, Ctrl-C or not: they use memory of the call that asked for them."""
+        batch = _Batch(tasks, task, data)
+        while not batch.done.is_set():
+            try:
+                for _ in range(min(self._threads, tasks)):
+                    self._pool.submit(batch.work)
+                batch.done.wait()
+            except RuntimeError:  # the interpreter is about to end, and takes no more work
+                batch.work()
+            except BaseException as error:  # pylint: disable=broad-except
+                self.interrupted = error
+
+    def take_interrupt(self):
+        """What came up while tasks ran, Ctrl-C for example; None = nothing."""
+        error, self.interrupted = self.interrupted, None
+        return error
 
 
 class Bake(_Handle):
@@ -285,8 +326,9 @@ class Relighter(_Handle):
         if visibility is not None:
             setup.visibility = Visibility(_visibility_call(visibility, frame.raised))
         status = _runtime.relume_relight(self._open(), byref(setup))
-        if frame.raised:
-            raise frame.raised[0]
+        error = self.bake._context.take_interrupt() or (frame.raised[0] if frame.raised else None)
+        if error is not None:
+            raise error
         self._check(status)
 
     def _drive(self, frame, materials):
