@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,8 @@ class Window {
     });
     glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
       if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods, {}});
+      if (action == GLFW_PRESS && (mods & GLFW_MOD_CONTROL) == 0) of(w).held_.insert(key);
+      if (action == GLFW_RELEASE) of(w).held_.erase(key);
     });
     glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
       for (int i = 0; i < count; ++i) of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, paths[i]});
@@ -85,6 +88,9 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   GLFWwindow* get() const { return window_; }
+  // Whether a key is down that was pressed without Control: one with it is a command until it is released, whichever of
+  // the two is released first.
+  bool isHeld(int key) const { return held_.contains(key); }
   // What is to be handled in this frame, in its order: up to one press or release of the button, so that who looks at
   // mouse and button once a frame, as Dear ImGui does, misses no click in slow ones.
   std::vector<InputEvent> takeEvents() {
@@ -117,26 +123,24 @@ class Window {
   }
   GLFWwindow* window_ = nullptr;
   std::vector<InputEvent> events_;
+  std::set<int> held_;
   glm::vec2 mouse_{0.0f}, handledMouse_{0.0f};  // [pixel]
   bool isDown_ = false;                         // the left button, as far as it has been handled
   bool started_ = false, gui_ = false;
 };
 
 // Keys and mouse move the camera while the panel does not want them.
-void fly(GLFWwindow* window, FlyCamera& camera, float seconds, glm::dvec2& cursor) {
+void fly(const Window& window, FlyCamera& camera, float seconds, glm::dvec2& cursor) {
   glm::dvec2 now;
-  glfwGetCursorPos(window, &now.x, &now.y);
+  glfwGetCursorPos(window.get(), &now.x, &now.y);
   const glm::vec2 moved(now - cursor);
   cursor = now;
   const ImGuiIO& io = ImGui::GetIO();
-  if (!io.WantCaptureMouse && glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
+  if (!io.WantCaptureMouse && glfwGetMouseButton(window.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
     camera.turn(-0.004f * moved.x, -0.004f * moved.y);
-  // While a number is typed, keys are its own; with Control they are commands.
-  if (io.WantTextInput || io.KeyCtrl) return;
-  const auto axis = [&](int plus, int minus) {
-    return static_cast<float>((glfwGetKey(window, plus) == GLFW_PRESS) - (glfwGetKey(window, minus) == GLFW_PRESS));
-  };
-  const float speed = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ? 8.0f : 2.0f;  // [m/s]
+  if (io.WantTextInput) return;  // while a number is typed, keys are its own
+  const auto axis = [&](int plus, int minus) { return static_cast<float>(window.isHeld(plus) - window.isHeld(minus)); };
+  const float speed = window.isHeld(GLFW_KEY_LEFT_SHIFT) ? 8.0f : 2.0f;  // [m/s]
   camera.move(speed * seconds *
               glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
@@ -189,7 +193,7 @@ void loop(Window& window, Session& session) {
     glfwPollEvents();
     const double now = glfwGetTime();
     ViewState& state = session.state;
-    fly(window.get(), state.camera, static_cast<float>(now - last), cursor);
+    fly(window, state.camera, static_cast<float>(now - last), cursor);
     last = now;
     int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
     glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
