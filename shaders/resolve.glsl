@@ -6,8 +6,8 @@
 //   vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n)
 //   vec3 relumeIrradianceGridTexture(vec3 positionWorld, vec3 n), relumeIrradianceGridSmooth(): lib/grid_texture.glsl
 // and the glossy light of lib/glossy.glsl.
-// n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for reflected radiance. Needs RELUME_LUMA_BANDS and
-// RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
+// n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for
+// reflected radiance. Needs RELUME_LUMA_BANDS and RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
 #include "shared/layout.h"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"

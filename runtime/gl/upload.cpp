@@ -2,33 +2,25 @@
 // See upload.h.
 #include "runtime/gl/upload.h"
 
-#include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "runtime/gl/leaf_blocks.h"
 #include "runtime/gl/pack_grid.h"
 #include "runtime/gl/pull_schedule.h"
-#include "runtime/shared/link_set.h"
+#include "runtime/gl/upload_links.h"
+#include "runtime/gl/upload_textures.h"
 #include "runtime/shared/pack_color.h"
 #include "runtime/shared/receivers.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
-#include <optional>
 #include <span>
 
 namespace relume::gl {
 namespace {
 
-constexpr std::size_t kSmallest = 16;
 static_assert(kRelumeCacheBits == kCacheBits);
-
-template <class T>
-Buffer makeArray(const Functions& gl, std::span<const T> data) {
-  return makeBuffer(gl, data.data(), data.size_bytes(), GL_STATIC_DRAW);
-}
 
 // emission: packed, by slot.
 void makeEmitters(const Functions& gl, const Emitters& emitters, std::span<const SenderSlot> slots,
@@ -111,161 +103,6 @@ void makeSurfels(const Functions& gl, const Bake& bake, int lumaBands, GpuBake& 
   gpu.leafNode = makeArray<std::uint32_t>(gl, blocks.words());
 }
 
-// Bytes of a link in GpuBake::linkShape.
-std::size_t shapeBytes(const Links& links) {
-  switch (links.kind) {
-    case LinkKind::sh:
-      return 2 * std::size_t{links.bands} * links.bands;
-    case LinkKind::cone:
-      return 0;
-    case LinkKind::oct6:
-      return 2;
-    default:
-      return 4;
-  }
-}
-
-// Cut the rows into batches whose bindings stay below `limit` bytes, starts aligned to `alignment`. linkBytes, shape:
-// of a link in GpuBake::links and linkShape. No batch has caches before and from `cut` on.
-Result<std::pmr::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> rowBegin, std::uint32_t cut,
-                                                std::size_t linkBytes, std::size_t shape, std::size_t limit,
-                                                std::size_t alignment, std::pmr::memory_resource* memory) {
-  const auto caches = static_cast<std::uint32_t>(rowBegin.empty() ? 0 : rowBegin.size() - 1);
-  const std::size_t max = (limit - std::min(limit, alignment)) / std::max(linkBytes, shape);
-  std::pmr::vector<LinkBatch> batches(memory);
-  for (std::uint32_t cache = 0; cache < caches;) {
-    LinkBatch batch;
-    batch.firstCache = cache;
-    batch.firstLink = rowBegin[cache];
-    const std::uint32_t end = cache < cut ? std::min(cut, caches) : caches;
-    while (cache < end && rowBegin[cache + 1] - batch.firstLink <= max) ++cache;
-    if (cache == batch.firstCache) {
-      return Error{ErrorCode::unsupported, "the links of cache " + std::to_string(cache) + " exceed the " +
-                                               std::to_string(limit) + " bytes this OpenGL binds at once"};
-    }
-    batch.endCache = cache;
-    const std::size_t first = batch.firstLink, count = rowBegin[cache] - first;
-    const auto alignDown = [alignment](std::size_t byte) { return byte / alignment * alignment; };
-    const std::size_t linkStart = alignDown(first * linkBytes), shapeStart = alignDown(first * shape);
-    batch.linkStart = static_cast<GLintptr>(linkStart);
-    batch.wordOffset = static_cast<GLuint>((first * linkBytes - linkStart) / 4);
-    batch.linkBytes = static_cast<GLsizeiptr>(std::max(first * linkBytes + count * linkBytes - linkStart, kSmallest));
-    batch.shapeStart = static_cast<GLintptr>(shapeStart);
-    batch.halfOffset = static_cast<GLuint>((first * shape - shapeStart) / 2);
-    // Whole words: the last half may share its word with padding.
-    const std::size_t shapeEnd = (first + count) * shape;
-    batch.shapeBytes = static_cast<GLsizeiptr>(std::max((shapeEnd - shapeStart + 3) / 4 * 4, kSmallest));
-    // Caches without links keep the zeros their buffer began with.
-    if (count > 0) batches.push_back(batch);
-  }
-  return batches;
-}
-
-// The arrays of links packed again, in GpuBake's layout.
-struct FourfoldLinks {
-  explicit FourfoldLinks(std::pmr::memory_resource* memory)
-      : rowBegin(memory), rows(memory), words(memory), transfers(memory) {}
-
-  std::pmr::vector<std::uint32_t> rowBegin;   // [Size caches + 1] in units of four links
-  std::pmr::vector<std::uint32_t> rows;       // RELUME_SLOT_ROWS
-  std::pmr::vector<std::uint32_t> words;      // [Size 4 units]
-  std::pmr::vector<std::uint32_t> transfers;  // [Size units]
-  int nodeSteps = 0;
-};
-
-// Nothing when the links cannot be packed again.
-std::optional<FourfoldLinks> makeFourfold(const Links& links, std::pmr::memory_resource* memory) {
-  if (links.kind != LinkKind::oct6) return std::nullopt;
-  const LinkSet set(links, memory);
-  const LinkRows rows = set.rows();
-  if (rows.kind != kRepackedLinks) return std::nullopt;
-  FourfoldLinks out(memory);
-  out.nodeSteps = static_cast<int>(rows.nodeSteps);
-  out.rowBegin.push_back(0);
-  for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
-    const std::uint32_t begin = links.rowBegin[cache], end = links.rowBegin[cache + 1];
-    out.rows.push_back(out.rowBegin.back());
-    for (std::uint32_t k = 0; k < rows.nodeSteps; k += 2) {
-      const std::uint16_t* step = rows.nodeStep + std::size_t{rows.nodeSteps} * cache + k;
-      out.rows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < rows.nodeSteps ? step[1] : step[0]} << 16);
-    }
-    out.words.insert(out.words.end(), rows.word + begin, rows.word + end);
-    out.words.resize((out.words.size() + 3) / 4 * 4, 0);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      if ((i - begin) % 4 == 0) out.transfers.push_back(0);
-      out.transfers.back() |= std::uint32_t{rows.transfer[i]} << (8 * ((i - begin) % 4));
-    }
-    out.rowBegin.push_back(static_cast<std::uint32_t>(out.transfers.size()));
-  }
-  out.rows.push_back(out.rowBegin.back());
-  return out;
-}
-
-// Upload the links, and cut them into batches.
-Status makeLinks(const Functions& gl, const Links& links, std::size_t limit, std::size_t alignment, GpuBake& gpu,
-                 std::pmr::memory_resource* memory) {
-  const std::optional<FourfoldLinks> fourfold = makeFourfold(links, memory);
-  const std::size_t linkBytes = fourfold ? 16 : links.kind == LinkKind::cone ? sizeof(ConeLink) : sizeof(std::uint32_t);
-  Result<std::pmr::vector<LinkBatch>> batches =
-      makeBatches(fourfold ? std::span<const std::uint32_t>(fourfold->rowBegin) : links.rowBegin.span(),
-                  gpu.firstMapCache, linkBytes, fourfold ? 4 : shapeBytes(links), limit, alignment, memory);
-  if (!batches) return batches.error();
-  gpu.batches = std::move(*batches);
-  if (fourfold) {
-    gpu.nodeSteps = fourfold->nodeSteps;
-    gpu.rows = makeArray<std::uint32_t>(gl, fourfold->rows);
-    gpu.links = makeArray<std::uint32_t>(gl, fourfold->words);
-    gpu.linkShape = makeArray<std::uint32_t>(gl, fourfold->transfers);
-    return done();
-  }
-  gpu.rows = makeArray<std::uint32_t>(gl, links.rowBegin);
-  if (links.kind == LinkKind::cone) {
-    gpu.links = makeArray<ConeLink>(gl, links.cone);
-    gpu.linkShape = makeBuffer(gl, nullptr, 0, GL_STATIC_DRAW);
-  } else if (links.kind == LinkKind::sh) {
-    gpu.links = makeArray<std::uint32_t>(gl, links.shNode);
-    gpu.linkShape = makeArray<std::uint16_t>(gl, links.shCoefficients);
-  } else {
-    gpu.links = makeArray<std::uint32_t>(gl, links.head);
-    gpu.linkShape = makeArray<std::uint32_t>(gl, links.shape);
-  }
-  return done();
-}
-
-Texture makeTexture(const Functions& gl, GLenum target, GLenum format, GLuint width, GLuint height, int layers) {
-  GLuint name = 0;
-  gl.GenTextures(1, &name);
-  Texture texture(gl, name);
-  gl.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
-  gl.BindTexture(target, name);
-  if (target == GL_TEXTURE_2D) {
-    gl.TexStorage2D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-  } else {
-    gl.TexStorage3D(target, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height), layers);
-  }
-  gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-  return texture;
-}
-
-// Normal of each texel's cache as signed bytes, w = 1; zeros where there is none.
-std::pmr::vector<std::int8_t> packNormals(const Caches& caches, std::pmr::memory_resource* memory) {
-  std::pmr::vector<std::int8_t> texels(4 * std::max<std::size_t>(caches.lightmap.cache.size(), 1), 0, memory);
-  for (std::size_t i = 0; i < caches.lightmap.cache.size(); ++i) {
-    const std::uint32_t cache = caches.lightmap.cache[i];
-    if (cache == kNoCache) continue;
-    for (int k = 0; k < 3; ++k) {
-      const float v = std::clamp(caches.normal[cache][k], -1.0f, 1.0f);
-      texels[4 * i + static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * v));
-    }
-    texels[4 * i + 3] = 127;
-  }
-  return texels;
-}
-
 // RELUME_SLOT_MAP_TEXELS.
 std::pmr::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t first,
                                            std::pmr::memory_resource* memory) {
@@ -284,80 +121,6 @@ std::pmr::vector<std::uint32_t> listTexels(const Caches& caches, std::uint32_t f
   return list;
 }
 
-Status makeLightmap(const Functions& gl, const Caches& caches, const CacheBands& bands, GpuBake& gpu,
-                    std::pmr::memory_resource* memory) {
-  GLint max = 0;
-  gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &max);
-  const Lightmap& map = caches.lightmap;
-  if (map.width > static_cast<GLuint>(max) || map.height > static_cast<GLuint>(max)) {
-    return Error{ErrorCode::unsupported, "the light map of " + std::to_string(map.width) + " x " +
-                                             std::to_string(map.height) +
-                                             " texels exceeds this OpenGL's largest texture, " + std::to_string(max)};
-  }
-  if (!map.cache.empty()) {
-    gpu.mapWidth = map.width;
-    gpu.mapHeight = map.height;
-  }
-  const GLuint width = std::max(gpu.mapWidth, 1u), height = std::max(gpu.mapHeight, 1u);
-  const int lumaLayers = wordsOf(bands.onMap(bands.lumaBands)), chromaLayers = wordsOf(bands.onMap(bands.chromaBands));
-  gpu.mapY = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, lumaLayers);
-  gpu.mapCo = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
-  gpu.mapCg = makeTexture(gl, GL_TEXTURE_2D_ARRAY, GL_RGBA16F, width, height, chromaLayers);
-  gpu.mapNormal = makeTexture(gl, GL_TEXTURE_2D, GL_RGBA8_SNORM, width, height, 1);
-  const std::pmr::vector<std::int8_t> normals = packNormals(caches, memory);
-  gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_BYTE,
-                   normals.data());
-  gpu.textureBytes = std::size_t{width} * height * (8 * static_cast<std::size_t>(lumaLayers + 2 * chromaLayers) + 4);
-  return done();
-}
-
-// Factors of bands 2 and up as fill_grid_texture.comp reads them, four coefficients a vector.
-std::pmr::vector<float> packFactors(int bands, std::pmr::memory_resource* memory) {
-  const std::size_t stride = 4 * static_cast<std::size_t>(wordsOf(bands));
-  std::pmr::vector<float> packed(9 * stride, 0.0f, memory);
-  for (std::size_t row = 0; row < 9; ++row) {
-    for (std::size_t i = 4; i < static_cast<std::size_t>(bands * bands); ++i)
-      packed[row * stride + i] = vectorFactors()[row * kMaxCoefficients + i];
-  }
-  return packed;
-}
-
-void makeGridTextures(const Functions& gl, const GridTexture& texture, const CacheBands& bands, GpuBake& gpu,
-                      std::pmr::memory_resource* memory) {
-  if (texture.empty()) return;
-  std::pmr::vector<std::uint32_t> shares(memory);
-  shares.reserve(texture.begin.size() + texture.shares.size());
-  for (const std::uint32_t first : texture.begin)
-    shares.push_back(first + static_cast<std::uint32_t>(texture.begin.size()));
-  shares.insert(shares.end(), texture.shares.begin(), texture.shares.end());
-  gpu.gridShares = makeArray<std::uint32_t>(gl, shares);
-  gpu.gridFactors = makeArray<float>(gl, packFactors(bands.lumaBands, memory));
-  gpu.gridVectors = makeBuffer(gl, nullptr, std::size_t{texture.cacheCount} * 18 * 4 * sizeof(float), GL_DYNAMIC_COPY);
-  const glm::uvec3 r = texture.resolution, cells = texture.cells();
-  const auto depth = static_cast<int>(textureDepth(r.z));
-  // The texels between the slabs stay zero: what filters may reach past a slab's end by rounding.
-  const std::pmr::vector<std::uint16_t> zeros(std::size_t{4} * r.x * r.y * static_cast<std::size_t>(depth), 0, memory);
-  const auto make = [&](GLenum stored, GLenum format) {
-    Texture made = makeTexture(gl, GL_TEXTURE_3D, stored, r.x, r.y, depth);
-    gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, static_cast<GLsizei>(r.x), static_cast<GLsizei>(r.y), depth, format,
-                     GL_HALF_FLOAT, zeros.data());
-    return made;
-  };
-  gpu.gridTexels = make(GL_RGBA16F, GL_RGBA);
-  gpu.gridChroma = make(GL_RG16F, GL_RG);
-  gpu.gridOpen = makeTexture(gl, GL_TEXTURE_3D, GL_R8UI, cells.x, cells.y, static_cast<int>(cells.z));
-  // Integers do not filter.
-  gl.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  gl.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, static_cast<GLsizei>(cells.x), static_cast<GLsizei>(cells.y),
-                   static_cast<GLsizei>(cells.z), GL_RED_INTEGER, GL_UNSIGNED_BYTE, texture.open.data());
-  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  gpu.gridTextureBytes =
-      static_cast<std::size_t>(gpu.gridShares.bytes + gpu.gridFactors.bytes + gpu.gridVectors.bytes) +
-      std::size_t{12} * r.x * r.y * static_cast<std::size_t>(depth) + texture.open.size();
-}
-
 }  // namespace
 
 GroupThreads groupThreadsOf(const char* renderer) {
@@ -373,7 +136,7 @@ Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLen
   GLuint name = 0;
   gl.GenBuffers(1, &name);
   Buffer buffer{Handle<detail::deleteBuffer>(gl, name),
-                static_cast<GLsizeiptr>(std::max((bytes + 3) / 4 * 4, kSmallest))};
+                static_cast<GLsizeiptr>(std::max((bytes + 3) / 4 * 4, kSmallestBuffer))};
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, name);
   if (data && static_cast<std::size_t>(buffer.bytes) == bytes) {
     gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data, usage);

@@ -10,6 +10,7 @@
 #include "runtime/shared/pack_surfel.h"
 
 #include <memory_resource>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -92,8 +93,14 @@ enum class GroupThreads {
 GroupThreads groupThreadsOf(const char* renderer);
 PullGroup choosePullGroup(GroupThreads threads);
 
-// A buffer of `bytes`, at least 16 so that it can always be bound; zeros when data is null.
+// Bytes of the smallest buffer, so that each can be bound.
+inline constexpr std::size_t kSmallestBuffer = 16;
+// A buffer of `bytes`, at least kSmallestBuffer; zeros when data is null.
 Buffer makeBuffer(const Functions& gl, const void* data, std::size_t bytes, GLenum usage);
+template <class T>
+Buffer makeArray(const Functions& gl, std::span<const T> data) {
+  return makeBuffer(gl, data.data(), data.size_bytes(), GL_STATIC_DRAW);
+}
 
 // Copy a buffer to memory, leaving the bindings as they were.
 template <class T>

@@ -5,6 +5,7 @@
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "runtime/shared/bands.h"
+#include "tests/bench/receiver_pass.h"
 #include "tools/gl_scene/egl_context.h"
 
 #include <epoxy/gl.h>
@@ -98,29 +99,6 @@ Result<Times> measureCpu(const Bake& bake, const Bands& bands, const std::vector
   return times;
 }
 
-constexpr const char* kMain = R"(
-layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { vec4 receiver[]; };
-layout(std430, binding = 1) writeonly buffer Out { vec4 found[]; };
-uniform uint count;
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= count) return;
-  vec4 a = receiver[2u * i], b = receiver[2u * i + 1u];
-  found[i] = vec4(relumeIrradianceLightmap(a.xy, b.xyz), 1.0);
-}
-)";
-
-Result<GLuint> resolveProgram(const Relighter& relighter) {
-  const std::string text = "#version 430\n" + relighter.gl()->glsl() + kMain;
-  const char* source = text.c_str();
-  const GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
-  GLint linked = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &linked);
-  if (!linked) return Error{ErrorCode::failed, "the resolve shader does not link"};
-  return program;
-}
-
 Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<Receiver>& receivers, int frames) {
   RelightOptions options;
   options.backend = BackendKind::gl;
@@ -129,19 +107,10 @@ Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<
   options.chromaBands = bands.chroma;
   Result<Relighter> relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
-  const Result<GLuint> program = resolveProgram(*relighter);
-  if (!program) return program.error();
-  std::vector<float> in;
-  for (const Receiver& r : receivers)
-    in.insert(in.end(), {r.uv.x, r.uv.y, 0, 0, r.normal.x, r.normal.y, r.normal.z, 0});
-  GLuint buffers[2], queries[2];
-  glGenBuffers(2, buffers);
-  glGenQueries(2, queries);
-  for (int k = 0; k < 2; ++k) {
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[k]);
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * sizeof(float)),
-                 k == 0 ? in.data() : nullptr, GL_STATIC_DRAW);
-  }
+  std::vector<bench::Receiver> in;
+  for (const Receiver& r : receivers) in.push_back({glm::vec4(r.uv, 0.0f, 0.0f), glm::vec4(r.normal, 0.0f)});
+  auto pass = bench::ReceiverPass::create(*relighter, "relumeIrradianceLightmap(a.xy, b.xyz)", in);
+  if (!pass) return pass.error();
   std::array<Light, 1> lights;
   const LightSetup setup = someLight(lights);
   Times times;
@@ -149,21 +118,8 @@ Result<Times> measureGl(const Bake& bake, const Bands& bands, const std::vector<
     if (Status ok = relighter->relight(setup); !ok) return ok.error();
     glFinish();
     times.caches = std::min(times.caches, passMs(*relighter, "caches"));
-    relighter->gl()->bind();
-    for (GLuint k = 0; k < 2; ++k) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, k, buffers[k]);
-    glUseProgram(*program);
-    glProgramUniform1ui(*program, glGetUniformLocation(*program, "count"), static_cast<GLuint>(receivers.size()));
-    glQueryCounter(queries[0], GL_TIMESTAMP);
-    glDispatchCompute(static_cast<GLuint>((receivers.size() + 63) / 64), 1, 1);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    glQueryCounter(queries[1], GL_TIMESTAMP);
-    GLuint64 at[2] = {};
-    for (int k = 0; k < 2; ++k) glGetQueryObjectui64v(queries[k], GL_QUERY_RESULT, &at[k]);
-    times.resolve = std::min(times.resolve, static_cast<double>(at[1] - at[0]) * 1e-6);
+    times.resolve = std::min(times.resolve, pass->run());
   }
-  glDeleteBuffers(2, buffers);
-  glDeleteQueries(2, queries);
-  glDeleteProgram(*program);
   return times;
 }
 

@@ -5,11 +5,11 @@
 //   bench_grid_read_times BAKE.relume [frames [receivers]]
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
+#include "tests/bench/receiver_pass.h"
 #include "tools/gl_scene/egl_context.h"
 
 #include <epoxy/gl.h>
 #include <glm/geometric.hpp>
-#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <array>
@@ -100,28 +100,6 @@ Result<Times> measureCpu(const Bake& bake, float trust, const Receivers& receive
   return times;
 }
 
-constexpr const char* kMain = R"(
-layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { vec4 receiver[]; };
-layout(std430, binding = 1) writeonly buffer Out { vec4 found[]; };
-uniform uint count;
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i < count) found[i] = vec4(READ(receiver[2u * i].xyz, receiver[2u * i + 1u].xyz), 1.0);
-}
-)";
-
-Result<GLuint> readProgram(const Relighter& relighter, const char* function) {
-  const std::string text =
-      "#version 430\n" + relighter.gl()->glsl() + "#define READ relumeIrradiance" + function + "\n" + kMain;
-  const char* source = text.c_str();
-  const GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
-  GLint linked = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &linked);
-  if (!linked) return Error{ErrorCode::failed, "the resolve shader does not link"};
-  return program;
-}
-
 Result<Times> measureGl(const Bake& bake, float trust, const Receivers& receivers, int frames) {
   Times times;
   RelightOptions options;
@@ -130,41 +108,18 @@ Result<Times> measureGl(const Bake& bake, float trust, const Receivers& receiver
   options.gridTrust = trust;
   Result<Relighter> relighter = make(bake, options, times);
   if (!relighter) return relighter.error();
-  std::vector<glm::vec4> in;
-  for (std::size_t i = 0; i < receivers.positions.size(); ++i) {
-    in.emplace_back(receivers.positions[i], 0.0f);
-    in.emplace_back(receivers.normals[i], 0.0f);
-  }
-  GLuint buffers[2], queries[2];
-  glGenBuffers(2, buffers);
-  glGenQueries(2, queries);
-  for (int k = 0; k < 2; ++k) {
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[k]);
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * sizeof(glm::vec4)),
-                 k == 0 ? in.data() : nullptr, GL_STATIC_DRAW);
-  }
-  const auto count = static_cast<GLuint>(receivers.positions.size());
+  std::vector<bench::Receiver> in;
+  for (std::size_t i = 0; i < receivers.positions.size(); ++i)
+    in.push_back({glm::vec4(receivers.positions[i], 0.0f), glm::vec4(receivers.normals[i], 0.0f)});
   for (std::size_t k = 0; k < kLookups.size(); ++k) {
-    const Result<GLuint> program = readProgram(*relighter, kLookups[k].second);
-    if (!program) return program.error();
+    const std::string lookup = std::string("relumeIrradiance") + kLookups[k].second + "(a.xyz, b.xyz)";
+    auto pass = bench::ReceiverPass::create(*relighter, lookup, in);
+    if (!pass) return pass.error();
     for (int frame = 0; frame < frames; ++frame) {
       if (Status ok = light(*relighter, times); !ok) return ok.error();
-      relighter->gl()->bind();
-      for (GLuint b = 0; b < 2; ++b) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, b, buffers[b]);
-      glUseProgram(*program);
-      glProgramUniform1ui(*program, glGetUniformLocation(*program, "count"), count);
-      glQueryCounter(queries[0], GL_TIMESTAMP);
-      glDispatchCompute((count + 63) / 64, 1, 1);
-      glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-      glQueryCounter(queries[1], GL_TIMESTAMP);
-      GLuint64 at[2] = {};
-      for (int q = 0; q < 2; ++q) glGetQueryObjectui64v(queries[q], GL_QUERY_RESULT, &at[q]);
-      times.readNs[k] = std::min(times.readNs[k], static_cast<double>(at[1] - at[0]) / count);
+      times.readNs[k] = std::min(times.readNs[k], 1e6 * pass->run() / static_cast<double>(in.size()));
     }
-    glDeleteProgram(*program);
   }
-  glDeleteBuffers(2, buffers);
-  glDeleteQueries(2, queries);
   return times;
 }
 

@@ -61,18 +61,13 @@ void expectNoLeak(const Caches& caches, float wall) {
   cpu::GridVectors grid(makeGridTexture(caches, {}, {}, memory()), memory());
   grid.fill(light, {});
   ASSERT_FALSE(grid.texture().empty());
-  std::mt19937 random(3);
-  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
-  std::normal_distribution<float> gauss;
+  test::DarkReceivers receivers(wall);
   int byTexture = 0;
   for (const bool smooth : {false, true}) {
     float most = 0.0f;
     for (int i = 0; i < 20000; ++i) {
-      const glm::vec3 low(wall + kHalfWall + 0.01f, 0.01f, -2.99f), high(4.29f, 2.99f, 2.99f);
-      glm::vec3 u(uniform(random), uniform(random), uniform(random));
-      if (i % 2) u.x *= 0.25f;  // most of them near the wall
-      const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)) + 1e-6f);
-      const auto e = readGridTexture(grid.texture(), grid.texels(), low + (high - low) * u, n, smooth);
+      const test::DarkReceiver r = receivers.next();
+      const auto e = readGridTexture(grid.texture(), grid.texels(), r.position, r.normal, smooth);
       if (!e) continue;
       ++byTexture;
       most = std::max(most, e->y / kPi);

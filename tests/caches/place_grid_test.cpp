@@ -48,20 +48,14 @@ float readGrid(const Caches& caches, const glm::vec3& p, const glm::vec3& n,
   return sum / stencil.total();
 }
 
-// The largest share of the lit room's light that a receiver in the dark one reads: from 1 cm off its walls, whichever
-// way it looks.
+// The largest share of the lit room's light that a receiver in the dark one reads.
 float leak(const Caches& caches, float wall) {
-  std::mt19937 random(3);
-  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
-  std::normal_distribution<float> gauss;
+  test::DarkReceivers receivers(wall);
   float max = 0.0f;
   for (int i = 0; i < 20000; ++i) {
-    const glm::vec3 low(wall + kHalfWall + 0.01f, 0.01f, -2.99f), high(4.29f, 2.99f, 2.99f);
-    glm::vec3 u(uniform(random), uniform(random), uniform(random));
-    if (i % 2) u.x *= 0.25f;  // most of them near the wall
-    const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)) + 1e-6f);
-    max = std::max(max, readGrid(caches, low + (high - low) * u, n,
-                                 [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
+    const test::DarkReceiver r = receivers.next();
+    max = std::max(
+        max, readGrid(caches, r.position, r.normal, [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
   }
   return max;
 }

@@ -5,6 +5,9 @@
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 
+#include <glm/geometric.hpp>
+
+#include <random>
 #include <utility>
 
 namespace relume::test {
@@ -21,5 +24,27 @@ inline Scene twoRooms(float wall) {
   scene.cameras = {cameraAt({-2.1f, 1.4f, 0.3f}), cameraAt({2.2f, 1.4f, -0.4f})};
   return scene;
 }
+
+// A receiver in the dark room: from 1 cm off its walls, every other one near the wall between, whichever way it looks.
+struct DarkReceiver {
+  glm::vec3 position, normal;
+};
+class DarkReceivers {
+ public:
+  explicit DarkReceivers(float wall) : low_(wall + kHalfWall + 0.01f, 0.01f, -2.99f) {}
+  DarkReceiver next() {
+    glm::vec3 u(uniform_(random_), uniform_(random_), uniform_(random_));
+    if (count_++ % 2) u.x *= 0.25f;
+    return {low_ + (glm::vec3(4.29f, 2.99f, 2.99f) - low_) * u,
+            glm::normalize(glm::vec3(gauss_(random_), gauss_(random_), gauss_(random_)) + 1e-6f)};
+  }
+
+ private:
+  glm::vec3 low_;
+  int count_ = 0;
+  std::mt19937 random_{3};
+  std::uniform_real_distribution<float> uniform_{0.0f, 1.0f};
+  std::normal_distribution<float> gauss_;
+};
 
 }  // namespace relume::test

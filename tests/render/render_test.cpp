@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Frames of the shipped level: the CPU against OpenGL, a level against its mirror image, bounces that add up.
-#include "bake/import/make_tangents.h"
-#include "bake/reference/path_tracer.h"
 #include "relume/bake/bake.h"
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
+#include "tests/render/pictures.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
 #ifdef RELUME_RENDER_GL
@@ -20,58 +19,7 @@
 namespace relume {
 namespace {
 
-const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
-
-const Scene& level() {
-  static const Scene scene = [] {
-    Context context;
-    auto imported = importGltf(kLevel, context);
-    EXPECT_TRUE(imported) << imported.error().message;
-    return std::move(*imported);
-  }();
-  return scene;
-}
-
-Bake bakeDraft(const Scene& scene) {
-  BakeOptions options = presetOptions(Preset::draft);
-  options.caches.lightmapCaches = 2500;
-  Context context;
-  auto made = bake(scene, options, context);
-  EXPECT_TRUE(made) << made.error().message;
-  return std::move(*made);
-}
-
-const Bake& levelBake() {
-  static const Bake made = bakeDraft(level());
-  return made;
-}
-
-const Camera& camera(const Scene& scene, const std::string& name) {
-  return *std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == name; });
-}
-
-RenderRequest request(const Scene& scene, const Bake* made, const std::string& cameraName) {
-  RenderRequest r;
-  r.bake = made;
-  r.camera = camera(scene, cameraName);
-  r.lights = scene.lights;
-  r.emissive = true;
-  r.sky.radiance = {0.5f, 0.7f, 1.0f};
-  r.width = 128;
-  r.height = 72;
-  r.samples = 2;
-  r.straight = true;
-  r.centres = true;
-  return r;
-}
-
-Result<RenderedFrame> drawCpu(const Scene& scene, const RenderRequest& r, int threads = 0) {
-  Context context;
-  context.threads = threads;
-  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
-  if (!tracer) return tracer.error();
-  return renderCpu(*tracer, r, context);
-}
+using namespace test;
 
 // The ball of the level that is no part of the bake, from near by.
 RenderRequest requestOfTheToy() {
@@ -83,24 +31,6 @@ RenderRequest requestOfTheToy() {
 // Whether a pixel shows the ball: its centre is within 0.14 m of where the level has it.
 bool showsToy(const RenderedFrame& frame, std::size_t pixel) {
   return frame.depth[pixel] > 0.0f && glm::length(frame.position[pixel] - glm::vec3(3.9f, 0.14f, 1.3f)) < 0.145f;
-}
-
-// Root of the mean squared difference over the mean of `a`.
-double relativeRms(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
-  double squared = 0.0, mean = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const glm::vec3 d = a[i] - b[i];
-    squared += glm::dot(d, d) / 3.0;
-    mean += (a[i].r + a[i].g + a[i].b) / 3.0;
-  }
-  const auto n = static_cast<double>(a.size());
-  return std::sqrt(squared / n) / (mean / n);
-}
-
-double total(const std::vector<glm::vec3>& image) {
-  double sum = 0.0;
-  for (const glm::vec3& p : image) sum += p.r + p.g + p.b;
-  return sum;
 }
 
 // Share of pixels that differ by more than `bound` of the mean.
@@ -127,13 +57,6 @@ Scene mirrored(const Scene& original) {
     l.direction.x = -l.direction.x;
   }
   return scene;
-}
-
-// Means of 8 x 8 pixels: what is left is not a matter of where single rays fell.
-std::vector<glm::vec3> blocks(const std::vector<glm::vec3>& image, std::uint32_t width) {
-  std::vector<glm::vec3> out(image.size() / 64, glm::vec3(0.0f));
-  for (std::size_t i = 0; i < image.size(); ++i) out[i / width / 8 * (width / 8) + i % width / 8] += image[i] / 64.0f;
-  return out;
 }
 
 TEST(CameraRays, middleLooksForwardAndEdgesSpanTheFieldOfView) {
@@ -206,120 +129,6 @@ TEST(RenderCpu, aLightThatTheRelighterRefusesIsAnError) {
     ASSERT_FALSE(frame) << bounces;
     EXPECT_NE(frame.error().message.find("direction"), std::string::npos) << frame.error().message;
   }
-}
-
-// Glossy light of a draft against paths: lobes that the bands carry.
-TEST(RenderCpu, glossyLightIsWhatPathsSee) {
-  Context context;
-  RenderRequest r = request(level(), &levelBake(), "cam_hall");
-  r.bands = {6, 4};
-  r.width = 64;
-  r.height = 32;
-  ReferenceOptions options;
-  options.width = r.width;
-  options.height = r.height;
-  options.samplesPerPixel = 96;
-  options.emissive = r.emissive;
-  options.sky = r.sky;
-  const auto tracer = RayTracer::create(level(), "avx2", context);
-  ASSERT_TRUE(tracer);
-  for (const float exponent : {1.0f, 4.0f}) {
-    r.exponent = options.exponent = exponent;
-    const auto frame = renderCpu(*tracer, r, context);
-    const auto truth = renderReference(*tracer, r.camera, r.lights, options, context);
-    ASSERT_TRUE(frame && truth);
-    std::vector<glm::vec3> paths;
-    for (std::size_t i = 0; i < frame->glossy.size(); ++i)
-      paths.push_back(truth->glossyDirect[i] + truth->glossyIndirect[i]);
-    EXPECT_NEAR(total(frame->glossy) / total(paths), 1.0, 0.05) << exponent;
-    const double apart = relativeRms(blocks(paths, 64), blocks(frame->glossy, 64));
-    EXPECT_LT(apart, 0.12) << exponent;
-    RecordProperty("exponent" + std::to_string(static_cast<int>(exponent)), std::to_string(apart));
-  }
-}
-
-// The level with the same gloss on all surfaces.
-Scene glossyLevel(float metalness, float roughness) {
-  Scene scene = level();
-  for (Material& material : scene.materials) {
-    material.gloss.metalness = metalness;
-    material.gloss.roughness = roughness;
-  }
-  return scene;
-}
-
-TEST(RenderCpu, whiteSurfacesOfAnyMaterialShineLikeTheSkyAroundThem) {
-  // A white furnace by a bake: a floor alone under a sky of 1. What caches carry and what rays do, and any mix of them.
-  Scene scene;
-  test::addInstance(scene, test::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, test::addMaterial(scene, glm::vec3(1.0f))));
-  test::finish(scene);
-  scene.cameras.push_back(test::lookAt({1.5f, 1.2f, 0.1f}, {0, 0, 0}));
-  const Bake made = bakeDraft(scene);
-  RenderRequest r;
-  r.bake = &made;
-  r.camera = scene.cameras[0];
-  r.sky.radiance = glm::vec3(1.0f);
-  r.width = r.height = 24;
-  r.samples = 2;
-  r.gloss = true;
-  for (const float metalness : {0.0f, 0.5f, 1.0f}) {
-    for (const float roughness : {0.0f, 0.3f, 0.5f, 0.6f, 1.0f}) {
-      scene.materials[0].gloss.metalness = metalness;
-      scene.materials[0].gloss.roughness = roughness;
-      const auto frame = drawCpu(scene, r);
-      ASSERT_TRUE(frame) << frame.error().message;
-      for (const glm::vec3& p : composeAov(*frame, Aov::full))
-        EXPECT_NEAR(p.x, 1.0f, 0.03f) << metalness << ' ' << roughness;
-    }
-  }
-}
-
-TEST(RenderCpu, glossOfMaterialsIsWhatPathsSee) {
-  RenderRequest r = request(level(), &levelBake(), "cam_hall");
-  r.straight = r.centres = false;
-  r.gloss = true;
-  r.width = 64;
-  r.height = 32;
-  r.samples = 8;
-  ReferenceOptions options;
-  options.width = r.width;
-  options.height = r.height;
-  options.samplesPerPixel = 128;
-  options.emissive = true;
-  options.sky = r.sky;
-  options.gloss = true;
-  for (const float roughness : {0.2f, 0.6f, 1.0f}) {
-    const Scene scene = glossyLevel(0.5f, roughness);
-    Context context;
-    const auto tracer = RayTracer::create(scene, "avx2", context);
-    ASSERT_TRUE(tracer);
-    const auto frame = renderCpu(*tracer, r, context);
-    const auto truth = renderReference(*tracer, r.camera, r.lights, options, context);
-    ASSERT_TRUE(frame && truth);
-    std::vector<glm::vec3> paths;
-    for (std::size_t i = 0; i < frame->glossy.size(); ++i)
-      paths.push_back(truth->glossyDirect[i] + truth->glossyIndirect[i]);
-    EXPECT_NEAR(total(frame->glossy) / total(paths), 1.0, 0.05) << roughness;
-    EXPECT_LT(relativeRms(blocks(truth->albedo, 64), blocks(frame->albedo, 64)), 0.02) << roughness;
-    const double apart = relativeRms(blocks(paths, 64), blocks(frame->glossy, 64));
-    EXPECT_LT(apart, 0.15) << roughness;
-    RecordProperty("roughness" + std::to_string(static_cast<int>(10.0f * roughness)), std::to_string(apart));
-  }
-}
-
-TEST(RenderCpu, glossIsPartOfAllLightAndLeavesDiffuseLightAsItIs) {
-  RenderRequest r = request(level(), &levelBake(), "cam_hall");
-  const Scene scene = glossyLevel(1.0f, 0.7f);
-  const auto plain = drawCpu(scene, r);
-  r.gloss = true;
-  const auto glossy = drawCpu(scene, r);
-  ASSERT_TRUE(plain && glossy);
-  // Metals scatter nothing; what is seen is what they mirror.
-  EXPECT_EQ(total(glossy->albedo), 0.0);
-  const auto full = composeAov(*glossy, Aov::full), mirrored = composeAov(*glossy, Aov::glossy);
-  for (std::size_t i = 0; i < full.size(); ++i) EXPECT_EQ(full[i], glossy->emission[i] + mirrored[i]);
-  EXPECT_GT(total(mirrored), 0.2 * total(composeAov(*plain, Aov::full)));
-  EXPECT_EQ(glossy->emission, plain->emission);
 }
 
 TEST(RenderCpu, emittersAloneHaveNothingBouncedInTheFirstFrame) {
@@ -404,69 +213,6 @@ TEST(RenderGl, agreesWithTheCpu) {
       const auto [a, b] = pair(aov);
       EXPECT_LT(shareBeyond(a, b, 0.02), 0.01) << name << " " << aovNames()[static_cast<std::size_t>(aov)];
     }
-  }
-}
-
-// A floor with a normal map and roughness in a texture, in a room with a lamp and a light, seen from within. The room
-// is a mirror image when asked for.
-Scene mappedRoom(bool isMirrored) {
-  Scene scene;
-  scene.images.resize(2);
-  scene.images[0].levels.push_back(
-      {2, 2, {170, 128, 240, 255, 90, 128, 240, 255, 128, 190, 230, 255, 128, 80, 240, 255}});
-  scene.images[1].levels.push_back({2, 1, {0, 255, 0, 255, 0, 170, 255, 255}});
-  for (Image& image : scene.images) image.isColor = false;
-  Mesh floor = test::quad({0, 0, 3}, {4, 0, 0}, {0, 0, -3}, test::addMaterial(scene, {0.8f, 0.5f, 0.3f}));
-  MaterialGloss& gloss = scene.materials[0].gloss;
-  gloss.roughness = 0.9f;
-  gloss.texture.image = 1;
-  gloss.normalTexture.image = 0;
-  EXPECT_EQ(makeTangents(floor, {}, gloss.normalTexture), 0u);
-  glm::mat4 mirror(1.0f);
-  if (isMirrored) mirror[0][0] = -1.0f;
-  test::addInstance(scene, floor, mirror);
-  test::addInstance(
-      scene, test::box({-0.5f, -0.5f, -0.5f}, {4.5f, 3, 3.5f}, true, test::addMaterial(scene, {0.6f, 0.7f, 0.8f})),
-      mirror);
-  test::addInstance(
-      scene, test::quad({1, 2.9f, 1}, {1.5f, 0, 0}, {0, 0, 1}, test::addMaterial(scene, glm::vec3(0.0f), {6, 5, 4})),
-      mirror);
-  scene.materials[1].gloss = {0.0f, 0.7f, {}, {}, 1.0f};
-  test::finish(scene);
-  const float side = isMirrored ? -1.0f : 1.0f;
-  SceneLight light;
-  light.name = "light";
-  light.positionWorld = {side * 3, 2, 1};
-  light.intensity = glm::vec3(3.0f);
-  scene.lights.push_back(light);
-  scene.cameras.push_back(test::lookAt({side * 0.3f, 1.5f, 2.7f}, {side * 2.2f, 0.2f, 1}));
-  scene.cameras[0].name = "cam";
-  return scene;
-}
-
-TEST(RenderGl, glossAndNormalMapsAreTheCpus) {
-  for (const bool isMirrored : {false, true}) {
-    const Scene scene = mappedRoom(isMirrored);
-    const Bake made = bakeDraft(scene);
-    RenderRequest r = request(scene, &made, "cam");
-    r.straight = false;
-    r.gloss = true;
-    Context context;
-    const auto gl = renderGl(scene, r, context);
-    if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
-    ASSERT_TRUE(gl) << gl.error().message;
-    const auto cpu = drawCpu(scene, r);
-    ASSERT_TRUE(cpu) << cpu.error().message;
-    EXPECT_LT(relativeRms(cpu->normal, gl->normal), 0.03) << isMirrored;
-    EXPECT_LT(relativeRms(cpu->albedo, gl->albedo), 0.05) << isMirrored;
-    EXPECT_LT(relativeRms(composeAov(*cpu, Aov::glossy), composeAov(*gl, Aov::glossy)), 0.08) << isMirrored;
-    EXPECT_NEAR(total(gl->glossy) / total(cpu->glossy), 1.0, 0.02) << isMirrored;
-    EXPECT_LT(relativeRms(composeAov(*cpu, Aov::full), composeAov(*gl, Aov::full)), 0.05) << isMirrored;
-    // The map is seen: without it the floor's normals are those of its triangles.
-    RenderRequest plain = r;
-    plain.gloss = false;
-    const auto flat = drawCpu(scene, plain);
-    EXPECT_GT(relativeRms(flat->normal, cpu->normal), 0.1) << isMirrored;
   }
 }
 

@@ -3,6 +3,7 @@
 #include "relume/relighter.h"
 
 #include "tests/runtime/furnace_bake.h"
+#include "tests/runtime/make_relighter.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <gtest/gtest.h>
@@ -21,17 +22,12 @@ namespace {
 // Tolerances: albedo is kept in 8 bits, radiosity in 8 to 9 (runtime/shared/pack_surfel.h, pack_color.h).
 
 constexpr float kPi = std::numbers::pi_v<float>;
-
-Relighter make(const Bake& bake, const RelightOptions& options = {}) {
-  Result<Relighter> made = Relighter::create(bake, options);
-  EXPECT_TRUE(made) << (made ? "" : made.error().message);
-  return std::move(*made);
-}
+using test::makeRelighter;
 
 TEST(Furnace, bouncesFollowTheGeometricSeries) {
   const float rho = 0.6f, emission = 2.0f;
   for (const std::uint32_t bands : {2u, 3u, 4u, 6u}) {
-    Relighter relighter = make(test::makeFurnaceBake(rho, emission, bands));
+    Relighter relighter = makeRelighter(test::makeFurnaceBake(rho, emission, bands));
     float radiosity = 0.0f;
     for (int frame = 0; frame < 40; ++frame) {
       ASSERT_TRUE(relighter.relight({}));
@@ -48,7 +44,7 @@ TEST(Furnace, bouncesFollowTheGeometricSeries) {
 }
 
 TEST(Furnace, bounceScaleScalesEachBounce) {
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 4));
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 4));
   LightSetup setup;
   setup.bounceScale = 0.0f;
   for (int frame = 0; frame < 3; ++frame) EXPECT_TRUE(relighter.relight(setup));
@@ -60,7 +56,7 @@ TEST(Furnace, bounceScaleScalesEachBounce) {
 
 TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
   const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 3);
-  Relighter relighter = make(bake);
+  Relighter relighter = makeRelighter(bake);
   LightSetup setup;
   setup.emissionScale = glm::vec3(0.0f);
   setup.bounceScale = 0.0f;
@@ -80,7 +76,7 @@ TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
 TEST(Furnace, hostsOwnLightIsRefusedWithoutItsOption) {
   RelightOptions options;
   options.surfelArrays = false;
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 3), options);
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 3), options);
   EXPECT_TRUE(relighter.relight({}));
   EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
   const std::vector<glm::vec3> irradiance(6, glm::vec3(3, 2, 1));
@@ -91,7 +87,7 @@ TEST(Furnace, hostsOwnLightIsRefusedWithoutItsOption) {
 }
 
 TEST(Furnace, resetForgets) {
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 3));
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 3));
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(relighter.relight({}));
   relighter.reset();
   EXPECT_EQ(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
@@ -99,27 +95,9 @@ TEST(Furnace, resetForgets) {
   EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
 }
 
-TEST(Sky, patchesAndConstantReachTheCaches) {
-  // Only sky: no surfel sends light.
-  const Bake bake = test::makeSyntheticBake({.surfels = 64, .skyPatches = 32, .linksPerCache = 64});
-  Relighter relighter = make(bake);
-  LightSetup setup;
-  setup.emissionScale = glm::vec3(0.0f);
-  setup.bounceScale = 0.0f;
-  setup.skyRadiance = glm::vec3(2.0f);
-  EXPECT_TRUE(relighter.relight(setup));
-  const std::vector<float> constant = relighter.cacheCoefficients();
-  EXPECT_GT(constant[0], 0.0f);
-  std::vector<glm::vec3> patches(32, glm::vec3(2.0f));
-  setup.skyPatches = patches;
-  setup.skyRadiance = glm::vec3(77.0f);
-  EXPECT_TRUE(relighter.relight(setup));
-  EXPECT_EQ(relighter.cacheCoefficients(), constant);
-}
-
 TEST(Visibility, isAskedForAndMultiplied) {
   const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
-  Relighter relighter = make(bake);
+  Relighter relighter = makeRelighter(bake);
   std::vector<Light> lights(2);
   lights[0].kind = LightKind::directional;
   lights[0].direction = {-1, 0, 0};
@@ -152,7 +130,7 @@ TEST(Threads, changeNothing) {
     for (std::uint32_t i = 0; i < tasks; i += 2) body(i);
     other.join();
   };
-  Relighter one = make(bake), two = make(bake, threaded);
+  Relighter one = makeRelighter(bake), two = makeRelighter(bake, threaded);
   for (int frame = 0; frame < 3; ++frame) {
     EXPECT_TRUE(one.relight(setup));
     EXPECT_TRUE(two.relight(setup));
@@ -164,8 +142,8 @@ TEST(Sharing, relightersKeepTheBakesArraysAlive) {
   std::vector<Relighter> relighters;
   {
     const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 4);
-    relighters.push_back(make(bake));
-    relighters.push_back(make(bake, {.lumaBands = 3, .chromaBands = 1}));
+    relighters.push_back(makeRelighter(bake));
+    relighters.push_back(makeRelighter(bake, {.lumaBands = 3, .chromaBands = 1}));
   }
   LightSetup dark;
   dark.emissionScale = glm::vec3(0.0f);
@@ -185,7 +163,7 @@ void expectRefused(const Relighter& relighter, const LightSetup& setup, const st
 }
 
 TEST(Setup, whatCannotBeLitIsRefusedByName) {
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 2));
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 2));
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
   EXPECT_TRUE(relighter.check({}));
   const std::vector<glm::vec3> five(5, glm::vec3(1.0f));
@@ -225,7 +203,7 @@ TEST(Setup, whatCannotBeLitIsRefusedByName) {
 }
 
 TEST(Setup, eachFieldOfALightIsRefusedByIndexAndName) {
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 2));
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 2));
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
   std::vector<Light> lights(3);
   LightSetup setup;
@@ -262,7 +240,7 @@ TEST(Setup, eachFieldOfALightIsRefusedByIndexAndName) {
 }
 
 TEST(Setup, whatAKindOfLightDoesNotHaveMayHoldAnything) {
-  Relighter relighter = make(test::makeFurnaceBake(0.5f, 1.0f, 2));
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 2));
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Light> lights(2);
   lights[0] = {.kind = LightKind::directional,
@@ -281,7 +259,7 @@ TEST(Setup, directionsWithinOnePercentOfUnitLengthAreNormalised) {
   const glm::vec3 unit = glm::normalize(glm::vec3(-0.6f, 0.7f, 0.2f));
   for (const LightKind kind : {LightKind::directional, LightKind::spot}) {
     const auto coefficients = [&](float length) {
-      Relighter relighter = make(test::makeFurnaceBake(0.5f, 0.0f, 3));
+      Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 0.0f, 3));
       const Light light{.kind = kind, .intensity = glm::vec3(7.0f), .direction = unit * length};
       LightSetup setup;
       setup.lights = std::span(&light, 1);
@@ -295,7 +273,7 @@ TEST(Setup, directionsWithinOnePercentOfUnitLengthAreNormalised) {
       for (std::size_t i = 0; i < off.size(); ++i)
         ASSERT_NEAR(off[i], exact[i], 1e-5f + 0.005f * std::abs(exact[i])) << length;
     }
-    Relighter relighter = make(test::makeFurnaceBake(0.5f, 0.0f, 3));
+    Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 0.0f, 3));
     for (const float length : {0.0f, 0.5f, 0.985f, 1.015f, 30.0f}) {
       const Light light{.kind = kind, .direction = unit * length};
       LightSetup setup;
@@ -318,7 +296,7 @@ TEST(Setup, whatIsTakenStaysFinite) {
     for (const Simd simd : {Simd::baseline, Simd::best}) {
       RelightOptions options;
       options.simd = simd;
-      Relighter relighter = make(*bake, options);
+      Relighter relighter = makeRelighter(*bake, options);
       std::vector<Light> lights;
       const glm::vec3 surfel = bake->surfels.positionWorld[0];
       for (const LightKind kind : {LightKind::directional, LightKind::point, LightKind::spot}) {
@@ -358,7 +336,7 @@ TEST(Setup, whatIsTakenStaysFinite) {
 
 TEST(Options, bandsAreHeldAgainstLinksAndEachOther) {
   const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 3);
-  EXPECT_EQ(make(bake).lumaBands(), 3);
+  EXPECT_EQ(makeRelighter(bake).lumaBands(), 3);
   for (const RelightOptions& options :
        {RelightOptions{.lumaBands = 4}, RelightOptions{.lumaBands = -1},
         RelightOptions{.lumaBands = 2, .chromaBands = 3}, RelightOptions{.chromaBands = 9}}) {
@@ -384,137 +362,6 @@ void change(Array<T>& array, std::size_t index, T value) {
   std::vector<T> copy = array.toVector();
   copy[index] = value;
   array = std::move(copy);
-}
-
-// Random places in the room of a synthetic bake, and a normal each.
-std::pair<std::vector<glm::vec3>, std::vector<glm::vec3>> receivers(std::size_t count) {
-  std::mt19937 random(6);
-  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
-  std::normal_distribution<float> gauss;
-  std::vector<glm::vec3> positions, normals;
-  for (std::size_t i = 0; i < count; ++i) {
-    positions.emplace_back(12.0f * uniform(random), 4.0f * uniform(random), 6.0f * uniform(random));
-    normals.push_back(glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random))));
-  }
-  return {positions, normals};
-}
-
-TEST(GridTexture, withoutTrustOrRoomIsReadLikeTheCachesAround) {
-  const Bake bake = test::makeBakeWithBricks({5, 4, 4}, true, true);
-  RelightOptions none, closed, tiny;
-  closed.gridTexture = tiny.gridTexture = true;
-  closed.gridTrust = 0.0f;
-  tiny.gridTextureBytes = 72 * 5 * 4 * 4 - 1;
-  LightSetup setup;
-  const std::vector<Light> lights{{.kind = LightKind::point, .intensity = {60, 20, 10}, .positionWorld = {3, 2, 3}}};
-  setup.lights = lights;
-  const auto [positions, normals] = receivers(300);
-  for (const RelightOptions& options : {none, closed, tiny}) {
-    Relighter relighter = make(bake, options);
-    ASSERT_TRUE(relighter.relight(setup));
-    EXPECT_EQ(relighter.gridTexture().openCells, 0u);
-    EXPECT_EQ(relighter.gridTexture().resolution.x > 0, options.gridTrust == 0.0f);
-    int lit = 0;
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const glm::vec3 expected = relighter.irradianceInGrid(positions[i], normals[i]);
-      lit += expected.r > 0.0f;
-      EXPECT_EQ(relighter.irradianceInGrid(positions[i], normals[i], GridLookup::texture), expected);
-      EXPECT_EQ(relighter.irradianceInGrid(positions[i], normals[i], GridLookup::smooth), expected);
-    }
-    EXPECT_GT(lit, 150);
-  }
-}
-
-TEST(GridTexture, isThatOfTheLastFrame) {
-  const Bake bake = test::makeBakeWithBricks({5, 4, 4}, true, false);
-  RelightOptions options;
-  options.gridTexture = true;
-  options.gridTrust = 1.0f;
-  Relighter relighter = make(bake, options), fresh = make(bake, options);
-  const auto [positions, normals] = receivers(300);
-  std::vector<glm::vec3> first(300), again(300), expected(300), before(300, glm::vec3(1.0f));
-  ASSERT_TRUE(fresh.irradianceInGrid(positions, normals, before, GridLookup::texture));
-  EXPECT_EQ(before, std::vector<glm::vec3>(300, glm::vec3(0.0f))) << "before the first frame";
-  LightSetup dim, bright;
-  const std::vector<Light> lights{{.kind = LightKind::point, .intensity = {60, 20, 10}, .positionWorld = {3, 2, 3}}};
-  const std::vector<Light> others{{.kind = LightKind::point, .intensity = {5, 60, 90}, .positionWorld = {9, 2, 3}}};
-  dim.lights = lights, bright.lights = others;
-  dim.bounceScale = bright.bounceScale = 0.0f;
-  ASSERT_TRUE(relighter.relight(dim));
-  ASSERT_TRUE(relighter.irradianceInGrid(positions, normals, first, GridLookup::smooth));
-  ASSERT_TRUE(relighter.relight(bright));
-  ASSERT_TRUE(fresh.relight(bright));
-  for (const GridLookup lookup : {GridLookup::texture, GridLookup::smooth}) {
-    ASSERT_TRUE(relighter.irradianceInGrid(positions, normals, again, lookup));
-    ASSERT_TRUE(fresh.irradianceInGrid(positions, normals, expected, lookup));
-    EXPECT_EQ(again, expected);
-  }
-  EXPECT_NE(again, first);
-  EXPECT_STREQ(fresh.passTimes().back().pass, "grid texture");
-  EXPECT_EQ(fresh.bufferSizes().back().first, "grid texture");
-  relighter.reset();
-  ASSERT_TRUE(relighter.irradianceInGrid(positions, normals, again, GridLookup::texture));
-  EXPECT_EQ(again, std::vector<glm::vec3>(300, glm::vec3(0.0f)));
-}
-
-TEST(GridTexture, threadsChangeNothing) {
-  const Bake bake = test::makeBakeWithBricks({5, 4, 4}, true, true);
-  const auto [positions, normals] = receivers(300);
-  std::vector<std::vector<glm::vec3>> found;
-  for (const int threads : {1, 2, 7}) {
-    RelightOptions options;
-    options.gridTexture = true;
-    options.gridTrust = 0.6f;
-    options.parallelFor = [threads](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-      std::vector<std::thread> workers;
-      for (int t = 0; t < threads; ++t) {
-        workers.emplace_back([&, t] {
-          for (auto i = static_cast<std::uint32_t>(t); i < tasks; i += static_cast<std::uint32_t>(threads)) body(i);
-        });
-      }
-      for (std::thread& worker : workers) worker.join();
-    };
-    Relighter relighter = make(bake, options);
-    const std::vector<Light> lights{{.kind = LightKind::point, .intensity = {60, 20, 10}, .positionWorld = {3, 2, 3}}};
-    LightSetup setup;
-    setup.lights = lights;
-    ASSERT_TRUE(relighter.relight(setup));
-    found.emplace_back(300);
-    ASSERT_TRUE(relighter.irradianceInGrid(positions, normals, found.back(), GridLookup::smooth));
-    EXPECT_NE(found.back()[0], glm::vec3(0.0f));
-    EXPECT_EQ(found.back(), found.front()) << threads << " threads";
-  }
-}
-
-TEST(GridTexture, trustOutOfRangeIsRefused) {
-  const Bake bake = test::makeFurnaceBake(0.5f, 1.0f, 2);
-  for (const float trust : {-0.1f, 1.01f, std::numeric_limits<float>::quiet_NaN()}) {
-    RelightOptions options;
-    options.gridTrust = trust;
-    const auto made = Relighter::create(bake, options);
-    ASSERT_FALSE(made);
-    EXPECT_EQ(made.error().code, ErrorCode::usage);
-    EXPECT_NE(made.error().message.find("gridTrust is "), std::string::npos) << made.error().message;
-  }
-}
-
-// A closed box of one albedo: every receiver has the same light, which six vectors hold exactly.
-TEST(GridTexture, furnaceHasTheLightOfTheCachesAround) {
-  const float rho = 0.6f, emission = 2.0f, limit = kPi * emission / (1.0f - rho);
-  for (const std::uint32_t bands : {2u, 3u, 4u, 6u}) {
-    RelightOptions options;
-    options.gridTexture = true;
-    options.gridTrust = 1.0f;
-    Relighter relighter = make(test::makeFurnaceBake(rho, emission, bands), options);
-    EXPECT_TRUE(relightUntilConverged(relighter, {}, 1e-6f));
-    std::mt19937 random(2);
-    std::normal_distribution<float> gauss;
-    for (int i = 0; i < 200; ++i) {
-      const glm::vec3 n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
-      const glm::vec3 e = relighter.irradianceInGrid({0, 0, 0}, n, GridLookup::texture);
-      EXPECT_NEAR(e.g, limit, 0.01f * limit) << bands;
-    }
-  }
 }
 
 TEST(BakeCheck, eachBrokenInvariantIsNamed) {
@@ -552,54 +399,6 @@ TEST(BakeCheck, eachBrokenInvariantIsNamed) {
   expectInvalid([](Bake& b) { change(b.links.shNode, 4, 11u); }, "link.node[4]");
   expectInvalid([](Bake& b) { b.links.bands = 9; }, "link bands");
   expectInvalid([](Bake& b) { b.links.bands = 3; }, "link.sh");
-}
-
-TEST(Environment, patchesAverageTheirTexels) {
-  const std::vector<glm::vec3> centres = {{0, 1, 0}, {0, -1, 0}};
-  // Four rows of eight: the upper half 1, the lower half 3.
-  std::vector<glm::vec3> texels(32, glm::vec3(1.0f));
-  std::fill(texels.begin() + 16, texels.end(), glm::vec3(3.0f));
-  const std::vector<glm::vec3> radiance = projectEnvironment(centres, texels, 8, 4);
-  ASSERT_EQ(radiance.size(), 2u);
-  EXPECT_NEAR(radiance[0].x, 1.0f, 1e-6f);
-  EXPECT_NEAR(radiance[1].x, 3.0f, 1e-6f);
-  EXPECT_TRUE(projectEnvironment(centres, texels, 8, 5).empty());
-  EXPECT_TRUE(projectEnvironment(centres, {}, 0, 0).empty());
-}
-
-TEST(Sky, ofTwoColorsAndOfSphericalHarmonics) {
-  const std::vector<glm::vec3> directions{{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0.6f, 0.8f}};
-  const glm::vec3 blue(1, 2, 4), brown(0.4f, 0.2f, 0.0f);
-  const std::vector<glm::vec3> two = twoColorSky(directions, blue, brown);
-  EXPECT_EQ(two[0], blue);
-  EXPECT_EQ(two[1], brown);
-  EXPECT_LT(glm::distance(two[2], 0.5f * (blue + brown)), 1e-6f);
-  EXPECT_LT(glm::distance(two[3], 0.8f * blue + 0.2f * brown), 1e-6f);
-
-  // The same sky in two bands: its mean, and half its difference along y.
-  const float y0 = 0.28209479f, y1 = 0.48860251f;
-  const std::vector<glm::vec3> coefficients{0.5f * (blue + brown) / y0, 0.5f * (blue - brown) / y1, {}, {}};
-  const std::vector<glm::vec3> harmonics = shSky(directions, coefficients);
-  for (std::size_t i = 0; i < two.size(); ++i) EXPECT_LT(glm::distance(harmonics[i], two[i]), 1e-5f) << i;
-  EXPECT_EQ(shSky(directions, std::vector<glm::vec3>{{}, {0, -9, 0}, {}, {}})[0], glm::vec3(0.0f))
-      << "no light below 0";
-  EXPECT_TRUE(shSky(directions, std::span(coefficients).first(3)).empty());
-  EXPECT_TRUE(shSky(directions, {}).empty());
-}
-
-TEST(Environment, theMiddleOfARowIsMinusZAndColumnsTurnTowardPlusX) {
-  const std::vector<glm::vec3> centres = {{0, 0, -1}, {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}};
-  std::vector<glm::vec3> texels(64 * 3, glm::vec3(0.0f));
-  // Columns 24..39 are the quarter around the middle, 40..55 the next one.
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 24; column < 40; ++column) texels[row * 64 + column] = glm::vec3(1.0f);
-    for (std::size_t column = 40; column < 56; ++column) texels[row * 64 + column] = glm::vec3(2.0f);
-  }
-  const std::vector<glm::vec3> radiance = projectEnvironment(centres, texels, 64, 3);
-  EXPECT_NEAR(radiance[0].x, 1.0f, 1e-6f);
-  EXPECT_NEAR(radiance[1].x, 2.0f, 1e-6f);
-  EXPECT_EQ(radiance[2].x, 0.0f);
-  EXPECT_EQ(radiance[3].x, 0.0f);
 }
 
 }  // namespace

@@ -49,7 +49,9 @@ void main() {
     exponent = levelExponent(metalRough.y);
     if (viewMode == 0 || viewMode == 3) highlights = levelHighlights(p, r, exponent, toEye);
   }
-  if (viewMode == 3 || (viewMode == 0 && max(specular.r, max(specular.g, specular.b)) > 0.0)) gloss = levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
+  bool shines = max(specular.r, max(specular.g, specular.b)) > 0.0;
+  if (viewMode == 3 || (viewMode == 0 && shines))
+    gloss = levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
   if (viewMode == 0) {
     color = diffuse * (viewShare.x * direct + viewShare.y * links) + levelEmission();
     color += specular * (viewShare.y * gloss + viewShare.x * highlights);
