@@ -13,6 +13,7 @@
 #include "runtime/shared/memory.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
+#include "runtime/shared/texture_resolve.h"
 
 #include <glm/common.hpp>
 
@@ -53,6 +54,7 @@ struct Relighter::State {
     }
   } inherited;
 
+  ResolveSource resolveSource() { return {caches, bands, backend->gridTexture(), &memory}; }
   CacheLight cacheLight() const { return {bands, backend->coefficients(), true}; }
 
   // Irradiance in the grid by one kind of look-up: the texture where it answers, else the caches around.
@@ -409,6 +411,34 @@ Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3
   if (!cubes.empty()) {
     relume::ambientVolume(state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
   }
+  return done();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+Result<TextureResolve> Relighter::textureResolve() const try {
+  return describeTextures(state_->resolveSource());
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+Result<std::string> Relighter::textureResolveGlsl() const try {
+  return relume::textureResolveGlsl(state_->bands, state_->backend->gridTexture() != nullptr);
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+Status Relighter::writeResolveTexture(std::size_t texture, std::span<std::byte> texels) const try {
+  const ResolveSource source = state_->resolveSource();
+  const Result<TextureResolve> resolve = describeTextures(source);
+  if (!resolve) return resolve.error();
+  if (texture >= resolve->textures.size())
+    return usage("texture is " + std::to_string(texture) + ", there are " + std::to_string(resolve->textures.size()));
+  const ResolveTexture& wanted = resolve->textures[texture];
+  if (texels.size() != wanted.bytes) return wrongSize("texels", texels.size(), wanted.bytes);
+  const std::span<const float> gridTexels =
+      source.gridTexture && wanted.isLight ? state_->backend->gridTexels() : std::span<const float>();
+  writeTexels(source, wanted, state_->cacheLight(), gridTexels, state_->parallelFor, texels);
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);

@@ -8,6 +8,10 @@
 // and the glossy light of lib/glossy.glsl.
 // n is the unit shading normal, geometricNormal that of the triangle, on the viewer's side. Multiply by albedo / pi for
 // reflected radiance. Needs RELUME_LUMA_BANDS and RELUME_CHROMA_BANDS, which Relighter::resolveGlsl() defines.
+#ifdef GL_ES
+precision highp float;
+precision highp int;
+#endif
 #include "shared/layout.h"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"
@@ -25,18 +29,22 @@
 #ifndef RELUME_GUESS_BANDS
 #define RELUME_GUESS_BANDS 0
 #endif
+// RELUME_RESOLVE_TEXTURES: by textures and plain uniforms alone, in any GLSL from 3.30 and ES 3.00 on.
+#ifndef RELUME_RESOLVE_TEXTURES
+#define RELUME_RESOLVE_TEXTURES 0
+#endif
 // RELUME_GLOSSY: with what glossy receivers call.
 #ifndef RELUME_GLOSSY
 #define RELUME_GLOSSY 0
 #endif
 
-layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
-layout(binding = RELUME_RESOLVE_UNIT_CO) uniform sampler2DArray relumeLightmapCo;
-layout(binding = RELUME_RESOLVE_UNIT_CG) uniform sampler2DArray relumeLightmapCg;
-layout(binding = RELUME_RESOLVE_UNIT_NORMAL) uniform sampler2D relumeLightmapNormal;
-layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
-layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGrid[]; };
-layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
+// Where the light is read from: relumeMapY(), relumeMapCo(), relumeMapCg(), relumeMapNormal(), relumeCoefficients(),
+// relumeGridWord(), relumeDepthByte(), relumeResolve.
+#if RELUME_RESOLVE_TEXTURES
+#include "lib/resolve_textures.glsl"
+#else
+#include "lib/resolve_buffers.glsl"
+#endif
 
 // Receivers that are read for, as in runtime/cpu/resolve.h; by bits, for GLSL may take it that nothing is NaN.
 bool relumeFinite(float v) { return (floatBitsToUint(v) & 0x7F800000u) != 0x7F800000u; }
@@ -93,7 +101,7 @@ vec3 relumeFinish(vec3 e, mat3x4 c, float upper, vec3 n, float clamped) {
 vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   if (!relumeFinite(uv.x) || !relumeFinite(uv.y) || !relumeCanShade(n) || !relumeCanShade(geometricNormal)) return vec3(0.0);
   // The filtered w is the share of texels that have a cache: dividing by it leaves the others out.
-  vec4 normal = textureLod(relumeLightmapNormal, uv, 0.0);
+  vec4 normal = relumeMapNormal(uv);
   if (!(normal.w > 0.0)) return vec3(0.0);
   float size = length(normal.xyz);
   vec3 cacheNormal = size > 0.0 ? normal.xyz / size : vec3(0.0);
@@ -108,22 +116,22 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   vec4 lobe[RELUME_LUMA_LAYERS];
   relumeMakeLobe(n, share, 1.0 + dot(cacheNormal, cacheNormal), lobe);
 
-  vec4 y0 = textureLod(relumeLightmapY, vec3(uv, 0.0), 0.0);
-  vec4 co0 = textureLod(relumeLightmapCo, vec3(uv, 0.0), 0.0);
-  vec4 cg0 = textureLod(relumeLightmapCg, vec3(uv, 0.0), 0.0);
+  vec4 y0 = relumeMapY(uv, 0);
+  vec4 co0 = relumeMapCo(uv, 0);
+  vec4 cg0 = relumeMapCg(uv, 0);
   vec3 e = vec3(dot(lobe[0], y0), dot(lobe[0], co0), dot(lobe[0], cg0));
   float upper = 0.0;
 #if !RELUME_MAP_IRRADIANCE
   if (share.y > 0.0) {
     for (int layer = 1; layer < RELUME_LUMA_LAYERS; ++layer) {
       if (!RELUME_LAYER_USED(layer)) continue;
-      upper += dot(lobe[layer], textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0));
+      upper += dot(lobe[layer], relumeMapY(uv, layer));
     }
     e.x += upper;
     for (int layer = 1; layer < RELUME_CHROMA_LAYERS; ++layer) {
       if (!RELUME_LAYER_USED(layer)) continue;
-      e.y += dot(lobe[layer], textureLod(relumeLightmapCo, vec3(uv, float(layer)), 0.0));
-      e.z += dot(lobe[layer], textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0));
+      e.y += dot(lobe[layer], relumeMapCo(uv, layer));
+      e.z += dot(lobe[layer], relumeMapCg(uv, layer));
     }
   }
 #endif
@@ -137,16 +145,11 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
 
 vec3 relumeIrradianceLightmap(vec2 uv, vec3 n) { return relumeIrradianceLightmap(uv, n, n); }
 
-vec4 relumeCoefficients(uint word) {
-  uvec2 halves = relumeCache[word];
-  return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
-}
-
 // Node of a depth map: v is its direction, a its position in the quadrant.
 float relumeDepthNode(uint map, vec3 v, ivec2 a) {
   const int half_ = kRelumeDepthSide / 2;
   uint node = uint((half_ + (v.y < 0.0 ? -a.y : a.y)) * kRelumeDepthSide + half_ + (v.x < 0.0 ? -a.x : a.x));
-  float b = float(relumeGrid[map + (node >> 2)] >> (8u * (node & 3u)) & 0xFFu);
+  float b = relumeDepthByte(map + (node >> 2), node & 3u);
   return b / (255.0 - min(b, 254.0));
 }
 
@@ -218,7 +221,7 @@ void relumeAddWeighted(uint cache, float w, bool glossy, inout vec4 lobe[RELUME_
 void relumeAddCache(uint cache, float w, vec3 positionWorld, vec3 n, bool glossy, inout vec4 lobe[RELUME_LUMA_LAYERS], inout RelumeGridSum sum) {
   if (cache == kRelumeNone || !(w > 0.0)) return;
   uint record = relumeResolve.gridCaches + cache * (3u + relumeResolve.gridDepthWords);
-  vec3 toward = uintBitsToFloat(uvec3(relumeGrid[record], relumeGrid[record + 1u], relumeGrid[record + 2u])) - positionWorld;
+  vec3 toward = uintBitsToFloat(uvec3(relumeGridWord(record), relumeGridWord(record + 1u), relumeGridWord(record + 2u))) - positionWorld;
   float d = length(toward);
   // Wrap weight: a point behind the receiver's plane sees what the receiver does not.
   float wrap = max(0.05, 0.5 + 0.5 * (d > 0.0 ? dot(toward, n) / d : 1.0));
@@ -242,7 +245,7 @@ RelumeGridSum relumeGatherGrid(vec3 positionWorld, vec3 n, bool glossy, inout ve
   // The brick of the cell, whose hanging points hand their weight to the corners of the lattice they lie between.
   uint brick = kRelumeNone;
   if (relumeResolve.gridBricks != kRelumeNone) {
-    brick = relumeGrid[relumeResolve.gridBricks + (cell.z * cells.y + cell.y) * cells.x + cell.x];
+    brick = relumeGridWord(relumeResolve.gridBricks + (cell.z * cells.y + cell.y) * cells.x + cell.x);
   }
   vec4 low, high;
   if (brick == kRelumeNone) {
@@ -255,7 +258,7 @@ RelumeGridSum relumeGatherGrid(vec3 positionWorld, vec3 n, bool glossy, inout ve
       uvec3 offset = uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2), at = middle + offset;
       vec3 part = mix(1.0 - inBrick, inBrick, vec3(offset));
       float w = part.x * part.y * part.z;
-      uint cache = relumeGrid[relumeResolve.gridFine + brick * kRelumeBrickWords + (at.z * 3u + at.y) * 3u + at.x];
+      uint cache = relumeGridWord(relumeResolve.gridFine + brick * kRelumeBrickWords + (at.z * 3u + at.y) * 3u + at.x);
       if (cache == kRelumeHanging) {
         vec4 shareLow, shareHigh;
         relumeTrilinear(0.5 * vec3(at), shareLow, shareHigh);
@@ -269,7 +272,7 @@ RelumeGridSum relumeGatherGrid(vec3 positionWorld, vec3 n, bool glossy, inout ve
   for (uint corner = 0u; corner < 8u; ++corner) {
     uvec3 at = min(cell + uvec3(corner & 1u, (corner >> 1) & 1u, corner >> 2), r - 1u);
     float w = corner < 4u ? low[corner] : high[corner - 4u];
-    relumeAddCache(relumeGrid[(at.z * r.y + at.y) * r.x + at.x], w, positionWorld, n, glossy, lobe, sum);
+    relumeAddCache(relumeGridWord((at.z * r.y + at.y) * r.x + at.x), w, positionWorld, n, glossy, lobe, sum);
   }
   return sum;
 }

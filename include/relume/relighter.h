@@ -28,6 +28,7 @@
 #include "relume/bake_data.h"
 #include "relume/lights.h"
 #include "relume/result.h"
+#include "relume/texture_resolve.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -257,6 +258,17 @@ class Relighter {
   // Ambient cubes of a volume from the grid: irradiance [W/m²] for the normals +x, -x, +y, -y, +z, -z of each point.
   // [Size 6 * points]
   [[nodiscard]] Status ambientVolume(const AmbientVolume& volume, std::span<glm::vec3> cubes) const;
+
+  // Step 6 in the host's shaders, by textures and plain uniforms alone (texture_resolve.h). The host makes the textures
+  // once, writes those that are light after each relight(), and puts the GLSL behind its #version: valid in GLSL 3.30
+  // and ES 3.00 and all later, it defines the functions of GlResolve::glsl() but for what needs OpenGL 4.3, and, for
+  // OpenGL ES, highp as the default precision of float and int from there on.
+  // unsupported: a grid of more than 2^24 words.
+  [[nodiscard]] Result<TextureResolve> textureResolve() const;
+  [[nodiscard]] Result<std::string> textureResolveGlsl() const;
+  // Texels of one of its textures, [0..textures). usage: an index out of range, a span of another size than
+  // ResolveTexture::bytes; nothing is written then. On the threads of RelightOptions::parallelFor; GL: reads back.
+  [[nodiscard]] Status writeResolveTexture(std::size_t texture, std::span<std::byte> texels) const;
 
   // Coefficients [W/m²/sr] of the unique caches after relight(): lumaBands² of Y, then chromaBands² of Co, then of Cg,
   // a cache at a time. Caches on the light map have no more than CacheBands::onMap() of them (runtime/shared/bands.h),

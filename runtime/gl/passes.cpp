@@ -59,22 +59,6 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands) {
   return {32, std::clamp(32768 / bytesPerCache, 1, 4)};
 }
 
-std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& bands) {
-  return {{"RELUME_LUMA_BANDS", std::to_string(bands.lumaBands)},
-          {"RELUME_CHROMA_BANDS", std::to_string(bands.chromaBands)},
-          {"RELUME_MAP_LUMA_BANDS", std::to_string(bands.onMap(bands.lumaBands))},
-          {"RELUME_MAP_CHROMA_BANDS", std::to_string(bands.onMap(bands.chromaBands))},
-          {"RELUME_MAP_IRRADIANCE", bands.irradianceOnMap ? "1" : "0"}};
-}
-
-std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands, bool gridTexture) {
-  auto defines = bandDefines(bands);
-  defines.emplace_back("RELUME_GLOSSY", "1");
-  defines.emplace_back("RELUME_GUESS_BANDS", "1");
-  defines.emplace_back("RELUME_GRID_TEXTURE", gridTexture ? "1" : "0");
-  return defines;
-}
-
 std::vector<std::pair<std::string, std::string>> cacheDefines(const CacheBands& bands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps, bool map) {
   auto defines = bandDefines(map ? bands.ofMap() : CacheBands{bands.lumaBands, bands.chromaBands});

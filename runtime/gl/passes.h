@@ -6,6 +6,7 @@
 #include "relume/lights.h"
 #include "runtime/gl/program.h"
 #include "runtime/gl/upload.h"
+#include "runtime/shared/resolve_defines.h"
 #include "shaders/shared/layout.h"
 
 #include <glm/vec4.hpp>
@@ -21,12 +22,8 @@ struct CacheGroup {
 
 CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands);
 
-// Definitions that fix bands (and, for light_caches.comp, link kind, group, GpuBake::nodeSteps and whether the caches
-// are the light map's) when a shader is compiled.
-std::vector<std::pair<std::string, std::string>> bandDefines(const CacheBands& bands);
-// The same for the host's receivers: glossy ones too, with what two bands lack guessed, and with the grid's texture or
-// what stands in for it.
-std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands, bool gridTexture = false);
+// Definitions of light_caches.comp: bands, link kind, group, GpuBake::nodeSteps, and whether the caches are the light
+// map's.
 std::vector<std::pair<std::string, std::string>> cacheDefines(const CacheBands& bands, LinkKind kind,
                                                               const CacheGroup& group, int nodeSteps = -1,
                                                               bool map = false);

@@ -1,32 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Shaders from the sources built into the library: includes expanded here, so that no file is needed at run time and no
-// driver extension either.
+// Compute programs of the shaders in shaders/.
 #pragma once
 
 #include "relume/result.h"
 #include "runtime/gl/handle.h"
+#include "runtime/shared/shader_text.h"
 
-#include <span>
-#include <string>
 #include <string_view>
-#include <utility>
 
 namespace relume::gl {
-
-// A source file by its path below shaders/.
-struct EmbeddedShader {
-  std::string_view path, text;
-};
-
-// All of shaders/, made by CMake.
-std::span<const EmbeddedShader> embeddedShaders();
-
-// Preprocessor definitions put in front; an empty value defines the name alone.
-using Defines = std::span<const std::pair<std::string, std::string>>;
-
-// Text of `path` with definitions in front and quoted includes replaced by their files, each at most once. The name
-// host_visibility.glsl stands for `visibilityGlsl`. Without #version. failed: an include that does not exist.
-Result<std::string> expandShader(std::string_view path, Defines defines, std::string_view visibilityGlsl = {});
 
 // A linked compute program. failed: the driver's log and the file.
 Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,

@@ -4,11 +4,11 @@
 
 #include "formats/pack.h"
 #include "runtime/gl/leaf_blocks.h"
-#include "runtime/gl/pack_grid.h"
 #include "runtime/gl/pull_schedule.h"
 #include "runtime/gl/upload_links.h"
 #include "runtime/gl/upload_textures.h"
 #include "runtime/shared/pack_color.h"
+#include "runtime/shared/pack_grid.h"
 #include "runtime/shared/receivers.h"
 #include "shaders/shared/layout.h"
 

@@ -57,26 +57,26 @@ vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent) {
   return relumeIrradianceLightmap(uv, r, r) * 0.318309886;
 #else
   if (!relumeFinite(uv.x) || !relumeFinite(uv.y) || !relumeCanShade(r)) return vec3(0.0);
-  vec4 normal = textureLod(relumeLightmapNormal, uv, 0.0);
+  vec4 normal = relumeMapNormal(uv);
   if (!(normal.w > 0.0)) return vec3(0.0);
   float s[RELUME_LUMA_BANDS];
   relumeGlossyFactors(exponent, s);
   vec4 lobe[RELUME_LUMA_LAYERS];
   relumeEvaluateSh(r, s, lobe);
 
-  vec4 y0 = textureLod(relumeLightmapY, vec3(uv, 0.0), 0.0);
-  vec4 co0 = textureLod(relumeLightmapCo, vec3(uv, 0.0), 0.0);
-  vec4 cg0 = textureLod(relumeLightmapCg, vec3(uv, 0.0), 0.0);
+  vec4 y0 = relumeMapY(uv, 0);
+  vec4 co0 = relumeMapCo(uv, 0);
+  vec4 cg0 = relumeMapCg(uv, 0);
   vec3 sum = vec3(dot(lobe[0], y0), dot(lobe[0], co0), dot(lobe[0], cg0));
   float upper = dot(lobe[0] * relumePastChroma(0, RELUME_MAP_CHROMA_BANDS), y0);
   for (int layer = 1; layer < RELUME_LAYERS(RELUME_MAP_LUMA_BANDS); ++layer) {
-    vec4 part = lobe[layer] * textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0);
+    vec4 part = lobe[layer] * relumeMapY(uv, layer);
     sum.x += dot(part, vec4(1.0));
     upper += dot(part, relumePastChroma(layer, RELUME_MAP_CHROMA_BANDS));
   }
   for (int layer = 1; layer < RELUME_LAYERS(RELUME_MAP_CHROMA_BANDS); ++layer) {
-    sum.y += dot(lobe[layer], textureLod(relumeLightmapCo, vec3(uv, float(layer)), 0.0));
-    sum.z += dot(lobe[layer], textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0));
+    sum.y += dot(lobe[layer], relumeMapCo(uv, layer));
+    sum.z += dot(lobe[layer], relumeMapCg(uv, layer));
   }
   float size = length(normal.xyz);
   float share = size > 0.0 ? relumeShareAbove(s, dot(normal.xyz, r) / size) : 1.0;

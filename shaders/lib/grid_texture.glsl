@@ -7,10 +7,6 @@
 #if RELUME_GRID_TEXTURE
 #include "lib/irradiance_vector.glsl"
 
-layout(binding = RELUME_RESOLVE_UNIT_GRID_VECTORS) uniform sampler3D relumeGridVectors;
-layout(binding = RELUME_RESOLVE_UNIT_GRID_CHROMA) uniform sampler3D relumeGridChroma;
-layout(binding = RELUME_RESOLVE_UNIT_GRID_OPEN) uniform usampler3D relumeGridOpen;
-
 // Luma vectors with their weight, and chroma, of the three halves that a normal reads.
 struct RelumeTexels {
   vec4 luma[3];
@@ -44,7 +40,7 @@ vec3 relumeReadGridTexture(vec3 positionWorld, vec3 n, bool smooth_) {
   vec3 wanted = (near - relumeResolve.gridOriginWorld) / max(relumeResolve.gridTextureSpacing, vec3(1e-20));
   vec3 p = clamp(wanted, vec3(0.0), vec3(r - 1u)), outside = abs(wanted - p);
   uvec3 cell = min(uvec3(p), max(r, uvec3(2u)) - 2u);
-  uint open = texelFetch(relumeGridOpen, ivec3(cell), 0).x;
+  uint open = relumeOpenBits(ivec3(cell));
   if (!(max(outside.x, max(outside.y, outside.z)) <= 0.5) || (open & RELUME_OPEN_CELL) == 0u) return relumeIrradianceGrid(positionWorld, n);
 
   vec3 m = n / sqrt(dot(n, n));

@@ -66,7 +66,7 @@
 #define RELUME_RESOLVE_SLOT_CACHES 5  // storage buffer: coefficients of the grid's caches, four halves a uvec2
 #endif
 #ifndef RELUME_RESOLVE_SLOT_GRID
-#define RELUME_RESOLVE_SLOT_GRID 6  // storage buffer: the grid, runtime/gl/pack_grid.h
+#define RELUME_RESOLVE_SLOT_GRID 6  // storage buffer: the grid, runtime/shared/pack_grid.h
 #endif
 #ifndef RELUME_RESOLVE_SLOT_UNIFORMS
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve

@@ -2,6 +2,7 @@
 // The shaders' libraries against their C++ twins, and all shaders against the reference compiler.
 #include "runtime/gl/passes.h"
 #include "runtime/shared/pack_color.h"
+#include "runtime/shared/texture_resolve.h"
 #include "tests/runtime/gl_test_support.h"
 
 #include "formats/color.h"
@@ -28,7 +29,7 @@ class GlLibrary : public test::GlTest {};
 
 std::string library(const char* file, int bands = 1) {
   const std::vector<std::pair<std::string, std::string>> defines = {{"RELUME_SH_BANDS", std::to_string(bands)}};
-  Result<std::string> text = gl::expandShader(file, defines);
+  Result<std::string> text = expandShader(file, defines);
   EXPECT_TRUE(text) << (text ? "" : text.error().message);
   return text ? *text : std::string();
 }
@@ -176,8 +177,8 @@ TEST(Shaders, passTheReferenceCompiler) {
   fs::create_directories(folder);
   std::string command = std::string(RELUME_GLSLANG_VALIDATOR);
   int files = 0;
-  const auto add = [&](const char* shader, const char* stage, gl::Defines defines, const std::string& tail = "") {
-    Result<std::string> text = gl::expandShader(shader, defines);
+  const auto add = [&](const char* shader, const char* stage, Defines defines, const std::string& tail = "") {
+    Result<std::string> text = expandShader(shader, defines);
     ASSERT_TRUE(text) << text.error().message;
     const fs::path path = folder / (std::to_string(files++) + "." + stage);
     std::ofstream(path) << "#version 430 core\n" << *text << tail;
@@ -193,15 +194,29 @@ TEST(Shaders, passTheReferenceCompiler) {
   add("light_surfels.comp", "comp", {});
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
     for (const bool irradianceOnMap : {false, true}) {
-      const auto bands = gl::bandDefines({luma, chroma, irradianceOnMap});
+      const auto bands = bandDefines({luma, chroma, irradianceOnMap});
       for (const char* grid : {"0", "1"}) {
         auto bounce = bands;
         bounce.emplace_back("RELUME_BOUNCE_GRID", grid);
         add("bounce_surfels.comp", "comp", bounce);
       }
-      add("resolve.glsl", "frag", gl::resolveDefines({luma, chroma, irradianceOnMap}),
+      add("resolve.glsl", "frag", resolveDefines({luma, chroma, irradianceOnMap}),
           "in vec3 p; out vec3 c; void main() { c = relumeIrradianceLightmap(p.xy, p) + relumeIrradianceGrid(p, p) + "
           "relumeGlossyLightmap(p.xy, p, p.x) + relumeGlossyGrid(p, p, p, p.x); }\n");
+      // By textures alone, in the oldest versions that it is meant for.
+      for (const bool gridTexture : {false, true}) {
+        for (const char* version : {"330 core", "300 es"}) {
+          const Result<std::string> text = textureResolveGlsl({luma, chroma, irradianceOnMap}, gridTexture);
+          ASSERT_TRUE(text) << text.error().message;
+          const fs::path path = folder / (std::to_string(files++) + ".frag");
+          std::ofstream(path) << "#version " << version << "\n"
+                              << *text
+                              << "in vec3 p; out vec4 c; void main() { c.rgb = relumeIrradianceLightmap(p.xy, p) + "
+                                 "relumeIrradianceGridTexture(p, p) + relumeIrradianceGridSmooth(p, p) + "
+                                 "relumeGlossyLightmap(p.xy, p, p.x) + relumeGlossyGrid(p, p, p, p.x); c.a = 1.0; }\n";
+          command += " " + path.string();
+        }
+      }
     }
     for (const LinkKind kind : kLinkKinds) {
       for (const auto threads : {gl::GroupThreads::serial, gl::GroupThreads::parallel}) {
@@ -226,7 +241,7 @@ TEST(Shaders, passTheReferenceCompiler) {
 }
 
 TEST(Shaders, unknownIncludesAreNamed) {
-  const Result<std::string> text = gl::expandShader("no_such.comp", {});
+  const Result<std::string> text = expandShader("no_such.comp", {});
   ASSERT_FALSE(text);
   EXPECT_NE(text.error().message.find("no_such.comp"), std::string::npos);
 }

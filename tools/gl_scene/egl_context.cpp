@@ -82,6 +82,11 @@ EGLContext createContext(EGLDisplay display, int major, int minor, bool debug) {
   return eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
 }
 
+EGLContext createEsContext(EGLDisplay display) {
+  const std::array<EGLint, 3> attributes = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE};
+  return eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+}
+
 // Why a display gave no current context; empty when it did.
 std::string tryDisplay(EGLDisplay display, const EglContext::Options& options, EGLContext& made) {
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return "the display does not initialise";
@@ -91,10 +96,12 @@ std::string tryDisplay(EGLDisplay display, const EglContext::Options& options, E
     return "no contexts without a config";
   }
   if (!hasExtension(extensions, "EGL_KHR_surfaceless_context")) return "no contexts without a surface";
-  if (!eglBindAPI(EGL_OPENGL_API)) return "no desktop OpenGL";
-  EGLContext context = createContext(display, options.major, options.minor, options.debug);
-  if (context == EGL_NO_CONTEXT) context = createContext(display, 4, 3, options.debug);
-  if (context == EGL_NO_CONTEXT) return "no OpenGL 4.3 core profile";
+  if (!eglBindAPI(options.es ? EGL_OPENGL_ES_API : EGL_OPENGL_API))
+    return options.es ? "no OpenGL ES" : "no desktop OpenGL";
+  EGLContext context =
+      options.es ? createEsContext(display) : createContext(display, options.major, options.minor, options.debug);
+  if (context == EGL_NO_CONTEXT && !options.es) context = createContext(display, 4, 3, options.debug);
+  if (context == EGL_NO_CONTEXT) return options.es ? "no OpenGL ES 3.0" : "no OpenGL 4.3 core profile";
   if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
     eglDestroyContext(display, context);
     return "the context does not become current";
@@ -130,7 +137,7 @@ Result<EglContext> EglContext::create(const Options& options) {
                  "no headless OpenGL: expected EGL with a surfaceless or device platform, found " +
                      (tried.empty() ? std::string("neither") : tried)};
   }
-  if (options.debug) {
+  if (options.debug && !options.es) {
     glEnable(GL_DEBUG_OUTPUT);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
     glDebugMessageCallback(onDebugMessage, &state->log);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An OpenGL core context without a window: EGL's surfaceless platform first, then each EGL device. For tests, the
-// command line and headless samples; software rasterisers will do. Include before any other OpenGL header.
+// An OpenGL core or OpenGL ES context without a window: EGL's surfaceless platform first, then each EGL device. For
+// tests, the command line and headless samples; software rasterisers will do. Include before any other OpenGL header.
 #pragma once
 
 #include "relume/relighter.h"
@@ -16,9 +16,10 @@ class EglContext {
  public:
   struct Options {
     int major = 4, minor = 5;  // version of the core profile; 4.3 is tried when this one cannot be had
-    bool debug = false;        // a debug context that counts errors; see errorCount()
+    bool debug = false;        // a debug context of OpenGL that counts errors; see errorCount()
+    bool es = false;           // OpenGL ES 3.0 in place of all that
   };
-  // unsupported: no EGL, no device, or no OpenGL of at least 4.3 (what was tried is in the message).
+  // unsupported: no EGL, no device, or no OpenGL of at least 4.3, or ES of 3.0 (what was tried is in the message).
   static Result<EglContext> create(const Options& options);
   static Result<EglContext> create() { return create(Options{}); }
   EglContext(EglContext&&) noexcept;

@@ -16,9 +16,10 @@
 #include <memory_resource>
 #include <vector>
 
-namespace relume::gl {
+namespace relume {
 
-static_assert(kRelumeDepthSide == kDepthSide && kRelumeBrickWords == kBrickWords && kRelumeHanging == kHangingPoint);
+static_assert(gl::kRelumeDepthSide == kDepthSide && gl::kRelumeBrickWords == kBrickWords &&
+              gl::kRelumeHanging == kHangingPoint);
 static_assert(RELUME_MAX_COORDINATE == kMaxCoordinate && RELUME_MAX_NORMAL2 == kMaxNormal2 &&
               RELUME_MAX_EXPONENT == kMaxExponent);
 static_assert(RELUME_OPEN_CELL == kOpenCell && RELUME_OPEN_AROUND == kOpenAround &&
@@ -26,14 +27,14 @@ static_assert(RELUME_OPEN_CELL == kOpenCell && RELUME_OPEN_AROUND == kOpenAround
 
 struct PackedGrid {
   std::pmr::vector<std::uint32_t> words;
-  RelumeResolve resolve{};
+  gl::RelumeResolve resolve{};
 };
 
 inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std::pmr::memory_resource* memory) {
   const CacheGrid& grid = caches.grid;
   PackedGrid packed{std::pmr::vector<std::uint32_t>(memory)};
   std::pmr::vector<std::uint32_t>& words = packed.words;
-  RelumeResolve& resolve = packed.resolve;
+  gl::RelumeResolve& resolve = packed.resolve;
   resolve.gridOriginWorld = grid.originWorld;
   resolve.gridSpacing = grid.spacing;
   resolve.gridResolution = grid.resolution;
@@ -43,7 +44,7 @@ inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std
   resolve.gridTextureStep = texture.resolution.z + 1;
   resolve.gridTextureResolution = texture.resolution;
   words.assign(grid.cache.begin(), grid.cache.end());
-  resolve.gridBricks = grid.brick.empty() ? kRelumeNone : static_cast<std::uint32_t>(words.size());
+  resolve.gridBricks = grid.brick.empty() ? gl::kRelumeNone : static_cast<std::uint32_t>(words.size());
   words.insert(words.end(), grid.brick.begin(), grid.brick.end());
   resolve.gridFine = static_cast<std::uint32_t>(words.size());
   words.insert(words.end(), grid.fine.begin(), grid.fine.end());
@@ -63,4 +64,4 @@ inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std
   return packed;
 }
 
-}  // namespace relume::gl
+}  // namespace relume

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// What resolve.glsl reads, in the buffers and textures of the OpenGL backend: slots of shared/layout.h.
+layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
+layout(binding = RELUME_RESOLVE_UNIT_CO) uniform sampler2DArray relumeLightmapCo;
+layout(binding = RELUME_RESOLVE_UNIT_CG) uniform sampler2DArray relumeLightmapCg;
+layout(binding = RELUME_RESOLVE_UNIT_NORMAL) uniform sampler2D relumeLightmapNormal;
+layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
+layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGrid[]; };
+layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
+#if defined(RELUME_GRID_TEXTURE) && RELUME_GRID_TEXTURE
+layout(binding = RELUME_RESOLVE_UNIT_GRID_VECTORS) uniform sampler3D relumeGridVectors;
+layout(binding = RELUME_RESOLVE_UNIT_GRID_CHROMA) uniform sampler3D relumeGridChroma;
+layout(binding = RELUME_RESOLVE_UNIT_GRID_OPEN) uniform usampler3D relumeGridOpen;
+
+uint relumeOpenBits(ivec3 cell) { return texelFetch(relumeGridOpen, cell, 0).x; }
+#endif
+
+// Four coefficients of the light map, filtered.
+vec4 relumeMapY(vec2 uv, int layer) { return textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0); }
+vec4 relumeMapCo(vec2 uv, int layer) { return textureLod(relumeLightmapCo, vec3(uv, float(layer)), 0.0); }
+vec4 relumeMapCg(vec2 uv, int layer) { return textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0); }
+vec4 relumeMapNormal(vec2 uv) { return textureLod(relumeLightmapNormal, uv, 0.0); }
+
+// Four coefficients of a cache of the grid.
+vec4 relumeCoefficients(uint word) {
+  uvec2 halves = relumeCache[word];
+  return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+}
+
+uint relumeGridWord(uint word) { return relumeGrid[word]; }
+float relumeDepthByte(uint word, uint byte_) { return float(relumeGrid[word] >> (8u * byte_) & 0xFFu); }
