@@ -130,13 +130,9 @@ const char* relume_bake_error(const relume_bake* bake) { return bake == nullptr 
 
 relume_status relume_bake_get_info(const relume_bake* bake, relume_bake_info* info) {
   return run(bake, [&]() -> Status {
-    if (info == nullptr) return nullPointer("info");
-    const std::size_t size = info->struct_size;
-    if (size <= sizeof size) return usage("info.struct_size is " + std::to_string(size) + ", expected sizeof");
     const relume::Bake& b = bake->bake;
     const relume::CacheGrid& grid = b.caches.grid;
     relume_bake_info out{};
-    out.struct_size = size;
     out.surfels = b.surfels.count();
     out.nodes = b.hierarchy.nodeCount();
     out.caches = b.caches.count();
@@ -153,8 +149,7 @@ relume_status relume_bake_get_info(const relume_bake* bake, relume_bake_info* in
     }
     std::snprintf(out.scene_hash, sizeof out.scene_hash, "%016llx",
                   static_cast<unsigned long long>(b.provenance.sceneHash));
-    std::memcpy(info, &out, std::min(size, sizeof out));
-    return relume::done();
+    return fillStruct(info, out);
   });
 }
 

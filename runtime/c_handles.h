@@ -173,6 +173,17 @@ Status readStruct(const T* from, std::size_t min, const char* name, T& to) {
   return relume::done();
 }
 
+// Hand `filled` to a caller whose header may know less of the struct, or more.
+template <class T>
+Status fillStruct(T* info, T filled) {
+  if (info == nullptr) return nullPointer("info");
+  const std::size_t size = info->struct_size;
+  if (size <= sizeof size) return usage("info.struct_size is " + std::to_string(size) + ", expected sizeof");
+  filled.struct_size = size;
+  std::memcpy(info, &filled, std::min(size, sizeof filled));
+  return done();
+}
+
 }  // namespace relume::c
 
 struct relume_context : relume::c::Handle {

@@ -199,12 +199,8 @@ relume_status relume_irradiance_in_grid_by(const relume_relighter* relighter, re
 
 relume_status relume_grid_texture_get_info(const relume_relighter* relighter, relume_grid_texture_info* info) {
   return run(relighter, [&]() -> Status {
-    if (info == nullptr) return nullPointer("info");
-    const std::size_t size = info->struct_size;
-    if (size <= sizeof size) return usage("info.struct_size is " + std::to_string(size) + ", expected sizeof");
     const relume::GridTextureInfo texture = relighter->relighter.gridTexture();
     relume_grid_texture_info out{};
-    out.struct_size = size;
     for (int k = 0; k < 3; ++k) {
       out.resolution[k] = texture.resolution[k];
       out.origin[k] = texture.originWorld[k];
@@ -212,8 +208,7 @@ relume_status relume_grid_texture_get_info(const relume_relighter* relighter, re
     }
     out.cells = static_cast<unsigned int>(texture.cells);
     out.open_cells = static_cast<unsigned int>(texture.openCells);
-    std::memcpy(info, &out, std::min(size, sizeof out));
-    return relume::done();
+    return fillStruct(info, out);
   });
 }
 
@@ -298,6 +293,70 @@ relume_status relume_cache_coefficients(const relume_relighter* relighter, float
     const std::size_t count = static_cast<std::size_t>(relighter->relighter.coefficientsPerCache()) * relighter->caches;
     if (Status ok = checkBytes(coefficients, bytes, count * sizeof(float)); !ok) return ok;
     return relighter->relighter.cacheCoefficients(std::span<float>(coefficients, count));
+  });
+}
+
+// ---- Textures
+
+relume_status relume_resolve_texture_count(const relume_relighter* relighter, unsigned int* count) {
+  return run(relighter, [&]() -> Status {
+    if (count == nullptr) return nullPointer("count");
+    const relume::Result<relume::TextureResolve> resolve = relighter->relighter.textureResolve();
+    if (!resolve) return resolve.error();
+    *count = static_cast<unsigned int>(resolve->textures.size());
+    return relume::done();
+  });
+}
+
+relume_status relume_resolve_texture_get_info(const relume_relighter* relighter, unsigned int texture,
+                                              relume_resolve_texture* info) {
+  return run(relighter, [&]() -> Status {
+    const relume::Result<relume::TextureResolve> resolve = relighter->relighter.textureResolve();
+    if (!resolve) return resolve.error();
+    if (texture >= resolve->textures.size())
+      return usage("texture is " + std::to_string(texture) + ", there are " + std::to_string(resolve->textures.size()));
+    const relume::ResolveTexture& of = resolve->textures[texture];
+    relume_resolve_texture filled{};
+    filled.sampler = of.sampler;
+    filled.shape = static_cast<relume_texture_shape>(of.shape);
+    filled.format = static_cast<relume_texel_format>(of.format);
+    filled.width = of.size.x;
+    filled.height = of.size.y;
+    filled.depth = of.size.z;
+    filled.filtered = of.isFiltered ? 1 : 0;
+    filled.light = of.isLight ? 1 : 0;
+    filled.bytes = of.bytes;
+    return fillStruct(info, filled);
+  });
+}
+
+relume_status relume_resolve_texture_write(const relume_relighter* relighter, unsigned int texture, void* texels,
+                                           size_t bytes) {
+  return run(relighter, [&]() -> Status {
+    if (texels == nullptr) return nullPointer("texels");
+    return relighter->relighter.writeResolveTexture(texture, {static_cast<std::byte*>(texels), bytes});
+  });
+}
+
+relume_status relume_resolve_uniforms(const relume_relighter* relighter, float grid[24]) {
+  return run(relighter, [&]() -> Status {
+    if (grid == nullptr) return nullPointer("grid");
+    const relume::Result<relume::TextureResolve> resolve = relighter->relighter.textureResolve();
+    if (!resolve) return resolve.error();
+    static_assert(sizeof resolve->grid == 24 * sizeof(float));
+    std::memcpy(grid, resolve->grid.data(), sizeof resolve->grid);
+    return relume::done();
+  });
+}
+
+relume_status relume_resolve_glsl(const relume_relighter* relighter, char* text, size_t bytes, size_t* length) {
+  return run(relighter, [&]() -> Status {
+    if (text == nullptr && bytes > 0) return nullPointer("text");
+    const relume::Result<std::string> glsl = relighter->relighter.textureResolveGlsl();
+    if (!glsl) return glsl.error();
+    if (length != nullptr) *length = glsl->size();
+    if (bytes > 0) text[glsl->copy(text, bytes - 1)] = '\0';
+    return relume::done();
   });
 }
 

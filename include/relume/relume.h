@@ -319,6 +319,46 @@ RELUME_API unsigned int relume_coefficients_per_cache(const relume_relighter* re
 RELUME_API relume_status relume_cache_coefficients(const relume_relighter* relighter, float* coefficients,
                                                    size_t bytes);
 
+/* ---- Textures and plain uniforms to resolve with in any graphics API: relume/texture_resolve.h says what they hold
+ * ---- Make relume_resolve_texture_count() textures once; after each relume_relight() write those that are light. */
+
+typedef enum relume_texture_shape {
+  RELUME_TEXTURE_FLAT = 0,
+  RELUME_TEXTURE_ARRAY = 1,
+  RELUME_TEXTURE_VOLUME = 2
+} relume_texture_shape;
+
+typedef enum relume_texel_format {
+  RELUME_TEXEL_RGBA16F = 0,
+  RELUME_TEXEL_RG16F = 1,
+  RELUME_TEXEL_RGBA8 = 2,
+  RELUME_TEXEL_R8 = 3
+} relume_texel_format;
+
+typedef struct relume_resolve_texture {
+  size_t struct_size;  /* set by the caller */
+  const char* sampler; /* its uniform in the GLSL; lives as long as the library */
+  relume_texture_shape shape;
+  relume_texel_format format;
+  unsigned int width, height, depth; /* [texel] depth: layers of an array */
+  int filtered;                      /* linear; else nearest; clamped to the edge either way */
+  int light;                         /* written anew after each relume_relight(); else once */
+  size_t bytes;                      /* of its texels, without padding */
+} relume_resolve_texture;
+
+RELUME_API relume_status relume_resolve_texture_count(const relume_relighter* relighter, unsigned int* count);
+RELUME_API relume_status relume_resolve_texture_get_info(const relume_relighter* relighter, unsigned int texture,
+                                                         relume_resolve_texture* info);
+/* bytes: of `texels`, exactly those of the texture. */
+RELUME_API relume_status relume_resolve_texture_write(const relume_relighter* relighter, unsigned int texture,
+                                                      void* texels, size_t bytes);
+/* uniform vec4 relumeGrid[6] of that GLSL. They do not change. */
+RELUME_API relume_status relume_resolve_uniforms(const relume_relighter* relighter, float grid[24]);
+/* GLSL for after #version, 3.30 and ES 3.00 at least, and its length without the closing 0. Writes what fits into
+ * `bytes`, always with that 0; `text` may be NULL with 0 bytes, to ask for the length. */
+RELUME_API relume_status relume_resolve_glsl(const relume_relighter* relighter, char* text, size_t bytes,
+                                             size_t* length);
+
 /* ---- OpenGL: RELUME_BACKEND_GL only, else RELUME_ERROR_USAGE ---- */
 
 /* GLSL 4.30 for the host's shader, after #version (relighter.h, GlResolve). Lives as long as the relighter; NULL on the

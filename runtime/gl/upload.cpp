@@ -248,8 +248,8 @@ Result<GpuBake> uploadBake(const Functions& gl, const Bake& bake, const GridText
   gpu.caches = makeBuffer(gl, nullptr, cachesBytes, GL_DYNAMIC_COPY);
   gpu.mapTexels = makeArray<std::uint32_t>(gl, listTexels(bake.caches, gpu.firstMapCache, memory));
   gpu.texels = makeBuffer(gl, nullptr, bake.caches.lightmap.cache.size() * sizeof(std::uint32_t), GL_DYNAMIC_COPY);
-  const PackedGrid grid = packGrid(bake.caches, texture, memory);
-  gpu.gridCache = makeArray<std::uint32_t>(gl, grid.words);
+  const PackedGridLayout grid = layoutGrid(bake.caches.grid, texture);
+  gpu.gridCache = makeArray<std::uint32_t>(gl, packGrid(bake.caches, grid, memory));
   gpu.resolve = makeBuffer(gl, &grid.resolve, sizeof grid.resolve, GL_STATIC_DRAW);
   if (Status ok = makeLightmap(gl, bake.caches, bands, gpu, memory); !ok) return ok.error();
   makeGridTextures(gl, texture, bands, gpu, memory);

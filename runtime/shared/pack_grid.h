@@ -25,16 +25,15 @@ static_assert(RELUME_MAX_COORDINATE == kMaxCoordinate && RELUME_MAX_NORMAL2 == k
 static_assert(RELUME_OPEN_CELL == kOpenCell && RELUME_OPEN_AROUND == kOpenAround &&
               RELUME_MIN_TEXEL_WEIGHT == kMinTexelWeight);
 
-struct PackedGrid {
-  std::pmr::vector<std::uint32_t> words;
+struct PackedGridLayout {
   gl::RelumeResolve resolve{};
+  std::uint32_t caches = 0;  // that have a record: all that the grid reads
+  std::size_t words = 0;
 };
 
-inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std::pmr::memory_resource* memory) {
-  const CacheGrid& grid = caches.grid;
-  PackedGrid packed{std::pmr::vector<std::uint32_t>(memory)};
-  std::pmr::vector<std::uint32_t>& words = packed.words;
-  gl::RelumeResolve& resolve = packed.resolve;
+inline PackedGridLayout layoutGrid(const CacheGrid& grid, const GridTexture& texture) {
+  PackedGridLayout layout;
+  gl::RelumeResolve& resolve = layout.resolve;
   resolve.gridOriginWorld = grid.originWorld;
   resolve.gridSpacing = grid.spacing;
   resolve.gridResolution = grid.resolution;
@@ -43,25 +42,35 @@ inline PackedGrid packGrid(const Caches& caches, const GridTexture& texture, std
   resolve.gridTextureSpacing = texture.spacing;
   resolve.gridTextureStep = texture.resolution.z + 1;
   resolve.gridTextureResolution = texture.resolution;
-  words.assign(grid.cache.begin(), grid.cache.end());
-  resolve.gridBricks = grid.brick.empty() ? gl::kRelumeNone : static_cast<std::uint32_t>(words.size());
-  words.insert(words.end(), grid.brick.begin(), grid.brick.end());
-  resolve.gridFine = static_cast<std::uint32_t>(words.size());
-  words.insert(words.end(), grid.fine.begin(), grid.fine.end());
-  resolve.gridCaches = static_cast<std::uint32_t>(words.size());
-
-  // Every cache that the grid reads has a record.
-  std::uint32_t count = 0;
-  const auto grow = [&](std::uint32_t cache) { count = cache >= kHangingPoint ? count : std::max(count, cache + 1); };
+  layout.words = grid.cache.size();
+  resolve.gridBricks = grid.brick.empty() ? gl::kRelumeNone : static_cast<std::uint32_t>(layout.words);
+  layout.words += grid.brick.size();
+  resolve.gridFine = static_cast<std::uint32_t>(layout.words);
+  layout.words += grid.fine.size();
+  resolve.gridCaches = static_cast<std::uint32_t>(layout.words);
+  resolve.gridDepthWords = grid.depth.empty() ? 0 : kDepthWords;
+  const auto grow = [&](std::uint32_t cache) {
+    if (cache < kHangingPoint) layout.caches = std::max(layout.caches, cache + 1);
+  };
   for (const std::uint32_t cache : grid.cache) grow(cache);
   for (const std::uint32_t cache : grid.fine) grow(cache);
-  resolve.gridDepthWords = grid.depth.empty() ? 0 : kDepthWords;
-  for (std::uint32_t cache = 0; cache < count; ++cache) {
+  layout.words += std::size_t{layout.caches} * (3 + resolve.gridDepthWords);
+  return layout;
+}
+
+inline std::pmr::vector<std::uint32_t> packGrid(const Caches& caches, const PackedGridLayout& layout,
+                                                std::pmr::memory_resource* memory) {
+  const CacheGrid& grid = caches.grid;
+  std::pmr::vector<std::uint32_t> words(memory);
+  words.reserve(layout.words);
+  for (const auto* part : {&grid.cache, &grid.brick, &grid.fine}) words.insert(words.end(), part->begin(), part->end());
+  const std::size_t depthWords = layout.resolve.gridDepthWords;
+  for (std::uint32_t cache = 0; cache < layout.caches; ++cache) {
     for (int k = 0; k < 3; ++k) words.push_back(std::bit_cast<std::uint32_t>(caches.positionWorld[cache][k]));
-    const auto depth = grid.depth.span().subspan(std::size_t{resolve.gridDepthWords} * cache, resolve.gridDepthWords);
+    const auto depth = grid.depth.span().subspan(depthWords * cache, depthWords);
     words.insert(words.end(), depth.begin(), depth.end());
   }
-  return packed;
+  return words;
 }
 
 }  // namespace relume

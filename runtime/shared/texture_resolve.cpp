@@ -161,9 +161,9 @@ std::string plainGlsl(std::string_view text) {
 
 Result<TextureResolve> describeTextures(const ResolveSource& source) {
   const GridTexture none(source.memory);
-  const PackedGrid grid = packGrid(source.caches, source.gridTexture ? *source.gridTexture : none, source.memory);
+  const PackedGridLayout grid = layoutGrid(source.caches.grid, source.gridTexture ? *source.gridTexture : none);
   const std::size_t cacheTexels = std::size_t{source.caches.firstMapCache()} * Layers(source.bands).total();
-  const std::size_t most = std::max(grid.words.size(), cacheTexels);
+  const std::size_t most = std::max(grid.words, cacheTexels);
   if (most > std::size_t{kRow} * kMaxRows) {
     return Error{ErrorCode::unsupported, "the grid has " + std::to_string(most) +
                                              " texels, a resolve by textures takes at most " +
@@ -177,7 +177,7 @@ Result<TextureResolve> describeTextures(const ResolveSource& source) {
       texture(kLightmap, TextureShape::array, TexelFormat::rgba16f,
               {size.x, size.y, Layers(source.bands.ofMap()).total() + 1}, true, true),
       texture(kCaches, TextureShape::flat, TexelFormat::rgba16f, listSize(cacheTexels), false, true),
-      texture(kWords, TextureShape::flat, TexelFormat::rgba8, listSize(grid.words.size()), false, false),
+      texture(kWords, TextureShape::flat, TexelFormat::rgba8, listSize(grid.words), false, false),
   };
   if (source.gridTexture) {
     const glm::uvec3 r = source.gridTexture->resolution;
@@ -211,10 +211,10 @@ void writeTexels(const ResolveSource& source, const ResolveTexture& texture, con
     const auto packed = packCaches(source, light, source.bands, 0, source.caches.firstMapCache(), parallelFor);
     copy(packed.data(), packed.size() * sizeof(packed[0]));
   } else if (sampler == kWords) {
-    const GridTexture none(source.memory);
-    const PackedGrid grid = packGrid(source.caches, none, source.memory);
+    const PackedGridLayout layout = layoutGrid(source.caches.grid, GridTexture(source.memory));
+    const std::pmr::vector<std::uint32_t> words = packGrid(source.caches, layout, source.memory);
     static_assert(std::endian::native == std::endian::little, "the lowest byte of a word is red");
-    copy(grid.words.data(), grid.words.size() * sizeof(grid.words[0]));
+    copy(words.data(), words.size() * sizeof(words[0]));
   } else if (sampler == kOpen) {
     copy(source.gridTexture->open.data(), source.gridTexture->open.size());
   } else {

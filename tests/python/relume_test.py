@@ -161,6 +161,28 @@ class Light(unittest.TestCase):
         self.assertEqual(self.relighter.irradiance_map_l1().shape, (4, *texels.shape))
         self.assertEqual(len(self.relighter.cache_coefficients()), info.caches)
 
+    def test_textures_to_resolve_with(self):
+        self.relighter.relight([SUN])
+        textures = {t.sampler: (i, t) for i, t in enumerate(self.relighter.resolve_textures())}
+        index, texture = textures['relumeLightmap']
+        info = self.bake.info
+        self.assertEqual((texture.shape, texture.filtered, texture.light), ('array', True, True))
+        self.assertEqual(texture.size[1:], (info.lightmap_height, info.lightmap_width, 4))
+        layers = self.relighter.resolve_texture(index)
+        self.assertEqual((layers.shape, layers.dtype), (texture.size, texture.dtype))
+        # The last layer is of the caches' normals; Y's first coefficient is light, wherever one is.
+        held = layers[-1, ..., 3] == 1
+        self.assertTrue(numpy.array_equal(held, self.relighter.irradiance_map()[..., 3] == 1))
+        self.assertTrue((layers[0, ..., 0][held] > 0).any() and not layers[:, ~held].any())
+        words, described = textures['relumeGridWords']
+        self.assertEqual((described.dtype, described.light), (numpy.uint8, False))
+        self.assertTrue(self.relighter.resolve_texture(words).any())
+        grid = self.relighter.resolve_uniforms()
+        numpy.testing.assert_array_equal(grid[0, :3], numpy.array(info.grid_origin, numpy.float32))
+        self.assertIn('vec3 relumeIrradianceGrid(vec3 positionWorld, vec3 n)', self.relighter.resolve_glsl())
+        with self.assertRaisesRegex(ValueError, 'float16'):
+            self.relighter.resolve_texture(index, numpy.zeros(texture.size, numpy.float32))
+
     def test_the_light_map_and_its_coordinates(self):
         self.relighter.relight([SUN])
         names = self.bake.instance_names()

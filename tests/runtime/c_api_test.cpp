@@ -2,14 +2,10 @@
 // relume.h says and does what relighter.h does, refuses what it should with a text, and allocates nothing in a frame.
 #include "relume/relume.h"
 
-#include "formats/pack.h"
-#include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
-#include "tests/runtime/c_handles.h"
-#include "tests/runtime/c_lights.h"
+#include "tests/runtime/c_api_fixture.h"
 #include "tests/runtime/hot_reload.h"
-#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <gtest/gtest.h>
@@ -24,50 +20,8 @@
 namespace relume {
 namespace {
 
+using test::CApi;
 using test::Handles;
-
-// A room of a synthetic bake, as a host has it: bytes in memory, a context, a relighter.
-class CApi : public ::testing::Test {
- protected:
-  void SetUp() override {
-    bake_ = test::makeSyntheticBake({.surfels = 700, .skyPatches = 12, .lightmapCaches = 24, .linksPerCache = 32});
-    bake_.instances = std::vector<BakedInstance>{{"room", {}, {}}};
-    bake_.caches.lightmap.cornerUv =
-        std::vector<std::uint32_t>{packUnorm16x2({0.25f, 0.5f}), kGridLit, kGridLit, packUnorm16x2({1, 0}), 7, 70000};
-    bake_.caches.lightmap.parts = std::vector<LightmapPart>{{.triangleCount = 2, .firstCorner = 0}};
-    const Result<std::vector<std::byte>> bytes = serializeBake(bake_);
-    ASSERT_TRUE(bytes) << bytes.error().message;
-    bytes_ = *bytes;
-    lights_ = test::someLights();
-    cLights_ = test::cLights(lights_);
-    relume_light_setup_default(&setup_, sizeof setup_);
-    setup_.lights = cLights_.data();
-    setup_.light_count = cLights_.size();
-  }
-
-  void open(Handles& h, relume_parallel_for parallelFor = nullptr) {
-    relume_context_desc desc{};
-    desc.struct_size = sizeof desc;
-    desc.api_version = RELUME_API_VERSION;
-    desc.parallel_for = parallelFor;
-    ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
-    ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), nullptr, nullptr, &h.bake), RELUME_OK)
-        << relume_context_error(h.context);
-    ASSERT_EQ(relume_relighter_create(h.bake, nullptr, &h.relighter), RELUME_OK) << relume_bake_error(h.bake);
-  }
-
-  Relighter cpp() {
-    Result<Relighter> relighter = Relighter::create(bake_, {});
-    EXPECT_TRUE(relighter);
-    return std::move(*relighter);
-  }
-
-  Bake bake_;
-  std::vector<std::byte> bytes_;
-  std::vector<Light> lights_;
-  std::vector<relume_light> cLights_;
-  relume_light_setup setup_;
-};
 
 TEST_F(CApi, lightIsTheCppApis) {
   Handles h;
@@ -231,92 +185,6 @@ TEST_F(CApi, hostsThreadsGiveTheSameLight) {
   EXPECT_EQ(maps[0], maps[1]);
 }
 
-TEST_F(CApi, plainMapsAreWhatReceiversRead) {
-  Handles h;
-  ASSERT_NO_FATAL_FAILURE(open(h));
-  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
-  Relighter same = cpp();
-  LightSetup setup;
-  setup.lights = lights_;
-  ASSERT_TRUE(same.relight(setup));
-  const Lightmap& lightmap = bake_.caches.lightmap;
-  const std::size_t texels = lightmap.cache.size();
-  std::vector<std::uint16_t> map(4 * texels), l1(16 * texels);
-  ASSERT_EQ(relume_irradiance_map(h.relighter, map.data(), 8 * texels), RELUME_OK);
-  ASSERT_EQ(relume_irradiance_map_l1(h.relighter, l1.data(), 32 * texels), RELUME_OK);
-  int held = 0;
-  for (std::size_t t = 0; t < texels; ++t) {
-    const std::uint32_t cache = lightmap.cache[t];
-    EXPECT_EQ(unpackHalf(map[4 * t + 3]), cache == kNoCache ? 0.0f : 1.0f);
-    if (cache == kNoCache) continue;
-    ++held;
-    const glm::vec3 n = bake_.caches.normal[cache];
-    const glm::vec2 uv((static_cast<float>(t % lightmap.width) + 0.5f) / static_cast<float>(lightmap.width),
-                       (static_cast<float>(t / lightmap.width) + 0.5f) / static_cast<float>(lightmap.height));
-    const glm::vec3 expected = same.irradianceOnLightmap(uv, n);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float e = expected[static_cast<int>(k)];
-      EXPECT_NEAR(unpackHalf(map[4 * t + k]), e, 1e-3f * e + 1e-6f);
-      float fitted = 0.0f;
-      for (std::size_t layer = 0; layer < 4; ++layer) {
-        const float c = unpackHalf(l1[4 * (layer * texels + t) + k]);
-        fitted += layer == 0 ? c : c * n[static_cast<int>(layer) - 1];
-      }
-      EXPECT_NEAR(fitted, e, 4e-3f * e + 1e-5f) << "texel " << t;
-    }
-  }
-  EXPECT_GT(held, 10);
-}
-
-TEST_F(CApi, ambientVolumesAreWhatTheGridGives) {
-  Handles h;
-  ASSERT_NO_FATAL_FAILURE(open(h));
-  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
-  const float origin[3] = {0.5f, 0.5f, 0.5f}, spacing[3] = {1.0f, 0.5f, 2.0f};
-  const unsigned int resolution[3] = {3, 4, 2};
-  std::vector<float> cubes(18 * 24);
-  ASSERT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), cubes.size() * sizeof(float)),
-            RELUME_OK)
-      << relume_relighter_error(h.relighter);
-  // Point (2, 1, 1), normal -y.
-  const float position[3] = {2.5f, 1.0f, 2.5f}, normal[3] = {0, -1, 0};
-  float expected[3];
-  ASSERT_EQ(relume_irradiance_in_grid(h.relighter, 1, position, normal, expected), RELUME_OK);
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(cubes[18 * (2 + 3 * (1 + 4 * 1)) + 3 * 3 + k], expected[k]);
-  const unsigned int huge[3] = {65536, 65536, 65536};
-  EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, huge, cubes.data(), cubes.size() * sizeof(float)),
-            RELUME_ERROR_USAGE);
-  EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), 4), RELUME_ERROR_USAGE);
-}
-
-TEST_F(CApi, lightMapCoordinatesOfInstances) {
-  Handles h;
-  ASSERT_NO_FATAL_FAILURE(open(h));
-  relume_bake_info info{};
-  info.struct_size = sizeof info;
-  ASSERT_EQ(relume_bake_get_info(h.bake, &info), RELUME_OK);
-  EXPECT_EQ(info.surfels, bake_.surfels.count());
-  EXPECT_EQ(info.caches, bake_.caches.count());
-  EXPECT_EQ(std::string(info.scene_hash).size(), 16u);
-  std::size_t all = 0;
-  for (unsigned int i = 0; i < info.instances; ++i) {
-    std::size_t corners = 0;
-    ASSERT_EQ(relume_bake_lightmap_coordinates(h.bake, i, 0, nullptr, &corners), RELUME_OK);
-    std::vector<float> uv(2 * corners + 1);
-    ASSERT_EQ(relume_bake_lightmap_coordinates(h.bake, i, 0, uv.data(), &corners), RELUME_OK);
-    for (std::size_t k = 0; k < corners; ++k) {
-      const std::uint32_t packed = bake_.caches.lightmap.cornerUv[bake_.caches.lightmap.parts[i].firstCorner + k];
-      EXPECT_EQ(uv[2 * k], packed == kGridLit ? -1.0f : unpackUnorm16x2(packed).x);
-    }
-    all += corners;
-    EXPECT_EQ(relume_bake_instance_name(h.bake, i), bake_.instances[i].node);
-  }
-  EXPECT_EQ(all, bake_.caches.lightmap.cornerUv.size());
-  std::size_t corners = 1u << 30;
-  EXPECT_EQ(relume_bake_lightmap_coordinates(h.bake, info.instances, 0, nullptr, &corners), RELUME_ERROR_USAGE);
-}
-
-// Older hosts know fewer fields: what they do not have keeps its default.
 TEST_F(CApi, smallerStructsKeepDefaults) {
   Handles h, whole;
   ASSERT_NO_FATAL_FAILURE(open(h));

@@ -24,9 +24,9 @@ from dataclasses import dataclass, field
 import numpy
 
 from ._library import (API_VERSION, BakeInfo, CLight, ContextDesc, DrivenImage, LightSetup, MaterialEmission, ParallelFor,
-                       RelighterDesc, RelumeError, Visibility, load)
+                       RelighterDesc, RelumeError, ResolveTextureInfo, Visibility, load)
 
-__all__ = ['Bake', 'Light', 'Relighter', 'RelumeError', 'version']
+__all__ = ['Bake', 'Light', 'Relighter', 'RelumeError', 'ResolveTexture', 'version']
 
 _runtime = load()
 _DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
@@ -35,6 +35,17 @@ _DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
 def version():
     """Of the library: "major.minor.patch"."""
     return _runtime.relume_version().decode()
+
+
+@dataclass(frozen=True)
+class ResolveTexture:
+    """A texture of one mip level, clamped to its edges, that Relighter.resolve_glsl() reads."""
+    sampler: str   # its uniform
+    shape: str     # 'flat', 'array', 'volume'
+    size: tuple    # (layers or depth, height, width, channels)
+    dtype: object  # float16, or uint8 for 0..1
+    filtered: bool  # linear; else nearest
+    light: bool    # to be read anew after each frame; else once
 
 
 def _floats(name, values, width):
@@ -411,6 +422,41 @@ class Relighter(_Handle):
         out = _output('out', out, (4, info.lightmap_height, info.lightmap_width, 4), numpy.float16)
         self._check(_runtime.relume_irradiance_map_l1(self._open(), out.ctypes.data, out.nbytes))
         return out
+
+    def resolve_textures(self):
+        """The textures that resolve_glsl() reads, for a shader of one's own in any graphics API."""
+        count = c_uint()
+        self._check(_runtime.relume_resolve_texture_count(self._open(), byref(count)))
+        textures = []
+        for i in range(count.value):
+            info = ResolveTextureInfo(struct_size=sizeof(ResolveTextureInfo))
+            self._check(_runtime.relume_resolve_texture_get_info(self._open(), i, byref(info)))
+            channels, dtype = [(4, numpy.float16), (2, numpy.float16), (4, numpy.uint8), (1, numpy.uint8)][info.format]
+            textures.append(ResolveTexture(info.sampler.decode(), ('flat', 'array', 'volume')[info.shape],
+                                           (info.depth, info.height, info.width, channels), numpy.dtype(dtype),
+                                           bool(info.filtered), bool(info.light)))
+        return textures
+
+    def resolve_texture(self, index, out=None):
+        """Texels of resolve_textures()[index], as of the last frame: (depth, height, width, channels)."""
+        texture = self.resolve_textures()[index]
+        out = _output('out', out, texture.size, texture.dtype)
+        self._check(_runtime.relume_resolve_texture_write(self._open(), index, out.ctypes.data, out.nbytes))
+        return out
+
+    def resolve_uniforms(self):
+        """uniform vec4 relumeGrid[6] of resolve_glsl(). (6, 4)"""
+        out = numpy.zeros((6, 4), numpy.float32)
+        self._check(_runtime.relume_resolve_uniforms(self._open(), _pointer(out)))
+        return out
+
+    def resolve_glsl(self):
+        """GLSL for after #version, 3.30 and ES 3.00 at least: relumeIrradianceLightmap(), relumeIrradianceGrid() and so on."""
+        length = c_size_t()
+        self._check(_runtime.relume_resolve_glsl(self._open(), None, 0, byref(length)))
+        text = ctypes.create_string_buffer(length.value + 1)
+        self._check(_runtime.relume_resolve_glsl(self._open(), text, len(text), None))
+        return text.value.decode()
 
     def ambient_volume(self, origin, spacing, resolution, out=None):
         """Irradiance for +x, -x, +y, -y, +z, -z at the points of a lattice of (x, y, z) points: (z, y, x, 6, 3)."""

@@ -62,6 +62,11 @@ class LightSetup(Structure):
                 ('material_emissions', POINTER(MaterialEmission)), ('material_emission_count', c_size_t)]
 
 
+class ResolveTextureInfo(Structure):
+    _fields_ = [('struct_size', c_size_t), ('sampler', c_char_p), ('shape', c_int), ('format', c_int), ('width', c_uint),
+                ('height', c_uint), ('depth', c_uint), ('filtered', c_int), ('light', c_int), ('bytes', c_size_t)]
+
+
 _FLOATS = POINTER(c_float)
 _FUNCTIONS = {  # name: (result, arguments)
     'relume_api_version': (c_uint, []),
@@ -95,6 +100,11 @@ _FUNCTIONS = {  # name: (result, arguments)
     'relume_irradiance_map': (c_int, [c_void_p, c_void_p, c_size_t]),
     'relume_irradiance_map_l1': (c_int, [c_void_p, c_void_p, c_size_t]),
     'relume_ambient_volume': (c_int, [c_void_p, _FLOATS, _FLOATS, POINTER(c_uint), _FLOATS, c_size_t]),
+    'relume_resolve_texture_count': (c_int, [c_void_p, POINTER(c_uint)]),
+    'relume_resolve_texture_get_info': (c_int, [c_void_p, c_uint, POINTER(ResolveTextureInfo)]),
+    'relume_resolve_texture_write': (c_int, [c_void_p, c_uint, c_void_p, c_size_t]),
+    'relume_resolve_uniforms': (c_int, [c_void_p, _FLOATS]),
+    'relume_resolve_glsl': (c_int, [c_void_p, c_char_p, c_size_t, POINTER(c_size_t)]),
     'relume_coefficients_per_cache': (c_uint, [c_void_p]),
     'relume_cache_coefficients': (c_int, [c_void_p, _FLOATS, c_size_t]),
 }
