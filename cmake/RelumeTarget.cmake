@@ -42,9 +42,8 @@ endfunction()
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
 # sanitizers see it in long runs alone.
-# PROGRAMS: what it tests runs in programs of their own; its own code is not worth the optimiser's time under sanitizers.
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS;PROGRAMS" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${T_LIBS} GTest::gtest GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
