@@ -5,7 +5,7 @@
 #                           (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
 #   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; clang-tidy; the
-#                           packages on a bare Debian 12
+#                           packages on a bare Debian 12; the runtime on 64-bit ARM
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source tools/packages.sh
@@ -36,6 +36,8 @@ if [ "$long" -eq 1 ]; then
   tests/tidy.sh || [ $? -eq 77 ]
   step "packages on a bare Debian 12"
   tests/packages_bare.sh || [ $? -eq 77 ]
+  step "64-bit ARM"
+  tests/aarch64.sh || [ $? -eq 77 ]
 fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
