@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// See voxel_layer.h. Each pair of a triangle and a voxel that it overlaps adds the triangle's share of area there; a
+// first sum finds the voxel's axis, a second one what faces each side of it.
+#include "runtime/voxels/voxel_layer.h"
+
+#include "runtime/shared/chunks.h"
+#include "runtime/voxels/overlap.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
+constexpr int kAlbedoSteps = 4095;
+constexpr double kEmissionSteps = 0x1p+20;
+
+// Of n n^T over the voxel's triangles: xx, yy, zz, xy, yz, zx.
+using Moment = std::array<std::int64_t, 6>;
+
+struct SideSums {
+  std::int64_t weight = 0, area = 0;
+  std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
+  std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
+};
+
+template <class Integer>
+void add(Integer& sum, std::int64_t value) {
+  std::atomic_ref<Integer>(sum).fetch_add(static_cast<Integer>(value), std::memory_order_relaxed);
+}
+
+template <class Better>
+void improve(std::int64_t& best, std::int64_t value, const Better& better) {
+  std::atomic_ref<std::int64_t> atomic(best);
+  std::int64_t now = atomic.load(std::memory_order_relaxed);
+  while (better(value, now) && !atomic.compare_exchange_weak(now, value, std::memory_order_relaxed)) {
+  }
+}
+
+// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area) for each pair.
+template <class Visit>
+void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+              const Visit& visit) {
+  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              std::vector<glm::ivec3> voxels;
+              for (std::uint32_t t = begin; t < end; ++t) {
+                voxels.clear();
+                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) { voxels.push_back(v); });
+                if (voxels.empty()) continue;
+                const std::uint32_t share =
+                    std::max(16u * triangles[t].area / static_cast<std::uint32_t>(voxels.size()), 1u);
+                for (const glm::ivec3& v : voxels) visit(triangles[t], v, share);
+              }
+            });
+}
+
+glm::ivec3 normalOf(const SnappedTriangle& t) { return {t.normal[0], t.normal[1], t.normal[2]}; }
+
+// The place of the triangle nearest to the voxel's centre, about: the centre moved onto its plane, within its bounds and
+// the voxel's. [1/64 voxel from the centre]
+glm::ivec3 placeIn(const SnappedTriangle& t, const glm::ivec3& v) {
+  constexpr int kHalf = kVoxelSteps / 2;
+  const glm::ivec3 centre = v * kVoxelSteps + kHalf, n = normalOf(t);
+  const glm::ivec3 from(centre.x - t.corner[0][0], centre.y - t.corner[0][1], centre.z - t.corner[0][2]);
+  const int distance = n.x * from.x + n.y * from.y + n.z * from.z;
+  glm::ivec3 place;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const auto [low, high] = std::minmax({t.corner[0][i], t.corner[1][i], t.corner[2][i]});
+    const int onPlane = -n[k] * distance / (127 * 127);
+    place[k] = std::clamp(std::clamp(onPlane, int{low} - centre[k], int{high} - centre[k]), -kHalf, kHalf);
+  }
+  return place;
+}
+
+glm::dvec3 axisOf(const Moment& m) {
+  const double xx = static_cast<double>(m[0]), yy = static_cast<double>(m[1]), zz = static_cast<double>(m[2]),
+               xy = static_cast<double>(m[3]), yz = static_cast<double>(m[4]), zx = static_cast<double>(m[5]);
+  const glm::dvec3 column = xx >= yy && xx >= zz ? glm::dvec3(xx, xy, zx)
+                            : yy >= zz           ? glm::dvec3(xy, yy, yz)
+                                                 : glm::dvec3(zx, yz, zz);
+  const double length = glm::length(column);
+  return length > 0.0 ? column / length : glm::dvec3(0.0, 1.0, 0.0);
+}
+
+glm::dvec3 toDouble(const std::array<std::int64_t, 3>& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+glm::ivec3 eighthBits(const glm::vec3& axis) {
+  return {static_cast<int>(std::floor(127.0f * axis.x + 0.5f)), static_cast<int>(std::floor(127.0f * axis.y + 0.5f)),
+          static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
+}
+
+// The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
+VoxelSide finish(const VoxelGrid& grid, const glm::ivec3& voxel, const glm::vec3& axis, const SideSums& own,
+                 const SideSums& other, bool front, double emissionUnit) {
+  const bool isBack = own.weight == 0;
+  const SideSums& s = isBack ? other : own;
+  const double weight = static_cast<double>(s.weight);
+  const glm::dvec3 outward = (front ? 1.0 : -1.0) * glm::dvec3(axis);
+  VoxelSide side;
+  const glm::dvec3 sum = toDouble(s.normal);
+  const double length = glm::length(sum);
+  side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
+  side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
+  side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / weight));
+  if (!isBack) {
+    const double step = double{grid.voxel} / kVoxelSteps;
+    side.area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
+  }
+  // From the mean out to the outermost place, and a little farther: places are rounded.
+  glm::dvec3 place = toDouble(s.position) / weight;
+  const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
+  place += outward * (std::max(reach - glm::dot(place, outward), 0.0));
+  place += glm::dvec3(side.normal) * (kVoxelSteps / 16.0);
+  side.positionWorld = grid.toWorld(glm::vec3(glm::dvec3(voxel) + 0.5 + place / double{kVoxelSteps}));
+  return side;
+}
+
+}  // namespace
+
+void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+              VoxelLayer& layer) {
+  layer.bits.assign(grid.cellCount(), 0);
+  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t t = begin; t < end; ++t) {
+                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) {
+                  const std::uint64_t bit = std::uint64_t{1} << brickBit(v);
+                  std::atomic_ref<std::uint64_t> brick(layer.bits[grid.cellOf(v)]);
+                  if ((brick.load(std::memory_order_relaxed) & bit) == 0)
+                    brick.fetch_or(bit, std::memory_order_relaxed);
+                });
+              }
+            });
+  layer.first.resize(grid.cellCount());
+  layer.occupied = 0;
+  for (std::size_t c = 0; c < layer.bits.size(); ++c) {
+    layer.first[c] = layer.occupied;
+    layer.occupied += static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
+  }
+  layer.kept = 0;
+  layer.axis.clear();
+  layer.side.clear();
+}
+
+void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
+               std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
+  layer.kept = std::min(layer.occupied, budget);
+  layer.axis.resize(layer.kept);
+  layer.side.resize(2 * std::size_t{layer.kept});
+  float brightest = 0.0f;
+  for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
+  const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
+
+  // 1. The axis of each voxel: the moment's column with the largest diagonal element
+  std::vector<Moment> moment(layer.kept, Moment{});
+  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+    const std::uint32_t number = layer.numberOf(grid, v);
+    if (number >= layer.kept) return;
+    const glm::ivec3 n = normalOf(t);
+    Moment& m = moment[number];
+    add(m[0], share * n.x * n.x);
+    add(m[1], share * n.y * n.y);
+    add(m[2], share * n.z * n.z);
+    add(m[3], share * n.x * n.y);
+    add(m[4], share * n.y * n.z);
+    add(m[5], share * n.z * n.x);
+  });
+  for (std::uint32_t i = 0; i < layer.kept; ++i) layer.axis[i] = glm::vec3(axisOf(moment[i]));
+
+  // 2. What faces each side
+  std::vector<SideSums> sums(2 * std::size_t{layer.kept});
+  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+    const std::uint32_t number = layer.numberOf(grid, v);
+    if (number >= layer.kept) return;
+    const glm::ivec3 n = normalOf(t), axis = eighthBits(layer.axis[number]), place = placeIn(t, v);
+    const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
+    SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
+    const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
+    add(s.weight, weight);
+    add(s.area, share);
+    const VoxelSurface& surface = surfaces[t.surface];
+    for (int k = 0; k < 3; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      add(s.normal[i], weight * n[k]);
+      add(s.position[i], weight * place[k]);
+      add(s.albedo[i], weight * static_cast<std::int64_t>(std::floor(surface.albedo[k] * float{kAlbedoSteps} + 0.5f)));
+      if (!(surface.emission[k] > 0.0f)) continue;
+      const auto emission = static_cast<std::int64_t>(std::floor(double{surface.emission[k]} / emissionUnit + 0.5));
+      add(s.emission[i], weight * emission);
+      if (surface.doubleSided) add(s.backEmission[i], weight * emission);
+    }
+    const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
+    improve(s.outermost, along, [](std::int64_t a, std::int64_t b) { return a > b; });
+    improve(s.innermost, along, [](std::int64_t a, std::int64_t b) { return a < b; });
+  });
+
+  // 3. Means
+  forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t c = begin; c < end; ++c) {
+      std::uint32_t number = layer.first[c];
+      for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
+        const int bit = std::countr_zero(rest);
+        const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+        const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
+        layer.side[2 * std::size_t{number}] = finish(grid, voxel, layer.axis[number], front, back, true, emissionUnit);
+        layer.side[2 * std::size_t{number} + 1] = finish(grid, voxel, layer.axis[number], back, front, false, emissionUnit);
+      }
+    }
+  });
+}
+
+}  // namespace relume
