@@ -33,12 +33,12 @@ double msSince(Clock::time_point begin) {
 
 Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
 
-// A turn of the sphere for a frame (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even over
+// A turn of the sphere for a set of rays (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even over
 // time as directions are over the sphere.
-glm::mat3 turnOf(std::uint32_t frame) {
-  if (frame == 0) return glm::mat3(1.0f);
-  const auto part = [frame](double step) {
-    const double v = 0.5 + step * frame;
+glm::mat3 turnOf(std::uint32_t set) {
+  if (set == 0) return glm::mat3(1.0f);
+  const auto part = [set](double step) {
+    const double v = 0.5 + step * set;
     return v - std::floor(v);
   };
   const double u = part(0.8191725133961645), v = part(0.6710436067037893), w = part(0.5497004779019703);
@@ -64,9 +64,9 @@ struct FrameRays {
   std::vector<glm::vec3> direction, sky;
   std::vector<float> basis;  // kBasis each, times 4 pi / rays
 
-  FrameRays(std::uint32_t count, std::uint32_t frame, const LiveSky& map)
+  FrameRays(std::uint32_t count, std::uint32_t set, const LiveSky& map)
       : direction(count), sky(count), basis(std::size_t{kBasis} * count) {
-    const glm::mat3 turn = turnOf(frame);
+    const glm::mat3 turn = turnOf(set);
     const float weight = 4.0f * kPi / static_cast<float>(count);
     for (std::uint32_t i = 0; i < count; ++i) {
       direction[i] = glm::normalize(turn * spherePoint(i, count));
@@ -184,8 +184,7 @@ void LiveLight::bounce(const VoxelVolume& volume, float scale) {
 }
 
 void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
-  const FrameRays rays(options_.raysPerCell, frame_, frame.sky);
-  const std::span<const glm::vec3> radiosity = volume.radiosity();
+  const FrameRays rays(options_.raysPerCell, frame.raySet, frame.sky);
   const VoxelGrid& grid = volume.grid();
   const float far = std::numeric_limits<float>::infinity();
   forChunks(volume.parallelFor(), activeCells(), kCells, [&](std::uint32_t begin, std::uint32_t end) {
@@ -195,10 +194,7 @@ void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
       for (std::uint32_t i = 0; i < rays.direction.size(); ++i) {
         const MarchHit hit = VoxelMarch(grid, volume.bits().data(), cells_.position[c], rays.direction[i]).first(far);
         glm::vec3 radiance = rays.sky[i];
-        if (hit.found) {
-          const std::uint32_t side = volume.sideAt(hit.voxel, rays.direction[i]);
-          radiance = side == kNoSide ? glm::vec3(0.0f) : std::numbers::inv_pi_v<float> * radiosity[side];
-        }
+        if (hit.found) radiance = volume.radianceAt(hit.voxel, rays.direction[i]);
         if (radiance == glm::vec3(0.0f)) continue;
         brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
         const float* const y = rays.basis.data() + std::size_t{kBasis} * i;
@@ -236,7 +232,6 @@ Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
   }
-  ++frame_;
   return done();
 }
 

@@ -21,7 +21,7 @@
 namespace relume {
 
 struct LiveOptions {
-  std::uint32_t raysPerCell = 64;  // [8..4096] a frame; the set turns from frame to frame
+  std::uint32_t raysPerCell = 64;  // [8..4096] a frame
 };
 
 // A sky for live light: radiance by direction.
@@ -36,6 +36,7 @@ struct LiveFrame {
   float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
   float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
   LiveSky sky;
+  std::uint32_t raySet = 0;       // which of the sets of rays, evenly turned against each other: count the frames
   bool freezeVoxels = false;      // gather once more from the voxels as they are lit: more rays, no bounce more
 };
 
@@ -78,7 +79,6 @@ class LiveLight {
   std::vector<CellStencil> standing_, moving_;  // of the voxels' sides
   std::vector<glm::vec3> bounced_;    // [W/m²] [Size sides]
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
-  std::uint32_t frame_ = 0;
   double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };
 

@@ -25,6 +25,7 @@ using Moment = std::array<std::int64_t, 6>;
 
 struct SideSums {
   std::int64_t weight = 0, area = 0;
+  std::int64_t emitting = 0, backEmitting = 0;  // weight of triangles that emit, from their front and their back
   std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
   std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
 };
@@ -110,7 +111,14 @@ VoxelSide finish(const VoxelGrid& grid, const glm::ivec3& voxel, const glm::vec3
   const double length = glm::length(sum);
   side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
   side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
-  side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / weight));
+  // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. A
+  // triangle gives all its voxels the same, so that some get more than they hold; twice as much is an emitter behind
+  // another.
+  const auto emitting = static_cast<double>(isBack ? s.backEmitting : s.emitting);
+  if (emitting > 0.0) {
+    const double plane = 32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
+    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.5 * emitting, plane)));
+  }
   if (!isBack) {
     const double step = double{grid.voxel} / kVoxelSteps;
     side.area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
@@ -197,6 +205,10 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
       const auto emission = static_cast<std::int64_t>(std::floor(double{surface.emission[k]} / emissionUnit + 0.5));
       add(s.emission[i], weight * emission);
       if (surface.doubleSided) add(s.backEmission[i], weight * emission);
+    }
+    if (surface.emission != glm::vec3(0.0f)) {
+      add(s.emitting, weight);
+      if (surface.doubleSided) add(s.backEmitting, weight);
     }
     const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
     improve(s.outermost, along, [](std::int64_t a, std::int64_t b) { return a > b; });

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <memory_resource>
 #include <new>
 #include <numbers>
@@ -97,7 +98,8 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
       if (!ok) return ok.error();
     }
     volume.standingVersion_ = volume.movingVersion_ = 1;
-    volume.join();
+    volume.bits_.resize(volume.grid_.cellCount());
+    volume.join(volume.sideLight(volume.standing_, volume.moving_, 0));
     volume.voxeliseMs_ = msSince(begin);
     return volume;
   } catch (const std::bad_alloc&) {
@@ -154,12 +156,30 @@ Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer&
   return done();
 }
 
-// What both layers make together. Light of voxels that are new begins dark.
-void VoxelVolume::join() {
-  bits_.resize(standing_.bits.size());
+// What both layers make together. `light` has direct light and radiosity of the sides, which may be fewer than before.
+void VoxelVolume::join(SideLight light) noexcept {
+  direct_ = std::move(light.direct);
+  radiosity_ = std::move(light.radiosity);
+  radiance_ = std::move(light.radiance);
   for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
-  direct_.assign(sideCount(), glm::vec3(0.0f));
-  radiosity_.assign(sideCount(), glm::vec3(0.0f));
+}
+
+// Dark sides for two layers, of which the first `kept` have the light that they had.
+VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const {
+  SideLight light;
+  const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
+  light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
+  light.radiosity.assign(radiosity_.begin(), radiosity_.begin() + static_cast<std::ptrdiff_t>(same));
+  light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
+  light.direct.resize(sides, glm::vec3(0.0f));
+  light.radiosity.resize(sides, glm::vec3(0.0f));
+  light.radiance.resize(sides / 2);
+  for (std::size_t v = same / 2; v < sides / 2; ++v) {
+    const glm::vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
+    for (int k = 0; k < 3; ++k)
+      light.radiance[v].axis[static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::floor(127.0f * axis[k] + 0.5f));
+  }
+  return light;
 }
 
 Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
@@ -181,16 +201,11 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
     VoxelLayer layer;
     VoxelStats stats;
     if (Status ok = fill(true, parts, layer, stats); !ok) return ok;
-    std::vector<glm::vec3> direct(direct_.begin(), direct_.begin() + standingSides());
-    direct.resize(standingSides() + layer.side.size());
-    std::vector<glm::vec3> radiosity(radiosity_.begin(), radiosity_.begin() + standingSides());
-    radiosity.resize(direct.size());
+    SideLight light = sideLight(standing_, layer, standingSides());
     parts_ = std::move(parts);
     moving_ = std::move(layer);
     movingStats_ = stats;
-    direct_ = std::move(direct);
-    radiosity_ = std::move(radiosity);
-    for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
+    join(std::move(light));
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
@@ -213,14 +228,11 @@ Status VoxelVolume::edit(std::uint32_t part, const glm::mat4x3& toWorld, bool pr
     VoxelLayer layer;
     VoxelStats stats;
     if (Status ok = fill(false, parts, layer, stats); !ok) return ok;
-    std::vector<glm::vec3> direct(layer.side.size() + moving_.side.size(), glm::vec3(0.0f));
-    std::vector<glm::vec3> radiosity(direct.size(), glm::vec3(0.0f));
+    SideLight light = sideLight(layer, moving_, 0);
     parts_ = std::move(parts);
     standing_ = std::move(layer);
     standingStats_ = stats;
-    direct_ = std::move(direct);
-    radiosity_ = std::move(radiosity);
-    for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
+    join(std::move(light));
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
@@ -297,11 +309,15 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
 void VoxelVolume::reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale) {
   const Clock::time_point begin = Clock::now();
   const glm::vec3 emitted = kPi * emissionScale;
-  forChunks(parallelFor_, sideCount(), 16 * kSides, [&](std::uint32_t first, std::uint32_t last) {
-    for (std::uint32_t i = first; i < last; ++i) {
+  forChunks(parallelFor_, sideCount() / 2, 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+    for (std::uint32_t i = 2 * first; i < 2 * last; ++i) {
       const VoxelSide& s = side(i);
       const glm::vec3 irradiance = bounced.empty() ? direct_[i] : direct_[i] + bounced[i];
       radiosity_[i] = s.albedo * irradiance + emitted * s.emission;
+    }
+    for (std::uint32_t v = first; v < last; ++v) {
+      radiance_[v].front = std::numbers::inv_pi_v<float> * radiosity_[2 * v];
+      radiance_[v].back = std::numbers::inv_pi_v<float> * radiosity_[2 * v + 1];
     }
   });
   reflectMs_ = msSince(begin);
@@ -343,7 +359,7 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   for (const Mesh& mesh : meshes_) geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface);
   return {{"bricks", bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},
-          {"voxel light", bytes(direct_) + bytes(radiosity_)},
+          {"voxel light", bytes(direct_) + bytes(radiosity_) + bytes(radiance_)},
           {"voxel geometry", geometry}};
 }
 

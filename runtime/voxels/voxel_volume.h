@@ -19,6 +19,7 @@
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,6 +41,14 @@ struct VoxelStats {
   std::uint32_t occupied = 0, dropped = 0;  // voxels; dropped: of these, without sides: they are black
   std::size_t triangles = 0;                // after splitting
   std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
+};
+
+// What rays read of an occupied voxel, in half a cache line.
+struct alignas(32) VoxelRadiance {
+  glm::vec3 front{0.0f};            // [W/m²/sr]
+  std::array<std::int8_t, 4> axis{};  // toward the front, 127 times the unit vector
+  glm::vec3 back{0.0f};
+  float unused = 0.0f;
 };
 
 class VoxelVolume {
@@ -79,6 +88,20 @@ class VoxelVolume {
   // kNoSide for voxels that were dropped.
   std::uint32_t sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const;
 
+  // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped.
+  // `voxel` is occupied.
+  const glm::vec3& radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
+    static constexpr glm::vec3 kBlack{0.0f};
+    const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
+    const VoxelLayer& layer = moves ? moving_ : standing_;
+    const std::uint32_t number = layer.numberOf(grid_, voxel);
+    if (number >= layer.kept) return kBlack;
+    const VoxelRadiance& at = radiance_[moves ? standing_.kept + number : number];
+    const float along = static_cast<float>(at.axis[0]) * direction.x + static_cast<float>(at.axis[1]) * direction.y +
+                        static_cast<float>(at.axis[2]) * direction.z;
+    return along < 0.0f ? at.front : at.back;
+  }
+
   // Change with every create(), edit() and with every move().
   std::uint64_t standingVersion() const { return standingVersion_; }
   std::uint64_t movingVersion() const { return movingVersion_; }
@@ -99,9 +122,15 @@ class VoxelVolume {
     bool present = true;
   };
 
+  struct SideLight {
+    std::vector<glm::vec3> direct, radiosity;
+    std::vector<VoxelRadiance> radiance;
+  };
+
   VoxelVolume() = default;
   Status fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const;
-  void join();
+  void join(SideLight light) noexcept;
+  SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
   VoxelGrid grid_;
   std::vector<VoxelSurface> surfaces_;
@@ -113,6 +142,7 @@ class VoxelVolume {
   VoxelStats standingStats_, movingStats_;
   std::vector<std::uint64_t> bits_;
   std::vector<glm::vec3> direct_, radiosity_;
+  std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
 };

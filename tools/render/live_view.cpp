@@ -36,11 +36,13 @@ std::vector<glm::vec3> mapOf(const Sky& sky) {
   return map;
 }
 
-// Frames of one bounce, or of unreflected light: rays of several frames averaged over voxels that stay as they are.
-Status gatherOnce(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
-  for (int f = 0; f < kOfABounce && !context.cancelled(); ++f) {
+// Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
+// rays is `set`.
+Status gatherOnce(LiveLight& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
+  for (int f = 0; f < frames && !context.cancelled(); ++f) {
     frame.freezeVoxels = f > 0;
     frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
+    frame.raySet = static_cast<std::uint32_t>(set + f);
     if (Status ok = light.update(volume, frame); !ok) return ok;
   }
   return done();
@@ -50,6 +52,7 @@ Status converge(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context&
   for (int f = 0; f < kConverged && !context.cancelled(); ++f) {
     const auto kept = static_cast<float>(std::max(f - kSettling, 0));
     frame.keep = kept / (kept + 1.0f);
+    frame.raySet = static_cast<std::uint32_t>(f);
     if (Status ok = light.update(volume, frame); !ok) return ok;
   }
   return done();
@@ -88,7 +91,9 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
     auto straight = LiveLight::create(options);
     if (!straight) return straight.error();
     view.straight.emplace(std::move(*straight));
-    if (Status ok = gatherOnce(*view.straight, view.volume, frame, context); !ok) return ok.error();
+    // By the rays that average the rest, so that their difference has none of their noise.
+    const int set = request.bounces > 0 ? 0 : kSettling, count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
+    if (Status ok = gatherOnce(*view.straight, view.volume, frame, set, count, context); !ok) return ok.error();
   }
 
   const std::vector<Light> lights = toRuntimeLights(request.lights);
@@ -98,7 +103,7 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   if (Status ok = view.volume.lightDirectly(setup); !ok) return ok.error();
   for (int bounce = 0; bounce < request.bounces; ++bounce) {
     frame.bounceScale = bounce > 0 ? 1.0f : 0.0f;
-    if (Status ok = gatherOnce(view.all, view.volume, frame, context); !ok) return ok.error();
+    if (Status ok = gatherOnce(view.all, view.volume, frame, 0, kOfABounce, context); !ok) return ok.error();
     view.frames += kOfABounce;
   }
   if (request.bounces == 0) {

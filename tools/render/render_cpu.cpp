@@ -186,9 +186,7 @@ class CpuRenderer {
     for (std::uint32_t x = 0; x < request_.width; ++x) {
       const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const MarchHit hit = volume.march(r.origin, r.direction, std::numeric_limits<float>::infinity());
-      if (!hit.found) continue;
-      const std::uint32_t side = volume.sideAt(hit.voxel, r.direction);
-      if (side != kNoSide) frame_.voxels[std::size_t{y} * request_.width + x] = kInvPi * volume.radiosity()[side];
+      if (hit.found) frame_.voxels[std::size_t{y} * request_.width + x] = volume.radianceAt(hit.voxel, r.direction);
     }
   }
 
