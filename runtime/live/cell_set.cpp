@@ -126,7 +126,7 @@ CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm
   // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
   const glm::vec3 size = glm::abs(normal);
   const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
-  const glm::vec3 eye = position + lift * normal, read = position + kHalfCell * normal;
+  const glm::vec3 eye = position + lift * normal, read = position + 0.25f * kHalfCell * normal;
   const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f;
   const glm::vec3 base = glm::floor(at), share = at - base;
   if (!(glm::all(glm::greaterThan(base, glm::vec3(-2.0f))) && glm::all(glm::lessThan(base, glm::vec3(grid.cells)))))

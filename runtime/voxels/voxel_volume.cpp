@@ -89,7 +89,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
     const std::size_t voxels = 64 * volume.grid_.cellCount();
     volume.budget_ = options.surfaceBudget > 0 ? options.surfaceBudget
-                                               : static_cast<std::uint32_t>(std::max<std::size_t>(voxels / 8, 65536));
+                                               : static_cast<std::uint32_t>(std::max<std::size_t>(voxels / 4, 65536));
     volume.parallelFor_ = options.parallelFor;
     const Clock::time_point begin = Clock::now();
     for (const bool moves : {false, true}) {

@@ -33,7 +33,7 @@ inline constexpr std::uint32_t kNoSide = 0xFFFFFFFFu;
 struct VoxelOptions {
   glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
   std::uint32_t cells = 32;              // [8..64] on the longest side; four times as many voxels (CRC: 32)
-  std::uint32_t surfaceBudget = 0;       // [voxels] that keep their sides, of each layer; 0 = an eighth of the volume
+  std::uint32_t surfaceBudget = 0;       // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
   ParallelFor parallelFor{};             // empty = one thread
 };
 

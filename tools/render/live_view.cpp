@@ -71,7 +71,12 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
   constexpr float kVoxels = 2.0f;  // of a piece's longest edge
   const auto pieces = VoxelScene::create(scene, kVoxels * fitGrid(bounds.min, bounds.max, cells).voxel, context);
   if (!pieces) return pieces.error();
-  return VoxelVolume::create(pieces->geometry(), options);
+  auto volume = VoxelVolume::create(pieces->geometry(), options);
+  if (volume && volume->stats().dropped > 0)
+    context.message(Severity::warning, std::to_string(volume->stats().dropped) + " of " +
+                                           std::to_string(volume->stats().occupied) +
+                                           " voxels are beyond the budget and reflect nothing; use fewer cells");
+  return volume;
 }
 
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
