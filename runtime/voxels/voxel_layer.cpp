@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
 
 namespace relume {
 namespace {
@@ -20,6 +21,9 @@ constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
 constexpr int kAlbedoSteps = 4095;
 constexpr double kEmissionSteps = 0x1p+20;
 
+// Four places in a voxel, [1/64 voxel] from its middle: on any plane across it one in each quarter.
+const std::array<glm::ivec3, 4> kSubCentres{{{16, 16, 16}, {16, -16, -16}, {-16, 16, -16}, {-16, -16, 16}}};
+
 // Of n n^T over the voxel's triangles: xx, yy, zz, xy, yz, zx.
 using Moment = std::array<std::int64_t, 6>;
 
@@ -27,6 +31,8 @@ struct SideSums {
   std::int64_t weight = 0, area = 0;
   std::int64_t emitting = 0, backEmitting = 0;  // weight of triangles that emit, from their front and their back
   std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
+  // For each of kSubCentres the nearest triangle: squared distance, then its number.
+  std::array<std::int64_t, 4> nearest{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
   std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
 };
 
@@ -63,18 +69,18 @@ void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
 
 glm::ivec3 normalOf(const SnappedTriangle& t) { return {t.normal[0], t.normal[1], t.normal[2]}; }
 
-// The place of the triangle nearest to the voxel's centre, about: the centre moved onto its plane, within its bounds and
-// the voxel's. [1/64 voxel from the centre]
-glm::ivec3 placeIn(const SnappedTriangle& t, const glm::ivec3& v) {
+// The place of the triangle nearest to one in the voxel, about: that moved onto its plane, within its bounds and the
+// voxel's. Both [1/64 voxel from the voxel's centre]
+glm::ivec3 placeIn(const SnappedTriangle& t, const glm::ivec3& v, const glm::ivec3& wanted) {
   constexpr int kHalf = kVoxelSteps / 2;
   const glm::ivec3 centre = v * kVoxelSteps + kHalf, n = normalOf(t);
-  const glm::ivec3 from(centre.x - t.corner[0][0], centre.y - t.corner[0][1], centre.z - t.corner[0][2]);
+  const glm::ivec3 from = centre + wanted - glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]);
   const int distance = n.x * from.x + n.y * from.y + n.z * from.z;
   glm::ivec3 place;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const auto [low, high] = std::minmax({t.corner[0][i], t.corner[1][i], t.corner[2][i]});
-    const int onPlane = -n[k] * distance / (127 * 127);
+    const int onPlane = wanted[k] - n[k] * distance / (127 * 127);
     place[k] = std::clamp(std::clamp(onPlane, int{low} - centre[k], int{high} - centre[k]), -kHalf, kHalf);
   }
   return place;
@@ -99,8 +105,28 @@ glm::ivec3 eighthBits(const glm::vec3& axis) {
           static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
 }
 
+// The places at which direct light is found, each once.
+void fillSamples(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const SideSums& sums, bool isBack,
+                 VoxelSide& side) {
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const SnappedTriangle& t = triangles[static_cast<std::size_t>(sums.nearest[i] & 0xFFFFFFFF)];
+    const glm::ivec3 place = placeIn(t, voxel, kSubCentres[i]);
+    SideSample sample;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample.place[k] = static_cast<std::int8_t>(place[static_cast<int>(k)]);
+      sample.normal[k] = static_cast<std::int8_t>(isBack ? -t.normal[k] : t.normal[k]);
+    }
+    const auto same = std::find_if(side.sample.begin(), side.sample.begin() + static_cast<std::ptrdiff_t>(used), [&](const SideSample& s) {
+      return s.place == sample.place && s.normal == sample.normal;
+    });
+    if (same == side.sample.begin() + static_cast<std::ptrdiff_t>(used)) side.sample[used++] = sample;
+    ++same->count;
+  }
+}
+
 // The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
-VoxelSide finish(const VoxelGrid& grid, const glm::ivec3& voxel, const glm::vec3& axis, const SideSums& own,
+VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const glm::vec3& axis, const SideSums& own,
                  const SideSums& other, bool front, double emissionUnit) {
   const bool isBack = own.weight == 0;
   const SideSums& s = isBack ? other : own;
@@ -123,6 +149,7 @@ VoxelSide finish(const VoxelGrid& grid, const glm::ivec3& voxel, const glm::vec3
     const double step = double{grid.voxel} / kVoxelSteps;
     side.area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
   }
+  fillSamples(triangles, voxel, s, isBack, side);
   // From the mean out to the outermost place, and a little farther: places are rounded.
   glm::dvec3 place = toDouble(s.position) / weight;
   const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
@@ -156,6 +183,7 @@ void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
   }
   layer.kept = 0;
   layer.axis.clear();
+  layer.voxel.clear();
   layer.side.clear();
 }
 
@@ -163,6 +191,7 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
   layer.kept = std::min(layer.occupied, budget);
   layer.axis.resize(layer.kept);
+  layer.voxel.resize(layer.kept);
   layer.side.resize(2 * std::size_t{layer.kept});
   float brightest = 0.0f;
   for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
@@ -189,7 +218,7 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
   forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
     const std::uint32_t number = layer.numberOf(grid, v);
     if (number >= layer.kept) return;
-    const glm::ivec3 n = normalOf(t), axis = eighthBits(layer.axis[number]), place = placeIn(t, v);
+    const glm::ivec3 n = normalOf(t), axis = eighthBits(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
     const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
     SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
     const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
@@ -210,9 +239,14 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
       add(s.emitting, weight);
       if (surface.doubleSided) add(s.backEmitting, weight);
     }
+    const std::int64_t triangle = &t - triangles.data();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
+      improve(s.nearest[i], std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | triangle, std::less<>());
+    }
     const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
-    improve(s.outermost, along, [](std::int64_t a, std::int64_t b) { return a > b; });
-    improve(s.innermost, along, [](std::int64_t a, std::int64_t b) { return a < b; });
+    improve(s.outermost, along, std::greater<>());
+    improve(s.innermost, along, std::less<>());
   });
 
   // 3. Means
@@ -223,8 +257,9 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
         const int bit = std::countr_zero(rest);
         const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
         const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
-        layer.side[2 * std::size_t{number}] = finish(grid, voxel, layer.axis[number], front, back, true, emissionUnit);
-        layer.side[2 * std::size_t{number} + 1] = finish(grid, voxel, layer.axis[number], back, front, false, emissionUnit);
+        layer.voxel[number] = voxel;
+        layer.side[2 * std::size_t{number}] = finish(grid, triangles, voxel, layer.axis[number], front, back, true, emissionUnit);
+        layer.side[2 * std::size_t{number} + 1] = finish(grid, triangles, voxel, layer.axis[number], back, front, false, emissionUnit);
       }
     }
   });

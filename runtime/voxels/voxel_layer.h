@@ -7,12 +7,20 @@
 #include "runtime/voxels/snap_triangles.h"
 #include "runtime/voxels/voxel_grid.h"
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
+
+// A place of the surfaces in a voxel at which direct light is found. [1/64 voxel from the voxel's middle; 127 times the
+// unit normal]
+struct SideSample {
+  std::array<std::int8_t, 3> place{}, normal{};
+  std::uint8_t count = 0;  // how many of the four it stands for; 0 = none
+};
 
 // One side of an occupied voxel: means over the triangles that face it, by area and by how squarely they do. Where none
 // does, the back of those that face the other side. Emission is what fills the voxel's face with the same flux.
@@ -21,6 +29,8 @@ struct VoxelSide {
   glm::vec3 normal{0.0f};         // unit
   glm::vec3 albedo{0.0f};
   glm::vec3 emission{0.0f};       // [W/m²/sr]
+  // On the surfaces nearest to four places spread over the voxel; light and shadow vary within it.
+  std::array<SideSample, 4> sample{};
   float area = 0.0f;              // [m²] of triangles that face it; 0 = their backs alone
 };
 
@@ -28,6 +38,7 @@ struct VoxelLayer {
   std::vector<std::uint64_t> bits;     // [Size cells] brickBit() of each voxel; CRC's geometry volume
   std::vector<std::uint32_t> first;    // [Size cells] number of the cell's first occupied voxel
   std::vector<glm::vec3> axis;         // [Size kept] unit: toward the front side
+  std::vector<glm::ivec3> voxel;       // [Size kept]
   std::vector<VoxelSide> side;         // [Size 2 kept] front, back
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 

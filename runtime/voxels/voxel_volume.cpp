@@ -22,7 +22,8 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSnapChunk = 4096, kSides = 256;
+constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
+constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
 constexpr float kPi = std::numbers::pi_v<float>;
 
 using Clock = std::chrono::steady_clock;
@@ -251,19 +252,26 @@ class DirectLight {
 
   void light(std::uint32_t begin, std::uint32_t end, std::span<glm::vec3> irradiance) const {
     const std::uint32_t count = end - begin;
-    std::array<glm::vec3, kSides> sum{}, position, normal, arriving;
-    std::array<std::uint32_t, kSides> slot;
-    std::array<float, kSides> visible;
+    std::array<glm::vec3, kSides> sum{};
+    std::array<glm::vec3, 4 * kSides> position, normal, arriving;
+    std::array<std::uint32_t, 4 * kSides> slot;
+    std::array<float, 4 * kSides> visible;
     for (std::uint32_t k = 0; k < lights_.size(); ++k) {
       std::uint32_t lit = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
-        const VoxelSide& side = volume_.side(begin + i);
-        const glm::vec3 e = cpu::directIrradiance(lights_[k], side.positionWorld, side.normal);
-        if (e == glm::vec3(0.0f)) continue;
-        position[lit] = side.positionWorld;
-        normal[lit] = side.normal;
-        arriving[lit] = e;
-        slot[lit++] = i;
+        const glm::vec3 middle = glm::vec3(volume_.voxelOfSide(begin + i)) + 0.5f;
+        for (const SideSample& s : volume_.side(begin + i).sample) {
+          if (s.count == 0) break;
+          const glm::vec3 n = glm::normalize(glm::vec3(s.normal[0], s.normal[1], s.normal[2]));
+          const glm::vec3 place(s.place[0], s.place[1], s.place[2]);
+          const glm::vec3 at = volume_.grid().toWorld(middle + place / float{kVoxelSteps} + kLift * n);
+          const glm::vec3 e = cpu::directIrradiance(lights_[k], at, n);
+          if (e == glm::vec3(0.0f)) continue;
+          position[lit] = at;
+          normal[lit] = n;
+          arriving[lit] = 0.25f * static_cast<float>(s.count) * e;
+          slot[lit++] = i;
+        }
       }
       if (lit == 0) continue;
       std::fill_n(visible.begin(), lit, setup_.visibilityBatch ? 0.0f : 1.0f);
@@ -309,7 +317,7 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
 void VoxelVolume::reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale) {
   const Clock::time_point begin = Clock::now();
   const glm::vec3 emitted = kPi * emissionScale;
-  forChunks(parallelFor_, sideCount() / 2, 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+  forChunks(parallelFor_, sideCount() / 2, 32 * kSides, [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t i = 2 * first; i < 2 * last; ++i) {
       const VoxelSide& s = side(i);
       const glm::vec3 irradiance = bounced.empty() ? direct_[i] : direct_[i] + bounced[i];
