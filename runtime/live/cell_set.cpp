@@ -76,6 +76,41 @@ bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<
   return true;
 }
 
+// The planes of voxels: between what faces their two sides.
+void copyPlanes(const VoxelLayer& layer, const VoxelGrid& grid, CellSet& cells) {
+  cells.first = layer.first;
+  cells.plane.resize(layer.kept);
+  for (std::uint32_t i = 0; i < layer.kept; ++i) {
+    const glm::vec3 middle = glm::vec3(layer.voxel[i]) + 0.5f;
+    const auto along = [&](const VoxelSide& side) {
+      return glm::dot(grid.toGrid(side.positionWorld) - middle, layer.axis[i]) * static_cast<float>(kVoxelSteps);
+    };
+    const VoxelSide &front = layer.side[2 * std::size_t{i}], &back = layer.side[2 * std::size_t{i} + 1];
+    for (int k = 0; k < 3; ++k)
+      cells.plane[i][static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * layer.axis[i][k]));
+    cells.plane[i][3] = static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
+  }
+}
+
+// Out of the voxel of another surface, to the side of its plane on which the place is; three times at most.
+glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
+  for (int tries = 0; tries < 3; ++tries) {
+    const glm::ivec3 v(glm::floor(place));
+    if (!cells.grid.holds(v)) return place;
+    const std::uint32_t cell = cells.grid.cellOf(v);
+    const std::uint64_t bits = cells.standing[cell];
+    if ((bits >> brickBit(v) & 1u) == 0) return place;
+    const std::uint32_t number =
+        cells.first[cell] + static_cast<std::uint32_t>(std::popcount(bits & ((std::uint64_t{1} << brickBit(v)) - 1)));
+    if (number >= cells.plane.size()) return place;
+    const std::array<std::int8_t, 4>& plane = cells.plane[number];
+    const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
+    const float height = glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
+    place += axis * (height < 0.0f ? -0.5f : 0.5f);
+  }
+  return place;
+}
+
 }  // namespace
 
 CellSet findCells(const VoxelVolume& volume) {
@@ -84,6 +119,7 @@ CellSet findCells(const VoxelVolume& volume) {
   const std::span<const std::uint64_t> bits = volume.bits();
   cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
   cells.slot.assign(grid.cellCount(), kInactive);
+  copyPlanes(volume.standing(), grid, cells);
 
   // 1. Dilate what is occupied
   std::vector<std::uint8_t> isActive(grid.cellCount(), 0);
@@ -126,7 +162,7 @@ CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm
   // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
   const glm::vec3 size = glm::abs(normal);
   const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
-  const glm::vec3 eye = position + lift * normal, read = position + 0.25f * kHalfCell * normal;
+  const glm::vec3 eye = stepOut(cells, position + lift * normal), read = position + 0.25f * kHalfCell * normal;
   const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f;
   const glm::vec3 base = glm::floor(at), share = at - base;
   if (!(glm::all(glm::greaterThan(base, glm::vec3(-2.0f))) && glm::all(glm::lessThan(base, glm::vec3(grid.cells)))))

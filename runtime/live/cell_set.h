@@ -19,6 +19,9 @@ struct CellSet {
   std::vector<std::uint32_t> slot;      // [Size cells] cache of each cell, kInactive = none
   std::vector<glm::vec3> position;      // [voxels] [Size active] the middle of a voxel that is free
   std::vector<std::uint64_t> standing;  // [Size cells] bits of what stands: what hides a cache from a receiver
+  // The plane of each standing voxel: 127 times its unit normal, and its place along that. [1/64 voxel from the middle]
+  std::vector<std::array<std::int8_t, 4>> plane;  // [Size voxels that are kept]
+  std::vector<std::uint32_t> first;               // [Size cells] as VoxelLayer's
 };
 
 // Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the

@@ -240,12 +240,12 @@ CellStencil LiveLight::stencil(const glm::vec3& positionWorld, const glm::vec3& 
   return stencilAt(cells_, cells_.grid.toGrid(positionWorld), normal);
 }
 
-glm::vec3 LiveLight::irradiance(const CellStencil& stencil, const glm::vec3& normal) const {
+glm::vec3 LiveLight::irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const {
   return readStencil(stencil, coefficients_, brightest_, normal);
 }
 
 glm::vec3 LiveLight::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  return irradiance(stencil(positionWorld, normal), normal);
+  return irradianceBy(stencil(positionWorld, normal), normal);
 }
 
 std::vector<PassTime> LiveLight::passTimes() const {
@@ -254,7 +254,8 @@ std::vector<PassTime> LiveLight::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> LiveLight::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing)},
+  return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
+                        bytes(cells_.plane) + bytes(cells_.first)},
           {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
           {"side stencils", bytes(standing_) + bytes(moving_) + bytes(bounced_)}};
 }

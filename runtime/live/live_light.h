@@ -57,7 +57,7 @@ class LiveLight {
 
   // The same in two steps, for several LiveLights that have followed one volume.
   [[nodiscard]] CellStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
-  [[nodiscard]] glm::vec3 irradiance(const CellStencil& stencil, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const;
 
   std::uint32_t activeCells() const { return static_cast<std::uint32_t>(cells_.active.size()); }
   // Coefficients [W/m²/sr] of the active cells: 9 of red, 9 of green, 9 of blue.

@@ -62,6 +62,29 @@ class TriangleOverlap {
     }
   }
 
+  // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers within
+  // the voxel: its share of the triangle's area.
+  std::uint32_t covered(const glm::ivec3& voxel) const {
+    const glm::ivec3 size = glm::abs(normal_);
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    constexpr int kStep = kVoxelSteps / 4;
+    std::uint32_t count = 0;
+    glm::ivec3 p;
+    p[axis] = centre(voxel[axis]);
+    for (int i = 0; i < 16; ++i) {
+      p[u] = voxel[u] * kVoxelSteps + kStep / 2 + (i & 3) * kStep;
+      p[v] = voxel[v] * kVoxelSteps + kStep / 2 + (i >> 2) * kStep;
+      bool in = true;
+      for (std::size_t e = 3 * static_cast<std::size_t>(axis); e < 3 * static_cast<std::size_t>(axis) + 3; ++e)
+        in = in && edge_[e].u * p[u] + edge_[e].v * p[v] + edge_[e].offset >= kHalf * std::max(std::abs(edge_[e].u), std::abs(edge_[e].v));
+      const glm::ivec3 d = p - corner_[0];
+      const int depth = normal_.x * d.x + normal_.y * d.y + normal_.z * d.z;
+      if (in && depth >= -reach_ && depth < reach_) ++count;
+    }
+    return count;
+  }
+
  private:
   static constexpr int kHalf = kVoxelSteps / 2;
   struct Edge {

@@ -49,20 +49,31 @@ void improve(std::int64_t& best, std::int64_t value, const Better& better) {
   }
 }
 
-// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area) for each pair.
+// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each pair.
 template <class Visit>
 void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               const Visit& visit) {
   forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
             [&](std::uint32_t begin, std::uint32_t end) {
-              std::vector<glm::ivec3> voxels;
+              struct Part {
+                glm::ivec3 voxel;
+                std::uint32_t covered;
+              };
+              std::vector<Part> parts;
               for (std::uint32_t t = begin; t < end; ++t) {
-                voxels.clear();
-                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) { voxels.push_back(v); });
-                if (voxels.empty()) continue;
-                const std::uint32_t share =
-                    std::max(16u * triangles[t].area / static_cast<std::uint32_t>(voxels.size()), 1u);
-                for (const glm::ivec3& v : voxels) visit(triangles[t], v, share);
+                parts.clear();
+                std::uint32_t sum = 0;
+                const TriangleOverlap overlap(triangles[t]);
+                overlap.visit(grid, [&](const glm::ivec3& v) {
+                  parts.push_back({v, overlap.covered(v)});
+                  sum += parts.back().covered;
+                });
+                // Small triangles slip between the places: they give all their voxels the same.
+                const auto count = static_cast<std::uint32_t>(parts.size());
+                for (const Part& part : parts) {
+                  const std::uint64_t share = std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
+                  visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)));
+                }
               }
             });
 }
@@ -137,13 +148,12 @@ VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangl
   const double length = glm::length(sum);
   side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
   side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
-  // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. A
-  // triangle gives all its voxels the same, so that some get more than they hold; twice as much is an emitter behind
-  // another.
+  // Emitters lie before other surfaces or beside them: what is seen of them is their share of all that faces this side,
+  // or of a plane through the voxel where there is more, as before a ceiling.
   const auto emitting = static_cast<double>(isBack ? s.backEmitting : s.emitting);
   if (emitting > 0.0) {
     const double plane = 32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
-    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.5 * emitting, plane)));
+    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(emitting, std::min(weight, plane))));
   }
   if (!isBack) {
     const double step = double{grid.voxel} / kVoxelSteps;

@@ -23,7 +23,7 @@ struct SideSample {
 };
 
 // One side of an occupied voxel: means over the triangles that face it, by area and by how squarely they do. Where none
-// does, the back of those that face the other side. Emission is what fills the voxel's face with the same flux.
+// does, the back of those that face the other side.
 struct VoxelSide {
   glm::vec3 positionWorld{0.0f};  // [m] in front of all that faces this side, so that light reaches it
   glm::vec3 normal{0.0f};         // unit

@@ -105,8 +105,8 @@ class CpuRenderer {
   // Light of the caches in the volume's cells.
   void addLive(std::size_t pixel, const glm::vec3& reflected, const SeenSurface& seen) const {
     const CellStencil stencil = live_->all.stencil(seen.positionWorld, seen.normal);
-    frame_.indirect[pixel] += reflected * live_->all.irradiance(stencil, seen.normal);
-    if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradiance(stencil, seen.normal);
+    frame_.indirect[pixel] += reflected * live_->all.irradianceBy(stencil, seen.normal);
+    if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradianceBy(stencil, seen.normal);
   }
 
   // Add what a surface mirrors as its material says. Its normal is bent by the normal map, and its albedo becomes what
