@@ -76,8 +76,12 @@ class TriangleOverlap {
       p[u] = voxel[u] * kVoxelSteps + kStep / 2 + (i & 3) * kStep;
       p[v] = voxel[v] * kVoxelSteps + kStep / 2 + (i >> 2) * kStep;
       bool in = true;
-      for (std::size_t e = 3 * static_cast<std::size_t>(axis); e < 3 * static_cast<std::size_t>(axis) + 3; ++e)
-        in = in && edge_[e].u * p[u] + edge_[e].v * p[v] + edge_[e].offset >= kHalf * std::max(std::abs(edge_[e].u), std::abs(edge_[e].v));
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Edge& e = edge_[3 * static_cast<std::size_t>(axis) + k];
+        const int inside = e.u * p[u] + e.v * p[v] + e.offset - kHalf * std::max(std::abs(e.u), std::abs(e.v));
+        // A place on the edge of two triangles is one's alone.
+        in = in && (inside > 0 || (inside == 0 && (e.u > 0 || (e.u == 0 && e.v > 0))));
+      }
       const glm::ivec3 d = p - corner_[0];
       const int depth = normal_.x * d.x + normal_.y * d.y + normal_.z * d.z;
       if (in && depth >= -reach_ && depth < reach_) ++count;

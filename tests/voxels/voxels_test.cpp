@@ -282,7 +282,7 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
   // Emitted flux is the quad's: pi times 2 W/m²/sr times 16 m², and voxels have Δ² each.
   double flux = 0.0;
   for (std::uint32_t i = 0; i < volume->sideCount(); ++i) flux += double{volume->side(i).emission.z} * volume->grid().voxel * volume->grid().voxel;
-  EXPECT_NEAR(flux, 32.0, 0.7);  // voxels at its outline are not full
+  EXPECT_NEAR(flux, 32.0, 1.0);  // voxels at its outline are not full
   volume->reflect({}, glm::vec3(1.0f));
   EXPECT_EQ(volume->radianceAt(red.voxel, {1, 0, 0}), glm::vec3(0.0f));
   EXPECT_NEAR(volume->radianceAt(blue.voxel, {-1, 0, 0}).z, 2.0f, 0.7f);
