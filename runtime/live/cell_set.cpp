@@ -22,9 +22,7 @@ glm::ivec3 voxelOf(std::uint32_t bit) {
   return {static_cast<int>(bit & 3u), static_cast<int>(bit >> 2 & 3u), static_cast<int>(bit >> 4)};
 }
 
-// Bits of the eight voxels around a cell's middle, and of all 64 by their distance from it.
-constexpr std::array<std::uint32_t, 8> kMiddle{21, 22, 25, 26, 37, 38, 41, 42};
-
+// The voxels of a cell by their distance from its middle.
 std::array<std::uint32_t, 64> byDistance() {
   std::array<std::uint32_t, 64> order{};
   for (std::uint32_t i = 0; i < 64; ++i) order[i] = i;
@@ -32,7 +30,8 @@ std::array<std::uint32_t, 64> byDistance() {
     const glm::vec3 d = glm::vec3(voxelOf(bit)) + 0.5f - kHalfCell;
     return glm::dot(d, d);
   };
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
   return order;
 }
 
@@ -88,7 +87,8 @@ void copyPlanes(const VoxelLayer& layer, const VoxelGrid& grid, CellSet& cells) 
     const VoxelSide &front = layer.side[2 * std::size_t{i}], &back = layer.side[2 * std::size_t{i} + 1];
     for (int k = 0; k < 3; ++k)
       cells.plane[i][static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * layer.axis[i][k]));
-    cells.plane[i][3] = static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
+    cells.plane[i][3] =
+        static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
   }
 }
 
@@ -105,7 +105,8 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
     if (number >= cells.plane.size()) return place;
     const std::array<std::int8_t, 4>& plane = cells.plane[number];
     const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
-    const float height = glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
+    const float height =
+        glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
     place += axis * (height < 0.0f ? -0.5f : 0.5f);
   }
   return place;

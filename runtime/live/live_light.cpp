@@ -33,8 +33,8 @@ double msSince(Clock::time_point begin) {
 
 Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
 
-// A turn of the sphere for a set of rays (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even over
-// time as directions are over the sphere.
+// A turn of the sphere for a set of rays (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even
+// over time as directions are over the sphere.
 glm::mat3 turnOf(std::uint32_t set) {
   if (set == 0) return glm::mat3(1.0f);
   const auto part = [set](double step) {
@@ -55,7 +55,9 @@ glm::vec3 skyAlong(const LiveSky& sky, const glm::vec3& direction) {
   const glm::vec2 floor = glm::floor(p), f = p - floor;
   const int x0 = std::clamp(static_cast<int>(floor.x), 0, last), x1 = std::min(static_cast<int>(floor.x) + 1, last);
   const int y0 = std::clamp(static_cast<int>(floor.y), 0, last), y1 = std::min(static_cast<int>(floor.y) + 1, last);
-  const auto texel = [&](int x, int y) { return sky.map[static_cast<std::size_t>(y) * sky.side + static_cast<std::size_t>(x)]; };
+  const auto texel = [&](int x, int y) {
+    return sky.map[static_cast<std::size_t>(y) * sky.side + static_cast<std::size_t>(x)];
+  };
   return glm::mix(glm::mix(texel(x0, y0), texel(x1, y0), f.x), glm::mix(texel(x0, y1), texel(x1, y1), f.x), f.y);
 }
 
@@ -85,8 +87,8 @@ Status checkFrame(const LiveFrame& frame) {
   if (!isRadiance(frame.sky.radiance)) return usage("the sky's radiance has a channel outside of 0 to 1e9");
   if (frame.sky.map.empty()) return done();
   if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
-    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) + " texels, expected the square of its side, " +
-                 std::to_string(frame.sky.side));
+    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) +
+                 " texels, expected the square of its side, " + std::to_string(frame.sky.side));
   for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
     if (!isRadiance(frame.sky.map[i]))
       return usage("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
@@ -139,10 +141,11 @@ void LiveLight::reset() {
 void LiveLight::follow(const VoxelVolume& volume) {
   const bool stood = volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
-  const bool isSame = cells_.grid.cells == volume.grid().cells && cells_.grid.originWorld == volume.grid().originWorld &&
-                      cells_.grid.voxel == volume.grid().voxel;
+  const bool isSame = cells_.grid.cells == volume.grid().cells &&
+                      cells_.grid.originWorld == volume.grid().originWorld && cells_.grid.voxel == volume.grid().voxel;
   CellSet cells = findCells(volume);
-  std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f), brightest(cells.active.size(), 0.0f);
+  std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
+      brightest(cells.active.size(), 0.0f);
   std::vector<std::uint8_t> isLit(cells.active.size(), 0);
   for (std::size_t i = 0; i < cells.active.size() && isSame; ++i) {
     const std::uint32_t old = cells_.slot[cells.active[i]];
@@ -223,7 +226,8 @@ Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
     if (!frame.freezeVoxels) {
       const bool bounces = frame.bounceScale > 0.0f;
       if (bounces) bounce(volume, frame.bounceScale);
-      volume.reflect(bounces ? std::span<const glm::vec3>(bounced_) : std::span<const glm::vec3>(), frame.emissionScale);
+      volume.reflect(bounces ? std::span<const glm::vec3>(bounced_) : std::span<const glm::vec3>(),
+                     frame.emissionScale);
     }
     bounceMs_ = msSince(followed);
     const Clock::time_point lit = Clock::now();
@@ -236,7 +240,8 @@ Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
 }
 
 CellStencil LiveLight::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  if (cells_.active.empty() || !isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f)) return {};
+  if (cells_.active.empty() || !isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f))
+    return {};
   return stencilAt(cells_, cells_.grid.toGrid(positionWorld), normal);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Indirect light without a bake: caches in the cells of a voxel volume, after CRC (Vardis et al. 2014). Each active cell
-// gathers what its rays meet in the volume into spherical harmonics of three bands; voxels reflect what the caches had a
-// frame before, so that bounces add up over the frames.
+// Indirect light without a bake: caches in the cells of a voxel volume, after CRC (Vardis et al. 2014). Each active
+// cell gathers what its rays meet in the volume into spherical harmonics of three bands; voxels reflect what the caches
+// had a frame before, so that bounces add up over the frames.
 //
 // Deviation: CRC gathers a first bounce from reflective shadow maps and later ones with one albedo for the whole level.
 // Here rays find lit voxels, each with its own albedo, and all bounces are one pass.
@@ -26,9 +26,10 @@ struct LiveOptions {
 
 // A sky for live light: radiance by direction.
 struct LiveSky {
-  glm::vec3 radiance{0.0f};          // [W/m²/sr] [0..1e9] from everywhere
-  std::span<const glm::vec3> map{};  // [W/m²/sr] in place of it: an octahedral map, row 0 at v = -1 (formats/octahedron.h)
-  std::uint32_t side = 0;            // [texel] of the map; [Size map: side²]
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] [0..1e9] from everywhere
+  std::span<const glm::vec3>
+      map{};               // [W/m²/sr] in place of it: an octahedral map, row 0 at v = -1 (formats/octahedron.h)
+  std::uint32_t side = 0;  // [texel] of the map; [Size map: side²]
 };
 
 struct LiveFrame {
@@ -36,8 +37,8 @@ struct LiveFrame {
   float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
   float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
   LiveSky sky;
-  std::uint32_t raySet = 0;       // which of the sets of rays, evenly turned against each other: count the frames
-  bool freezeVoxels = false;      // gather once more from the voxels as they are lit: more rays, no bounce more
+  std::uint32_t raySet = 0;   // which of the sets of rays, evenly turned against each other: count the frames
+  bool freezeVoxels = false;  // gather once more from the voxels as they are lit: more rays, no bounce more
 };
 
 class LiveLight {
@@ -73,11 +74,11 @@ class LiveLight {
 
   LiveOptions options_;
   CellSet cells_;
-  std::vector<float> coefficients_;   // [Size 27 active]
-  std::vector<float> brightest_;      // [Size active] [W/m²/sr] the brightest ray's largest channel, blended alike
-  std::vector<std::uint8_t> isLit_;   // [Size active] whether the cell has gathered before
+  std::vector<float> coefficients_;  // [Size 27 active]
+  std::vector<float> brightest_;     // [Size active] [W/m²/sr] the brightest ray's largest channel, blended alike
+  std::vector<std::uint8_t> isLit_;  // [Size active] whether the cell has gathered before
   std::vector<CellStencil> standing_, moving_;  // of the voxels' sides
-  std::vector<glm::vec3> bounced_;    // [W/m²] [Size sides]
+  std::vector<glm::vec3> bounced_;              // [W/m²] [Size sides]
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };

@@ -23,8 +23,7 @@ Status checkSurface(const VoxelSurface& surface, std::size_t index) {
   if (!isRadiance(surface.emission))
     return refused(name + "emission " + text(surface.emission) + ", expected 0 to " + decimal(kMaxRadiance) +
                    " W/m²/sr in each channel");
-  if (!isShare(surface.coverage))
-    return refused(name + "coverage " + decimal(surface.coverage) + ", expected 0 to 1");
+  if (!isShare(surface.coverage)) return refused(name + "coverage " + decimal(surface.coverage) + ", expected 0 to 1");
   return done();
 }
 

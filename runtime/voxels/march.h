@@ -114,7 +114,8 @@ class VoxelMarch {
   // Into the voxel that the walk by voxels meets first behind this brick.
   bool leaveBrick(glm::ivec3& v) {
     const glm::ivec3 low(v.x & ~3, v.y & ~3, v.z & ~3);
-    const float x = exitTime(0, low.x, kBrickSide), y = exitTime(1, low.y, kBrickSide), z = exitTime(2, low.z, kBrickSide);
+    const float x = exitTime(0, low.x, kBrickSide), y = exitTime(1, low.y, kBrickSide),
+                z = exitTime(2, low.z, kBrickSide);
     const int axis = firstAxis(x, y, z);
     const float t = t_ = axis == 0 ? x : axis == 1 ? y : z;
     if (!(t < kNever)) return false;

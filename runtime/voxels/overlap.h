@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Which voxels a triangle overlaps: thin, 6-separating voxelisation (Schwarz and Seidel 2010, Section 4.1) in integers of
-// 32 bits. A walk from voxel to neighbouring voxel cannot pass such a surface, and no voxel is set that it does not need.
+// Which voxels a triangle overlaps: thin, 6-separating voxelisation (Schwarz and Seidel 2010, Section 4.1) in integers
+// of 32 bits. A walk from voxel to neighbouring voxel cannot pass such a surface, and no voxel is set that it does not
+// need.
 //
 // For a voxel with centre c and half edge h = 32, of a triangle with normal N = (v1 - v0) x (v2 - v0):
 //   |N . (c - v0)| <= h max |N_i|                                      the plane passes the voxel's middle
@@ -30,7 +31,8 @@ class TriangleOverlap {
     for (int axis = 0; axis < 3; ++axis) {
       const int u = (axis + 1) % 3, v = (axis + 2) % 3, sign = normal_[axis] < 0 ? -1 : 1;
       for (int i = 0; i < 3; ++i) {
-        const glm::ivec3 &from = corner_[static_cast<std::size_t>(i)], edge = corner_[static_cast<std::size_t>((i + 1) % 3)] - from;
+        const glm::ivec3 &from = corner_[static_cast<std::size_t>(i)],
+                         edge = corner_[static_cast<std::size_t>((i + 1) % 3)] - from;
         Edge& e = edge_[static_cast<std::size_t>(3 * axis + i)];
         e.u = -sign * edge[v];
         e.v = sign * edge[u];
@@ -62,8 +64,8 @@ class TriangleOverlap {
     }
   }
 
-  // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers within
-  // the voxel: its share of the triangle's area.
+  // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers
+  // within the voxel: its share of the triangle's area.
   std::uint32_t covered(const glm::ivec3& voxel) const {
     const glm::ivec3 size = glm::abs(normal_);
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;

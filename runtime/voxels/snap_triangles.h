@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Triangles of a part as the voxeliser takes them: placed in the world, rounded to 1/64 voxel and split until no edge is
-// longer than 8 voxels, so that all its tests fit 32 bits.
+// Triangles of a part as the voxeliser takes them: placed in the world, rounded to 1/64 voxel and split until no edge
+// is longer than 8 voxels, so that all its tests fit 32 bits.
 #pragma once
 
 #include "runtime/voxels/voxel_geometry.h"
@@ -23,9 +23,9 @@ struct SnappedTriangle {
 };
 
 struct SnapCounts {
-  std::size_t outside = 0;    // triangles that touch no voxel's box
-  std::size_t zeroArea = 0;   // triangles without area once they are rounded
-  std::size_t split = 0;      // triangles that were cut
+  std::size_t outside = 0;   // triangles that touch no voxel's box
+  std::size_t zeroArea = 0;  // triangles without area once they are rounded
+  std::size_t split = 0;     // triangles that were cut
 };
 
 // Triangles that snapping may leave at most: beyond it a level is refused.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Cuts a triangle at the middles of its long edges. Whether an edge is long and where its middle lies depend on the edge
-// alone, so that triangles which share it stay joined.
+// Cuts a triangle at the middles of its long edges. Whether an edge is long and where its middle lies depend on the
+// edge alone, so that triangles which share it stay joined.
 #pragma once
 
 #include <array>

@@ -21,9 +21,9 @@ struct VoxelSurface {
 };
 
 struct VoxelMesh {
-  std::span<const glm::vec3> position;      // [m] within 1e8 on each axis
-  std::span<const glm::uvec3> triangle;     // vertex indices; the front is counter-clockwise
-  std::span<const std::uint32_t> surface;   // [Size triangles] index of each triangle's surface
+  std::span<const glm::vec3> position;     // [m] within 1e8 on each axis
+  std::span<const glm::uvec3> triangle;    // vertex indices; the front is counter-clockwise
+  std::span<const std::uint32_t> surface;  // [Size triangles] index of each triangle's surface
 };
 
 struct VoxelPart {

@@ -13,8 +13,8 @@
 
 namespace relume {
 
-inline constexpr int kBrickSide = 4;           // voxels
-inline constexpr int kVoxelShift = 6;          // bits of a position below a voxel
+inline constexpr int kBrickSide = 4;   // voxels
+inline constexpr int kVoxelShift = 6;  // bits of a position below a voxel
 inline constexpr int kVoxelSteps = 1 << kVoxelShift;
 inline constexpr std::uint32_t kMinCells = 8, kMaxCells = 64;  // on the longest side
 
@@ -55,7 +55,8 @@ inline unsigned brickBit(const glm::ivec3& v) {
 inline VoxelGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
   VoxelGrid grid;
   const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
-  const float longest = std::max({size.x, size.y, size.z}), count = static_cast<float>(kBrickSide) * static_cast<float>(cells);
+  const float longest = std::max({size.x, size.y, size.z}),
+              count = static_cast<float>(kBrickSide) * static_cast<float>(cells);
   // Coordinates keep three bits below a voxel.
   const glm::vec3 far = glm::max(glm::abs(boxMin), glm::abs(boxMax));
   const float finest = std::max({far.x, far.y, far.z}) * 0x1p-20f;

@@ -50,7 +50,8 @@ void improve(std::int64_t& best, std::int64_t value, const Better& better) {
   }
 }
 
-// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each pair.
+// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each
+// pair.
 template <class Visit>
 void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               const Visit& visit) {
@@ -72,7 +73,8 @@ void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
                 // Small triangles slip between the places: they give all their voxels the same.
                 const auto count = static_cast<std::uint32_t>(parts.size());
                 for (const Part& part : parts) {
-                  const std::uint64_t share = std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
+                  const std::uint64_t share =
+                      std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
                   visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)));
                 }
               }
@@ -140,17 +142,17 @@ void fillSamples(std::span<const SnappedTriangle> triangles, const glm::ivec3& v
       sample.place[k] = static_cast<std::int8_t>(place[static_cast<int>(k)]);
       sample.normal[k] = static_cast<std::int8_t>(isBack ? -t.normal[k] : t.normal[k]);
     }
-    const auto same = std::find_if(side.sample.begin(), side.sample.begin() + static_cast<std::ptrdiff_t>(used), [&](const SideSample& s) {
-      return s.place == sample.place && s.normal == sample.normal;
-    });
+    const auto same =
+        std::find_if(side.sample.begin(), side.sample.begin() + static_cast<std::ptrdiff_t>(used),
+                     [&](const SideSample& s) { return s.place == sample.place && s.normal == sample.normal; });
     if (same == side.sample.begin() + static_cast<std::ptrdiff_t>(used)) side.sample[used++] = sample;
     ++same->count;
   }
 }
 
 // The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
-VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const glm::vec3& axis, const SideSums& own,
-                 const SideSums& other, bool front, double emissionUnit) {
+VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
+                 const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit) {
   const bool isBack = own.weight == 0;
   const SideSums& s = isBack ? other : own;
   const double weight = static_cast<double>(s.weight);
@@ -160,14 +162,16 @@ VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangl
   const double length = glm::length(sum);
   side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
   side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
-  // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. In a
-  // corner walls hide all that is not theirs, be they ever so small. Shares of area are counted in sixteenths of a voxel:
-  // a quarter too much here is missing next door.
+  // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. In
+  // a corner walls hide all that is not theirs, be they ever so small. Shares of area are counted in sixteenths of a
+  // voxel: a quarter too much here is missing next door.
   const auto emitting = static_cast<double>(isBack ? s.backEmitting : s.emitting);
   if (emitting > 0.0) {
-    const double plane = 32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
+    const double plane =
+        32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
     const double walls = s.across > 0 ? std::min(static_cast<double>(s.facing + s.across), plane) : plane;
-    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.8 * emitting, walls)));
+    side.emission =
+        glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.8 * emitting, walls)));
   }
   if (!isBack) {
     const double step = double{grid.voxel} / kVoxelSteps;
@@ -211,8 +215,9 @@ void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
   layer.side.clear();
 }
 
-void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
-               std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
+void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
+               std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
+               VoxelLayer& layer) {
   layer.kept = std::min(layer.occupied, budget);
   layer.axis.resize(layer.kept);
   layer.voxel.resize(layer.kept);
@@ -270,7 +275,8 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
     const std::int64_t triangle = &t - triangles.data();
     for (std::size_t i = 0; i < 4; ++i) {
       const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
-      improve(s.nearest[i], std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | triangle, std::less<>());
+      improve(s.nearest[i], std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | triangle,
+              std::less<>());
     }
     const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
     improve(s.outermost, along, std::greater<>());
@@ -278,19 +284,22 @@ void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles
   });
 
   // 3. Means
-  forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t c = begin; c < end; ++c) {
-      std::uint32_t number = layer.first[c];
-      for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
-        const int bit = std::countr_zero(rest);
-        const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
-        const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
-        layer.voxel[number] = voxel;
-        layer.side[2 * std::size_t{number}] = finish(grid, triangles, voxel, layer.axis[number], front, back, true, emissionUnit);
-        layer.side[2 * std::size_t{number} + 1] = finish(grid, triangles, voxel, layer.axis[number], back, front, false, emissionUnit);
-      }
-    }
-  });
+  forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                std::uint32_t number = layer.first[c];
+                for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
+                  const int bit = std::countr_zero(rest);
+                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+                  const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
+                  layer.voxel[number] = voxel;
+                  layer.side[2 * std::size_t{number}] =
+                      finish(grid, triangles, voxel, layer.axis[number], front, back, true, emissionUnit);
+                  layer.side[2 * std::size_t{number} + 1] =
+                      finish(grid, triangles, voxel, layer.axis[number], back, front, false, emissionUnit);
+                }
+              }
+            });
 }
 
 }  // namespace relume

@@ -28,23 +28,21 @@ struct VoxelSide {
   glm::vec3 positionWorld{0.0f};  // [m] in front of all that faces this side, so that light reaches it
   glm::vec3 normal{0.0f};         // unit
   glm::vec3 albedo{0.0f};
-  glm::vec3 emission{0.0f};       // [W/m²/sr]
+  glm::vec3 emission{0.0f};  // [W/m²/sr]
   // On the surfaces nearest to four places spread over the voxel; light and shadow vary within it.
   std::array<SideSample, 4> sample{};
-  float area = 0.0f;              // [m²] of triangles that face it; 0 = their backs alone
+  float area = 0.0f;  // [m²] of triangles that face it; 0 = their backs alone
 };
 
 struct VoxelLayer {
-  std::vector<std::uint64_t> bits;     // [Size cells] brickBit() of each voxel; CRC's geometry volume
-  std::vector<std::uint32_t> first;    // [Size cells] number of the cell's first occupied voxel
-  std::vector<glm::vec3> axis;         // [Size kept] unit: toward the front side
-  std::vector<glm::ivec3> voxel;       // [Size kept]
-  std::vector<VoxelSide> side;         // [Size 2 kept] front, back
+  std::vector<std::uint64_t> bits;       // [Size cells] brickBit() of each voxel; CRC's geometry volume
+  std::vector<std::uint32_t> first;      // [Size cells] number of the cell's first occupied voxel
+  std::vector<glm::vec3> axis;           // [Size kept] unit: toward the front side
+  std::vector<glm::ivec3> voxel;         // [Size kept]
+  std::vector<VoxelSide> side;           // [Size 2 kept] front, back
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
-  bool has(const VoxelGrid& grid, const glm::ivec3& v) const {
-    return (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0;
-  }
+  bool has(const VoxelGrid& grid, const glm::ivec3& v) const { return (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0; }
   // The number of an occupied voxel: those of the cell before, and the bits below its own.
   std::uint32_t numberOf(const VoxelGrid& grid, const glm::ivec3& v) const {
     const std::uint32_t cell = grid.cellOf(v);
@@ -59,7 +57,8 @@ void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
 
 // Sides of the first `budget` occupied voxels, in the order of their numbers. Sums are of integers, so that they do not
 // depend on the order in which threads add them.
-void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
-               std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
+void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
+               std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
+               VoxelLayer& layer);
 
 }  // namespace relume

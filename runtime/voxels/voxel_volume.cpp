@@ -166,7 +166,8 @@ void VoxelVolume::join(SideLight light) noexcept {
 }
 
 // Dark sides for two layers, of which the first `kept` have the light that they had.
-VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const {
+VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving,
+                                              std::size_t kept) const {
   SideLight light;
   const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
   light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
@@ -178,7 +179,8 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   for (std::size_t v = same / 2; v < sides / 2; ++v) {
     const glm::vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
     for (int k = 0; k < 3; ++k)
-      light.radiance[v].axis[static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::floor(127.0f * axis[k] + 0.5f));
+      light.radiance[v].axis[static_cast<std::size_t>(k)] =
+          static_cast<std::int8_t>(std::floor(127.0f * axis[k] + 0.5f));
   }
   return light;
 }
@@ -365,7 +367,8 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   std::size_t geometry = bytes(surfaces_) + bytes(parts_);
   for (const Mesh& mesh : meshes_) geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface);
-  return {{"bricks", bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
+  return {{"bricks",
+           bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},
           {"voxel light", bytes(direct_) + bytes(radiosity_) + bytes(radiance_)},
           {"voxel geometry", geometry}};

@@ -33,19 +33,20 @@ inline constexpr std::uint32_t kNoSide = 0xFFFFFFFFu;
 struct VoxelOptions {
   glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
   std::uint32_t cells = 32;              // [8..64] on the longest side; four times as many voxels (CRC: 32)
-  std::uint32_t surfaceBudget = 0;       // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
-  ParallelFor parallelFor{};             // empty = one thread
+  std::uint32_t surfaceBudget =
+      0;  // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
+  ParallelFor parallelFor{};  // empty = one thread
 };
 
 struct VoxelStats {
-  std::uint32_t occupied = 0, dropped = 0;  // voxels; dropped: of these, without sides: they are black
-  std::size_t triangles = 0;                // after splitting
+  std::uint32_t occupied = 0, dropped = 0;           // voxels; dropped: of these, without sides: they are black
+  std::size_t triangles = 0;                         // after splitting
   std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
 };
 
 // What rays read of an occupied voxel, in half a cache line.
 struct alignas(32) VoxelRadiance {
-  glm::vec3 front{0.0f};            // [W/m²/sr]
+  glm::vec3 front{0.0f};              // [W/m²/sr]
   std::array<std::int8_t, 4> axis{};  // toward the front, 127 times the unit vector
   glm::vec3 back{0.0f};
   float unused = 0.0f;

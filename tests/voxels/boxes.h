@@ -32,7 +32,8 @@ struct VoxelLevel {
   }
 
   // A part of its own. Corners counter-clockwise as seen from the front.
-  Mesh& addQuad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, std::uint32_t surface = 0) {
+  Mesh& addQuad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
+                std::uint32_t surface = 0) {
     parts.push_back({static_cast<std::uint32_t>(meshes.size()), glm::mat4x3(1.0f), false});
     meshes.push_back({{a, b, c, d}, {{0, 1, 2}, {0, 2, 3}}, {surface, surface}});
     return meshes.back();

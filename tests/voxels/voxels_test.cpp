@@ -62,7 +62,9 @@ std::set<std::uint32_t> oracle(const VoxelGrid& grid, const SnappedTriangle& t) 
           for (std::size_t e = 0; e < 3; ++e) {
             const I d = corner((e + 1) % 3) - corner(e);
             const std::int64_t s = n[a] < 0 ? -1 : 1, eu = -s * d[v], ev = s * d[u];
-            in = in && eu * (c[u] - corner(e)[u]) + ev * (c[v] - corner(e)[v]) + 32 * std::max(std::abs(eu), std::abs(ev)) >= 0;
+            in = in &&
+                 eu * (c[u] - corner(e)[u]) + ev * (c[v] - corner(e)[v]) + 32 * std::max(std::abs(eu), std::abs(ev)) >=
+                     0;
           }
         }
         if (in) found.insert(static_cast<std::uint32_t>((z * grid.voxels().y + y) * grid.voxels().x + x));
@@ -131,7 +133,8 @@ std::vector<glm::vec3> closedSurface(std::mt19937& random, const glm::vec3& midd
     for (int s = 0; s < sectors; ++s) {
       const float turn = 6.2831853f * static_cast<float>(s) / sectors;
       const glm::vec3 d(std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn));
-      ring.back().push_back(r == 0 || r == rings ? middle + radius * glm::vec3(0, r == 0 ? 1 : -1, 0) : middle + radius * dent(random) * d);
+      ring.back().push_back(r == 0 || r == rings ? middle + radius * glm::vec3(0, r == 0 ? 1 : -1, 0)
+                                                 : middle + radius * dent(random) * d);
     }
   }
   std::vector<glm::vec3> corners;
@@ -160,7 +163,9 @@ TEST(March, neverPassesAClosedThinMesh) {
     VoxelLayer layer;
     voxelise(grid, snapped(grid, closedSurface(random, glm::vec3(0.5f * side + 0.13f), 0.45f * side)), {}, layer);
     for (int r = 0; r < 2000; ++r) {
-      const glm::vec3 from = glm::vec3(0.5f * side + 0.2f) + 0.1f * side * (glm::vec3(random() % 1000, random() % 1000, random() % 1000) / 1000.0f - 0.5f);
+      const glm::vec3 from =
+          glm::vec3(0.5f * side + 0.2f) +
+          0.1f * side * (glm::vec3(random() % 1000, random() % 1000, random() % 1000) / 1000.0f - 0.5f);
       const MarchHit hit = VoxelMarch(grid, layer.bits.data(), from, unit(random)).first(1e9f);
       ASSERT_TRUE(hit.found) << "mesh " << i << " ray " << r;
     }
@@ -168,7 +173,8 @@ TEST(March, neverPassesAClosedThinMesh) {
 }
 
 // Voxel by voxel with the same times of crossing.
-MarchHit plainWalk(const VoxelGrid& grid, const std::vector<std::uint64_t>& bits, const glm::vec3& o, const glm::vec3& d) {
+MarchHit plainWalk(const VoxelGrid& grid, const std::vector<std::uint64_t>& bits, const glm::vec3& o,
+                   const glm::vec3& d) {
   MarchHit hit;
   glm::ivec3 v(glm::floor(o));
   float t = 0.0f;
@@ -194,7 +200,7 @@ TEST(March, crossesEmptyBricksAsVoxelByVoxel) {
   int found = 0;
   for (int i = 0; i < 20000; ++i) {
     glm::vec3 o(place(random), place(random), place(random)), d = unit(random);
-    if (i % 3 == 0) o = glm::floor(o);                                   // on corners of voxels
+    if (i % 3 == 0) o = glm::floor(o);                                     // on corners of voxels
     if (i % 5 == 0) d = glm::normalize(glm::vec3(1, -1, i % 2 ? 1 : -1));  // through edges and corners
     const MarchHit a = VoxelMarch(grid, bits.data(), o, d).first(1e9f), b = plainWalk(grid, bits, o, d);
     ASSERT_EQ(a.found, b.found) << i;
@@ -237,7 +243,8 @@ TEST(VoxelSides, areaIsTheMeshs) {
   for (unsigned i = 0; i + 2 < corners.size(); i += 3) {
     mesh.triangle.push_back({i, i + 1, i + 2});
     mesh.surface.push_back(0);
-    expected += 0.5 * glm::length(glm::cross(glm::dvec3(corners[i + 1] - corners[i]), glm::dvec3(corners[i + 2] - corners[i])));
+    expected +=
+        0.5 * glm::length(glm::cross(glm::dvec3(corners[i + 1] - corners[i]), glm::dvec3(corners[i + 2] - corners[i])));
   }
   level.meshes.push_back(mesh);
   level.parts.push_back({});
@@ -263,17 +270,19 @@ TEST(VoxelSides, areaIsTheMeshs) {
 TEST(VoxelSides, aThinWallHasTwoColours) {
   VoxelLevel level;
   level.surfaces = {{{0.8f, 0.1f, 0.1f}}, {{0.1f, 0.1f, 0.8f}, {0, 0, 2}}};
-  level.addQuad({0.01f, 0, 0}, {0.01f, 0, 4}, {0.01f, 4, 4}, {0.01f, 4, 0}, 0);            // faces -x
+  level.addQuad({0.01f, 0, 0}, {0.01f, 0, 4}, {0.01f, 4, 4}, {0.01f, 4, 0}, 0);      // faces -x
   level.addQuad({0.014f, 0, 0}, {0.014f, 4, 0}, {0.014f, 4, 4}, {0.014f, 0, 4}, 1);  // faces +x
   VoxelOptions options;
   options.boxMin = {-2, 0, 0};
   options.boxMax = {2, 4, 4};
   auto volume = VoxelVolume::create(level.geometry(), options);
   ASSERT_TRUE(volume);
-  const MarchHit red = volume->march({-1, 2.1f, 1.9f}, {1, 0, 0}, 4.0f), blue = volume->march({1, 2.1f, 1.9f}, {-1, 0, 0}, 4.0f);
+  const MarchHit red = volume->march({-1, 2.1f, 1.9f}, {1, 0, 0}, 4.0f),
+                 blue = volume->march({1, 2.1f, 1.9f}, {-1, 0, 0}, 4.0f);
   ASSERT_TRUE(red.found && blue.found);
   EXPECT_EQ(red.voxel, blue.voxel);
-  const VoxelSide &left = volume->side(volume->sideAt(red.voxel, {1, 0, 0})), &right = volume->side(volume->sideAt(blue.voxel, {-1, 0, 0}));
+  const VoxelSide &left = volume->side(volume->sideAt(red.voxel, {1, 0, 0})),
+                  &right = volume->side(volume->sideAt(blue.voxel, {-1, 0, 0}));
   EXPECT_NEAR(left.albedo.x, 0.8f, 1e-3f);
   EXPECT_NEAR(right.albedo.z, 0.8f, 1e-3f);
   EXPECT_EQ(left.emission, glm::vec3(0.0f));
@@ -281,7 +290,8 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
   EXPECT_GT(right.positionWorld.x, 0.014f);
   // Emitted flux is the quad's: pi times 2 W/m²/sr times 16 m², and voxels have Δ² each.
   double flux = 0.0;
-  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) flux += double{volume->side(i).emission.z} * volume->grid().voxel * volume->grid().voxel;
+  for (std::uint32_t i = 0; i < volume->sideCount(); ++i)
+    flux += double{volume->side(i).emission.z} * volume->grid().voxel * volume->grid().voxel;
   EXPECT_NEAR(flux, 32.0, 1.0);  // voxels at its outline are not full
   volume->reflect({}, glm::vec3(1.0f));
   EXPECT_EQ(volume->radianceAt(red.voxel, {1, 0, 0}), glm::vec3(0.0f));
@@ -309,7 +319,8 @@ TEST(VoxelSides, directLightIsThatOfTheSurface) {
       EXPECT_EQ(volume->direct()[i], glm::vec3(0.0f));
     } else if (p.x > 0.2f) {
       const double d2 = (p.x - 0.5) * (p.x - 0.5) + 1.44 + p.z * p.z;
-      EXPECT_NEAR(volume->direct()[i].x, 3.0 * 1.2 / (d2 * std::sqrt(d2)), 0.03 * 3.0 * 1.2 / (d2 * std::sqrt(d2)) + 1e-3);
+      EXPECT_NEAR(volume->direct()[i].x, 3.0 * 1.2 / (d2 * std::sqrt(d2)),
+                  0.03 * 3.0 * 1.2 / (d2 * std::sqrt(d2)) + 1e-3);
       ++lit;
     }
   }

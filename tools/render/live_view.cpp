@@ -97,7 +97,8 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
     if (!straight) return straight.error();
     view.straight.emplace(std::move(*straight));
     // By the rays that average the rest, so that their difference has none of their noise.
-    const int set = request.bounces > 0 ? 0 : kSettling, count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
+    const int set = request.bounces > 0 ? 0 : kSettling,
+              count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
     if (Status ok = gatherOnce(*view.straight, view.volume, frame, set, count, context); !ok) return ok.error();
   }
 

@@ -19,9 +19,8 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect",  "bounced", "direct", "glossy",   "full",
-                                              "unbounced", "albedo",  "normal", "position", "depth",
-                                              "voxels"};
+  static const std::vector<std::string> names{"indirect", "bounced", "direct",   "glossy", "full",  "unbounced",
+                                              "albedo",   "normal",  "position", "depth",  "voxels"};
   return names;
 }
 

@@ -34,8 +34,8 @@ enum class Aov {
   albedo,
   normal,
   position,
-  depth,  // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
-          // the pixel's centre; zero where nothing is hit
+  depth,   // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+           // the pixel's centre; zero where nothing is hit
   voxels,  // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
 };
 
@@ -51,7 +51,7 @@ struct LiveRequest {
 };
 
 struct RenderRequest {
-  const Bake* bake = nullptr;  // null: no light over links
+  const Bake* bake = nullptr;       // null: no light over links
   std::optional<LiveRequest> live;  // in place of a bake
   Camera camera;
   std::vector<SceneLight> lights;      // the punctual lights that are on

@@ -38,9 +38,12 @@ glm::vec2 placeOn(const Piece& piece, float a, float b, float c) {
 }
 
 // What a piece reflects and emits, and how much of it is there.
-VoxelSurface surfaceOf(const Scene& scene, std::uint32_t instance, std::uint32_t triangle, const Piece& piece, float width) {
-  constexpr std::array<std::array<float, 3>, 4> kPlaces{
-      {{1 / 3.0f, 1 / 3.0f, 1 / 3.0f}, {2 / 3.0f, 1 / 6.0f, 1 / 6.0f}, {1 / 6.0f, 2 / 3.0f, 1 / 6.0f}, {1 / 6.0f, 1 / 6.0f, 2 / 3.0f}}};
+VoxelSurface surfaceOf(const Scene& scene, std::uint32_t instance, std::uint32_t triangle, const Piece& piece,
+                       float width) {
+  constexpr std::array<std::array<float, 3>, 4> kPlaces{{{1 / 3.0f, 1 / 3.0f, 1 / 3.0f},
+                                                         {2 / 3.0f, 1 / 6.0f, 1 / 6.0f},
+                                                         {1 / 6.0f, 2 / 3.0f, 1 / 6.0f},
+                                                         {1 / 6.0f, 1 / 6.0f, 2 / 3.0f}}};
   const Instance& part = scene.instances[instance];
   const bool isMask = scene.material(part).alphaMode == AlphaMode::mask;
   VoxelSurface surface;
