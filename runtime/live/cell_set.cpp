@@ -76,7 +76,7 @@ bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<
 }
 
 // The planes of voxels: between what faces their two sides.
-void copyPlanes(const VoxelLayer& layer, const VoxelGrid& grid, CellSet& cells) {
+void copyPlanes(const VoxelLayer& layer, const VolumeGrid& grid, CellSet& cells) {
   cells.first = layer.first;
   cells.plane.resize(layer.kept);
   for (std::uint32_t i = 0; i < layer.kept; ++i) {
@@ -116,7 +116,7 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
 
 CellSet findCells(const VoxelVolume& volume) {
   CellSet cells;
-  const VoxelGrid& grid = cells.grid = volume.grid();
+  const VolumeGrid& grid = cells.grid = volume.grid();
   const std::span<const std::uint64_t> bits = volume.bits();
   cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
   cells.slot.assign(grid.cellCount(), kInactive);
@@ -159,7 +159,7 @@ CellSet findCells(const VoxelVolume& volume) {
 
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   CellStencil stencil;
-  const VoxelGrid& grid = cells.grid;
+  const VolumeGrid& grid = cells.grid;
   // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
   const glm::vec3 size = glm::abs(normal);
   const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;

@@ -14,7 +14,7 @@ inline constexpr std::uint32_t kInactive = 0xFFFFFFFFu;
 
 // Active cells: those with an occupied voxel and their 26 neighbours (CRC Section 5, dilation), unless they are full.
 struct CellSet {
-  VoxelGrid grid;
+  VolumeGrid grid;
   std::vector<std::uint32_t> active;    // cell of each cache
   std::vector<std::uint32_t> slot;      // [Size cells] cache of each cell, kInactive = none
   std::vector<glm::vec3> position;      // [voxels] [Size active] the middle of a voxel that is free

@@ -98,6 +98,7 @@ Status checkFrame(const LiveFrame& frame) {
 
 // Irradiance from radiance coefficients by the clamped cosine, as much as light of one radiance from all sides at most.
 glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, const glm::vec3& normal) {
+  if (!(brightest > 0.0f)) return glm::vec3(0.0f);
   std::array<float, kBasis> y;
   evaluateSh(3, normal, y);
   constexpr std::array<float, 3> kBand{kPi, 2.0f / 3.0f * kPi, 0.25f * kPi};
@@ -188,7 +189,7 @@ void LiveLight::bounce(const VoxelVolume& volume, float scale) {
 
 void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
   const FrameRays rays(options_.raysPerCell, frame.raySet, frame.sky);
-  const VoxelGrid& grid = volume.grid();
+  const VolumeGrid& grid = volume.grid();
   const float far = std::numeric_limits<float>::infinity();
   forChunks(volume.parallelFor(), activeCells(), kCells, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t c = begin; c < end; ++c) {

@@ -26,7 +26,7 @@ struct MarchHit {
 class VoxelMarch {
  public:
   // origin [voxels] and direction [not zero, finite]; t counts in lengths of the direction.
-  VoxelMarch(const VoxelGrid& grid, const std::uint64_t* bits, const glm::vec3& origin, const glm::vec3& direction)
+  VoxelMarch(const VolumeGrid& grid, const std::uint64_t* bits, const glm::vec3& origin, const glm::vec3& direction)
       : grid_(grid), bits_(bits), origin_(origin), direction_(direction) {
     for (int a = 0; a < 3; ++a) {
       step_[a] = direction[a] > kSmall ? 1 : direction[a] < -kSmall ? -1 : 0;
@@ -134,7 +134,7 @@ class VoxelMarch {
   }
   static bool isBefore(int axisA, float a, int axisB, float b) { return a < b || (a == b && axisA < axisB); }
 
-  const VoxelGrid& grid_;
+  const VolumeGrid& grid_;
   const std::uint64_t* bits_;
   glm::vec3 origin_, direction_, inverse_{0.0f}, offset_{0.0f};
   glm::ivec3 step_{0}, ahead_{0};  // ahead_: all bits where the ray goes up

@@ -43,7 +43,7 @@ class TriangleOverlap {
 
   // visit(voxel) for each that is overlapped, within the grid.
   template <class Visit>
-  void visit(const VoxelGrid& grid, const Visit& visit) const {
+  void visit(const VolumeGrid& grid, const Visit& visit) const {
     glm::ivec3 first, last;
     for (int k = 0; k < 3; ++k) {
       const int low = std::min({corner_[0][k], corner_[1][k], corner_[2][k]}),

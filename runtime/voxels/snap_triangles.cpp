@@ -18,7 +18,7 @@ using Corner = glm::vec<3, std::int64_t>;
 // Far outside of any grid, where a triangle's shape no longer matters; sums of squares stay within 64 bits.
 constexpr double kFarthest = 0x1p+30;
 
-Corner snap(const VoxelGrid& grid, const glm::mat4x3& toWorld, const glm::vec3& position) {
+Corner snap(const VolumeGrid& grid, const glm::mat4x3& toWorld, const glm::vec3& position) {
   Corner corner;
   for (int k = 0; k < 3; ++k) {
     const double world = double{toWorld[0][k]} * double{position.x} + double{toWorld[1][k]} * double{position.y} +
@@ -29,7 +29,7 @@ Corner snap(const VoxelGrid& grid, const glm::mat4x3& toWorld, const glm::vec3& 
   return corner;
 }
 
-bool isOutside(const VoxelGrid& grid, const std::array<Corner, 3>& t) {
+bool isOutside(const VolumeGrid& grid, const std::array<Corner, 3>& t) {
   for (int k = 0; k < 3; ++k) {
     const std::int64_t size = std::int64_t{grid.voxels()[k]} * kVoxelSteps;
     if (std::max({t[0][k], t[1][k], t[2][k]}) < 0 || std::min({t[0][k], t[1][k], t[2][k]}) > size) return true;
@@ -60,7 +60,7 @@ bool isThere(float coverage, std::uint32_t triangle) {
 
 }  // namespace
 
-bool snapTriangles(const VoxelGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
+bool snapTriangles(const VolumeGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
                    const glm::mat4x3& toWorld, std::uint32_t begin, std::uint32_t end,
                    std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
   const bool mirrored = glm::determinant(glm::dmat3(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) < 0.0;

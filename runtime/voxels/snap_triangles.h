@@ -34,7 +34,7 @@ inline constexpr std::size_t kMaxSnapped = std::size_t{1} << 25;
 // Appends the triangles [begin, end) of a mesh that has passed checkGeometry(). Two triangles that share an edge split
 // it at the same points: no cracks open. Triangles of a surface with coverage below 1 are kept by chance, the same ones
 // each time. Returns false where there would be more than kMaxSnapped.
-bool snapTriangles(const VoxelGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
+bool snapTriangles(const VolumeGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
                    const glm::mat4x3& toWorld, std::uint32_t begin, std::uint32_t end,
                    std::vector<SnappedTriangle>& snapped, SnapCounts& counts);
 

@@ -18,7 +18,7 @@ inline constexpr int kVoxelShift = 6;  // bits of a position below a voxel
 inline constexpr int kVoxelSteps = 1 << kVoxelShift;
 inline constexpr std::uint32_t kMinCells = 8, kMaxCells = 64;  // on the longest side
 
-struct VoxelGrid {
+struct VolumeGrid {
   glm::vec3 originWorld{0.0f};  // [m] the corner of voxel (0, 0, 0)
   float voxel = 1.0f;           // [m] edge
   glm::ivec3 cells{1};          // [1..kMaxCells]
@@ -52,8 +52,8 @@ inline unsigned brickBit(const glm::ivec3& v) {
 
 // The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that
 // walls at its faces lie within a voxel and not between two. A box without size gets a metre.
-inline VoxelGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
-  VoxelGrid grid;
+inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
+  VolumeGrid grid;
   const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
   const float longest = std::max({size.x, size.y, size.z}),
               count = static_cast<float>(kBrickSide) * static_cast<float>(cells);

@@ -53,7 +53,7 @@ void improve(std::int64_t& best, std::int64_t value, const Better& better) {
 // visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each
 // pair.
 template <class Visit>
-void forPairs(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+void forPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               const Visit& visit) {
   forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
             [&](std::uint32_t begin, std::uint32_t end) {
@@ -151,7 +151,7 @@ void fillSamples(std::span<const SnappedTriangle> triangles, const glm::ivec3& v
 }
 
 // The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
-VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
+VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
                  const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit) {
   const bool isBack = own.weight == 0;
   const SideSums& s = isBack ? other : own;
@@ -189,7 +189,7 @@ VoxelSide finish(const VoxelGrid& grid, std::span<const SnappedTriangle> triangl
 
 }  // namespace
 
-void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               VoxelLayer& layer) {
   layer.bits.assign(grid.cellCount(), 0);
   forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
@@ -215,7 +215,7 @@ void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
   layer.side.clear();
 }
 
-void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
+void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
                VoxelLayer& layer) {
   layer.kept = std::min(layer.occupied, budget);

@@ -42,9 +42,11 @@ struct VoxelLayer {
   std::vector<VoxelSide> side;           // [Size 2 kept] front, back
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
-  bool has(const VoxelGrid& grid, const glm::ivec3& v) const { return (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0; }
+  bool has(const VolumeGrid& grid, const glm::ivec3& v) const {
+    return (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0;
+  }
   // The number of an occupied voxel: those of the cell before, and the bits below its own.
-  std::uint32_t numberOf(const VoxelGrid& grid, const glm::ivec3& v) const {
+  std::uint32_t numberOf(const VolumeGrid& grid, const glm::ivec3& v) const {
     const std::uint32_t cell = grid.cellOf(v);
     const std::uint64_t below = bits[cell] & ((std::uint64_t{1} << brickBit(v)) - 1);
     return first[cell] + static_cast<std::uint32_t>(std::popcount(below));
@@ -52,12 +54,12 @@ struct VoxelLayer {
 };
 
 // Bits of all voxels that triangles overlap, the same at any number of threads.
-void voxelise(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               VoxelLayer& layer);
 
 // Sides of the first `budget` occupied voxels, in the order of their numbers. Sums are of integers, so that they do not
 // depend on the order in which threads add them.
-void fillSides(const VoxelGrid& grid, std::span<const SnappedTriangle> triangles,
+void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
                VoxelLayer& layer);
 

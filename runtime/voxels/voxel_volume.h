@@ -69,7 +69,7 @@ class VoxelVolume {
   // emissionScale: factor on emission. Throws nothing.
   void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
 
-  const VoxelGrid& grid() const { return grid_; }
+  const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
   std::span<const std::uint64_t> bits() const { return bits_; }
   const VoxelLayer& standing() const { return standing_; }
@@ -136,7 +136,7 @@ class VoxelVolume {
   void join(SideLight light) noexcept;
   SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
-  VoxelGrid grid_;
+  VolumeGrid grid_;
   std::vector<VoxelSurface> surfaces_;
   std::vector<Mesh> meshes_;
   std::vector<Part> parts_;

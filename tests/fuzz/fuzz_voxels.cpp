@@ -4,8 +4,10 @@
 #include "runtime/live/live_light.h"
 #include "runtime/voxels/voxel_volume.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <vector>
@@ -54,9 +56,12 @@ bool isLight(const glm::vec3& e) {
   return std::isfinite(e.x) && std::isfinite(e.y) && std::isfinite(e.z) && e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f;
 }
 
-void check(bool holds) {
-  if (!holds) std::abort();
+void check(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "does not hold: %s\n", what);
+  std::abort();
 }
+#define CHECK(condition) check(condition, #condition)
 
 // A frame of light, and reads of it; rays hit what is occupied.
 void lightAndRead(VoxelVolume& volume, LiveLight& live, Reader& in) {
@@ -69,18 +74,18 @@ void lightAndRead(VoxelVolume& volume, LiveLight& live, Reader& in) {
   frame.keep = 0.5f;
   frame.sky.radiance = {0.5f, 1.0f, 0.0f};
   frame.raySet = in.take<std::uint8_t>();
-  check(static_cast<bool>(live.update(volume, frame)));
-  for (const glm::vec3& radiosity : volume.radiosity()) check(isLight(radiosity));
-  for (const float c : live.coefficients()) check(std::isfinite(c));
+  CHECK(static_cast<bool>(live.update(volume, frame)));
+  for (const glm::vec3& radiosity : volume.radiosity()) CHECK(isLight(radiosity));
+  for (const float c : live.coefficients()) CHECK(std::isfinite(c));
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 place = in.vector(), normal = in.vector();
-    check(isLight(live.irradiance(place, normal)));
+    CHECK(isLight(live.irradiance(place, normal)));
     const glm::vec3 direction(0.6f, i % 2 == 0 ? 0.8f : -0.8f, 0.0f);
     if (!std::isfinite(place.x + place.y + place.z)) continue;
     const MarchHit hit = volume.march(place, direction, 1e6f);
     if (!hit.found) continue;
-    check(volume.grid().holds(hit.voxel));
-    check(isLight(volume.radianceAt(hit.voxel, direction)));
+    CHECK(volume.grid().holds(hit.voxel));
+    CHECK(isLight(volume.radianceAt(hit.voxel, direction)));
   }
 }
 
@@ -128,14 +133,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Result<VoxelVolume> volume = VoxelVolume::create({surfaces, views, parts}, options);
   if (!volume) return 0;
   Result<LiveLight> live = LiveLight::create({8});
-  check(static_cast<bool>(live));
+  CHECK(static_cast<bool>(live));
   lightAndRead(*volume, *live, in);
   for (int step = 0; step < 3 && !in.empty(); ++step) {
     const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
     const glm::mat4x3 to = in.transform();
     const auto kind = in.take<std::uint8_t>();
     const Status ok = kind % 2 == 0 ? volume->move({&to, 1}) : volume->edit(kind / 2 % 4, to, kind < 128);
-    if (!ok) check(std::equal(before.begin(), before.end(), volume->bits().begin()));
+    if (!ok) CHECK(std::equal(before.begin(), before.end(), volume->bits().begin()));
     lightAndRead(*volume, *live, in);
   }
   return 0;

@@ -165,6 +165,7 @@ TEST(LiveLight, aConstantSkyLightsAnOpenPlane) {
   EXPECT_NEAR(mapped.irradiance({0.3f, 0, -0.2f}, {0, 1, 0}).y, e.y, 1e-4f);
   EXPECT_EQ(live.irradiance({50, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
   EXPECT_EQ(live.irradiance({std::numeric_limits<float>::quiet_NaN(), 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+  EXPECT_EQ(live.irradiance({0, 0, 0}, glm::vec3(std::numeric_limits<float>::quiet_NaN())), glm::vec3(0.0f));
 }
 
 TEST(LiveLight, aThinWallKeepsTheDarkRoomDark) {

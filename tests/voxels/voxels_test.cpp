@@ -19,13 +19,13 @@ namespace {
 
 using test::VoxelLevel;
 
-VoxelGrid gridOf(int cells) {
-  VoxelGrid grid;
+VolumeGrid gridOf(int cells) {
+  VolumeGrid grid;
   grid.cells = glm::ivec3(cells);
   return grid;
 }
 
-std::vector<SnappedTriangle> snapped(const VoxelGrid& grid, const std::vector<glm::vec3>& corners) {
+std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const std::vector<glm::vec3>& corners) {
   std::vector<glm::uvec3> triangles;
   for (unsigned i = 0; i + 2 < corners.size(); i += 3) triangles.push_back({i, i + 1, i + 2});
   const std::vector<std::uint32_t> surface(triangles.size(), 0);
@@ -38,7 +38,7 @@ std::vector<SnappedTriangle> snapped(const VoxelGrid& grid, const std::vector<gl
 }
 
 // The definition of thin voxels (Schwarz and Seidel 2010), in integers of 64 bits, over all voxels of the grid.
-std::set<std::uint32_t> oracle(const VoxelGrid& grid, const SnappedTriangle& t) {
+std::set<std::uint32_t> oracle(const VolumeGrid& grid, const SnappedTriangle& t) {
   using I = glm::vec<3, std::int64_t>;
   const auto corner = [&](std::size_t i) { return I(t.corner[i][0], t.corner[i][1], t.corner[i][2]); };
   const I p = corner(1) - corner(0), q = corner(2) - corner(0);
@@ -75,7 +75,7 @@ std::set<std::uint32_t> oracle(const VoxelGrid& grid, const SnappedTriangle& t) 
 }
 
 TEST(Voxelise, setsWhatTheDefinitionSets) {
-  const VoxelGrid grid = gridOf(8);
+  const VolumeGrid grid = gridOf(8);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-2.0f, 34.0f), size(-4.5f, 4.5f);
   int checked = 0;
@@ -95,7 +95,7 @@ TEST(Voxelise, setsWhatTheDefinitionSets) {
 }
 
 TEST(Voxelise, piecesOfALongTriangleAreJoinedAndSmall) {
-  const VoxelGrid grid = gridOf(64);
+  const VolumeGrid grid = gridOf(64);
   const auto pieces = snapped(grid, {{1, 2, 3}, {250, 20, 90}, {30, 240, 199}});
   double area = 0.0;
   std::map<std::pair<std::array<std::int16_t, 3>, std::array<std::int16_t, 3>>, int> edges;
@@ -158,7 +158,7 @@ glm::vec3 unit(std::mt19937& random) {
 TEST(March, neverPassesAClosedThinMesh) {
   std::mt19937 random(2);
   for (int i = 0; i < 12; ++i) {
-    const VoxelGrid grid = gridOf(i % 2 == 0 ? 16 : 32);
+    const VolumeGrid grid = gridOf(i % 2 == 0 ? 16 : 32);
     const float side = static_cast<float>(grid.voxels().x);
     VoxelLayer layer;
     voxelise(grid, snapped(grid, closedSurface(random, glm::vec3(0.5f * side + 0.13f), 0.45f * side)), {}, layer);
@@ -173,7 +173,7 @@ TEST(March, neverPassesAClosedThinMesh) {
 }
 
 // Voxel by voxel with the same times of crossing.
-MarchHit plainWalk(const VoxelGrid& grid, const std::vector<std::uint64_t>& bits, const glm::vec3& o,
+MarchHit plainWalk(const VolumeGrid& grid, const std::vector<std::uint64_t>& bits, const glm::vec3& o,
                    const glm::vec3& d) {
   MarchHit hit;
   glm::ivec3 v(glm::floor(o));
@@ -192,7 +192,7 @@ MarchHit plainWalk(const VoxelGrid& grid, const std::vector<std::uint64_t>& bits
 }
 
 TEST(March, crossesEmptyBricksAsVoxelByVoxel) {
-  const VoxelGrid grid = gridOf(16);
+  const VolumeGrid grid = gridOf(16);
   std::mt19937 random(3);
   std::vector<std::uint64_t> bits(grid.cellCount(), 0);
   for (int i = 0; i < 600; ++i) bits[random() % bits.size()] |= std::uint64_t{1} << random() % 64;
