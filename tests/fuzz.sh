@@ -6,12 +6,12 @@
 #   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only
 #   tests/fuzz.sh --seconds N [NAME]  N seconds, always from the same seed: a suite that passes passes again
 # Targets: bake_file, runtime (a bake relit and read), gltf (a scene alone in its folder), gltf_files (beside a buffer and
-# an image), bake (a scene baked), options, side_files (lights, reports).
+# an image), bake (a scene baked), voxels (a level lit without a bake), options, side_files (lights, reports).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=60
 seed=0  # of libFuzzer; 0 = another one each time
-names=(bake_file runtime gltf gltf_files bake options side_files)
+names=(bake_file runtime voxels gltf gltf_files bake options side_files)
 known=" ${names[*]} "
 while [ $# -gt 0 ]; do
   case "$1" in

@@ -65,6 +65,6 @@ step "fuzzing"
 if [ "$long" -eq 1 ]; then
   tests/fuzz.sh --minutes 1
 else
-  for name in bake_file runtime; do tests/fuzz.sh --seconds 15 "$name"; done
+  for name in bake_file runtime voxels; do tests/fuzz.sh --seconds 15 "$name"; done
 fi
 step "done"

@@ -105,6 +105,7 @@ std::vector<std::string> drawCommand(const Arguments& arguments, const AccuracyS
     words.insert(words.end(), more.begin(), more.end());
   };
   if (*setting.bake != 0) add({"--bake", bake.string()});
+  if (*setting.bake == 0 && !preview) words.push_back("--live");
   if (preview) {
     add({"--source", setting.source});
     add(arguments.preview);
@@ -245,8 +246,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   for (const relume::AccuracySetting& setting : relume::kAccuracySettings) names.push_back(setting.name);
   app.add_option("--settings", arguments.settings,
-                 "how to bake and draw: paper, medium, high, best, preview, preview_surfels, preview_direct, separated "
-                 "by commas")
+                 "how to bake and draw: paper, medium, high, best, preview, preview_surfels, preview_direct, live, "
+                 "separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   app.add_option("--preview", arguments.preview, "more options of `relume preview`, separated by commas")

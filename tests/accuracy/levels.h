@@ -21,8 +21,8 @@ struct AccuracyLevel {
 struct AccuracySetting {
   const char* name;    // "paper", of a preset, or of a preview
   const char* title;   // of the table
-  const char* bake;    // "paper" or a preset; empty: none, and light that is reflected once
-  const char* source;  // of `relume preview`; empty: `relume render` draws
+  const char* bake;    // "paper" or a preset; empty: none, and by a preview light that is reflected once
+  const char* source;  // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
 };
 
 inline const std::vector<AccuracySetting> kAccuracySettings{
@@ -33,6 +33,7 @@ inline const std::vector<AccuracySetting> kAccuracySettings{
     {"preview", "`relume preview --source hits` from preset `high`", "high", "hits"},
     {"preview_surfels", "`relume preview --source surfels` from preset `high`", "high", "surfels"},
     {"preview_direct", "`relume preview --source direct`, without a bake", "", "direct"},
+    {"live", "`relume render --live`, without a bake", "", ""},
 };
 
 // Options of `relume bake` for a level.
@@ -97,6 +98,13 @@ inline const std::vector<AccuracyBound> kAccuracyBounds{
     {"high", "sponza/cam_atrium__sun", "indirect", 0, 0.40, 0},
     {"preview_direct", "cornell/cam_corner__spot__1bounce", "indirect", 0.03, 0, 0.01},
     {"preview_direct", "cornell/cam_front__emissive__1bounce", "bounced", 0.05, 0, 0.01},
+    {"live", "cornell/cam_corner__spot__1bounce", "indirect", 0, 0.12, 0.05},
+    {"live", "cornell/cam_corner__spot", "indirect", 0, 0.12, 0.06},
+    {"live", "cornell/cam_front__emissive", "bounced", 0, 0.13, 0.08},
+    {"live", "sponza/cam_arcade__torch", "indirect", 0, 0.35, 0.10},
+    {"live", "sponza/cam_atrium__sun", "indirect", 0, 0.65, 0.25},
+    {"live", "breakfast_room/cam_main__sun", "indirect", 0, 0.25, 0.12},
+    {"live", "fortitude/cam_street__sun", "indirect", 0, 0.25, 0.15},
     {"best", "cornell/cam_corner__spot", "indirect", 0.02, 0, 0.01},
     {"best", "cornell/cam_corner__emissive", "bounced", 0.012, 0, 0.01},
     {"best", "cornell/cam_front__spot", "indirect", 0.035, 0, 0.01},

@@ -8,6 +8,7 @@
 #include "relume/bake/scene.h"
 #include "relume/bake_file.h"
 #include "runtime/shared/bands.h"
+#include "runtime/voxels/voxel_grid.h"
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
 #include "tools/base/parse_numbers.h"
@@ -41,6 +42,8 @@ struct RenderArguments : PictureOptions {
   std::string bounces = "converged", backend = "cpu", bands, exponent, gridLookup = "stencil";
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
+  LiveRequest liveRequest;
+  bool live = false;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
@@ -53,8 +56,11 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
   for (std::size_t i = 0; i < aovs->size(); ++i) {
     const Aov aov = (*aovs)[i];
     const std::string& name = arguments.aovs[i];
-    if (needsBake(aov) && arguments.bake.empty())
-      return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
+    if (needsBake(aov) && arguments.bake.empty() && !(arguments.live && aov != Aov::glossy))
+      return usage("--aov " + name + (aov == Aov::glossy ? " needs --bake" : " needs --bake, or --live") +
+                   "; without one there are direct, albedo, normal, position, depth");
+    if (aov == Aov::voxels && !arguments.live) return usage("--aov voxels needs --live");
+    if (aov == Aov::voxels) request.voxels = true;
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
     if (Status ok = checkGloss(aov == Aov::glossy, request.exponent.has_value(), request.gloss); !ok) return ok.error();
     if (aov == Aov::unbounced && request.gloss)
@@ -63,6 +69,16 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
   }
   if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
   return aovs;
+}
+
+// Light without a bake: what it is not combined with.
+Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
+  if (!arguments.live) return done();
+  if (!arguments.bake.empty()) return usage("--live lights without a bake: leave out --bake, or --live");
+  if (arguments.backend != "cpu") return usage("--live runs on the CPU: --backend cpu");
+  if (request.gloss || request.exponent) return usage("--live has no glossy light: leave out --gloss and --exponent");
+  request.live = arguments.liveRequest;
+  return done();
 }
 
 // What can be checked without the scene, but for the view.
@@ -89,7 +105,7 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   request.gloss = arguments.sceneOptions.gloss;
-  return done();
+  return checkLive(arguments, request);
 }
 
 // The bands that a bake recommends, but at least those that carry the lobes of rough surfaces (docs/notes/gloss.md).
@@ -220,6 +236,15 @@ void addRenderCommand(CLI::App& app, Action& action) {
   addViewOptions(*command, a->view);
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
+  command->add_flag("--live", a->live,
+                    "light without a bake: the level as voxels, and caches in its cells that gather from them; coarser "
+                    "than a bake, and there at once");
+  command->add_option("--live-cells", a->liveRequest.cells, "cells on the longest side of the level, with --live")
+      ->check(CLI::Range(kMinCells, kMaxCells))
+      ->capture_default_str();
+  command->add_option("--live-rays", a->liveRequest.rays, "rays that a cell gathers by in each frame, with --live")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();
   command
@@ -228,8 +253,9 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "albedo, full and unbounced radiance, glossy the mean radiance in a lobe about the reflected "
                    "direction, with --gloss what surfaces mirror of it. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
-                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest) "
-                   "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth]")
+                   "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest); "
+                   "voxels is the radiance of the voxels that light with --live "
+                   "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|voxels]")
       ->delimiter(',')
       ->capture_default_str();
   addExponentOption(*command, a->exponent);

@@ -8,9 +8,8 @@
 #include <vector>
 
 namespace relume {
-namespace {
 
-ParallelFor parallelFor(Context& context) {
+ParallelFor contextParallelFor(Context& context) {
   return [&context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
     parallelChunks(context, "", tasks, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) body(static_cast<std::uint32_t>(i));
@@ -18,15 +17,13 @@ ParallelFor parallelFor(Context& context) {
   };
 }
 
-}  // namespace
-
 Result<Relit> relightByRays(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   RelightOptions options;
   options.lumaBands = request.bands.luma;
   options.chromaBands = request.bands.chroma;
   options.glossy = request.drawsGlossy();
   options.gridTexture = request.gridLookup != GridLookup::stencil;
-  options.parallelFor = parallelFor(context);
+  options.parallelFor = contextParallelFor(context);
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   return relightRequest(request, options, rayVisibility(tracer, lights, context), {});
 }

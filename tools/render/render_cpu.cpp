@@ -8,6 +8,7 @@
 #include "bake/base/random.h"
 #include "bake/reference/path_tracer.h"
 #include "relume/glossy.h"
+#include "tools/render/live_view.h"
 #include "tools/render/relight_by_rays.h"
 #include "tools/render/seen_surface.h"
 
@@ -15,6 +16,8 @@
 #include <glm/gtc/constants.hpp>
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -26,10 +29,13 @@ constexpr int kMaxTries = 64;                     // directions drawn from a lob
 
 class CpuRenderer {
  public:
-  CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, RenderedFrame& frame)
+  // One of `relit` and `live` has the light, or neither; `live` may be null.
+  CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, const LiveView* live,
+              RenderedFrame& frame)
       : tracer_(tracer),
         request_(request),
         relit_(relit),
+        live_(live),
         frame_(frame),
         rays_(request.camera, request.width, request.height) {}
 
@@ -39,6 +45,7 @@ class CpuRenderer {
     for (std::uint32_t x = 0; x < request_.width; x += width)
       span(y, x, std::min(x + width, request_.width), rays, hits, context);
     if (request_.centres && !context.cancelled()) centres(y);
+    if (request_.voxels && !context.cancelled()) voxels(y);
   }
 
  private:
@@ -85,6 +92,7 @@ class CpuRenderer {
     if (relit_.all)
       frame_.indirect[pixel] +=
           reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen, request_.gridLookup);
+    if (live_) addLive(pixel, reflected, seen);
     if (request_.exponent && relit_.all) {
       frame_.glossy[pixel] += weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
     }
@@ -92,6 +100,13 @@ class CpuRenderer {
       frame_.straight[pixel] +=
           reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen, request_.gridLookup);
     frame_.emission[pixel] += weight * emissionOf(hit, seen);
+  }
+
+  // Light of the caches in the volume's cells.
+  void addLive(std::size_t pixel, const glm::vec3& reflected, const SeenSurface& seen) const {
+    const CellStencil stencil = live_->all.stencil(seen.positionWorld, seen.normal);
+    frame_.indirect[pixel] += reflected * live_->all.irradianceBy(stencil, seen.normal);
+    if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradianceBy(stencil, seen.normal);
   }
 
   // Add what a surface mirrors as its material says. Its normal is bent by the normal map, and its albedo becomes what
@@ -139,6 +154,7 @@ class CpuRenderer {
     const SeenSurface seen = seenAt(scene, ray, hit);
     glm::vec3 irradiance = directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) irradiance += linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (live_) irradiance += live_->all.irradiance(seen.positionWorld, seen.normal);
     return kInvPi * albedoAt(scene, seen.point) * irradiance + emissionOf(hit, seen);
   }
 
@@ -164,12 +180,33 @@ class CpuRenderer {
     }
   }
 
+  // The lit side of the first voxel that each pixel's ray meets.
+  void voxels(std::uint32_t y) const {
+    const VoxelVolume& volume = live_->volume;
+    for (std::uint32_t x = 0; x < request_.width; ++x) {
+      const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const MarchHit hit = volume.march(r.origin, r.direction, std::numeric_limits<float>::infinity());
+      if (hit.found) frame_.voxels[std::size_t{y} * request_.width + x] = volume.radianceAt(hit.voxel, r.direction);
+    }
+  }
+
   const RayTracer& tracer_;
   const RenderRequest& request_;
   const Relit& relit_;
+  const LiveView* live_;
   RenderedFrame& frame_;
   CameraRays rays_;
 };
+
+// What the passes cost and hold.
+void describeLive(const LiveView& live, RenderedFrame& frame) {
+  frame.frames = live.frames;
+  frame.bands = "live light";
+  frame.passTimes = live.volume.passTimes();
+  for (const PassTime& pass : live.all.passTimes()) frame.passTimes.push_back(pass);
+  frame.bufferBytes = live.volume.bufferSizes();
+  for (const auto& buffer : live.all.bufferSizes()) frame.bufferBytes.push_back(buffer);
+}
 
 }  // namespace
 
@@ -178,12 +215,19 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   const auto relit = relightByRays(tracer, request, context);
   if (context.cancelled()) return cancelledError();
   if (!relit) return relit.error();
+  std::optional<LiveView> live;
+  if (request.live) {
+    auto lit = lightLive(tracer, request, context);
+    if (context.cancelled()) return cancelledError();
+    if (!lit) return lit.error();
+    live.emplace(std::move(*lit));
+  }
 
   // Draw, a row of pixels at a time
   RenderedFrame frame;
   frame.renderer = "cpu";
   frame.resize(request);
-  const CpuRenderer renderer(tracer, request, *relit, frame);
+  const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, frame);
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
@@ -196,6 +240,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
   }
+  if (live) describeLive(*live, frame);
   return frame;
 }
 

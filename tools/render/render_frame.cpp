@@ -19,8 +19,8 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect",  "bounced", "direct", "glossy",   "full",
-                                              "unbounced", "albedo",  "normal", "position", "depth"};
+  static const std::vector<std::string> names{"indirect", "bounced", "direct",   "glossy", "full",  "unbounced",
+                                              "albedo",   "normal",  "position", "depth",  "voxels"};
   return names;
 }
 
@@ -35,6 +35,7 @@ void RenderedFrame::resize(const RenderRequest& request) {
   for (auto* layer : {&albedo, &emission, &direct, &indirect, &straight}) layer->assign(pixels, glm::vec3(0.0f));
   mirrors = request.gloss;
   if (request.drawsGlossy()) glossy.assign(pixels, glm::vec3(0.0f));
+  if (request.voxels) voxels.assign(pixels, glm::vec3(0.0f));
   if (!request.centres) return;
   normal.assign(pixels, glm::vec3(0.0f));
   position.assign(pixels, glm::vec3(0.0f));
@@ -75,6 +76,9 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
         break;
       case Aov::depth:
         image[i] = glm::vec3(f.depth[i]);
+        break;
+      case Aov::voxels:
+        image[i] = f.voxels[i];
         break;
     }
   }

@@ -34,16 +34,25 @@ enum class Aov {
   albedo,
   normal,
   position,
-  depth,  // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
-          // the pixel's centre; zero where nothing is hit
+  depth,   // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+           // the pixel's centre; zero where nothing is hit
+  voxels,  // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
 };
 
 // Every name of Aov, in its order.
 const std::vector<std::string>& aovNames();
+// Whether it shows light that arrives over links, or without a bake live.
 bool needsBake(Aov aov);
 
+// Light without a bake (runtime/live/live_light.h).
+struct LiveRequest {
+  std::uint32_t cells = 32;  // [8..64] of the volume's longest side
+  std::uint32_t rays = 64;   // [8..4096] of a cell in each frame
+};
+
 struct RenderRequest {
-  const Bake* bake = nullptr;  // null: no light over links
+  const Bake* bake = nullptr;       // null: no light over links
+  std::optional<LiveRequest> live;  // in place of a bake
   Camera camera;
   std::vector<SceneLight> lights;      // the punctual lights that are on
   bool emissive = false;               // emitting surfaces are on
@@ -59,6 +68,7 @@ struct RenderRequest {
   GridLookup gridLookup = GridLookup::stencil;  // how the grid is read for irradiance
   bool gloss = false;                           // surfaces mirror as their materials say (relume/glossy.h)
   bool centres = false;                         // normal, position or depth is wanted
+  bool voxels = false;                          // the volume's voxels are wanted; `live` holds
 
   // Whether surfaces that emit are drawn as such.
   bool drawsEmission() const { return emissive || !driven.empty(); }
@@ -76,6 +86,7 @@ struct RenderedFrame {
   std::vector<glm::vec3> glossy;            // [W/m²/sr] without reflectance unless `mirrors`; empty unless asked for
   std::vector<glm::vec3> normal, position;  // at pixel centres; empty unless asked for
   std::vector<float> depth;
+  std::vector<glm::vec3> voxels;    // [W/m²/sr] at pixel centres; empty unless asked for
   int frames = 0;                   // relight frames run
   std::vector<PassTime> passTimes;  // of the last relight frame
   std::vector<std::pair<std::string, std::size_t>> bufferBytes;

@@ -31,7 +31,7 @@ glm::vec3 dataColor(const RenderedFrame& frame, std::size_t pixel, Aov aov, cons
 
 bool isLight(Aov aov) {
   return aov == Aov::indirect || aov == Aov::bounced || aov == Aov::direct || aov == Aov::glossy || aov == Aov::full ||
-         aov == Aov::unbounced;
+         aov == Aov::unbounced || aov == Aov::voxels;
 }
 
 PictureScale scaleOf(const RenderedFrame& frame, std::span<const Aov> aovs, const std::optional<float>& stops,

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+// See cell_set.h.
+#include "runtime/live/cell_set.h"
+
+#include "runtime/live/sphere_points.h"
+#include "runtime/shared/chunks.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kProbes = 24;  // rays that look for backs
+constexpr std::uint32_t kCells = 16;   // of a chunk
+constexpr float kHalfCell = 0.5f * static_cast<float>(kBrickSide);
+
+glm::ivec3 voxelOf(std::uint32_t bit) {
+  return {static_cast<int>(bit & 3u), static_cast<int>(bit >> 2 & 3u), static_cast<int>(bit >> 4)};
+}
+
+// The voxels of a cell by their distance from its middle.
+std::array<std::uint32_t, 64> byDistance() {
+  std::array<std::uint32_t, 64> order{};
+  for (std::uint32_t i = 0; i < 64; ++i) order[i] = i;
+  const auto distance = [](std::uint32_t bit) {
+    const glm::vec3 d = glm::vec3(voxelOf(bit)) + 0.5f - kHalfCell;
+    return glm::dot(d, d);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+  return order;
+}
+
+// How many of some rays meet the back of a surface.
+std::uint32_t backsSeen(const VoxelVolume& volume, const glm::vec3& position) {
+  const std::uint64_t* bits = volume.bits().data();
+  const float far = 4.0f * static_cast<float>(kBrickSide);
+  std::uint32_t backs = 0;
+  for (std::uint32_t i = 0; i < kProbes; ++i) {
+    const glm::vec3 direction = spherePoint(i, kProbes);
+    const MarchHit hit = VoxelMarch(volume.grid(), bits, position, direction).first(far);
+    if (!hit.found) continue;
+    const std::uint32_t side = volume.sideAt(hit.voxel, direction);
+    if (side != kNoSide && volume.side(side).area == 0.0f) ++backs;
+  }
+  return backs;
+}
+
+// Where the cache of a cell with occupied voxels stands; false where none is free.
+bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<std::uint32_t, 64>& order,
+                glm::vec3& position) {
+  const std::uint64_t taken = volume.bits()[cell];
+  if (taken == ~std::uint64_t{0}) return false;
+  const glm::vec3 corner(kBrickSide * volume.grid().cellAt(cell));
+  const auto middleOf = [&](std::uint32_t bit) { return corner + glm::vec3(voxelOf(bit)) + 0.5f; };
+  // Candidates: one in each eighth of the cell, the nearest to the middle that is free.
+  std::uint32_t fewest = kProbes + 1;
+  std::uint32_t eighths = 0;
+  for (const std::uint32_t bit : order) {
+    if (taken >> bit & 1u) continue;
+    const glm::ivec3 v = voxelOf(bit);
+    const std::uint32_t eighth = static_cast<std::uint32_t>((v.x >> 1) | (v.y >> 1) << 1 | (v.z >> 1) << 2);
+    if (eighths >> eighth & 1u) continue;
+    eighths |= 1u << eighth;
+    const std::uint32_t backs = backsSeen(volume, middleOf(bit));
+    if (backs >= fewest) continue;
+    fewest = backs;
+    position = middleOf(bit);
+    if (backs == 0) break;
+  }
+  return true;
+}
+
+// The planes of voxels: between what faces their two sides.
+void copyPlanes(const VoxelLayer& layer, const VolumeGrid& grid, CellSet& cells) {
+  cells.first = layer.first;
+  cells.plane.resize(layer.kept);
+  for (std::uint32_t i = 0; i < layer.kept; ++i) {
+    const glm::vec3 middle = glm::vec3(layer.voxel[i]) + 0.5f;
+    const auto along = [&](const VoxelSide& side) {
+      return glm::dot(grid.toGrid(side.positionWorld) - middle, layer.axis[i]) * static_cast<float>(kVoxelSteps);
+    };
+    const VoxelSide &front = layer.side[2 * std::size_t{i}], &back = layer.side[2 * std::size_t{i} + 1];
+    for (int k = 0; k < 3; ++k)
+      cells.plane[i][static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * layer.axis[i][k]));
+    cells.plane[i][3] =
+        static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
+  }
+}
+
+// Out of the voxel of another surface, to the side of its plane on which the place is; three times at most.
+glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
+  for (int tries = 0; tries < 3; ++tries) {
+    const glm::ivec3 v(glm::floor(place));
+    if (!cells.grid.holds(v)) return place;
+    const std::uint32_t cell = cells.grid.cellOf(v);
+    const std::uint64_t bits = cells.standing[cell];
+    if ((bits >> brickBit(v) & 1u) == 0) return place;
+    const std::uint32_t number =
+        cells.first[cell] + static_cast<std::uint32_t>(std::popcount(bits & ((std::uint64_t{1} << brickBit(v)) - 1)));
+    if (number >= cells.plane.size()) return place;
+    const std::array<std::int8_t, 4>& plane = cells.plane[number];
+    const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
+    const float height =
+        glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
+    place += axis * (height < 0.0f ? -0.5f : 0.5f);
+  }
+  return place;
+}
+
+}  // namespace
+
+CellSet findCells(const VoxelVolume& volume) {
+  CellSet cells;
+  const VolumeGrid& grid = cells.grid = volume.grid();
+  const std::span<const std::uint64_t> bits = volume.bits();
+  cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
+  cells.slot.assign(grid.cellCount(), kInactive);
+  copyPlanes(volume.standing(), grid, cells);
+
+  // 1. Dilate what is occupied
+  std::vector<std::uint8_t> isActive(grid.cellCount(), 0);
+  for (std::uint32_t c = 0; c < bits.size(); ++c) {
+    if (bits[c] == 0) continue;
+    const glm::ivec3 at = grid.cellAt(c);
+    const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, grid.cells - 1);
+    for (int z = low.z; z <= high.z; ++z) {
+      for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) isActive[grid.cellIndex({x, y, z})] = 1;
+      }
+    }
+  }
+  std::vector<std::uint32_t> wanted;
+  for (std::uint32_t c = 0; c < isActive.size(); ++c) {
+    if (isActive[c] != 0) wanted.push_back(c);
+  }
+
+  // 2. Where their caches stand
+  const std::array<std::uint32_t, 64> order = byDistance();
+  std::vector<glm::vec3> position(wanted.size());
+  std::vector<std::uint8_t> isFree(wanted.size(), 1);
+  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCells,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t i = begin; i < end; ++i)
+                isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;
+            });
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (isFree[i] == 0) continue;
+    cells.slot[wanted[i]] = static_cast<std::uint32_t>(cells.active.size());
+    cells.active.push_back(wanted[i]);
+    cells.position.push_back(position[i]);
+  }
+  return cells;
+}
+
+CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+  CellStencil stencil;
+  const VolumeGrid& grid = cells.grid;
+  // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
+  const glm::vec3 size = glm::abs(normal);
+  const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
+  const glm::vec3 eye = stepOut(cells, position + lift * normal), read = position + 0.25f * kHalfCell * normal;
+  const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f;
+  const glm::vec3 base = glm::floor(at), share = at - base;
+  if (!(glm::all(glm::greaterThan(base, glm::vec3(-2.0f))) && glm::all(glm::lessThan(base, glm::vec3(grid.cells)))))
+    return stencil;
+
+  std::array<float, 8> before{};  // weights of the caches on the receiver's side, seen or not
+  float seenSum = 0.0f, beforeSum = 0.0f;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const glm::ivec3 corner(static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2));
+    const glm::ivec3 cell = glm::ivec3(base) + corner;
+    if (glm::any(glm::lessThan(cell, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(cell, grid.cells))) continue;
+    const std::uint32_t slot = cells.slot[grid.cellIndex(cell)];
+    if (slot == kInactive) continue;
+    stencil.slot[k] = slot;
+    const glm::vec3 toward = cells.position[slot] - eye;
+    const float distance = glm::length(toward), height = glm::dot(cells.position[slot] - position, normal);
+    float weight = 1.0f;
+    for (int a = 0; a < 3; ++a) weight *= corner[a] != 0 ? share[a] : 1.0f - share[a];
+    weight = std::max(weight, 1e-4f);
+    before[k] = height > 0.0f ? weight : 1e-3f * weight;
+    beforeSum += before[k];
+    if (height <= 0.0f) continue;
+    const bool hidden = distance > 1e-3f && VoxelMarch(grid, cells.standing.data(), eye, toward).first(1.0f).found;
+    if (hidden) continue;
+    stencil.weight[k] = weight;
+    seenSum += weight;
+  }
+  const bool sees = seenSum > 1e-3f;
+  const float sum = sees ? seenSum : beforeSum;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const float weight = sees ? stencil.weight[k] : before[k];
+    stencil.weight[k] = sum > 0.0f ? weight / sum : 0.0f;
+  }
+  return stencil;
+}
+
+}  // namespace relume

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The cells of a volume that hold a cache, where in its cell each one stands, and which caches a receiver reads.
+#pragma once
+
+#include "runtime/voxels/voxel_volume.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+inline constexpr std::uint32_t kInactive = 0xFFFFFFFFu;
+
+// Active cells: those with an occupied voxel and their 26 neighbours (CRC Section 5, dilation), unless they are full.
+struct CellSet {
+  VolumeGrid grid;
+  std::vector<std::uint32_t> active;    // cell of each cache
+  std::vector<std::uint32_t> slot;      // [Size cells] cache of each cell, kInactive = none
+  std::vector<glm::vec3> position;      // [voxels] [Size active] the middle of a voxel that is free
+  std::vector<std::uint64_t> standing;  // [Size cells] bits of what stands: what hides a cache from a receiver
+  // The plane of each standing voxel: 127 times its unit normal, and its place along that. [1/64 voxel from the middle]
+  std::vector<std::array<std::int8_t, 4>> plane;  // [Size voxels that are kept]
+  std::vector<std::uint32_t> first;               // [Size cells] as VoxelLayer's
+};
+
+// Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the
+// fewest backs of surfaces, of these the one nearest to the cell's middle: not behind the wall that the cell lights.
+CellSet findCells(const VoxelVolume& volume);
+
+// Caches and weights, which sum to 1, or are 0 where there is no cache.
+struct CellStencil {
+  std::array<std::uint32_t, 8> slot{};
+  std::array<float, 8> weight{};
+};
+
+// The eight caches around a place half a cell before the receiver (CRC Section 3), trilinear, of those that it sees.
+// Where it sees none it reads all that lie before it. position [voxels]; normal is unit.
+CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal);
+
+}  // namespace relume

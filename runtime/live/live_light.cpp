@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+// See live_light.h.
+#include "runtime/live/live_light.h"
+
+#include "formats/limits.h"
+#include "formats/octahedron.h"
+#include "formats/sh.h"
+#include "runtime/live/sphere_points.h"
+#include "runtime/shared/chunks.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three bands; of a cell
+constexpr std::uint32_t kCells = 16, kSides = 512;               // of a chunk
+constexpr float kPi = std::numbers::pi_v<float>;
+
+using Clock = std::chrono::steady_clock;
+double msSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
+
+// A turn of the sphere for a set of rays (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even
+// over time as directions are over the sphere.
+glm::mat3 turnOf(std::uint32_t set) {
+  if (set == 0) return glm::mat3(1.0f);
+  const auto part = [set](double step) {
+    const double v = 0.5 + step * set;
+    return v - std::floor(v);
+  };
+  const double u = part(0.8191725133961645), v = part(0.6710436067037893), w = part(0.5497004779019703);
+  const double a = std::sqrt(1.0 - u), b = std::sqrt(u), tau = 2.0 * std::numbers::pi;
+  const glm::dquat turn(b * std::cos(tau * w), a * std::sin(tau * v), a * std::cos(tau * v), b * std::sin(tau * w));
+  return glm::mat3(glm::mat3_cast(turn));
+}
+
+// Bilinear; across the border the nearest texel stays.
+glm::vec3 skyAlong(const LiveSky& sky, const glm::vec3& direction) {
+  if (sky.map.empty()) return sky.radiance;
+  const glm::vec2 p = (toOctahedron(direction) * 0.5f + 0.5f) * static_cast<float>(sky.side) - 0.5f;
+  const auto last = static_cast<int>(sky.side) - 1;
+  const glm::vec2 floor = glm::floor(p), f = p - floor;
+  const int x0 = std::clamp(static_cast<int>(floor.x), 0, last), x1 = std::min(static_cast<int>(floor.x) + 1, last);
+  const int y0 = std::clamp(static_cast<int>(floor.y), 0, last), y1 = std::min(static_cast<int>(floor.y) + 1, last);
+  const auto texel = [&](int x, int y) {
+    return sky.map[static_cast<std::size_t>(y) * sky.side + static_cast<std::size_t>(x)];
+  };
+  return glm::mix(glm::mix(texel(x0, y0), texel(x1, y0), f.x), glm::mix(texel(x0, y1), texel(x1, y1), f.x), f.y);
+}
+
+// A frame's rays, the same for all cells: their basis functions are computed once.
+struct FrameRays {
+  std::vector<glm::vec3> direction, sky;
+  std::vector<float> basis;  // kBasis each, times 4 pi / rays
+
+  FrameRays(std::uint32_t count, std::uint32_t set, const LiveSky& map)
+      : direction(count), sky(count), basis(std::size_t{kBasis} * count) {
+    const glm::mat3 turn = turnOf(set);
+    const float weight = 4.0f * kPi / static_cast<float>(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      direction[i] = glm::normalize(turn * spherePoint(i, count));
+      sky[i] = skyAlong(map, direction[i]);
+      float* const y = basis.data() + std::size_t{kBasis} * i;
+      evaluateSh(3, direction[i], {y, kBasis});
+      for (std::uint32_t k = 0; k < kBasis; ++k) y[k] *= weight;
+    }
+  }
+};
+
+Status checkFrame(const LiveFrame& frame) {
+  if (!isRadiance(frame.emissionScale)) return usage("emissionScale has a channel outside of 0 to 1e9");
+  if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return usage("bounceScale is outside of 0 to 1");
+  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
+  if (!isRadiance(frame.sky.radiance)) return usage("the sky's radiance has a channel outside of 0 to 1e9");
+  if (frame.sky.map.empty()) return done();
+  if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
+    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) +
+                 " texels, expected the square of its side, " + std::to_string(frame.sky.side));
+  for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
+    if (!isRadiance(frame.sky.map[i]))
+      return usage("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
+  }
+  return done();
+}
+
+// Irradiance from radiance coefficients by the clamped cosine, as much as light of one radiance from all sides at most.
+glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, const glm::vec3& normal) {
+  if (!(brightest > 0.0f)) return glm::vec3(0.0f);
+  std::array<float, kBasis> y;
+  evaluateSh(3, normal, y);
+  constexpr std::array<float, 3> kBand{kPi, 2.0f / 3.0f * kPi, 0.25f * kPi};
+  glm::vec3 e(0.0f);
+  for (std::uint32_t k = 0; k < kBasis; ++k) {
+    const float factor = kBand[k == 0 ? 0 : k < 4 ? 1 : 2] * y[k];
+    e += factor * glm::vec3(coefficients[k], coefficients[kBasis + k], coefficients[2 * kBasis + k]);
+  }
+  return glm::clamp(e, glm::vec3(0.0f), glm::vec3(kPi * brightest));
+}
+
+glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coefficients, std::span<const float> brightest,
+                      const glm::vec3& normal) {
+  std::array<float, kCoefficients> sum{};
+  float most = 0.0f;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const float weight = stencil.weight[k];
+    if (weight == 0.0f) continue;
+    const float* const from = coefficients.data() + std::size_t{kCoefficients} * stencil.slot[k];
+    for (std::uint32_t i = 0; i < kCoefficients; ++i) sum[i] += weight * from[i];
+    most = std::max(most, brightest[stencil.slot[k]]);
+  }
+  return irradianceOf(sum, most, normal);
+}
+
+}  // namespace
+
+Result<LiveLight> LiveLight::create(const LiveOptions& options) {
+  if (options.raysPerCell < 8 || options.raysPerCell > 4096)
+    return usage(std::to_string(options.raysPerCell) + " rays for a cell, expected 8 to 4096");
+  return LiveLight(options);
+}
+
+void LiveLight::reset() {
+  std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
+  std::fill(brightest_.begin(), brightest_.end(), 0.0f);
+  std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
+}
+
+// Take over what has changed of the volume: cells keep their light, those that become active have none.
+void LiveLight::follow(const VoxelVolume& volume) {
+  const bool stood = volume.standingVersion() == standingVersion_;
+  if (stood && volume.movingVersion() == movingVersion_) return;
+  const bool isSame = cells_.grid.cells == volume.grid().cells &&
+                      cells_.grid.originWorld == volume.grid().originWorld && cells_.grid.voxel == volume.grid().voxel;
+  CellSet cells = findCells(volume);
+  std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
+      brightest(cells.active.size(), 0.0f);
+  std::vector<std::uint8_t> isLit(cells.active.size(), 0);
+  for (std::size_t i = 0; i < cells.active.size() && isSame; ++i) {
+    const std::uint32_t old = cells_.slot[cells.active[i]];
+    if (old == kInactive) continue;
+    std::copy_n(coefficients_.begin() + std::ptrdiff_t{kCoefficients} * old, kCoefficients,
+                coefficients.begin() + static_cast<std::ptrdiff_t>(kCoefficients * i));
+    brightest[i] = brightest_[old];
+    isLit[i] = isLit_[old];
+  }
+  // Caches have other numbers now, so that all stencils are found again.
+  std::vector<CellStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
+  forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t s = begin; s < end; ++s) {
+      const VoxelSide& side = volume.side(s);
+      (s < standing.size() ? standing[s] : moving[s - standing.size()]) =
+          stencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
+    }
+  });
+  std::vector<glm::vec3> bounced(volume.sideCount());
+  cells_ = std::move(cells);
+  coefficients_ = std::move(coefficients);
+  brightest_ = std::move(brightest);
+  isLit_ = std::move(isLit);
+  standing_ = std::move(standing);
+  moving_ = std::move(moving);
+  bounced_ = std::move(bounced);
+  standingVersion_ = volume.standingVersion();
+  movingVersion_ = volume.movingVersion();
+}
+
+// Irradiance of the caches at each side.
+void LiveLight::bounce(const VoxelVolume& volume, float scale) {
+  forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t s = begin; s < end; ++s) {
+      const CellStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
+      bounced_[s] = scale * readStencil(stencil, coefficients_, brightest_, volume.side(s).normal);
+    }
+  });
+}
+
+void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
+  const FrameRays rays(options_.raysPerCell, frame.raySet, frame.sky);
+  const VolumeGrid& grid = volume.grid();
+  const float far = std::numeric_limits<float>::infinity();
+  forChunks(volume.parallelFor(), activeCells(), kCells, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t c = begin; c < end; ++c) {
+      std::array<float, kCoefficients> sum{};
+      float brightest = 0.0f;
+      for (std::uint32_t i = 0; i < rays.direction.size(); ++i) {
+        const MarchHit hit = VoxelMarch(grid, volume.bits().data(), cells_.position[c], rays.direction[i]).first(far);
+        glm::vec3 radiance = rays.sky[i];
+        if (hit.found) radiance = volume.radianceAt(hit.voxel, rays.direction[i]);
+        if (radiance == glm::vec3(0.0f)) continue;
+        brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
+        const float* const y = rays.basis.data() + std::size_t{kBasis} * i;
+        for (std::uint32_t k = 0; k < kBasis; ++k) {
+          sum[k] += radiance.x * y[k];
+          sum[kBasis + k] += radiance.y * y[k];
+          sum[2 * kBasis + k] += radiance.z * y[k];
+        }
+      }
+      const float keep = isLit_[c] != 0 ? frame.keep : 0.0f;
+      float* const to = coefficients_.data() + std::size_t{kCoefficients} * c;
+      for (std::uint32_t k = 0; k < kCoefficients; ++k) to[k] = keep * to[k] + (1.0f - keep) * sum[k];
+      brightest_[c] = keep * brightest_[c] + (1.0f - keep) * brightest;
+      isLit_[c] = 1;
+    }
+  });
+}
+
+Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
+  if (Status ok = checkFrame(frame); !ok) return ok;
+  try {
+    const Clock::time_point begin = Clock::now();
+    follow(volume);
+    const Clock::time_point followed = Clock::now();
+    cellsMs_ = std::chrono::duration<double, std::milli>(followed - begin).count();
+    if (!frame.freezeVoxels) {
+      const bool bounces = frame.bounceScale > 0.0f;
+      if (bounces) bounce(volume, frame.bounceScale);
+      volume.reflect(bounces ? std::span<const glm::vec3>(bounced_) : std::span<const glm::vec3>(),
+                     frame.emissionScale);
+    }
+    bounceMs_ = msSince(followed);
+    const Clock::time_point lit = Clock::now();
+    gather(volume, frame);
+    gatherMs_ = msSince(lit);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
+  }
+  return done();
+}
+
+CellStencil LiveLight::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  if (cells_.active.empty() || !isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f))
+    return {};
+  return stencilAt(cells_, cells_.grid.toGrid(positionWorld), normal);
+}
+
+glm::vec3 LiveLight::irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const {
+  return readStencil(stencil, coefficients_, brightest_, normal);
+}
+
+glm::vec3 LiveLight::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  return irradianceBy(stencil(positionWorld, normal), normal);
+}
+
+std::vector<PassTime> LiveLight::passTimes() const {
+  return {{"cells", cellsMs_}, {"bounce", bounceMs_}, {"gather", gatherMs_}};
+}
+
+std::vector<std::pair<std::string, std::size_t>> LiveLight::bufferSizes() const {
+  const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
+                        bytes(cells_.plane) + bytes(cells_.first)},
+          {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
+          {"side stencils", bytes(standing_) + bytes(moving_) + bytes(bounced_)}};
+}
+
+}  // namespace relume

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// Indirect light without a bake: caches in the cells of a voxel volume, after CRC (Vardis et al. 2014). Each active
+// cell gathers what its rays meet in the volume into spherical harmonics of three bands; voxels reflect what the caches
+// had a frame before, so that bounces add up over the frames.
+//
+// Deviation: CRC gathers a first bounce from reflective shadow maps and later ones with one albedo for the whole level.
+// Here rays find lit voxels, each with its own albedo, and all bounces are one pass.
+//
+// Threads: as a Relighter's (relume/relighter.h), with the CPU backend.
+#pragma once
+
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/live/cell_set.h"
+#include "runtime/voxels/voxel_volume.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+struct LiveOptions {
+  std::uint32_t raysPerCell = 64;  // [8..4096] a frame
+};
+
+// A sky for live light: radiance by direction.
+struct LiveSky {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] [0..1e9] from everywhere
+  std::span<const glm::vec3>
+      map{};               // [W/m²/sr] in place of it: an octahedral map, row 0 at v = -1 (formats/octahedron.h)
+  std::uint32_t side = 0;  // [texel] of the map; [Size map: side²]
+};
+
+struct LiveFrame {
+  glm::vec3 emissionScale{1.0f};  // [>= 0] factor on the voxels' emission
+  float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
+  float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
+  LiveSky sky;
+  std::uint32_t raySet = 0;   // which of the sets of rays, evenly turned against each other: count the frames
+  bool freezeVoxels = false;  // gather once more from the voxels as they are lit: more rays, no bounce more
+};
+
+class LiveLight {
+ public:
+  // usage: raysPerCell out of range.
+  static Result<LiveLight> create(const LiveOptions& options);
+
+  // A frame: light of the caches onto the voxels, their radiosity, and all active cells gathered anew. The volume has
+  // been lit directly. Cells that have just become active begin with what they gather now. usage: a number of the frame
+  // that is not finite or out of its range, a map of another size; memory: it ran out. Last frame's light stays then.
+  [[nodiscard]] Status update(VoxelVolume& volume, const LiveFrame& frame);
+  void reset();
+
+  // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
+  // it that it sees. Finite and never negative; zero outside of the volume, and where position or normal is not finite.
+  [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+
+  // The same in two steps, for several LiveLights that have followed one volume.
+  [[nodiscard]] CellStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const;
+
+  std::uint32_t activeCells() const { return static_cast<std::uint32_t>(cells_.active.size()); }
+  // Coefficients [W/m²/sr] of the active cells: 9 of red, 9 of green, 9 of blue.
+  std::span<const float> coefficients() const { return coefficients_; }
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  explicit LiveLight(const LiveOptions& options) : options_(options) {}
+  void follow(const VoxelVolume& volume);
+  void bounce(const VoxelVolume& volume, float scale);
+  void gather(const VoxelVolume& volume, const LiveFrame& frame);
+
+  LiveOptions options_;
+  CellSet cells_;
+  std::vector<float> coefficients_;  // [Size 27 active]
+  std::vector<float> brightest_;     // [Size active] [W/m²/sr] the brightest ray's largest channel, blended alike
+  std::vector<std::uint8_t> isLit_;  // [Size active] whether the cell has gathered before
+  std::vector<CellStencil> standing_, moving_;  // of the voxels' sides
+  std::vector<glm::vec3> bounced_;              // [W/m²] [Size sides]
+  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
+  double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
+};
+
+}  // namespace relume

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// A box of space cut into cubic cells, and each cell into a brick of 4 x 4 x 4 voxels (CRC Section 5). Positions inside
+// are counted in steps of 1/64 voxel from the box's corner, in integers, so that every backend finds the same voxels.
+#pragma once
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace relume {
+
+inline constexpr int kBrickSide = 4;   // voxels
+inline constexpr int kVoxelShift = 6;  // bits of a position below a voxel
+inline constexpr int kVoxelSteps = 1 << kVoxelShift;
+inline constexpr std::uint32_t kMinCells = 8, kMaxCells = 64;  // on the longest side
+
+struct VolumeGrid {
+  glm::vec3 originWorld{0.0f};  // [m] the corner of voxel (0, 0, 0)
+  float voxel = 1.0f;           // [m] edge
+  glm::ivec3 cells{1};          // [1..kMaxCells]
+
+  glm::ivec3 voxels() const { return kBrickSide * cells; }
+  std::size_t cellCount() const {
+    return static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(cells.y) * static_cast<std::size_t>(cells.z);
+  }
+  float cell() const { return static_cast<float>(kBrickSide) * voxel; }
+  bool holds(const glm::ivec3& v) const {
+    return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < 4 * cells.x && v.y < 4 * cells.y && v.z < 4 * cells.z;
+  }
+  // x fastest. [within cells]
+  std::uint32_t cellIndex(const glm::ivec3& c) const {
+    return static_cast<std::uint32_t>((c.z * cells.y + c.y) * cells.x + c.x);
+  }
+  std::uint32_t cellOf(const glm::ivec3& v) const { return cellIndex({v.x >> 2, v.y >> 2, v.z >> 2}); }
+  glm::ivec3 cellAt(std::uint32_t index) const {
+    const auto i = static_cast<int>(index);
+    return {i % cells.x, i / cells.x % cells.y, i / (cells.x * cells.y)};
+  }
+  // [voxels]
+  glm::vec3 toGrid(const glm::vec3& positionWorld) const { return (positionWorld - originWorld) / voxel; }
+  glm::vec3 toWorld(const glm::vec3& positionGrid) const { return originWorld + voxel * positionGrid; }
+};
+
+// The bit of a voxel in its brick: x fastest.
+inline unsigned brickBit(const glm::ivec3& v) {
+  return static_cast<unsigned>((v.x & 3) | (v.y & 3) << 2 | (v.z & 3) << 4);
+}
+
+// The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that
+// walls at its faces lie within a voxel and not between two. A box without size gets a metre.
+inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
+  VolumeGrid grid;
+  const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
+  const float longest = std::max({size.x, size.y, size.z}),
+              count = static_cast<float>(kBrickSide) * static_cast<float>(cells);
+  // Coordinates keep three bits below a voxel.
+  const glm::vec3 far = glm::max(glm::abs(boxMin), glm::abs(boxMax));
+  const float finest = std::max({far.x, far.y, far.z}) * 0x1p-20f;
+  grid.voxel = std::max(longest > 0.0f ? longest / (count - 1.0f) : 1.0f / count, finest);
+  grid.originWorld = boxMin - 0.5f * grid.voxel;
+  const auto most = static_cast<int>(cells);
+  for (int k = 0; k < 3; ++k) {
+    const float needed = std::ceil((size[k] / grid.voxel + 1.0f) / static_cast<float>(kBrickSide) - 1e-4f);
+    grid.cells[k] = std::clamp(static_cast<int>(needed), 1, most);
+  }
+  return grid;
+}
+
+}  // namespace relume

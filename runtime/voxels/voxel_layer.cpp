@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+// See voxel_layer.h. Each pair of a triangle and a voxel that it overlaps adds the triangle's share of area there; a
+// first sum finds the voxel's axis, a second one what faces each side of it.
+#include "runtime/voxels/voxel_layer.h"
+
+#include "runtime/shared/chunks.h"
+#include "runtime/voxels/overlap.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <functional>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
+constexpr int kAlbedoSteps = 4095;
+constexpr double kEmissionSteps = 0x1p+20;
+
+// Four places in a voxel, [1/64 voxel] from its middle: on any plane across it one in each quarter.
+const std::array<glm::ivec3, 4> kSubCentres{{{16, 16, 16}, {16, -16, -16}, {-16, 16, -16}, {-16, -16, 16}}};
+
+// Of n n^T over the voxel's triangles: xx, yy, zz, xy, yz, zx.
+using Moment = std::array<std::int64_t, 6>;
+
+struct SideSums {
+  std::int64_t weight = 0, area = 0;
+  std::int64_t facing = 0, across = 0;  // area of triangles that face the axis more or less, and that stand across
+  std::int64_t emitting = 0, backEmitting = 0;  // weight of triangles that emit, from their front and their back
+  std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
+  // For each of kSubCentres the nearest triangle: squared distance, then its number.
+  std::array<std::int64_t, 4> nearest{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
+  std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
+};
+
+template <class Integer>
+void add(Integer& sum, std::int64_t value) {
+  std::atomic_ref<Integer>(sum).fetch_add(static_cast<Integer>(value), std::memory_order_relaxed);
+}
+
+template <class Better>
+void improve(std::int64_t& best, std::int64_t value, const Better& better) {
+  std::atomic_ref<std::int64_t> atomic(best);
+  std::int64_t now = atomic.load(std::memory_order_relaxed);
+  while (better(value, now) && !atomic.compare_exchange_weak(now, value, std::memory_order_relaxed)) {
+  }
+}
+
+// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each
+// pair.
+template <class Visit>
+void forPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+              const Visit& visit) {
+  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              struct Part {
+                glm::ivec3 voxel;
+                std::uint32_t covered;
+              };
+              std::vector<Part> parts;
+              for (std::uint32_t t = begin; t < end; ++t) {
+                parts.clear();
+                std::uint32_t sum = 0;
+                const TriangleOverlap overlap(triangles[t]);
+                overlap.visit(grid, [&](const glm::ivec3& v) {
+                  parts.push_back({v, overlap.covered(v)});
+                  sum += parts.back().covered;
+                });
+                // Small triangles slip between the places: they give all their voxels the same.
+                const auto count = static_cast<std::uint32_t>(parts.size());
+                for (const Part& part : parts) {
+                  const std::uint64_t share =
+                      std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
+                  visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)));
+                }
+              }
+            });
+}
+
+glm::ivec3 normalOf(const SnappedTriangle& t) { return {t.normal[0], t.normal[1], t.normal[2]}; }
+
+// The place of the triangle nearest to one in the voxel, about: that moved onto its plane, within its bounds and the
+// voxel's. Both [1/64 voxel from the voxel's centre]
+glm::ivec3 placeIn(const SnappedTriangle& t, const glm::ivec3& v, const glm::ivec3& wanted) {
+  constexpr int kHalf = kVoxelSteps / 2;
+  const glm::ivec3 centre = v * kVoxelSteps + kHalf, n = normalOf(t);
+  const glm::ivec3 from = centre + wanted - glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]);
+  const int distance = n.x * from.x + n.y * from.y + n.z * from.z;
+  glm::ivec3 place;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const auto [low, high] = std::minmax({t.corner[0][i], t.corner[1][i], t.corner[2][i]});
+    const int onPlane = wanted[k] - n[k] * distance / (127 * 127);
+    place[k] = std::clamp(std::clamp(onPlane, int{low} - centre[k], int{high} - centre[k]), -kHalf, kHalf);
+  }
+  return place;
+}
+
+glm::dvec3 axisOf(const Moment& m) {
+  const double xx = static_cast<double>(m[0]), yy = static_cast<double>(m[1]), zz = static_cast<double>(m[2]),
+               xy = static_cast<double>(m[3]), yz = static_cast<double>(m[4]), zx = static_cast<double>(m[5]);
+  const glm::dvec3 column = xx >= yy && xx >= zz ? glm::dvec3(xx, xy, zx)
+                            : yy >= zz           ? glm::dvec3(xy, yy, yz)
+                                                 : glm::dvec3(zx, yz, zz);
+  const double length = glm::length(column);
+  return length > 0.0 ? column / length : glm::dvec3(0.0, 1.0, 0.0);
+}
+
+glm::dvec3 toDouble(const std::array<std::int64_t, 3>& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+glm::ivec3 eighthBits(const glm::vec3& axis) {
+  return {static_cast<int>(std::floor(127.0f * axis.x + 0.5f)), static_cast<int>(std::floor(127.0f * axis.y + 0.5f)),
+          static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
+}
+
+void addEmission(SideSums& sums, const VoxelSurface& surface, std::int64_t seen, double unit) {
+  add(sums.emitting, seen);
+  if (surface.doubleSided) add(sums.backEmitting, seen);
+  for (int k = 0; k < 3; ++k) {
+    if (!(surface.emission[k] > 0.0f)) continue;
+    const auto emission = static_cast<std::int64_t>(std::floor(double{surface.emission[k]} / unit + 0.5));
+    add(sums.emission[static_cast<std::size_t>(k)], seen * emission);
+    if (surface.doubleSided) add(sums.backEmission[static_cast<std::size_t>(k)], seen * emission);
+  }
+}
+
+// The places at which direct light is found, each once.
+void fillSamples(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const SideSums& sums, bool isBack,
+                 VoxelSide& side) {
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const SnappedTriangle& t = triangles[static_cast<std::size_t>(sums.nearest[i] & 0xFFFFFFFF)];
+    const glm::ivec3 place = placeIn(t, voxel, kSubCentres[i]);
+    SideSample sample;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample.place[k] = static_cast<std::int8_t>(place[static_cast<int>(k)]);
+      sample.normal[k] = static_cast<std::int8_t>(isBack ? -t.normal[k] : t.normal[k]);
+    }
+    const auto same =
+        std::find_if(side.sample.begin(), side.sample.begin() + static_cast<std::ptrdiff_t>(used),
+                     [&](const SideSample& s) { return s.place == sample.place && s.normal == sample.normal; });
+    if (same == side.sample.begin() + static_cast<std::ptrdiff_t>(used)) side.sample[used++] = sample;
+    ++same->count;
+  }
+}
+
+// The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
+VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
+                 const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit) {
+  const bool isBack = own.weight == 0;
+  const SideSums& s = isBack ? other : own;
+  const double weight = static_cast<double>(s.weight);
+  const glm::dvec3 outward = (front ? 1.0 : -1.0) * glm::dvec3(axis);
+  VoxelSide side;
+  const glm::dvec3 sum = toDouble(s.normal);
+  const double length = glm::length(sum);
+  side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
+  side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
+  // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. In
+  // a corner walls hide all that is not theirs, be they ever so small. Shares of area are counted in sixteenths of a
+  // voxel: a quarter too much here is missing next door.
+  const auto emitting = static_cast<double>(isBack ? s.backEmitting : s.emitting);
+  if (emitting > 0.0) {
+    const double plane =
+        32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
+    const double walls = s.across > 0 ? std::min(static_cast<double>(s.facing + s.across), plane) : plane;
+    side.emission =
+        glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.8 * emitting, walls)));
+  }
+  if (!isBack) {
+    const double step = double{grid.voxel} / kVoxelSteps;
+    side.area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
+  }
+  fillSamples(triangles, voxel, s, isBack, side);
+  // From the mean out to the outermost place, and a little farther: places are rounded.
+  glm::dvec3 place = toDouble(s.position) / weight;
+  const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
+  place += outward * (std::max(reach - glm::dot(place, outward), 0.0));
+  place += glm::dvec3(side.normal) * (kVoxelSteps / 16.0);
+  side.positionWorld = grid.toWorld(glm::vec3(glm::dvec3(voxel) + 0.5 + place / double{kVoxelSteps}));
+  return side;
+}
+
+}  // namespace
+
+void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+              VoxelLayer& layer) {
+  layer.bits.assign(grid.cellCount(), 0);
+  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t t = begin; t < end; ++t) {
+                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) {
+                  const std::uint64_t bit = std::uint64_t{1} << brickBit(v);
+                  std::atomic_ref<std::uint64_t> brick(layer.bits[grid.cellOf(v)]);
+                  if ((brick.load(std::memory_order_relaxed) & bit) == 0)
+                    brick.fetch_or(bit, std::memory_order_relaxed);
+                });
+              }
+            });
+  layer.first.resize(grid.cellCount());
+  layer.occupied = 0;
+  for (std::size_t c = 0; c < layer.bits.size(); ++c) {
+    layer.first[c] = layer.occupied;
+    layer.occupied += static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
+  }
+  layer.kept = 0;
+  layer.axis.clear();
+  layer.voxel.clear();
+  layer.side.clear();
+}
+
+void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
+               std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
+               VoxelLayer& layer) {
+  layer.kept = std::min(layer.occupied, budget);
+  layer.axis.resize(layer.kept);
+  layer.voxel.resize(layer.kept);
+  layer.side.resize(2 * std::size_t{layer.kept});
+  float brightest = 0.0f;
+  for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
+  const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
+
+  // 1. The axis of each voxel: the moment's column with the largest diagonal element
+  std::vector<Moment> moment(layer.kept, Moment{});
+  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+    const std::uint32_t number = layer.numberOf(grid, v);
+    if (number >= layer.kept) return;
+    const glm::ivec3 n = normalOf(t);
+    Moment& m = moment[number];
+    add(m[0], share * n.x * n.x);
+    add(m[1], share * n.y * n.y);
+    add(m[2], share * n.z * n.z);
+    add(m[3], share * n.x * n.y);
+    add(m[4], share * n.y * n.z);
+    add(m[5], share * n.z * n.x);
+  });
+  for (std::uint32_t i = 0; i < layer.kept; ++i) layer.axis[i] = glm::vec3(axisOf(moment[i]));
+
+  // 2. What faces each side
+  std::vector<SideSums> sums(2 * std::size_t{layer.kept});
+  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+    const std::uint32_t number = layer.numberOf(grid, v);
+    if (number >= layer.kept) return;
+    const glm::ivec3 n = normalOf(t), axis = eighthBits(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
+    const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
+    SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
+    const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
+    add(s.weight, weight);
+    add(s.area, share);
+    // Where two walls meet one hides nothing of the other; of a lamp's small triangles half are behind others.
+    constexpr std::int64_t kWall = 4 * kVoxelSteps * kVoxelSteps;  // an eighth of a voxel's face
+    const std::int64_t seen = share >= kWall ? share : weight;
+    const VoxelSurface& surface = surfaces[t.surface];
+    for (int k = 0; k < 3; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      add(s.normal[i], weight * n[k]);
+      add(s.position[i], weight * place[k]);
+      add(s.albedo[i], weight * static_cast<std::int64_t>(std::floor(surface.albedo[k] * float{kAlbedoSteps} + 0.5f)));
+    }
+    // What stands across is seen from both sides.
+    SideSums& other = sums[2 * std::size_t{number} + (cosine >= 0 ? 1 : 0)];
+    const bool isAcross = 8 * std::abs(cosine) < 127 * 127;
+    add(isAcross ? s.across : s.facing, share);
+    if (isAcross) add(other.across, share);
+    if (surface.emission != glm::vec3(0.0f)) {
+      addEmission(s, surface, seen, emissionUnit);
+      if (isAcross) addEmission(other, surface, seen, emissionUnit);
+    }
+    const std::int64_t triangle = &t - triangles.data();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
+      improve(s.nearest[i], std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | triangle,
+              std::less<>());
+    }
+    const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
+    improve(s.outermost, along, std::greater<>());
+    improve(s.innermost, along, std::less<>());
+  });
+
+  // 3. Means
+  forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                std::uint32_t number = layer.first[c];
+                for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
+                  const int bit = std::countr_zero(rest);
+                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+                  const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
+                  layer.voxel[number] = voxel;
+                  layer.side[2 * std::size_t{number}] =
+                      finish(grid, triangles, voxel, layer.axis[number], front, back, true, emissionUnit);
+                  layer.side[2 * std::size_t{number} + 1] =
+                      finish(grid, triangles, voxel, layer.axis[number], back, front, false, emissionUnit);
+                }
+              }
+            });
+}
+
+}  // namespace relume

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// A voxel volume of a level: bits of what stands and of what moves, and for each occupied voxel two lit sides. Caches
+// that need no bake gather their light from it (runtime/live/live_light.h), after CRC (Vardis et al. 2014) Section 5.
+//
+//   create()  voxelise what stands and what moves
+//   move()    a frame: moving parts alone, voxelised where they are now
+//   edit()    the editor: a standing part placed elsewhere, taken away or put back
+//   lightDirectly()  direct light of punctual lights on each side
+//   reflect() radiosity of each side from direct light, light of the caches, and emission
+//
+// Threads: as a Relighter's (relume/relighter.h), with the CPU backend. A call that is refused changes nothing.
+#pragma once
+
+#include "relume/lights.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/voxels/march.h"
+#include "runtime/voxels/voxel_geometry.h"
+#include "runtime/voxels/voxel_grid.h"
+#include "runtime/voxels/voxel_layer.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+inline constexpr std::uint32_t kNoSide = 0xFFFFFFFFu;
+
+struct VoxelOptions {
+  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
+  std::uint32_t cells = 32;              // [8..64] on the longest side; four times as many voxels (CRC: 32)
+  std::uint32_t surfaceBudget =
+      0;  // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
+  ParallelFor parallelFor{};  // empty = one thread
+};
+
+struct VoxelStats {
+  std::uint32_t occupied = 0, dropped = 0;           // voxels; dropped: of these, without sides: they are black
+  std::size_t triangles = 0;                         // after splitting
+  std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
+};
+
+// What rays read of an occupied voxel, in half a cache line.
+struct alignas(32) VoxelRadiance {
+  glm::vec3 front{0.0f};              // [W/m²/sr]
+  std::array<std::int8_t, 4> axis{};  // toward the front, 127 times the unit vector
+  glm::vec3 back{0.0f};
+  float unused = 0.0f;
+};
+
+class VoxelVolume {
+ public:
+  // usage: checkGeometry(), cells out of range, a box that is not finite or inside out, more than 2^25 triangles after
+  // splitting (fewer cells, or a smaller box, make fewer); memory: it ran out.
+  static Result<VoxelVolume> create(const VoxelGeometry& geometry, const VoxelOptions& options);
+
+  // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
+  [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
+  // usage: no such part, one that moves, a transform that is not finite; memory.
+  [[nodiscard]] Status edit(std::uint32_t part, const glm::mat4x3& toWorld, bool present);
+
+  // Irradiance of each side by the setup's lights, with its visibility. usage: as Relighter::check().
+  [[nodiscard]] Status lightDirectly(const LightSetup& setup);
+  // Radiosity of each side: albedo (direct + bounced) + pi emission. [Size bounced: 0 or sideCount(), W/m²]
+  // emissionScale: factor on emission. Throws nothing.
+  void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
+
+  const VolumeGrid& grid() const { return grid_; }
+  // Bits of what stands and of what moves. [Size cells]
+  std::span<const std::uint64_t> bits() const { return bits_; }
+  const VoxelLayer& standing() const { return standing_; }
+  const VoxelLayer& moving() const { return moving_; }
+  // Sides of standing voxels, then those of moving ones.
+  std::uint32_t sideCount() const { return standingSides() + static_cast<std::uint32_t>(moving_.side.size()); }
+  std::uint32_t standingSides() const { return static_cast<std::uint32_t>(standing_.side.size()); }
+  const VoxelSide& side(std::uint32_t index) const {
+    return index < standingSides() ? standing_.side[index] : moving_.side[index - standingSides()];
+  }
+  const glm::ivec3& voxelOfSide(std::uint32_t index) const {
+    return index < standingSides() ? standing_.voxel[index / 2] : moving_.voxel[(index - standingSides()) / 2];
+  }
+  std::span<const glm::vec3> direct() const { return direct_; }        // [W/m²] [Size sideCount()]
+  std::span<const glm::vec3> radiosity() const { return radiosity_; }  // [W/m²] [Size sideCount()]
+
+  // The first voxel along a ray, t in metres; direction is unit and the origin finite. [maxT > 0, m]
+  MarchHit march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const;
+  // The side of an occupied voxel that a ray of this direction meets; where both layers have the voxel, of what moves.
+  // kNoSide for voxels that were dropped.
+  std::uint32_t sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const;
+
+  // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped.
+  // `voxel` is occupied.
+  const glm::vec3& radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
+    static constexpr glm::vec3 kBlack{0.0f};
+    const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
+    const VoxelLayer& layer = moves ? moving_ : standing_;
+    const std::uint32_t number = layer.numberOf(grid_, voxel);
+    if (number >= layer.kept) return kBlack;
+    const VoxelRadiance& at = radiance_[moves ? standing_.kept + number : number];
+    const float along = static_cast<float>(at.axis[0]) * direction.x + static_cast<float>(at.axis[1]) * direction.y +
+                        static_cast<float>(at.axis[2]) * direction.z;
+    return along < 0.0f ? at.front : at.back;
+  }
+
+  // Change with every create(), edit() and with every move().
+  std::uint64_t standingVersion() const { return standingVersion_; }
+  std::uint64_t movingVersion() const { return movingVersion_; }
+  VoxelStats stats() const;
+  // Of the last call of each pass.
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+  const ParallelFor& parallelFor() const { return parallelFor_; }
+
+ private:
+  struct Mesh {
+    std::vector<glm::vec3> position;
+    std::vector<glm::uvec3> triangle;
+    std::vector<std::uint32_t> surface;
+  };
+  struct Part {
+    VoxelPart part;
+    bool present = true;
+  };
+
+  struct SideLight {
+    std::vector<glm::vec3> direct, radiosity;
+    std::vector<VoxelRadiance> radiance;
+  };
+
+  VoxelVolume() = default;
+  Status fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const;
+  void join(SideLight light) noexcept;
+  SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
+
+  VolumeGrid grid_;
+  std::vector<VoxelSurface> surfaces_;
+  std::vector<Mesh> meshes_;
+  std::vector<Part> parts_;
+  std::uint32_t budget_ = 0;
+  ParallelFor parallelFor_;
+  VoxelLayer standing_, moving_;
+  VoxelStats standingStats_, movingStats_;
+  std::vector<std::uint64_t> bits_;
+  std::vector<glm::vec3> direct_, radiosity_;
+  std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
+  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
+  double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
+};
+
+}  // namespace relume

@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: MIT
+// The voxel volume: which voxels are set, what their sides are, what rays meet, and what is refused.
+#include "runtime/voxels/overlap.h"
+#include "runtime/voxels/voxel_volume.h"
+#include "tests/voxels/boxes.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+
+namespace relume {
+namespace {
+
+using test::VoxelLevel;
+
+VolumeGrid gridOf(int cells) {
+  VolumeGrid grid;
+  grid.cells = glm::ivec3(cells);
+  return grid;
+}
+
+std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const std::vector<glm::vec3>& corners) {
+  std::vector<glm::uvec3> triangles;
+  for (unsigned i = 0; i + 2 < corners.size(); i += 3) triangles.push_back({i, i + 1, i + 2});
+  const std::vector<std::uint32_t> surface(triangles.size(), 0);
+  const VoxelSurface grey;
+  std::vector<SnappedTriangle> out;
+  SnapCounts counts;
+  EXPECT_TRUE(snapTriangles(grid, {corners, triangles, surface}, {&grey, 1}, glm::mat4x3(1.0f), 0,
+                            static_cast<std::uint32_t>(triangles.size()), out, counts));
+  return out;
+}
+
+// The definition of thin voxels (Schwarz and Seidel 2010), in integers of 64 bits, over all voxels of the grid.
+std::set<std::uint32_t> oracle(const VolumeGrid& grid, const SnappedTriangle& t) {
+  using I = glm::vec<3, std::int64_t>;
+  const auto corner = [&](std::size_t i) { return I(t.corner[i][0], t.corner[i][1], t.corner[i][2]); };
+  const I p = corner(1) - corner(0), q = corner(2) - corner(0);
+  const I n(p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x);
+  std::set<std::uint32_t> found;
+  for (int z = 0; z < grid.voxels().z; ++z) {
+    for (int y = 0; y < grid.voxels().y; ++y) {
+      for (int x = 0; x < grid.voxels().x; ++x) {
+        const I c = I(x, y, z) * std::int64_t{64} + std::int64_t{32};
+        bool in = true;
+        for (int a = 0; a < 3; ++a) {
+          const std::int64_t low = std::min({corner(0)[a], corner(1)[a], corner(2)[a]}),
+                             high = std::max({corner(0)[a], corner(1)[a], corner(2)[a]});
+          in = in && c[a] + 32 >= low && c[a] - 32 <= high;
+        }
+        const std::int64_t most = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+        const I d0 = c - corner(0);
+        in = in && std::abs(n.x * d0.x + n.y * d0.y + n.z * d0.z) <= 32 * most;
+        for (int a = 0; a < 3 && in; ++a) {
+          const int u = (a + 1) % 3, v = (a + 2) % 3;
+          for (std::size_t e = 0; e < 3; ++e) {
+            const I d = corner((e + 1) % 3) - corner(e);
+            const std::int64_t s = n[a] < 0 ? -1 : 1, eu = -s * d[v], ev = s * d[u];
+            in = in &&
+                 eu * (c[u] - corner(e)[u]) + ev * (c[v] - corner(e)[v]) + 32 * std::max(std::abs(eu), std::abs(ev)) >=
+                     0;
+          }
+        }
+        if (in) found.insert(static_cast<std::uint32_t>((z * grid.voxels().y + y) * grid.voxels().x + x));
+      }
+    }
+  }
+  return found;
+}
+
+TEST(Voxelise, setsWhatTheDefinitionSets) {
+  const VolumeGrid grid = gridOf(8);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-2.0f, 34.0f), size(-4.5f, 4.5f);
+  int checked = 0;
+  for (int i = 0; i < 300; ++i) {
+    const glm::vec3 a(place(random), place(random), place(random));
+    const auto other = [&] { return a + glm::vec3(size(random), i % 7 == 0 ? 0.0f : size(random), size(random)); };
+    for (const SnappedTriangle& t : snapped(grid, {a, other(), other()})) {
+      std::set<std::uint32_t> found;
+      TriangleOverlap(t).visit(grid, [&](const glm::ivec3& v) {
+        EXPECT_TRUE(found.insert(static_cast<std::uint32_t>((v.z * 32 + v.y) * 32 + v.x)).second);
+      });
+      ASSERT_EQ(found, oracle(grid, t)) << "triangle " << i;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 200);
+}
+
+TEST(Voxelise, piecesOfALongTriangleAreJoinedAndSmall) {
+  const VolumeGrid grid = gridOf(64);
+  const auto pieces = snapped(grid, {{1, 2, 3}, {250, 20, 90}, {30, 240, 199}});
+  double area = 0.0;
+  std::map<std::pair<std::array<std::int16_t, 3>, std::array<std::int16_t, 3>>, int> edges;
+  for (const SnappedTriangle& t : pieces) {
+    area += 0.5 * t.area;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto &a = t.corner[e], &b = t.corner[(e + 1) % 3];
+      int length2 = 0;
+      for (std::size_t k = 0; k < 3; ++k) length2 += (a[k] - b[k]) * (a[k] - b[k]);
+      EXPECT_LE(length2, kMaxEdge * kMaxEdge);
+      ++edges[{a, b}];
+    }
+  }
+  const glm::dvec3 whole = glm::cross(glm::dvec3(249, 18, 87), glm::dvec3(29, 238, 196));
+  EXPECT_NEAR(area / 4096.0, 0.5 * glm::length(whole), 0.002 * glm::length(whole));
+  // Every edge but the outline's has its opposite.
+  int open = 0;
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    if (edges.count({edge.second, edge.first}) == 0) ++open;
+  }
+  EXPECT_GT(pieces.size(), 1000u);
+  EXPECT_LT(open, 200);
+  EXPECT_GT(open, 60);
+}
+
+// A closed surface of random shape around a place: a sphere of large and small triangles, dented.
+std::vector<glm::vec3> closedSurface(std::mt19937& random, const glm::vec3& middle, float radius) {
+  std::uniform_real_distribution<float> dent(0.35f, 1.0f);
+  const int rings = 5, sectors = 7;
+  std::vector<std::vector<glm::vec3>> ring;
+  for (int r = 0; r <= rings; ++r) {
+    ring.emplace_back();
+    const float polar = 3.14159265f * static_cast<float>(r) / rings;
+    for (int s = 0; s < sectors; ++s) {
+      const float turn = 6.2831853f * static_cast<float>(s) / sectors;
+      const glm::vec3 d(std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn));
+      ring.back().push_back(r == 0 || r == rings ? middle + radius * glm::vec3(0, r == 0 ? 1 : -1, 0)
+                                                 : middle + radius * dent(random) * d);
+    }
+  }
+  std::vector<glm::vec3> corners;
+  for (int r = 0; r < rings; ++r) {
+    for (int s = 0; s < sectors; ++s) {
+      const auto &a = ring[static_cast<std::size_t>(r)][static_cast<std::size_t>(s)],
+                 &b = ring[static_cast<std::size_t>(r)][static_cast<std::size_t>((s + 1) % sectors)],
+                 &c = ring[static_cast<std::size_t>(r + 1)][static_cast<std::size_t>(s)],
+                 &d = ring[static_cast<std::size_t>(r + 1)][static_cast<std::size_t>((s + 1) % sectors)];
+      corners.insert(corners.end(), {a, b, c, b, d, c});
+    }
+  }
+  return corners;
+}
+
+glm::vec3 unit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  return glm::normalize(glm::vec3(normal(random), normal(random), normal(random)) + 1e-6f);
+}
+
+TEST(March, neverPassesAClosedThinMesh) {
+  std::mt19937 random(2);
+  for (int i = 0; i < 12; ++i) {
+    const VolumeGrid grid = gridOf(i % 2 == 0 ? 16 : 32);
+    const float side = static_cast<float>(grid.voxels().x);
+    VoxelLayer layer;
+    voxelise(grid, snapped(grid, closedSurface(random, glm::vec3(0.5f * side + 0.13f), 0.45f * side)), {}, layer);
+    for (int r = 0; r < 2000; ++r) {
+      const glm::vec3 from =
+          glm::vec3(0.5f * side + 0.2f) +
+          0.1f * side * (glm::vec3(random() % 1000, random() % 1000, random() % 1000) / 1000.0f - 0.5f);
+      const MarchHit hit = VoxelMarch(grid, layer.bits.data(), from, unit(random)).first(1e9f);
+      ASSERT_TRUE(hit.found) << "mesh " << i << " ray " << r;
+    }
+  }
+}
+
+// Voxel by voxel with the same times of crossing.
+MarchHit plainWalk(const VolumeGrid& grid, const std::vector<std::uint64_t>& bits, const glm::vec3& o,
+                   const glm::vec3& d) {
+  MarchHit hit;
+  glm::ivec3 v(glm::floor(o));
+  float t = 0.0f;
+  const glm::vec3 inverse = 1.0f / d;
+  while (grid.holds(v)) {
+    if (bits[grid.cellOf(v)] >> brickBit(v) & 1u) return {v, t, true};
+    int axis = 0;
+    float next[3];
+    for (int a = 0; a < 3; ++a) next[a] = (static_cast<float>(v[a] + (d[a] > 0 ? 1 : 0)) - o[a]) * inverse[a];
+    for (int a = 1; a < 3; ++a) axis = next[a] < next[axis] ? a : axis;
+    t = next[axis];
+    v[axis] += d[axis] > 0 ? 1 : -1;
+  }
+  return hit;
+}
+
+TEST(March, crossesEmptyBricksAsVoxelByVoxel) {
+  const VolumeGrid grid = gridOf(16);
+  std::mt19937 random(3);
+  std::vector<std::uint64_t> bits(grid.cellCount(), 0);
+  for (int i = 0; i < 600; ++i) bits[random() % bits.size()] |= std::uint64_t{1} << random() % 64;
+  std::uniform_real_distribution<float> place(0.0f, 63.99f);
+  int found = 0;
+  for (int i = 0; i < 20000; ++i) {
+    glm::vec3 o(place(random), place(random), place(random)), d = unit(random);
+    if (i % 3 == 0) o = glm::floor(o);                                     // on corners of voxels
+    if (i % 5 == 0) d = glm::normalize(glm::vec3(1, -1, i % 2 ? 1 : -1));  // through edges and corners
+    const MarchHit a = VoxelMarch(grid, bits.data(), o, d).first(1e9f), b = plainWalk(grid, bits, o, d);
+    ASSERT_EQ(a.found, b.found) << i;
+    if (!a.found) continue;
+    ASSERT_EQ(a.voxel, b.voxel) << i;
+    ASSERT_EQ(a.t, b.t) << i;
+    ++found;
+  }
+  EXPECT_GT(found, 1500);
+}
+
+TEST(March, raysFromOutsideAndAlongAxes) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {1, 1, 1}, false);
+  const auto volume = VoxelVolume::create(level.geometry(), {});
+  ASSERT_TRUE(volume) << volume.error().message;
+  const float far = std::numeric_limits<float>::infinity();
+  for (int a = 0; a < 3; ++a) {
+    glm::vec3 d(0.0f), from(0.3f, 0.4f, 0.6f);
+    d[a] = 1.0f;
+    from[a] = -3.0f;
+    const MarchHit hit = volume->march(from, d, far);
+    ASSERT_TRUE(hit.found);
+    EXPECT_NEAR(hit.t, 3.0f, volume->grid().voxel);
+    const std::uint32_t side = volume->sideAt(hit.voxel, d);
+    ASSERT_NE(side, kNoSide);
+    EXPECT_LT(glm::dot(volume->side(side).normal, d), -0.99f);
+    EXPECT_GT(volume->side(side).area, 0.0f);
+    EXPECT_FALSE(volume->march(from, -d, far).found);
+    EXPECT_FALSE(volume->march(from, d, 2.0f).found);
+  }
+}
+
+TEST(VoxelSides, areaIsTheMeshs) {
+  VoxelLevel level;
+  std::mt19937 random(4);
+  const std::vector<glm::vec3> corners = closedSurface(random, glm::vec3(0.0f), 3.0f);
+  VoxelLevel::Mesh mesh{corners, {}, {}};
+  double expected = 0.0;
+  for (unsigned i = 0; i + 2 < corners.size(); i += 3) {
+    mesh.triangle.push_back({i, i + 1, i + 2});
+    mesh.surface.push_back(0);
+    expected +=
+        0.5 * glm::length(glm::cross(glm::dvec3(corners[i + 1] - corners[i]), glm::dvec3(corners[i + 2] - corners[i])));
+  }
+  level.meshes.push_back(mesh);
+  level.parts.push_back({});
+  const auto volume = VoxelVolume::create(level.geometry(), {});
+  ASSERT_TRUE(volume);
+  double area = 0.0;
+  std::uint32_t number = 0;
+  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) area += volume->side(i).area;
+  EXPECT_NEAR(area, expected, 0.01 * expected);
+  // Numbers are the voxels' order: cells, and bits in them.
+  const VoxelLayer& layer = volume->standing();
+  for (std::uint32_t c = 0; c < layer.bits.size(); ++c) {
+    for (int bit = 0; bit < 64; ++bit) {
+      if ((layer.bits[c] >> bit & 1u) == 0) continue;
+      const glm::ivec3 v = 4 * volume->grid().cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+      ASSERT_EQ(layer.numberOf(volume->grid(), v), number);
+      ASSERT_EQ(layer.voxel[number++], v);
+    }
+  }
+  EXPECT_EQ(number, layer.occupied);
+}
+
+TEST(VoxelSides, aThinWallHasTwoColours) {
+  VoxelLevel level;
+  level.surfaces = {{{0.8f, 0.1f, 0.1f}}, {{0.1f, 0.1f, 0.8f}, {0, 0, 2}}};
+  level.addQuad({0.01f, 0, 0}, {0.01f, 0, 4}, {0.01f, 4, 4}, {0.01f, 4, 0}, 0);      // faces -x
+  level.addQuad({0.014f, 0, 0}, {0.014f, 4, 0}, {0.014f, 4, 4}, {0.014f, 0, 4}, 1);  // faces +x
+  VoxelOptions options;
+  options.boxMin = {-2, 0, 0};
+  options.boxMax = {2, 4, 4};
+  auto volume = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(volume);
+  const MarchHit red = volume->march({-1, 2.1f, 1.9f}, {1, 0, 0}, 4.0f),
+                 blue = volume->march({1, 2.1f, 1.9f}, {-1, 0, 0}, 4.0f);
+  ASSERT_TRUE(red.found && blue.found);
+  EXPECT_EQ(red.voxel, blue.voxel);
+  const VoxelSide &left = volume->side(volume->sideAt(red.voxel, {1, 0, 0})),
+                  &right = volume->side(volume->sideAt(blue.voxel, {-1, 0, 0}));
+  EXPECT_NEAR(left.albedo.x, 0.8f, 1e-3f);
+  EXPECT_NEAR(right.albedo.z, 0.8f, 1e-3f);
+  EXPECT_EQ(left.emission, glm::vec3(0.0f));
+  EXPECT_LT(left.positionWorld.x, 0.01f);
+  EXPECT_GT(right.positionWorld.x, 0.014f);
+  // Emitted flux is the quad's: pi times 2 W/m²/sr times 16 m², and voxels have Δ² each.
+  double flux = 0.0;
+  for (std::uint32_t i = 0; i < volume->sideCount(); ++i)
+    flux += double{volume->side(i).emission.z} * volume->grid().voxel * volume->grid().voxel;
+  EXPECT_NEAR(flux, 32.0, 1.0);  // voxels at its outline are not full
+  volume->reflect({}, glm::vec3(1.0f));
+  EXPECT_EQ(volume->radianceAt(red.voxel, {1, 0, 0}), glm::vec3(0.0f));
+  EXPECT_NEAR(volume->radianceAt(blue.voxel, {-1, 0, 0}).z, 2.0f, 0.7f);
+}
+
+TEST(VoxelSides, directLightIsThatOfTheSurface) {
+  VoxelLevel level;
+  level.addQuad({-4, 0, -4}, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4});
+  VoxelOptions options;
+  options.boxMin = {-4, -1, -4};
+  options.boxMax = {4, 3, 4};
+  auto volume = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(volume);
+  const Light light{.kind = LightKind::point, .intensity = glm::vec3(3.0f), .positionWorld = {0.5f, 1.2f, 0.0f}};
+  LightSetup setup;
+  setup.lights = {&light, 1};
+  setup.visibility = [](std::uint32_t, const glm::vec3& p, const glm::vec3&) { return p.x < 0.0f ? 0.0f : 1.0f; };
+  ASSERT_TRUE(volume->lightDirectly(setup));
+  int lit = 0;
+  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) {
+    const VoxelSide& side = volume->side(i);
+    const glm::vec3 p = volume->grid().toWorld(glm::vec3(volume->voxelOfSide(i)) + 0.5f);
+    if (side.normal.y < 0.5f || p.x < -0.2f) {
+      EXPECT_EQ(volume->direct()[i], glm::vec3(0.0f));
+    } else if (p.x > 0.2f) {
+      const double d2 = (p.x - 0.5) * (p.x - 0.5) + 1.44 + p.z * p.z;
+      EXPECT_NEAR(volume->direct()[i].x, 3.0 * 1.2 / (d2 * std::sqrt(d2)),
+                  0.03 * 3.0 * 1.2 / (d2 * std::sqrt(d2)) + 1e-3);
+      ++lit;
+    }
+  }
+  EXPECT_GT(lit, 500);
+}
+
+template <class T>
+bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+TEST(VoxelVolume, sameBytesOnTwoThreads) {
+  VoxelLevel level;
+  level.surfaces = {{{0.3f, 0.6f, 0.9f}, {1, 2, 3}, 0.7f, true}};
+  std::mt19937 random(5);
+  for (int i = 0; i < 20; ++i) {
+    const glm::vec3 at = 3.0f * unit(random);
+    level.addBox(at, at + glm::vec3(1.3f), i % 2 == 0);
+  }
+  const auto one = VoxelVolume::create(level.geometry(), {});
+  VoxelOptions options;
+  options.parallelFor = test::onTwoThreads;
+  const auto two = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(one && two);
+  EXPECT_TRUE(sameBytes(one->standing().bits, two->standing().bits));
+  EXPECT_TRUE(sameBytes(one->standing().side, two->standing().side));
+  EXPECT_TRUE(sameBytes(one->standing().axis, two->standing().axis));
+}
+
+TEST(VoxelVolume, whatMovesIsVoxelisedAsWhatStands) {
+  VoxelLevel standing, moving;
+  for (VoxelLevel* level : {&standing, &moving}) {
+    level->addBox({-4, -4, -4}, {4, 4, 4}, true);
+    level->addBox({-1, -1, -1}, {1, 1, 1}, false);
+  }
+  const glm::mat4x3 to({0.6f, 0.8f, 0}, {0.8f, -0.6f, 0}, {0, 0, 1}, {1.2f, 0.3f, -0.7f});  // turned and mirrored
+  standing.parts[1].toWorld = to;
+  moving.parts[1].moves = true;
+  const auto still = VoxelVolume::create(standing.geometry(), {});
+  VoxelOptions options;
+  options.boxMin = {-4, -4, -4};
+  options.boxMax = {4, 4, 4};
+  auto volume = VoxelVolume::create(moving.geometry(), options);
+  ASSERT_TRUE(still && volume);
+  const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
+  ASSERT_TRUE(volume->move({&to, 1}));
+  EXPECT_TRUE(std::equal(volume->bits().begin(), volume->bits().end(), still->bits().begin()));
+  const MarchHit hit = volume->march({1.2f, 0.3f, 3}, {0, 0, -1}, 8.0f);
+  ASSERT_TRUE(hit.found);
+  const std::uint32_t side = volume->sideAt(hit.voxel, {0, 0, -1});
+  EXPECT_GE(side, volume->standingSides());
+  EXPECT_GT(volume->side(side).area, 0.0f) << "the front of a mirrored part faces outward";
+  // Refused: nothing changes.
+  const std::vector<std::uint64_t> moved(volume->bits().begin(), volume->bits().end());
+  glm::mat4x3 bad = to;
+  bad[3].x = std::numeric_limits<float>::quiet_NaN();
+  const Status refused = volume->move({&bad, 1});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("part 1"), std::string::npos) << refused.error().message;
+  EXPECT_FALSE(volume->move({}));
+  EXPECT_TRUE(std::equal(moved.begin(), moved.end(), volume->bits().begin()));
+}
+
+TEST(VoxelVolume, anEditedPartGoesAndComesBack) {
+  VoxelLevel level;
+  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
+  level.addBox({-1, -1, -1}, {1, 1, 1}, false);
+  auto volume = VoxelVolume::create(level.geometry(), {});
+  ASSERT_TRUE(volume);
+  const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
+  const auto seesBox = [&] { return volume->march({0, 0, 3}, {0, 0, -1}, 3.0f).found; };
+  EXPECT_TRUE(seesBox());
+  ASSERT_TRUE(volume->edit(1, glm::mat4x3(1.0f), false));
+  EXPECT_FALSE(seesBox());
+  ASSERT_TRUE(volume->edit(1, glm::mat4x3(1.0f), true));
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), volume->bits().begin()));
+  EXPECT_FALSE(volume->edit(2, glm::mat4x3(1.0f), true));
+}
+
+TEST(VoxelVolume, aLevelFarAwayHasTheSameVoxels) {
+  VoxelLevel here, there;
+  const glm::vec3 far(131072.0f, 0.0f, -65536.0f);
+  here.addBox({0, 0, 0}, {8, 4, 8}, true);
+  here.addBox({2, 0, 3}, {3.5f, 2.25f, 5}, false);
+  there = here;
+  for (VoxelPart& part : there.parts) part.toWorld[3] = far;
+  VoxelOptions options;
+  options.cells = 8;
+  const auto a = VoxelVolume::create(here.geometry(), options), b = VoxelVolume::create(there.geometry(), options);
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->bits().size(), b->bits().size());
+  EXPECT_TRUE(std::equal(a->bits().begin(), a->bits().end(), b->bits().begin()));
+}
+
+TEST(VoxelVolume, nothingAndDegenerateThingsAreTaken) {
+  const auto empty = VoxelVolume::create({}, {});
+  ASSERT_TRUE(empty) << empty.error().message;
+  EXPECT_EQ(empty->stats().occupied, 0u);
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {1, 1, 1}, true);
+  level.addQuad({0.5f, 0.5f, 0.5f}, {0.5f, 0.5f, 0.5f}, {0.6f, 0.5f, 0.5f}, {0.7f, 0.5f, 0.5f});
+  level.addBox({0, 0, 0}, {1, 1, 1}, true);
+  level.parts.back().toWorld = glm::mat4x3(0.0f);
+  VoxelOptions options;
+  options.boxMin = {0.25f, 0.25f, 0.25f};
+  options.boxMax = {2, 2, 2};
+  const auto volume = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(volume) << volume.error().message;
+  EXPECT_GT(volume->stats().zeroArea, 0u);
+  EXPECT_GT(volume->stats().outside, 0u);
+}
+
+TEST(VoxelVolume, badInputIsNamed) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto refuses = [](const std::function<void(VoxelLevel&, VoxelOptions&)>& spoil, const std::string& text) {
+    VoxelLevel level;
+    level.addBox({0, 0, 0}, {1, 1, 1}, true);
+    VoxelOptions options;
+    spoil(level, options);
+    const auto volume = VoxelVolume::create(level.geometry(), options);
+    ASSERT_FALSE(volume) << text;
+    EXPECT_EQ(volume.error().code, ErrorCode::usage);
+    EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;
+  };
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].position[3].y = nan; }, "mesh 0: vertex 3");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].triangle[5].z = 8; }, "triangle 5 has vertex 8 of 8");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].surface[5] = 1; }, "triangle 5 has surface 1 of 1");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].surface.pop_back(); }, "11 surfaces for 12 triangles");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].albedo.y = 1.01f; }, "surface 0: albedo");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].emission.x = -1.0f; }, "surface 0: emission");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].coverage = nan; }, "surface 0: coverage");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.parts[0].mesh = 7; }, "part 0 has mesh 7 of 1");
+  refuses([&](VoxelLevel& l, VoxelOptions&) { l.parts[0].toWorld[1].z = nan; }, "part 0: column 1");
+  refuses([&](VoxelLevel&, VoxelOptions& o) { o.cells = 7; }, "7 cells");
+  refuses([&](VoxelLevel&, VoxelOptions& o) { o.cells = 65; }, "65 cells");
+  refuses([&](VoxelLevel&, VoxelOptions& o) { o.boxMax.z = nan; }, "box");
+  refuses([&](VoxelLevel&, VoxelOptions& o) { o.boxMax = {1, -1, 1}; }, "axis 1");
+}
+
+}  // namespace
+}  // namespace relume

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// See live_view.h.
+#include "tools/render/live_view.h"
+
+#include "formats/octahedron.h"
+#include "tools/render/ray_shadows.h"
+#include "tools/render/relight_by_rays.h"
+#include "tools/render/scene_bounds.h"
+#include "tools/render/voxel_scene.h"
+
+#include <vector>
+
+namespace relume {
+namespace {
+
+constexpr int kSettling = 24;   // frames whose caches are not kept: bounces add up
+constexpr int kConverged = 64;  // frames in all, the others averaged
+constexpr int kOfABounce = 32;  // frames of each bounce, where they are counted
+constexpr std::uint32_t kSkySide = 32, kSkySamples = 4;
+
+// An octahedral map of the sky, a texel the mean of a few directions; empty where the sky is constant.
+std::vector<glm::vec3> mapOf(const Sky& sky) {
+  std::vector<glm::vec3> map;
+  if (sky.isConstant()) return map;
+  map.reserve(std::size_t{kSkySide} * kSkySide);
+  constexpr float kStep = 2.0f / static_cast<float>(kSkySide * kSkySamples);
+  for (std::uint32_t t = 0; t < kSkySide * kSkySide; ++t) {
+    glm::vec3 sum(0.0f);
+    for (std::uint32_t s = 0; s < kSkySamples * kSkySamples; ++s) {
+      const glm::vec2 at(static_cast<float>(t % kSkySide * kSkySamples + s % kSkySamples),
+                         static_cast<float>(t / kSkySide * kSkySamples + s / kSkySamples));
+      sum += sky.along(fromOctahedron((at + 0.5f) * kStep - 1.0f));
+    }
+    map.push_back(sum / static_cast<float>(kSkySamples * kSkySamples));
+  }
+  return map;
+}
+
+// Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
+// rays is `set`.
+Status gatherOnce(LiveLight& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
+  for (int f = 0; f < frames && !context.cancelled(); ++f) {
+    frame.freezeVoxels = f > 0;
+    frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
+    frame.raySet = static_cast<std::uint32_t>(set + f);
+    if (Status ok = light.update(volume, frame); !ok) return ok;
+  }
+  return done();
+}
+
+Status converge(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
+  for (int f = 0; f < kConverged && !context.cancelled(); ++f) {
+    const auto kept = static_cast<float>(std::max(f - kSettling, 0));
+    frame.keep = kept / (kept + 1.0f);
+    frame.raySet = static_cast<std::uint32_t>(f);
+    if (Status ok = light.update(volume, frame); !ok) return ok;
+  }
+  return done();
+}
+
+}  // namespace
+
+Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
+                                  Context& context) {
+  const SceneBounds bounds = boundsOf(scene);
+  VoxelOptions options;
+  options.boxMin = bounds.min;
+  options.boxMax = bounds.max;
+  options.cells = cells;
+  options.parallelFor = parallelFor;
+  constexpr float kVoxels = 2.0f;  // of a piece's longest edge
+  const auto pieces = VoxelScene::create(scene, kVoxels * fitGrid(bounds.min, bounds.max, cells).voxel, context);
+  if (!pieces) return pieces.error();
+  auto volume = VoxelVolume::create(pieces->geometry(), options);
+  if (volume && volume->stats().dropped > 0)
+    context.message(Severity::warning, std::to_string(volume->stats().dropped) + " of " +
+                                           std::to_string(volume->stats().occupied) +
+                                           " voxels are beyond the budget and reflect nothing; use fewer cells");
+  return volume;
+}
+
+Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
+  auto volume = voxeliseScene(tracer.scene(), request.live->cells, contextParallelFor(context), context);
+  if (!volume) return volume.error();
+  const LiveOptions options{request.live->rays};
+  auto light = LiveLight::create(options);
+  if (!light) return light.error();
+  LiveView view{std::move(*volume), std::move(*light), std::nullopt, 0};
+
+  const std::vector<glm::vec3> map = mapOf(request.sky);
+  LiveFrame frame;
+  frame.emissionScale = glm::vec3(request.drawsEmission() ? 1.0f : 0.0f);
+  frame.sky = {request.sky.radiance, map, map.empty() ? 0 : kSkySide};
+  frame.bounceScale = 0.0f;
+  if (request.straight) {
+    auto straight = LiveLight::create(options);
+    if (!straight) return straight.error();
+    view.straight.emplace(std::move(*straight));
+    // By the rays that average the rest, so that their difference has none of their noise.
+    const int set = request.bounces > 0 ? 0 : kSettling,
+              count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
+    if (Status ok = gatherOnce(*view.straight, view.volume, frame, set, count, context); !ok) return ok.error();
+  }
+
+  const std::vector<Light> lights = toRuntimeLights(request.lights);
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = rayVisibility(tracer, lights, context);
+  if (Status ok = view.volume.lightDirectly(setup); !ok) return ok.error();
+  for (int bounce = 0; bounce < request.bounces; ++bounce) {
+    frame.bounceScale = bounce > 0 ? 1.0f : 0.0f;
+    if (Status ok = gatherOnce(view.all, view.volume, frame, 0, kOfABounce, context); !ok) return ok.error();
+    view.frames += kOfABounce;
+  }
+  if (request.bounces == 0) {
+    frame.bounceScale = 1.0f;
+    if (Status ok = converge(view.all, view.volume, frame, context); !ok) return ok.error();
+    view.frames = kConverged;
+  }
+  return view;
+}
+
+}  // namespace relume
