@@ -86,7 +86,9 @@ RecordGatherer::Options gatherOptions(const LeafRecords::Options& o) {
 LeafRecords::LeafRecords(const RayTracer& tracer, HitLeaf leafOf, const Sky& sky, const Options& options)
     : leafOf_(std::move(leafOf)),
       dark_([](std::uint64_t, std::span<const Ray>, std::span<const Hit>, std::span<glm::vec3>) {}),
-      gatherer_(tracer, dark_, sky, gatherOptions(options)) {}
+      sky_(sky),
+      gatherer_(tracer, dark_, sky_, gatherOptions(options)),
+      fixedReach_(options.fixedReach) {}
 
 // Sums over terms, of R, G, B and luminance: rays, along.x, along.y, slope.x, slope.y. luminance: of each term's leaf.
 RELUME_WIDE_CLONES
@@ -126,9 +128,8 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
   // Cells by leaf, and the sums of each
   s.order.resize(count);
   std::iota(s.order.begin(), s.order.end(), 0u);
-  std::sort(s.order.begin(), s.order.end(), [&s](std::uint32_t a, std::uint32_t b) {
-    return s.leaf[a] != s.leaf[b] ? s.leaf[a] < s.leaf[b] : a < b;
-  });
+  std::sort(s.order.begin(), s.order.end(),
+            [&s](std::uint32_t a, std::uint32_t b) { return s.leaf[a] != s.leaf[b] ? s.leaf[a] < s.leaf[b] : a < b; });
   Leaves made;
   s.sums.clear();
   s.term.resize(count);
@@ -146,7 +147,8 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
     s.sums.back() += glm::vec4(cells.integral[cell].x, cells.integral[cell].y, s.slope[cell].x, s.slope[cell].y);
   }
   const std::size_t leaves = made.terms.size();
-  for (const glm::vec4& sums : s.sums) made.alongScale = std::max({made.alongScale, std::abs(sums.x), std::abs(sums.y)});
+  for (const glm::vec4& sums : s.sums)
+    made.alongScale = std::max({made.alongScale, std::abs(sums.x), std::abs(sums.y)});
   made.slopeScale = slopeScaleOf(s.sums);
   for (std::size_t t = 0; t < leaves; ++t) {
     glm::vec4 left = s.sums[t];
@@ -179,7 +181,7 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
   return made;
 }
 
-void LeafRecords::sum(const Leaves& leaves, std::vector<float>& luminance, Record& record) const {
+void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>& luminance, Record& record) const {
   luminance.resize(leaves.terms.size() + 1);
   luminance.back() = 0.0f;
   std::array<glm::vec4, 5> sums;
@@ -197,8 +199,13 @@ void LeafRecords::sum(const Leaves& leaves, std::vector<float>& luminance, Recor
     variance += apart * apart;
   }
   record.noise = share * std::sqrt(variance);
+  const float before = record.distance;
   record.distance = leaves.seenDistance;
   limitBySlope(record);
+  if (!fixedReach) return;
+  // A light that changes faster now than the record reaches must not be extrapolated to nothing.
+  if (before > record.distance) record.reflected.gradient *= record.distance / before;
+  record.distance = before;
 }
 
 std::unique_ptr<LeafRecords::Scratch> LeafRecords::borrow() {
@@ -225,7 +232,7 @@ void LeafRecords::gather(std::span<const PixelReceiver> receivers, std::span<con
       Record& record = records_[first + i];
       record = gatherer_.gather(receivers[chosen[i]], chosen[i], scratch->gather);
       leaves_[first + i] = leavesOf(*scratch);
-      sum(leaves_[first + i], scratch->luminance, record);
+      sum(leaves_[first + i], false, scratch->luminance, record);
     }
     giveBack(std::move(scratch));
   });
@@ -238,9 +245,15 @@ void LeafRecords::gather(std::span<const PixelReceiver> receivers, std::span<con
 void LeafRecords::relight(std::span<const glm::vec3> radiance, Context& context) {
   radiance_.clear();
   for (const glm::vec3& l : radiance) radiance_.emplace_back(l, luminance(l));
+  sumAll(fixedReach_, context);
+}
+
+void LeafRecords::adaptReach(Context& context) { sumAll(false, context); }
+
+void LeafRecords::sumAll(bool fixedReach, Context& context) {
   parallelChunks(context, "", records_.size(), kRecordsPerChunk, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Scratch> scratch = borrow();
-    for (std::size_t i = begin; i < end; ++i) sum(leaves_[i], scratch->luminance, records_[i]);
+    for (std::size_t i = begin; i < end; ++i) sum(leaves_[i], fixedReach, scratch->luminance, records_[i]);
     giveBack(std::move(scratch));
   });
 }

@@ -33,13 +33,14 @@ namespace relume {
 using HitLeaf =
     std::function<void(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint32_t> leaf)>;
 
-// Keeps what it is made from by reference. Functions are called from one thread at a time, and run on the context's.
+// Keeps the tracer by reference. Functions are called from one thread at a time, and run on the context's.
 class LeafRecords {
  public:
   static constexpr std::uint32_t kMaxRays = 16384;
   struct Options {
     std::uint32_t rays = 1024;  // [16..kMaxRays] a record casts; the strata of a fan
     std::uint64_t seed = 1;
+    bool fixedReach = false;  // relight() leaves R_k as it was in the light that the record was gathered in
   };
   LeafRecords(const RayTracer& tracer, HitLeaf leafOf, const Sky& sky, const Options& options);
 
@@ -50,6 +51,8 @@ class LeafRecords {
   // Sum all records anew: reflected light, the noise of it, and how far they reach. Light straight from the sky stays.
   // radiance [W/m²/sr] that leaves send out. [Size leaves] Indices that leafOf() gives beyond it count as dark.
   void relight(std::span<const glm::vec3> radiance, Context& context);
+  // Adapt R_k to the light of the last relight(), where Options::fixedReach has kept it.
+  void adaptReach(Context& context);
 
   // Remove the records whose mark is 0. [Size records]
   void keep(std::span<const std::uint8_t> marks);
@@ -75,7 +78,7 @@ class LeafRecords {
   };
   struct Leaves {
     glm::vec3 tangent{0.0f}, bitangent{0.0f};
-    float seenDistance = 0.0f;                  // [m] R_k by distances alone
+    float seenDistance = 0.0f;                   // [m] R_k by distances alone
     float alongScale = 0.0f, slopeScale = 0.0f;  // [sr], [sr/m]
     std::vector<Term> terms;
     std::vector<Pair> pairs;  // for the noise
@@ -91,13 +94,16 @@ class LeafRecords {
   static void sumTerms(const Term* terms, std::size_t count, const glm::vec4* radiance, std::size_t leaves,
                        float* luminance, glm::vec4* sums);
   Leaves leavesOf(Scratch& scratch) const;
-  void sum(const Leaves& leaves, std::vector<float>& luminance, Record& record) const;
+  void sumAll(bool fixedReach, Context& context);
+  void sum(const Leaves& leaves, bool fixedReach, std::vector<float>& luminance, Record& record) const;
   std::unique_ptr<Scratch> borrow();
   void giveBack(std::unique_ptr<Scratch> scratch);
 
   HitLeaf leafOf_;
   HitRadiance dark_;
+  Sky sky_;
   RecordGatherer gatherer_;
+  bool fixedReach_;
   std::vector<glm::vec4> radiance_;  // [W/m²/sr], and its luminance [Size leaves]
   std::vector<Record> records_;
   std::vector<Leaves> leaves_;  // [Size records]
