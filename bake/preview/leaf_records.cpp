@@ -29,7 +29,9 @@ constexpr int kMostHalvings = 8;
 constexpr std::size_t kMoreTerms = 16;  // one more for so many leaves, at most
 constexpr std::size_t kRecordsPerChunk = 64;
 
-typedef std::int16_t Shorts4 __attribute__((vector_size(8)));
+constexpr std::size_t kBlock = LeafRecords::kBlock;
+constexpr std::size_t kAhead = 6;  // blocks that are fetched before they are needed
+typedef std::int16_t Shorts __attribute__((vector_size(2 * kBlock)));
 
 std::int16_t shareOf(float v, float scale) {
   return static_cast<std::int16_t>(scale > 0.0f ? std::lround(kMaxShare * v / scale) : 0);
@@ -73,6 +75,26 @@ float slopeScaleOf(std::span<const glm::vec4> sums) {
   return scale;
 }
 
+// Sums over terms, of R, G, B and luminance, a sum for each array of shares. luminance: of each term's leaf.
+RELUME_WIDE_CLONES
+void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::vec4* radiance, float* luminance,
+              glm::vec4* sums) {
+  std::array<Float4, 5> sum{};
+  for (std::size_t b = 0; b < count; ++b) {
+    const char* ahead = reinterpret_cast<const char*>(blocks + b + kAhead);
+    for (std::size_t line = 0; line < sizeof(LeafRecords::Block); line += 64) __builtin_prefetch(ahead + line);
+    alignas(64) float share[5][kBlock];
+    for (std::size_t k = 0; k < 5; ++k)
+      store(share[k], __builtin_convertvector(load<Shorts>(blocks[b].shares[k].data()), FloatsOf<kBlock>));
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const auto light = load<Float4>(radiance + blocks[b].leaf[i]);
+      for (std::size_t k = 0; k < 5; ++k) sum[k] += share[k][i] * light;
+      luminance[kBlock * b + i] = light[3];
+    }
+  }
+  for (std::size_t k = 0; k < 5; ++k) store(sums + k, sum[k]);
+}
+
 RecordGatherer::Options gatherOptions(const LeafRecords::Options& o) {
   RecordGatherer::Options options;
   options.rays = std::clamp(o.rays, 16u, LeafRecords::kMaxRays);
@@ -90,30 +112,6 @@ LeafRecords::LeafRecords(const RayTracer& tracer, HitLeaf leafOf, const Sky& sky
       gatherer_(tracer, dark_, sky_, gatherOptions(options)),
       fixedReach_(options.fixedReach) {}
 
-// Sums over terms, of R, G, B and luminance: rays, along.x, along.y, slope.x, slope.y. luminance: of each term's leaf.
-RELUME_WIDE_CLONES
-void LeafRecords::sumTerms(const Term* terms, std::size_t count, const glm::vec4* radiance, std::size_t leaves,
-                           float* luminance, glm::vec4* sums) {
-  Float4 e{}, alongX{}, alongY{}, slopeX{}, slopeY{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const Term& term = terms[i];
-    const std::size_t leaf = term.leaf[0] | std::size_t{term.leaf[1]} << 16;
-    const Float4 light = leaf < leaves ? load<Float4>(radiance + leaf) : Float4{};
-    const auto shares = __builtin_convertvector(load<Shorts4>(term.along.data()), Float4);
-    e += splat<Float4>(static_cast<float>(term.rays)) * light;
-    alongX += splat<Float4>(shares[0]) * light;
-    alongY += splat<Float4>(shares[1]) * light;
-    slopeX += splat<Float4>(shares[2]) * light;
-    slopeY += splat<Float4>(shares[3]) * light;
-    luminance[i] = light[3];
-  }
-  store(sums, e);
-  store(sums + 1, alongX);
-  store(sums + 2, alongY);
-  store(sums + 3, slopeX);
-  store(sums + 4, slopeY);
-}
-
 // The leaves of the record that was gathered last.
 LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
   const HemisphereCells& cells = gatherer_.cells();
@@ -121,7 +119,7 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
   s.leaf.assign(count, kNone);
   leafOf_(s.gather.rays, s.gather.hits, s.leaf);
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (!s.gather.hits[i]) s.leaf[i] = kNone;
+    if (!s.gather.hits[i] || s.leaf[i] >= kMaxLeaves) s.leaf[i] = kNone;
   }
   findSlopes(cells, s.gather.distance, s.slope);
 
@@ -132,48 +130,57 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
             [&s](std::uint32_t a, std::uint32_t b) { return s.leaf[a] != s.leaf[b] ? s.leaf[a] < s.leaf[b] : a < b; });
   Leaves made;
   s.sums.clear();
+  s.terms.clear();
   s.term.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t cell = s.order[i], leaf = s.leaf[cell];
-    if (leaf != kNone && (i == 0 || leaf != s.leaf[s.order[i - 1]])) {
-      Term term{};
-      term.leaf = {static_cast<std::uint16_t>(leaf), static_cast<std::uint16_t>(leaf >> 16)};
-      made.terms.push_back(term);
+    if (leaf == kNone) break;
+    if (i == 0 || leaf != s.leaf[s.order[i - 1]]) {
+      s.terms.push_back({leaf, {}});
       s.sums.emplace_back(0.0f);
     }
-    s.term[cell] = static_cast<std::uint32_t>(made.terms.size()) - (leaf == kNone ? 0 : 1);
-    if (leaf == kNone) continue;
-    made.terms.back().rays += 1;
+    s.term[cell] = static_cast<std::uint32_t>(s.terms.size() - 1);
+    s.terms.back().shares[0] += 1.0f;
     s.sums.back() += glm::vec4(cells.integral[cell].x, cells.integral[cell].y, s.slope[cell].x, s.slope[cell].y);
   }
-  const std::size_t leaves = made.terms.size();
   for (const glm::vec4& sums : s.sums)
     made.alongScale = std::max({made.alongScale, std::abs(sums.x), std::abs(sums.y)});
   made.slopeScale = slopeScaleOf(s.sums);
-  for (std::size_t t = 0; t < leaves; ++t) {
-    glm::vec4 left = s.sums[t];
-    made.terms[t].along = {shareOf(left.x, made.alongScale), shareOf(left.y, made.alongScale)};
-    for (std::size_t parts = partsOf(left, made.slopeScale), to = t; parts > 0; --parts) {
-      const glm::vec2 part = glm::vec2(left.z, left.w) / static_cast<float>(parts);
-      made.terms[to].slope = {shareOf(part.x, made.slopeScale), shareOf(part.y, made.slopeScale)};
-      left.z -= part.x;
-      left.w -= part.y;
+  for (std::size_t t = 0; t < s.sums.size(); ++t) {
+    const glm::vec4& sums = s.sums[t];
+    glm::vec2 left(sums.z, sums.w);
+    const float step = made.slopeScale / kMaxShare;
+    for (std::size_t parts = partsOf(sums, made.slopeScale), to = t; parts > 0; --parts) {
+      // What rounding takes from one part is handed on to the next.
+      const glm::vec2 part =
+          step > 0.0f ? step * glm::round(left / (step * static_cast<float>(parts))) : glm::vec2(0.0f);
+      left -= part;
+      s.terms[to].shares[3] = part.x;
+      s.terms[to].shares[4] = part.y;
       if (parts == 1) break;
-      Term more{};
-      more.leaf = made.terms[t].leaf;
-      to = made.terms.size();
-      made.terms.push_back(more);
+      to = s.terms.size();
+      s.terms.push_back({s.terms[t].leaf, {}});
     }
+    s.terms[t].shares[1] = sums.x;
+    s.terms[t].shares[2] = sums.y;
+  }
+  made.terms = static_cast<std::uint32_t>(s.terms.size());
+  made.blocks.assign((s.terms.size() + kBlock - 1) / kBlock, Block{});
+  for (std::size_t t = 0; t < s.terms.size(); ++t) {
+    const Term& term = s.terms[t];
+    Block& block = made.blocks[t / kBlock];
+    block.leaf[t % kBlock] = term.leaf;
+    const std::array<float, 5> scale{kMaxShare, made.alongScale, made.alongScale, made.slopeScale, made.slopeScale};
+    for (std::size_t k = 0; k < 5; ++k) block.shares[k][t % kBlock] = shareOf(term.shares[k], scale[k]);
   }
 
   // The pairs of cells whose difference is the noise: varianceOf()
-  const auto none = static_cast<std::uint32_t>(made.terms.size());  // after the parts of large slopes
+  const std::uint32_t none = made.terms;
   for (std::uint32_t cell = 0; cell + 1 < count; cell += 2) {
     const std::uint32_t a = s.leaf[cell] == kNone ? none : s.term[cell],
                         b = s.leaf[cell + 1] == kNone ? none : s.term[cell + 1];
     if (a != b) made.pairs.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b)});
   }
-  made.terms.shrink_to_fit();
   made.pairs.shrink_to_fit();
   made.tangent = s.gather.frame[0];
   made.bitangent = s.gather.frame[1];
@@ -182,10 +189,10 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
 }
 
 void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>& luminance, Record& record) const {
-  luminance.resize(leaves.terms.size() + 1);
-  luminance.back() = 0.0f;
+  luminance.resize(kBlock * leaves.blocks.size() + 1);
   std::array<glm::vec4, 5> sums;
-  sumTerms(leaves.terms.data(), leaves.terms.size(), radiance_.data(), radiance_.size(), luminance.data(), sums.data());
+  sumTerms(leaves.blocks.data(), leaves.blocks.size(), radiance_.data(), luminance.data(), sums.data());
+  luminance[leaves.terms] = 0.0f;
   const float share = kPi / static_cast<float>(gatherer_.cells().count()), along = leaves.alongScale / kMaxShare,
               slope = leaves.slopeScale / kMaxShare;
   for (int c = 0; c < 3; ++c) {
@@ -193,12 +200,21 @@ void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>&
         along * (sums[1][c] * leaves.tangent + sums[2][c] * leaves.bitangent) + share * sums[0][c] * record.normal;
     record.reflected.gradient[c] = slope * (sums[3][c] * leaves.tangent + sums[4][c] * leaves.bitangent);
   }
-  float variance = 0.0f;
-  for (const Pair& pair : leaves.pairs) {
-    const float apart = luminance[pair.a] - luminance[pair.b];
-    variance += apart * apart;
+  // Four sums, none of which waits for the others.
+  std::array<float, 4> variance{};
+  const std::size_t pairs = leaves.pairs.size();
+  for (std::size_t i = 0; i + 4 <= pairs; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const float apart = luminance[leaves.pairs[i + k].a] - luminance[leaves.pairs[i + k].b];
+      variance[k] += apart * apart;
+    }
   }
-  record.noise = share * std::sqrt(variance);
+  for (std::size_t i = pairs / 4 * 4; i < pairs; ++i) {
+    const float apart = luminance[leaves.pairs[i].a] - luminance[leaves.pairs[i].b];
+    variance[0] += apart * apart;
+  }
+  record.noise = share * std::sqrt((variance[0] + variance[1]) + (variance[2] + variance[3]));
+
   const float before = record.distance;
   record.distance = leaves.seenDistance;
   limitBySlope(record);
@@ -229,31 +245,39 @@ void LeafRecords::gather(std::span<const PixelReceiver> receivers, std::span<con
   parallelChunks(context, "", chosen.size(), 4, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Scratch> scratch = borrow();
     for (std::size_t i = begin; i < end && !context.cancelled(); ++i) {
-      Record& record = records_[first + i];
-      record = gatherer_.gather(receivers[chosen[i]], chosen[i], scratch->gather);
+      records_[first + i] = gatherer_.gather(receivers[chosen[i]], chosen[i], scratch->gather);
       leaves_[first + i] = leavesOf(*scratch);
-      sum(leaves_[first + i], false, scratch->luminance, record);
     }
     giveBack(std::move(scratch));
   });
   // Which of them were made before a cancel depends on the threads: none counts.
-  if (!context.cancelled()) return;
-  records_.resize(first);
-  leaves_.resize(first);
+  if (context.cancelled()) {
+    records_.resize(first);
+    leaves_.resize(first);
+  }
+  for (std::size_t i = first; i < leaves_.size(); ++i) {
+    for (const Block& block : leaves_[i].blocks) {
+      for (const std::uint32_t leaf : block.leaf) leafCount_ = std::max(leafCount_, leaf + 1);
+    }
+  }
+  sumFrom(first, false, context);
 }
 
 void LeafRecords::relight(std::span<const glm::vec3> radiance, Context& context) {
   radiance_.clear();
   for (const glm::vec3& l : radiance) radiance_.emplace_back(l, luminance(l));
-  sumAll(fixedReach_, context);
+  sumFrom(0, fixedReach_, context);
 }
 
-void LeafRecords::adaptReach(Context& context) { sumAll(false, context); }
+void LeafRecords::adaptReach(Context& context) { sumFrom(0, false, context); }
 
-void LeafRecords::sumAll(bool fixedReach, Context& context) {
-  parallelChunks(context, "", records_.size(), kRecordsPerChunk, [&](std::size_t begin, std::size_t end) {
+// Sum the records from `first` on.
+void LeafRecords::sumFrom(std::size_t first, bool fixedReach, Context& context) {
+  if (radiance_.size() < leafCount_) radiance_.resize(leafCount_, glm::vec4(0.0f));
+  parallelChunks(context, "", leaves_.size() - first, kRecordsPerChunk, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Scratch> scratch = borrow();
-    for (std::size_t i = begin; i < end; ++i) sum(leaves_[i], fixedReach, scratch->luminance, records_[i]);
+    for (std::size_t i = first + begin; i < first + end; ++i)
+      sum(leaves_[i], fixedReach, scratch->luminance, records_[i]);
     giveBack(std::move(scratch));
   });
 }
@@ -274,14 +298,14 @@ void LeafRecords::keep(std::span<const std::uint8_t> marks) {
 
 std::size_t LeafRecords::terms() const {
   std::size_t count = 0;
-  for (const Leaves& leaves : leaves_) count += leaves.terms.size();
+  for (const Leaves& leaves : leaves_) count += leaves.terms;
   return count;
 }
 
 std::size_t LeafRecords::sizeBytes() const {
   std::size_t bytes = records_.capacity() * sizeof(Record) + leaves_.capacity() * sizeof(Leaves);
   for (const Leaves& leaves : leaves_)
-    bytes += leaves.terms.capacity() * sizeof(Term) + leaves.pairs.capacity() * sizeof(Pair);
+    bytes += leaves.blocks.capacity() * sizeof(Block) + leaves.pairs.capacity() * sizeof(Pair);
   return bytes;
 }
 

@@ -28,15 +28,15 @@
 
 namespace relume {
 
-// Write the leaf that each hit lies on; kNone, which all are at first, where no light comes from. Called from many
-// threads at once. [Size rays = hits = leaf]
+// Write the leaf that each hit lies on; kNone, which all are at first, where no light comes from. Those of
+// LeafRecords::kMaxLeaves and beyond are taken for kNone. Called from many threads at once. [Size rays = hits = leaf]
 using HitLeaf =
     std::function<void(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint32_t> leaf)>;
 
 // Keeps the tracer by reference. Functions are called from one thread at a time, and run on the context's.
 class LeafRecords {
  public:
-  static constexpr std::uint32_t kMaxRays = 16384;
+  static constexpr std::uint32_t kMaxRays = 16384, kMaxLeaves = 1u << 26;
   struct Options {
     std::uint32_t rays = 1024;  // [16..kMaxRays] a record casts; the strata of a fan
     std::uint64_t seed = 1;
@@ -57,6 +57,16 @@ class LeafRecords {
   // Remove the records whose mark is 0. [Size records]
   void keep(std::span<const std::uint8_t> marks);
 
+  // Terms side by side: what the rays that hit a leaf add, 14 bytes. Those that fill up the last block have shares of
+  // 0.
+  static constexpr std::size_t kBlock = 16;
+  struct Block {
+    std::array<std::uint32_t, kBlock> leaf;
+    // In the frame of the record: rays that hit the leaf; Int omega d omega in the tangent plane, x and y
+    // [1/32767 Leaves::alongScale]; of the gradient of translation, x and y [1/32767 Leaves::slopeScale]
+    std::array<std::array<std::int16_t, kBlock>, 5> shares;
+  };
+
   // In the order in which they were gathered. Callers may set Record::footprint and Record::limit.
   std::vector<Record>& records() { return records_; }
   const std::vector<Record>& records() const { return records_; }
@@ -64,14 +74,6 @@ class LeafRecords {
   std::size_t terms() const;      // leaves of all records together
 
  private:
-  // What the rays that hit one leaf add: in the frame of the record, as shares of its scales.
-  struct Term {
-    std::array<std::uint16_t, 2> leaf;  // low and high half
-    std::uint16_t rays;                 // that hit it
-    std::array<std::int16_t, 2> along;  // [1/32767 alongScale] Int omega d omega, its part in the tangent plane
-    std::array<std::int16_t, 2> slope;  // [1/32767 slopeScale] of the gradient of translation
-  };
-  static_assert(sizeof(Term) == 14);
   // Two neighbouring cells with unlike leaves, as indices into the terms; their count for a cell without a leaf.
   struct Pair {
     std::uint16_t a, b;
@@ -80,21 +82,25 @@ class LeafRecords {
     glm::vec3 tangent{0.0f}, bitangent{0.0f};
     float seenDistance = 0.0f;                   // [m] R_k by distances alone
     float alongScale = 0.0f, slopeScale = 0.0f;  // [sr], [sr/m]
-    std::vector<Term> terms;
+    std::uint32_t terms = 0;
+    std::vector<Block> blocks;
     std::vector<Pair> pairs;  // for the noise
+  };
+  struct Term {
+    std::uint32_t leaf;
+    std::array<float, 5> shares;
   };
   struct Scratch {
     RecordGatherer::Scratch gather;
     std::vector<std::uint32_t> leaf, order, term;  // [Size cells]
     std::vector<glm::vec2> slope;                  // [sr/m] [Size cells]
-    std::vector<glm::vec4> sums;                   // of terms: along, slope
+    std::vector<glm::vec4> sums;                   // of leaves: along, slope
+    std::vector<Term> terms;
     std::vector<float> luminance;
   };
 
-  static void sumTerms(const Term* terms, std::size_t count, const glm::vec4* radiance, std::size_t leaves,
-                       float* luminance, glm::vec4* sums);
   Leaves leavesOf(Scratch& scratch) const;
-  void sumAll(bool fixedReach, Context& context);
+  void sumFrom(std::size_t first, bool fixedReach, Context& context);
   void sum(const Leaves& leaves, bool fixedReach, std::vector<float>& luminance, Record& record) const;
   std::unique_ptr<Scratch> borrow();
   void giveBack(std::unique_ptr<Scratch> scratch);
@@ -104,7 +110,8 @@ class LeafRecords {
   Sky sky_;
   RecordGatherer gatherer_;
   bool fixedReach_;
-  std::vector<glm::vec4> radiance_;  // [W/m²/sr], and its luminance [Size leaves]
+  std::vector<glm::vec4> radiance_;  // [W/m²/sr], and its luminance [Size leaves, and any that a record has]
+  std::uint32_t leafCount_ = 1;      // beyond all leaves of records, and that of the ends of blocks
   std::vector<Record> records_;
   std::vector<Leaves> leaves_;  // [Size records]
   std::mutex mutex_;            // of idle_
