@@ -79,6 +79,16 @@ void limitBySlope(Record& record) {
   const float certain = slope - kDeviations * record.noise / record.distance, share = std::max(0.0f, certain / slope);
   record.reflected.gradient *= share;
   if (share > 0.0f) record.distance = std::min(record.distance, luminance(record.normal * vector) / certain);
+  limitChannels(record);
+}
+
+void limitChannels(Record& record) {
+  const glm::vec3 e = record.normal * (record.reflected.vector + record.sky.vector);
+  const float most = std::max({e.x, e.y, e.z, 0.0f});
+  for (int c = 0; c < 3; ++c) {
+    const float change = record.distance * glm::length(record.reflected.gradient[c]);
+    if (change > most) record.reflected.gradient[c] *= most / change;
+  }
 }
 
 RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& reflected, const Sky& sky,

@@ -35,6 +35,9 @@ double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radia
 // Where the light changes faster than the surroundings' distances tell: R_k <= |E| / |gradient|. What noise alone makes
 // of a gradient, about that of E over R_k, neither limits the record nor is extrapolated.
 void limitBySlope(Record& record);
+// Luminance does not tell where channels change against each other, as beside something small and close: over R_k, no
+// channel changes by more than the brightest has.
+void limitChannels(Record& record);
 
 // Immutable but for its counts, shared by all threads. Keeps references to what it is made from.
 class RecordGatherer {
@@ -63,7 +66,7 @@ class RecordGatherer {
     std::vector<Ray> fineRays;
     std::vector<Hit> fineHits;
     std::vector<glm::vec3> fineDirections, fineReflected;
-    glm::mat3 frame{1.0f};     // of the last record's cells: tangent, bitangent, normal
+    glm::mat3 frame{1.0f};      // of the last record's cells: tangent, bitangent, normal
     float seenDistance = 0.0f;  // [m] R_k of the last record, by distances alone: before limitBySlope()
   };
 

@@ -222,6 +222,7 @@ void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>&
   // A light that changes faster now than the record reaches must not be extrapolated to nothing.
   if (before > record.distance) record.reflected.gradient *= record.distance / before;
   record.distance = before;
+  limitChannels(record);
 }
 
 std::unique_ptr<LeafRecords::Scratch> LeafRecords::borrow() {

@@ -222,7 +222,7 @@ TEST_F(ViewerSession, recordsFillTheViewAndAreRelit) {
   EXPECT_NEAR(frame(), byCaches, 0.2 * byCaches) << "caches go on where there is no record yet";
   const auto count = [this] { return session_->viewer->records()->records(); };
   EXPECT_GT(count(), 0u);
-  EXPECT_LE(count(), ViewRecords::kPerFrame);
+  EXPECT_LE(count(), 20 * ViewRecords::kPerFrame);
   ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); }));
   for (int i = 0; i < 10; ++i) frame();
   ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); })) << "once more when light rests";

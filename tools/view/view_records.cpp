@@ -137,13 +137,15 @@ bool ViewRecords::relight(const Relighter& relighter) {
   return true;
 }
 
-void ViewRecords::update(const ViewState& state, const Relighter& relighter, std::uint32_t width,
-                         std::uint32_t height) {
+void ViewRecords::update(const ViewState& state, const Relighter& relighter, std::uint32_t width, std::uint32_t height,
+                         double frameSeconds) {
+  using Clock = std::chrono::steady_clock;
   if (!live_ || !isSame(sky_, state.sky)) begin(state.sky);
   const bool isRelit = relight(relighter), isMoved = look(state.camera, width, height);
-  const auto until = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                                            std::chrono::duration<double>(kFrameSeconds));
-  const bool isMore = live_->fill(kPerFrame, until, context_) > 0;
+  const double seconds = std::clamp(0.5 * frameSeconds, kFrameSeconds, 1.0);
+  const auto most = static_cast<std::uint32_t>(kPerFrame * seconds / kFrameSeconds);
+  const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  const bool isMore = live_->fill(most, until, context_) > 0;
   if (isRelit || isMoved || isMore) upload();
 }
 

@@ -39,8 +39,10 @@ class ViewRecords {
   static Result<std::unique_ptr<ViewRecords>> create(const LoadedLevel& level);
 
   // One frame in the light that the relighter has by now: records for what is new in view, those there are relit where
-  // the light has changed. width, height [pixel] of what will be drawn.
-  void update(const ViewState& state, const Relighter& relighter, std::uint32_t width, std::uint32_t height);
+  // the light has changed. width, height [pixel] of what will be drawn; frameSeconds that the last frame took without
+  // records.
+  void update(const ViewState& state, const Relighter& relighter, std::uint32_t width, std::uint32_t height,
+              double frameSeconds);
 
   // GLSL: bool recordIrradiance(vec3 p, vec3 n, out vec3 irradiance), false where no record reaches.
   static std::string glsl();

@@ -80,6 +80,8 @@ void main() {
 }
 )";
 
+constexpr const char* kRecordsPass = "records";
+
 double nowMs() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -234,7 +236,11 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 
   const double linked = nowMs();
   const bool isByRecords = state.records && records_;
-  if (isByRecords) records_->update(state, relighter(), width, height);
+  if (isByRecords) {
+    double frameMs = 0.0;
+    for (const auto& [pass, ms] : times_) frameMs += pass == kRecordsPass ? 0.0 : ms;
+    records_->update(state, relighter(), width, height, 1e-3 * frameMs);
+  }
 
   // The level and what is laid over it
   const double relit = nowMs();
@@ -264,7 +270,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
   for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
-  if (isByRecords) times_.emplace_back("records", relit - linked);
+  if (isByRecords) times_.emplace_back(kRecordsPass, relit - linked);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
 }
