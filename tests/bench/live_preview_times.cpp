@@ -88,6 +88,7 @@ int measure(int argc, char** argv) {
 
   LivePreview::Options options;
   options.accuracy = std::strtof(number(7, "0.25"), nullptr);
+  options.rounds = std::atoi(number(10, "2"));
   LivePreview live(*tracer, surfelLeaves(*scene, map), {}, options);
   const auto width = static_cast<std::uint32_t>(std::atoi(number(5, "512"))),
              height = static_cast<std::uint32_t>(std::atoi(number(6, "512")));
