@@ -71,12 +71,33 @@ double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radia
   return variance;
 }
 
+void limitBySlope(Record& record) {
+  const glm::mat3 vector = record.reflected.vector + record.sky.vector;
+  const glm::mat3 byAxis = glm::transpose(record.reflected.gradient + record.sky.gradient);
+  const float slope = glm::length(glm::vec3(luminance(byAxis[0]), luminance(byAxis[1]), luminance(byAxis[2])));
+  if (!(slope > 0.0f)) return;
+  const float certain = slope - kDeviations * record.noise / record.distance, share = std::max(0.0f, certain / slope);
+  record.reflected.gradient *= share;
+  if (share > 0.0f) record.distance = std::min(record.distance, luminance(record.normal * vector) / certain);
+  limitChannels(record);
+}
+
+void limitChannels(Record& record) {
+  const glm::vec3 e = record.normal * (record.reflected.vector + record.sky.vector);
+  const float most = std::max({e.x, e.y, e.z, 0.0f});
+  for (int c = 0; c < 3; ++c) {
+    const float change = record.distance * glm::length(record.reflected.gradient[c]);
+    if (change > most) record.reflected.gradient[c] *= most / change;
+  }
+}
+
 RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& reflected, const Sky& sky,
                                const Options& options)
     : tracer_(tracer),
       reflected_(reflected),
       sky_(sky),
       seed_(options.seed),
+      secondLook_(options.secondLook),
       cells_(options.hemisphere == Hemisphere::fan
                  ? fanCells(options.rays)
                  : planeCells(options.planeSide, options.planeFovRad, options.hemisphere)),
@@ -175,7 +196,7 @@ void RecordGatherer::findUneven(Scratch& s) const {
 double RecordGatherer::lookAgain(const PixelReceiver& receiver, std::uint64_t item, const glm::mat3& frame,
                                  Scratch& s) const {
   s.fine.assign(cells_.count(), 0);
-  if (!cells_.strata) return 0.0;
+  if (!cells_.strata || !secondLook_) return 0.0;
   findUneven(s);
   RandomStream random(seed_, kStage + 1, item);
   const glm::vec3 origin = startOf(receiver);
@@ -229,20 +250,8 @@ void RecordGatherer::keepFinite(const Hit& hit, glm::vec3& radiance) const {
   }
 }
 
-// Where the light changes faster than the surroundings' distances tell: R_k <= |E| / |gradient|. What noise alone makes
-// of a gradient, about that of E over R_k, neither limits the record nor is extrapolated.
-void RecordGatherer::limitBySlope(Record& record) const {
-  const glm::mat3 vector = record.reflected.vector + record.sky.vector;
-  const glm::mat3 byAxis = glm::transpose(record.reflected.gradient + record.sky.gradient);
-  const float slope = glm::length(glm::vec3(luminance(byAxis[0]), luminance(byAxis[1]), luminance(byAxis[2])));
-  if (!(slope > 0.0f)) return;
-  const float certain = slope - kDeviations * record.noise / record.distance, share = std::max(0.0f, certain / slope);
-  record.reflected.gradient *= share;
-  if (share > 0.0f) record.distance = std::min(record.distance, luminance(record.normal * vector) / certain);
-}
-
 Record RecordGatherer::gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& s) const {
-  const glm::mat3 frame = aim(receiver, item, s);
+  const glm::mat3 frame = s.frame = aim(receiver, item, s);
   look(receiver, item, s);
   const double left = lookAgain(receiver, item, frame, s);
   Record record;
@@ -264,6 +273,7 @@ Record RecordGatherer::gather(const PixelReceiver& receiver, std::uint64_t item,
   }
   record.distance = inverse > 0.0 ? static_cast<float>(weight / inverse) : kInfinity;
   record.distance = std::min(record.distance, kNear * receiver.occluder);
+  s.seenDistance = record.distance;
   limitBySlope(record);
   return record;
 }

@@ -32,6 +32,13 @@ RecordLight sumCells(const HemisphereCells& cells, std::span<const glm::vec3> ra
 double varianceOf(const HemisphereCells& cells, std::span<const glm::vec3> radiance,
                   std::span<const std::uint8_t> fine);
 
+// Where the light changes faster than the surroundings' distances tell: R_k <= |E| / |gradient|. What noise alone makes
+// of a gradient, about that of E over R_k, neither limits the record nor is extrapolated.
+void limitBySlope(Record& record);
+// Luminance does not tell where channels change against each other, as beside something small and close: over R_k, no
+// channel changes by more than the brightest has.
+void limitChannels(Record& record);
+
 // Immutable but for its counts, shared by all threads. Keeps references to what it is made from.
 class RecordGatherer {
  public:
@@ -41,6 +48,7 @@ class RecordGatherer {
     std::uint32_t planeSide = 64;    // [2..256] pixels
     float planeFovRad = 2.2142974f;  // of the plane: 126.87 degrees, half a side is twice the distance
     std::uint64_t seed = 1;
+    bool secondLook = true;  // more rays where light is uneven; without it rays do not depend on the light
   };
   RecordGatherer(const RayTracer& tracer, const HitRadiance& reflected, const Sky& sky, const Options& options);
 
@@ -58,11 +66,14 @@ class RecordGatherer {
     std::vector<Ray> fineRays;
     std::vector<Hit> fineHits;
     std::vector<glm::vec3> fineDirections, fineReflected;
+    glm::mat3 frame{1.0f};      // of the last record's cells: tangent, bitangent, normal
+    float seenDistance = 0.0f;  // [m] R_k of the last record, by distances alone: before limitBySlope()
   };
 
   // Gather at a receiver. The result depends on the options, the receiver and `item` alone.
   Record gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
 
+  const HemisphereCells& cells() const { return cells_; }
   std::uint64_t raysTraced() const { return rays_; }
   // Rays whose light was not finite, which count as 0; and the least index of an instance that they hit, or kNone.
   std::uint64_t notFinite() const { return notFinite_; }
@@ -73,7 +84,6 @@ class RecordGatherer {
   void look(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
   void findUneven(Scratch& scratch) const;
   double lookAgain(const PixelReceiver& receiver, std::uint64_t item, const glm::mat3& frame, Scratch& scratch) const;
-  void limitBySlope(Record& record) const;
   glm::vec3 startOf(const PixelReceiver& receiver) const;
   void keepFinite(const Hit& hit, glm::vec3& radiance) const;
 
@@ -81,6 +91,7 @@ class RecordGatherer {
   const HitRadiance& reflected_;
   const Sky& sky_;
   std::uint64_t seed_;
+  bool secondLook_;
   HemisphereCells cells_;
   DirectionStrata strata_;
   mutable std::atomic<std::uint64_t> rays_{0}, notFinite_{0};

@@ -40,12 +40,9 @@ class Placer {
       wave(1, 0, 0, 1);
       return outcome_;
     }
-    constexpr std::array<std::array<std::uint32_t, 2>, 4> kDither{{{0, 0}, {1, 1}, {1, 0}, {0, 1}}};
-    for (std::uint32_t stride = kFirstStride; stride > 0; stride /= 2) {
-      for (const auto& [x, y] : kDither) {
-        wave(2 * stride, x * stride, y * stride, kBatch);
-        if (outcome_ != Placement::complete || context_.cancelled()) return outcome_;
-      }
+    for (const PixelWave& w : pixelWaves()) {
+      wave(w.stride, w.x, w.y, kBatch);
+      if (outcome_ != Placement::complete || context_.cancelled()) break;
     }
     return outcome_;
   }
@@ -124,6 +121,15 @@ class Placer {
 };
 
 }  // namespace
+
+std::vector<PixelWave> pixelWaves() {
+  constexpr std::array<std::array<std::uint32_t, 2>, 4> kDither{{{0, 0}, {1, 1}, {1, 0}, {0, 1}}};
+  std::vector<PixelWave> waves;
+  for (std::uint32_t stride = kFirstStride; stride > 0; stride /= 2) {
+    for (const auto& [x, y] : kDither) waves.push_back({2 * stride, x * stride, y * stride});
+  }
+  return waves;
+}
 
 Placement placeRecords(const RecordGatherer& gatherer, const CameraRays& camera,
                        std::span<const PixelReceiver> receivers, const PlacementOptions& options,

@@ -19,6 +19,13 @@ namespace relume {
 // linear: the paper's scan, pixel after pixel. waves: coarse to fine grids of pixels, in parallel.
 enum class PlacementOrder { linear, waves };
 
+// Every stride-th pixel along both axes, from (x, y) on.
+struct PixelWave {
+  std::uint32_t stride, x, y;
+};
+// Coarse to fine grids of pixels, each in the four subsets of an ordered 2 x 2 dither. Together they visit all pixels.
+std::vector<PixelWave> pixelWaves();
+
 using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
 enum class Placement {

@@ -63,13 +63,17 @@ void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const PixelReceiver& r
   }
 }
 
+void RecordTiles::add(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, Splat& sums) const {
+  visit(x, y, receiver, [&sums](const Part& part) {
+    sums.reflected += part.weight * part.reflected;
+    sums.sky += part.weight * part.sky;
+    sums.weight += part.weight;
+  });
+}
+
 Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver) const {
   Splat sum;
-  visit(x, y, receiver, [&sum](const Part& part) {
-    sum.reflected += part.weight * part.reflected;
-    sum.sky += part.weight * part.sky;
-    sum.weight += part.weight;
-  });
+  add(x, y, receiver, sum);
   if (sum.weight > 0.0f) {
     sum.reflected /= sum.weight;
     sum.sky /= sum.weight;

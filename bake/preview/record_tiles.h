@@ -30,6 +30,8 @@ class RecordTiles {
 
   // What a receiver in a pixel reads.
   Splat splat(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver) const;
+  // Add what a receiver reads to sums that are not yet divided: sum of w_k E'_k, sum of w_k.
+  void add(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, Splat& sums) const;
   // What one record says of a receiver.
   struct Part {
     std::uint32_t record;

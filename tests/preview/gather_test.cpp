@@ -189,6 +189,24 @@ TEST(Gather, distancesAreHarmonicMeans) {
   EXPECT_NEAR(r.nearest, 0.8f, 0.01f);
 }
 
+// Blue on one side and yellow on the other, as bright: luminance has no slope, but colours must not be extrapolated to
+// beyond what there is.
+TEST(Gather, channelsThatChangeAgainstEachOtherStayWithinTheLight) {
+  Record record;
+  record.normal = {0, 0, 1};
+  record.distance = 2.0f;
+  record.reflected.vector = glm::mat3(glm::vec3(0, 0, 1.0f), glm::vec3(0, 0, 2.0f), glm::vec3(0, 0, 0.5f));
+  record.reflected.gradient = glm::mat3(glm::vec3(10.0f, 0, 0), glm::vec3(0.5f, 0, 0), glm::vec3(-50.0f, 0, 0));
+  limitChannels(record);
+  EXPECT_NEAR(record.reflected.gradient[0].x, 1.0f, 1e-6f);
+  EXPECT_EQ(record.reflected.gradient[1].x, 0.5f);
+  EXPECT_NEAR(record.reflected.gradient[2].x, -1.0f, 1e-6f);
+  record.distance = std::numeric_limits<float>::infinity();
+  record.reflected.gradient = glm::mat3(0.0f);
+  limitChannels(record);
+  EXPECT_EQ(record.reflected.gradient, glm::mat3(0.0f)) << "nothing is seen: 0 times infinity is no change";
+}
+
 TEST(Gather, lightThatIsNoNumberCountsAsNoneAndIsTold) {
   const Scene scene = room();
   const RayTracer tracer = tracerOf(scene);

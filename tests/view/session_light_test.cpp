@@ -210,6 +210,61 @@ TEST_F(ViewerSession, aViewIsHeldAgainstThePathTracedOne) {
   EXPECT_FALSE(session_->heat);
 }
 
+TEST_F(ViewerSession, recordsFillTheViewAndAreRelit) {
+  writeBakeFile(small(4096));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 30; ++i) frame();
+  const double byCaches = brightness_;
+  EXPECT_EQ(session_->viewer->records(), nullptr) << "none is made before it is asked for";
+
+  session_->state.records = true;
+  EXPECT_NEAR(frame(), byCaches, 0.2 * byCaches) << "caches go on where there is no record yet";
+  const auto count = [this] { return session_->viewer->records()->records(); };
+  EXPECT_GT(count(), 0u);
+  EXPECT_LE(count(), 20 * ViewRecords::kPerFrame);
+  ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); }));
+  for (int i = 0; i < 10; ++i) frame();
+  ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); })) << "once more when light rests";
+  const double byRecords = brightness_;
+  const std::size_t whole = count();
+  EXPECT_NEAR(byRecords, byCaches, 0.1 * byCaches);
+  EXPECT_NE(byRecords, byCaches);
+  EXPECT_GT(whole, 100u);
+  EXPECT_GT(session_->viewer->records()->sizeBytes(), 1000 * whole);
+
+  // Lights: the same records in other light.
+  const std::vector<ViewedLight> lights = session_->state.lights;
+  for (ViewedLight& light : session_->state.lights) light.light.intensity *= 0.5f;
+  for (int i = 0; i < 5; ++i) frame();
+  EXPECT_LT(brightness_, 0.9 * byRecords);
+  EXPECT_EQ(count(), whole) << "none is made while the light changes";
+  for (ViewedLight& light : session_->state.lights) light.on = false;
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_LT(brightness_, 0.05 * byRecords);
+
+  // A turn of the camera keeps them; a window of another size, too.
+  session_->state.lights = lights;
+  const std::size_t before = count();
+  session_->state.camera.yawRad += 0.05f;
+  ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); }));
+  EXPECT_GE(count(), before);
+  EXPECT_LT(count(), 2 * before);
+
+  // Caches again, and the same with another bake, that has records of its own.
+  session_->state.camera.yawRad -= 0.05f;
+  session_->state.records = false;
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_NEAR(brightness_, byCaches, 0.01 * byCaches);
+  session_->state.records = true;
+  const LoadedLevel* const old = session_->level.get();
+  writeBakeFile(small(2048));
+  session_->begin({kLevel, at("level.relume"), {}, false});
+  ASSERT_TRUE(frames([&] { return session_->level.get() != old; }));
+  ASSERT_TRUE(frames([&] { return session_->viewer->records() && session_->viewer->records()->isComplete(); }));
+  EXPECT_NEAR(brightness_, byRecords, 0.2 * byRecords);
+}
+
 TEST(Heat, isRedWhereLightLeaksAndBlueWhereItLacks) {
   const std::vector<glm::vec3> reference(4, glm::vec3(1.0f));
   const std::vector<glm::vec3> shown{glm::vec3(1.0f), glm::vec3(2.0f), glm::vec3(0.0f), glm::vec3(1.0f)};

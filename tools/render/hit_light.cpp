@@ -19,6 +19,11 @@ namespace {
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 constexpr float kCell = 0.05f;  // width of a record's ray at distance 1: what its albedo is the mean over
 
+std::uint32_t surfelAt(const Scene& scene, const SurfelMap& map, const Hit& hit) {
+  const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
+  return map.at(2 * triangle + (hit.back ? 1u : 0u), hit.barycentric);
+}
+
 bool isLit(const glm::vec3& c) { return c.x > 0.0f || c.y > 0.0f || c.z > 0.0f; }
 
 }  // namespace
@@ -62,18 +67,30 @@ SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
   return buildSurfelMap(scene, all, samples, std::sqrt(bake.surfels.areaEach), context);
 }
 
-HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
-                           HitRadiance other) {
+std::vector<glm::vec3> surfelRadiances(const Bake& bake, const Relighter& relighter) {
   const std::vector<glm::vec3> nodes = relighter.nodeRadiosity();
   std::vector<glm::vec3> radiance(bake.surfels.count());
   for (std::uint32_t s = 0; s < radiance.size(); ++s) radiance[s] = kInvPi * nodes[bake.hierarchy.leafNode[s]];
+  return radiance;
+}
+
+HitLeaf surfelLeaves(const Scene& scene, const SurfelMap& map) {
+  return [&scene, &map](std::span<const Ray>, std::span<const Hit> hits, std::span<std::uint32_t> leaf) {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (hits[i]) leaf[i] = surfelAt(scene, map, hits[i]);
+    }
+  };
+}
+
+HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
+                           HitRadiance other) {
+  std::vector<glm::vec3> radiance = surfelRadiances(bake, relighter);
   const auto emits = [&bake](std::uint32_t s) { return isLit(bake.surfels.emission[s]); };
   return [&scene, emits, &map, other = std::move(other), radiance = std::move(radiance)](
              std::uint64_t item, std::span<const Ray> rays, std::span<const Hit> hits, std::span<glm::vec3> found) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
-      const std::uint32_t triangle = scene.instances[hits[i].instance].firstTriangle + hits[i].triangle;
-      const std::uint32_t s = map.at(2 * triangle + (hits[i].back ? 1u : 0u), hits[i].barycentric);
+      const std::uint32_t s = surfelAt(scene, map, hits[i]);
       if (s != kNone && !emits(s))
         found[i] = radiance[s];
       else

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "bake/preview/hit_radiance.h"
+#include "bake/preview/leaf_records.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 
 #include <span>
+#include <vector>
 
 namespace relume {
 
@@ -25,5 +27,10 @@ SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context);
 // and where there is no surfel, have `other`.
 HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
                            HitRadiance other);
+
+// The surfels of a bake as the leaves that hits lie on; kNone where there is no surfel. All are kept by reference.
+HitLeaf surfelLeaves(const Scene& scene, const SurfelMap& map);
+// Radiance [W/m²/sr] that they send out, emission included, by the light that the relighter has. [Size surfels]
+std::vector<glm::vec3> surfelRadiances(const Bake& bake, const Relighter& relighter);
 
 }  // namespace relume

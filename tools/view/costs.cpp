@@ -70,6 +70,10 @@ void memoryTable(const Viewer& viewer) {
     ImGui::Text("%-22.22s %7.0f", name.c_str(), static_cast<double>(bytes) / 1024.0);
     total += bytes;
   }
+  if (const ViewRecords* records = viewer.records()) {
+    ImGui::Text("%-22s %7.0f", "records", static_cast<double>(records->sizeBytes()) / 1024.0);
+    total += records->sizeBytes();
+  }
   ImGui::Text("%-22s %7.0f", "sum", static_cast<double>(total) / 1024.0);
 }
 

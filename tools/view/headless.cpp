@@ -68,6 +68,9 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
   if (!egl) return egl.error();
   auto viewer = Viewer::create(level, options.shadowSize, *state, EglContext::getProcAddress);
   if (!viewer) return viewer.error();
+  if (state->records) {
+    if (Status ok = viewer->makeRecords(); !ok) return ok;
+  }
   std::printf("bands %s\n", viewer->bands().c_str());
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);
   const GlTexture color = GlTexture::make(), depth = GlTexture::make();

@@ -77,6 +77,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();
+  app.add_flag("--records", o.records,
+               "gather the light over links for the view, as `relume preview` does, a few records in each frame");
   app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(kOverlayNames.begin(), kOverlayNames.end())));

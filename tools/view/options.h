@@ -38,6 +38,7 @@ struct ViewerOptions {
   float exposure = 0.0f;              // [stops]
   float reflectance = 0.0f;           // [0..1] of all surfaces
   float roughness = 0.6f;             // [0..1] likewise
+  bool records = false;               // light over links by records of the view
   std::string view = "full";          // a name of kViewNames
   std::vector<std::string> overlays;  // of kOverlayNames
   bool exitNow = false;               // --help or --version were printed

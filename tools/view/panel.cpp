@@ -51,6 +51,11 @@ void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState&
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
+  ImGui::Checkbox("records", &state.records);
+  if (const ViewRecords* records = viewer.records(); state.records && records) {
+    ImGui::SameLine();
+    ImGui::TextDisabled("%zu%s", records->records(), records->isComplete() ? "" : " ...");
+  }
 }
 
 // Materials that emit, and the sky.

@@ -82,6 +82,10 @@ void Session::relightAsChosen() {
   if (!messages.check(viewer->choose(state.relightBy), now_)) state.relightBy = viewer->relightBy();
 }
 
+void Session::recordsAsChosen() {
+  if (state.records && !messages.check(viewer->makeRecords(), now_)) state.records = false;
+}
+
 void Session::begin(LevelFiles files, std::optional<Scene> scene) {
   job.reset();
   job.emplace(std::move(files), std::move(scene));
@@ -269,6 +273,7 @@ void Session::endControls(bool isHeld) {
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   if (viewer) {
     relightAsChosen();
+    recordsAsChosen();
     messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
     if (pick_) {
       const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;

@@ -103,6 +103,7 @@ class Session {
   void duplicateLight();
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();
+  void recordsAsChosen();
   void finishJob();
   void finishReference();
   void watchBake();

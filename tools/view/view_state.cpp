@@ -106,6 +106,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   }
   state.emitters = emittersOf(scene, options.driven);
   state.relightBy.bands = options.bands;
+  state.records = options.records;
   state.exposure = options.exposure;
   state.gloss = options.sceneOptions.gloss;
   state.reflectance = options.reflectance;

@@ -93,6 +93,7 @@ struct ViewState {
   int bounces =
       0;  // [0..kMaxBounces] light is reflected so often, from reset in each frame; 0 = one more in each frame
   bool direct = true, indirect = true;  // what of the light is shown
+  bool records = false;  // light over links is gathered for the view, where it stands still for long enough
   ViewMode mode = ViewMode::full;
   bool gloss = false;        // surfaces mirror as their materials say, and not as the next two do
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes

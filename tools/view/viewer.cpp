@@ -38,7 +38,10 @@ void main() {
   // Each once: compilers put in a copy for each call.
   vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
   if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
-  if (viewMode == 0 || viewMode == 2 || viewMode > 6) links = invPi * levelLinks(p, n);
+  if (viewMode == 0 || viewMode == 2 || viewMode > 6) {
+    vec3 byRecords;
+    links = invPi * (recordIrradiance(p, n, byRecords) ? byRecords : levelLinks(p, n));
+  }
   // What is scattered and what is mirrored; the lobe about the reflected direction.
   vec3 diffuse = (1.0 - viewReflectance) * levelAlbedo(), specular = vec3(viewReflectance), toEye = normalize(viewEye - p);
   vec3 gloss = vec3(0.0), highlights = vec3(0.0), r = reflect(-toEye, n);
@@ -78,6 +81,8 @@ void main() {
   outColor = vec4(display(color), 1.0);
 }
 )";
+
+constexpr const char* kRecordsPass = "records";
 
 double nowMs() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -143,13 +148,21 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   return viewer;
 }
 
+Status Viewer::makeRecords() {
+  if (records_) return done();
+  auto made = ViewRecords::create(*loaded_);
+  if (!made) return made.error();
+  records_ = std::move(*made);
+  return done();
+}
+
 Status Viewer::choose(const RelightChoice& choice) { return choice == choice_ ? done() : build(choice, &relighter()); }
 
 // Relighter and program of a choice, in place of those that are there.
 Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
   auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
   if (!relighter) return relighter.error();
-  auto program = makeLevelProgram(&*relighter, displayGlsl() + kMain);
+  auto program = makeLevelProgram(&*relighter, displayGlsl() + ViewRecords::glsl() + kMain);
   if (!program) return program.error();
   std::optional<CpuLight> cpu;
   if (choice.backend == BackendKind::cpu) {
@@ -223,6 +236,14 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   if (state.relight) lit = relight(state, lights);
   setEmissions(state);
 
+  const double linked = nowMs();
+  const bool isByRecords = state.records && records_;
+  if (isByRecords) {
+    double frameMs = 0.0;
+    for (const auto& [pass, ms] : times_) frameMs += pass == kRecordsPass ? 0.0 : ms;
+    records_->update(state, relighter(), width, height, 1e-3 * frameMs);
+  }
+
   // The level and what is laid over it
   const double relit = nowMs();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
@@ -251,6 +272,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
   for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  if (isByRecords) times_.emplace_back(kRecordsPass, relit - linked);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
 }
@@ -308,7 +330,9 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   glUniform1i(28, state.gloss ? 1 : 0);
   gl_->gl()->bind();
   shadows_.bind();
+  ViewRecords::bind(state.records ? records_.get() : nullptr);
   level_.draw(clip, state.gloss);
+  ViewRecords::bind(nullptr);  // which show the level without what moves
   level_.drawDynamic(clip, moved, state.gloss);
 }
 

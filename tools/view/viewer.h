@@ -14,9 +14,11 @@
 #include "tools/view/cpu_light.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/overlays.h"
+#include "tools/view/view_records.h"
 #include "tools/view/view_state.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,6 +37,10 @@ class Viewer {
   // Relight by other bands or another backend, beginning with the light that there is. On an error nothing changes.
   Status choose(const RelightChoice& choice);
   const RelightChoice& relightBy() const { return choice_; }
+
+  // Get ready for ViewState::records, without which draw() takes no notice of it. Errors of ViewRecords.
+  Status makeRecords();
+  const ViewRecords* records() const { return records_.get(); }  // null until then
 
   // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones. Where the relighter refuses the
   // lights, its error comes back and the level is drawn in last frame's light.
@@ -79,6 +85,7 @@ class Viewer {
   GlProgram program_;
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
+  std::unique_ptr<ViewRecords> records_;
   std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
   std::optional<float> patchesRotation_;  // [deg]
   std::vector<std::pair<std::string, double>> times_;
