@@ -97,8 +97,9 @@ TEST_F(RenderCommand, drawsTheGlossOfMaterials) {
 
 TEST_F(RenderCommand, lightsALevelWithoutABake) {
   const auto live = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"render",   kLevel,   "--live", "--live-cells", "8", "--live-rays", "16", "--camera",
-                                   "cam_hall", "--size", "64x36",  "--samples",    "1", "--force",     "-o", image()};
+    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
+                                   "16",     "--camera", "cam_hall", "--size",       "64x36", "--samples",
+                                   "1",      "--force",  "-o",       image()};
     words.insert(words.end(), more.begin(), more.end());
     return runProgram(words, folder_);
   };
@@ -117,7 +118,7 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
   expectRefused(live({"--bake", "none.relume"}), 1, {"--live", "--bake"});
   expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
-  expectRefused(live({"--aov", "glossy", "--exponent", "4"}), 1, {"--aov glossy needs --bake"});
+  expectRefused(live({"--aov", "glossy", "--exponent", "4"}), 1, {"--live has no glossy light"});
   expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
 }
 
