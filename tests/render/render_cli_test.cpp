@@ -15,6 +15,7 @@
 #pragma GCC diagnostic pop
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -92,6 +93,33 @@ TEST_F(RenderCommand, drawsTheGlossOfMaterials) {
                 {"--exponent", "--gloss"});
   expectRefused(render({"--bake", bake_, "--aov", "glossy"}), 1, {"--exponent", "--gloss"});
   expectRefused(render({"--bake", bake_, "--gloss", "--aov", "unbounced"}), 1, {"--aov unbounced", "--gloss"});
+}
+
+TEST_F(RenderCommand, lightsALevelWithoutABake) {
+  const auto live = [&](std::vector<std::string> more) {
+    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
+                                   "16",     "--camera", "cam_hall", "--size",       "64x36", "--samples",
+                                   "1",      "--force",  "-o",       image()};
+    words.insert(words.end(), more.begin(), more.end());
+    return runProgram(words, folder_);
+  };
+  const ProgramResult drawn = live({"--lights", "spot,emissive", "--aov", "indirect,voxels,bounced", "--json"});
+  ASSERT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_NE(drawn.out.find("\"gather\""), std::string::npos) << drawn.out;
+  std::array<double, 3> light{};
+  const std::array<std::string, 3> names{"indirect", "voxels", "bounced"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto picture = readExr(folder_ / ("image." + names[i] + ".exr"));
+    ASSERT_TRUE(picture) << picture.error().message;
+    for (const float v : picture->channels.begin()->second) light[i] += v;
+  }
+  EXPECT_GT(light[1], 0.0);
+  EXPECT_GT(light[2], 0.0);
+  EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
+  expectRefused(live({"--bake", "none.relume"}), 1, {"--live", "--bake"});
+  expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
+  expectRefused(live({"--aov", "glossy", "--exponent", "4"}), 1, {"--live has no glossy light"});
+  expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
 }
 
 TEST_F(RenderCommand, referenceHasTheSameGloss) {
