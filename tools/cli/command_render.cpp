@@ -55,6 +55,8 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
     const std::string& name = arguments.aovs[i];
     if (needsBake(aov) && arguments.bake.empty())
       return usage("--aov " + name + " needs --bake; without one there are direct, albedo, normal, position, depth");
+    if (aov == Aov::records || aov == Aov::weight)
+      return usage("--aov " + name + ": `relume preview` alone has records");
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
     if (Status ok = checkGloss(aov == Aov::glossy, request.exponent.has_value(), request.gloss); !ok) return ok.error();
     if (aov == Aov::unbounced && request.gloss)
