@@ -9,6 +9,7 @@
 #include "bake/preview/adapt_reach.h"
 #include "bake/preview/receivers.h"
 #include "bake/preview/record_tiles.h"
+#include "bake/preview/screen_box.h"
 #include "bake/preview/shade.h"
 
 #include <glm/geometric.hpp>
@@ -184,6 +185,23 @@ void setCenters(std::span<const PixelReceiver> receivers, const CameraRays& came
   }
 }
 
+// The pixels whose surface has a record on it.
+void markRecords(std::span<const Record> records, std::span<const PixelReceiver> receivers, const CameraRays& camera,
+                 PreviewFrame& frame) {
+  frame.recordAt.assign(receivers.size(), 0.0f);
+  for (const Record& record : records) {
+    const ScreenBox box = boxOfSphere(camera, record.positionWorld, 0.5f * record.footprint);
+    for (std::uint32_t y = box.minY; y < box.maxY; ++y) {
+      for (std::uint32_t x = box.minX; x < box.maxX; ++x) {
+        const std::size_t pixel = std::size_t{y} * frame.width + x;
+        const PixelReceiver& r = receivers[pixel];
+        if (r.normal == glm::vec3(0.0f)) continue;
+        if (glm::distance(r.positionWorld, record.positionWorld) < 0.25f * r.footprint) frame.recordAt[pixel] = 1.0f;
+      }
+    }
+  }
+}
+
 void warn(const RecordGatherer& gatherer, const PreviewFrame& frame, const Scene& scene, Context& context) {
   if (gatherer.notFinite() > 0)
     context.message(Severity::warning,
@@ -234,6 +252,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   // 5. All records on all pixels, and direct light
   const RecordTiles tiles(camera, cache, interpolation);
   const std::vector<Splat> centers = splatCenters(camera, receivers, cache, tiles, interpolation, frame, context);
+  markRecords(cache, receivers, camera, frame);
   const EmittingTriangles emitters(scene.transport.scene(), scene.transport.geometry());
   shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr}, frame, context);
   if (context.cancelled()) return cancelledError();

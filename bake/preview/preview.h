@@ -61,6 +61,7 @@ struct PreviewFrame {
   std::vector<glm::vec3> straight;          // from emitters and sky, unreflected
   std::vector<glm::vec3> bounced;           // by records: reflected at least once
   std::vector<float> weight;                // sum of w_k at the pixel's centre
+  std::vector<float> recordAt;              // 1 where the pixel has a record, else 0
   std::vector<glm::vec3> position, normal;  // at the pixel's centre, the normal toward the viewer; 0 where nothing is
   std::vector<float> depth;                 // [m] along the viewing axis
 

@@ -108,6 +108,30 @@ TEST_F(PreviewCommand, aTimeLimitIsKeptAndAPngIsWritten) {
   EXPECT_EQ(readAll(png).substr(1, 3), "PNG");
 }
 
+TEST_F(PreviewCommand, recordsAndTheirWeightsCanBeLookedAt) {
+  const ProgramResult made = preview({"--aov", "records,weight", "--source", "direct", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto records = readExr(folder_ / "image.records.exr"), weight = readExr(folder_ / "image.weight.exr");
+  ASSERT_TRUE(records && weight);
+  const auto dots = records->layer(""), weights = weight->layer("");
+  int marked = 0;
+  for (std::size_t i = 0; i < dots.size(); ++i) {
+    ASSERT_TRUE(dots[i].x == 0.0f || dots[i].x == 1.0f);
+    EXPECT_GE(weights[i].x, dots[i].x > 0.0f ? 1e-3f : 0.0f);
+    marked += dots[i].x == 1.0f ? 1 : 0;
+  }
+  const int count = nlohmann::json::parse(made.out)["records"];
+  EXPECT_LE(marked, count);
+  EXPECT_GT(marked, count / 2);
+  const std::string png = (folder_ / "look.png").string();
+  EXPECT_EQ(run({"preview", kLevel, "--size", "48x27", "--source", "direct", "--aov", "records,weight", "--progress",
+                 "none", "-o", png})
+                .status,
+            0);
+  EXPECT_EQ(readAll(folder_ / "look.weight.png").substr(1, 3), "PNG");
+  expectRefused(run({"render", kLevel, "--aov", "weight", "-o", image()}), 1, {"--aov weight", "relume preview"});
+}
+
 TEST_F(PreviewCommand, namesWhatIsWrong) {
   expectRefused(preview({"--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living"});
   expectRefused(preview({"--aov", "shine"}), 1, {"--aov", "shine", "indirect"});

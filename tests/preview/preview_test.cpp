@@ -133,6 +133,20 @@ TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
   EXPECT_EQ(frame.extended, 0u);
 }
 
+// Each record was gathered at a pixel's centre, and has a weight there.
+TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
+  const Room room;
+  const PreviewFrame frame = preview(room.scene, room.asked, small());
+  std::uint32_t marked = 0;
+  for (std::size_t i = 0; i < frame.recordAt.size(); ++i) {
+    if (frame.recordAt[i] == 0.0f) continue;
+    ++marked;
+    EXPECT_GT(frame.weight[i], 0.0f);
+  }
+  EXPECT_LE(marked, frame.records);
+  EXPECT_GE(marked, 0.9 * frame.records) << "but for those that were gathered again";
+}
+
 // Against the path tracer's first bounce: the whole picture and its direct light.
 TEST(Preview, firstBounceIsThePathTracers) {
   const Room room;

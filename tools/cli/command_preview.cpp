@@ -60,7 +60,7 @@ Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderReq
 
 // Receivers, their light, the layers, and one of these on its way to a file; and as many records as there may be.
 Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOptions& options, Context& context) {
-  constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36, kRecordBytes = 2 * sizeof(Record) + 4 + 16 + 4 * 64;
+  constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36 + 8, kRecordBytes = 2 * sizeof(Record) + 4 + 16 + 4 * 64;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = layers.sideBySide ? 12.0 * static_cast<double>(layers.aovs.size()) : 0.0;
   const double records = std::min(pixels, static_cast<double>(options.maxRecords));
@@ -317,8 +317,9 @@ void addPreviewCommand(CLI::App& app, Action& action) {
   addSceneOptions(*command, a->sceneOptions);
   command
       ->add_option("--aov", a->aovs,
-                   "what to draw, separated by commas, as `relume render` has it. Several go to several files: "
-                   "out.NAME.exr [indirect|bounced|direct|full|unbounced|albedo|normal|position|depth]")
+                   "what to draw, separated by commas, as `relume render` has it; records: the pixels that have one, "
+                   "weight: the sum of the records' weights w, as PNG w / (w + 10). Several go to several files: "
+                   "out.NAME.exr [indirect|bounced|direct|full|unbounced|albedo|normal|position|depth|records|weight]")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")

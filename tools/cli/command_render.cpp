@@ -61,6 +61,8 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
                    "; without one there are direct, albedo, normal, position, depth");
     if (aov == Aov::voxels && !arguments.live) return usage("--aov voxels needs --live");
     if (aov == Aov::voxels) request.voxels = true;
+    if (aov == Aov::records || aov == Aov::weight)
+      return usage("--aov " + name + ": `relume preview` alone has records");
     if (aov == Aov::bounced || aov == Aov::unbounced) request.straight = true;
     if (Status ok = checkGloss(aov == Aov::glossy, request.exponent.has_value(), request.gloss); !ok) return ok.error();
     if (aov == Aov::unbounced && request.gloss)

@@ -19,8 +19,9 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect", "bounced", "direct",   "glossy", "full",  "unbounced",
-                                              "albedo",   "normal",  "position", "depth",  "voxels"};
+  static const std::vector<std::string> names{"indirect",  "bounced", "direct", "glossy",   "full",
+                                              "unbounced", "albedo",  "normal", "position", "depth",
+                                              "voxels",    "records", "weight"};
   return names;
 }
 
@@ -79,6 +80,12 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
         break;
       case Aov::voxels:
         image[i] = f.voxels[i];
+        break;
+      case Aov::records:
+        image[i] = glm::vec3(f.records[i]);
+        break;
+      case Aov::weight:
+        image[i] = glm::vec3(f.weight[i]);
         break;
     }
   }

@@ -34,9 +34,11 @@ enum class Aov {
   albedo,
   normal,
   position,
-  depth,   // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
-           // the pixel's centre; zero where nothing is hit
-  voxels,  // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
+  depth,    // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+            // the pixel's centre; zero where nothing is hit
+  voxels,   // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
+  records,  // of previews alone: 1 at the pixels that have a record, else 0
+  weight,   // likewise: the sum of the records' weights at the pixel's centre
 };
 
 // Every name of Aov, in its order.
@@ -86,9 +88,10 @@ struct RenderedFrame {
   std::vector<glm::vec3> glossy;            // [W/m²/sr] without reflectance unless `mirrors`; empty unless asked for
   std::vector<glm::vec3> normal, position;  // at pixel centres; empty unless asked for
   std::vector<float> depth;
-  std::vector<glm::vec3> voxels;    // [W/m²/sr] at pixel centres; empty unless asked for
-  int frames = 0;                   // relight frames run
-  std::vector<PassTime> passTimes;  // of the last relight frame
+  std::vector<glm::vec3> voxels;       // [W/m²/sr] at pixel centres; empty unless asked for
+  std::vector<float> records, weight;  // empty but for previews
+  int frames = 0;                      // relight frames run
+  std::vector<PassTime> passTimes;     // of the last relight frame
   std::vector<std::pair<std::string, std::size_t>> bufferBytes;
   std::string renderer;  // "cpu", or GL_RENDERER
   std::string bands;     // that were lit, by name; empty without a bake

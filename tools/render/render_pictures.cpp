@@ -2,6 +2,7 @@
 // See render_pictures.h.
 #include "tools/render/render_pictures.h"
 
+#include "formats/color.h"
 #include "tools/images/image_io.h"
 #include "tools/render/exposure.h"
 
@@ -13,6 +14,7 @@
 namespace relume {
 namespace {
 
+constexpr float kDim = 0.4f;
 constexpr float kFarGrey = 0.1f;  // of the farthest depth: black is where nothing is
 
 // [0..1] of a range; the middle of one without extent.
@@ -25,6 +27,13 @@ glm::vec3 dataColor(const RenderedFrame& frame, std::size_t pixel, Aov aov, cons
   if (aov == Aov::depth) return glm::vec3(1.0f - (1.0f - kFarGrey) * within(depth, scale.nearestM, scale.farthestM));
   const glm::vec3 p = frame.position[pixel], low = scale.bounds.min, high = scale.bounds.max;
   return {within(p.x, low.x, high.x), within(p.y, low.y, high.y), within(p.z, low.z, high.z)};
+}
+
+// Records as white dots on what is seen, dim; weights as a grey that no weight makes white.
+glm::vec3 recordColor(const RenderedFrame& frame, std::size_t pixel, Aov aov) {
+  if (aov == Aov::weight) return glm::vec3(frame.weight[pixel] / (frame.weight[pixel] + kGreyWeight));
+  if (frame.records[pixel] > 0.0f) return glm::vec3(1.0f);
+  return glm::vec3(kDim * std::sqrt(luminance(frame.albedo[pixel])));
 }
 
 }  // namespace
@@ -57,11 +66,13 @@ PictureScale scaleOf(const RenderedFrame& frame, std::span<const Aov> aovs, cons
 }
 
 std::vector<std::uint8_t> drawPicture(const RenderedFrame& frame, Aov aov, const PictureScale& scale) {
-  const bool data = aov == Aov::normal || aov == Aov::position || aov == Aov::depth;
+  const bool records = aov == Aov::records || aov == Aov::weight;
+  const bool data = records || aov == Aov::normal || aov == Aov::position || aov == Aov::depth;
   if (!data) return encodeSrgb(composeAov(frame, aov), isLight(aov) ? std::exp2(scale.exposureStops) : 1.0f);
   std::vector<std::uint8_t> rgb(3 * std::size_t{frame.width} * frame.height);
   for (std::size_t i = 0; i < rgb.size(); ++i) {
-    const float value = dataColor(frame, i / 3, aov, scale)[static_cast<int>(i % 3)];
+    const glm::vec3 color = records ? recordColor(frame, i / 3, aov) : dataColor(frame, i / 3, aov, scale);
+    const float value = color[static_cast<int>(i % 3)];
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(value, 0.0f, 1.0f)));
   }
   return rgb;

@@ -23,12 +23,16 @@ struct PictureScale {
 // Whether a layer is light, which is exposed. Albedo is not, nor what centres hold.
 bool isLight(Aov aov);
 
+// Weight w of a pixel's records is drawn as the grey w / (w + kGreyWeight).
+inline constexpr float kGreyWeight = 10.0f;
+
 // The scale of a frame's layers. Without stops, the exposure is taken from all light layers together, so that they can
 // be told apart by eye.
 PictureScale scaleOf(const RenderedFrame& frame, std::span<const Aov> aovs, const std::optional<float>& stops,
                      const SceneBounds& bounds);
 
-// One layer. Where nothing is hit, normal, position and depth are black. [Size 3 * width * height]
+// One layer. Where nothing is hit, normal, position and depth are black. Records are white dots on what is seen. [Size
+// 3 * width * height]
 std::vector<std::uint8_t> drawPicture(const RenderedFrame& frame, Aov aov, const PictureScale& scale);
 
 }  // namespace relume

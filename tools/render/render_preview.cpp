@@ -42,6 +42,8 @@ RenderedFrame toRenderedFrame(PreviewFrame&& preview, const RenderRequest& reque
   frame.emission = std::move(preview.emission);
   frame.direct = std::move(preview.direct);
   frame.straight = std::move(preview.straight);
+  frame.weight = std::move(preview.weight);
+  frame.records = std::move(preview.recordAt);
   for (std::size_t i = 0; i < frame.indirect.size(); ++i) frame.indirect[i] = preview.bounced[i] + frame.straight[i];
   if (request.centres) {
     frame.normal = std::move(preview.normal);
