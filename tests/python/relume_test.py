@@ -161,6 +161,32 @@ class Light(unittest.TestCase):
         self.assertEqual(self.relighter.irradiance_map_l1().shape, (4, *texels.shape))
         self.assertEqual(len(self.relighter.cache_coefficients()), info.caches)
 
+    def test_probes_of_nine_coefficients(self):
+        """docs/guide/engines.md: irradiance at 18 normals as a polynomial, and in Unity's order."""
+        self.relighter.relight([SUN], sky_radiance=(1, 2, 3))
+        info = self.bake.info
+        at = numpy.array(info.grid_origin) + 1.5 * numpy.array(info.grid_spacing)
+
+        def look_up(normals):
+            return self.relighter.irradiance_in_grid(numpy.tile(at, (len(normals), 1)), normals)
+
+        axes = numpy.eye(3)
+        pairs = [(0, 1), (1, 2), (0, 2)]
+        edges = numpy.array([(axes[a] + sign * axes[b]) / 2 ** 0.5 for a, b in pairs for sign in (1, -1)])
+        front, back = look_up(numpy.concatenate([axes, edges])), look_up(-numpy.concatenate([axes, edges]))
+        even, odd = (front + back) / 2, (front - back) / 2
+        s, q = even[:3], [(even[3 + 2 * k] - even[4 + 2 * k]) / 2 for k in range(3)]
+        unity = numpy.array([s.sum(0) / 3, odd[1], odd[2], odd[0], 2 * q[0], 2 * q[1], (2 * s[2] - s[0] - s[1]) / 6, 2 * q[2],
+                             (s[0] - s[1]) / 2])
+        normals = numpy.random.default_rng(1).normal(size=(300, 3))
+        normals /= numpy.linalg.norm(normals, axis=1)[:, None]
+        x, y, z = normals.T
+        terms = numpy.stack([x ** 0, y, z, x, x * y, y * z, 3 * z * z - 1, x * z, x * x - y * y], axis=1)
+        found, expected = terms @ unity, look_up(normals)
+        self.assertGreater(expected.mean(), 0)
+        # Weights of caches depend on the normal a little: receivers are not quite a polynomial.
+        self.assertLess(numpy.sqrt(((found - expected) ** 2).mean()), 0.05 * expected.mean())
+
     def test_textures_to_resolve_with(self):
         self.relighter.relight([SUN])
         textures = {t.sampler: (i, t) for i, t in enumerate(self.relighter.resolve_textures())}
