@@ -56,6 +56,15 @@ class CApi : public ::testing::Test {
     return std::move(*relighter);
   }
 
+  // Open, and relight both.
+  void light(Handles& h, Relighter& same) {
+    ASSERT_NO_FATAL_FAILURE(open(h));
+    ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+    LightSetup setup;
+    setup.lights = lights_;
+    ASSERT_TRUE(same.relight(setup));
+  }
+
   Bake bake_;
   std::vector<std::byte> bytes_;
   std::vector<Light> lights_;

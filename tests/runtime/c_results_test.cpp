@@ -14,12 +14,8 @@ using test::Handles;
 
 TEST_F(CApi, texturesToResolveWithAreThoseOfTheCppApi) {
   Handles h;
-  ASSERT_NO_FATAL_FAILURE(open(h));
-  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
   Relighter same = cpp();
-  LightSetup setup;
-  setup.lights = lights_;
-  ASSERT_TRUE(same.relight(setup));
+  ASSERT_NO_FATAL_FAILURE(light(h, same));
   const Result<TextureResolve> expected = same.textureResolve();
   ASSERT_TRUE(expected);
   unsigned int count = 0;
@@ -66,12 +62,8 @@ TEST_F(CApi, texturesToResolveWithAreThoseOfTheCppApi) {
 
 TEST_F(CApi, plainMapsAreWhatReceiversRead) {
   Handles h;
-  ASSERT_NO_FATAL_FAILURE(open(h));
-  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
   Relighter same = cpp();
-  LightSetup setup;
-  setup.lights = lights_;
-  ASSERT_TRUE(same.relight(setup));
+  ASSERT_NO_FATAL_FAILURE(light(h, same));
   const Lightmap& lightmap = bake_.caches.lightmap;
   const std::size_t texels = lightmap.cache.size();
   std::vector<std::uint16_t> map(4 * texels), l1(16 * texels);

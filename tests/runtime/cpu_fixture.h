@@ -4,12 +4,12 @@
 
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/shared/pack_color.h"
+#include "tests/on_threads.h"
 
 #include <cstdint>
 #include <functional>
 #include <numbers>
 #include <random>
-#include <thread>
 #include <vector>
 
 namespace relume::test {
@@ -34,15 +34,6 @@ inline std::vector<const cpu::LightSurfelsKernel*> surfelsKernels() {
     if (const cpu::LightSurfelsKernel* kernel = cpu::lightSurfelsKernel(simd)) all.push_back(kernel);
   }
   return all;
-}
-
-// Runs tasks on two threads, in an order of its own.
-inline void onTwoThreads(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-  std::thread other([&] {
-    for (std::uint32_t i = 1; i < tasks; i += 2) body(i);
-  });
-  for (std::uint32_t i = 0; i < tasks; i += 2) body(i);
-  other.join();
 }
 
 }  // namespace relume::test

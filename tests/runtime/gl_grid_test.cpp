@@ -2,6 +2,7 @@
 // The grid with bricks and with depths: the shader reads what the CPU reads.
 #include "relume/relighter.h"
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <glm/geometric.hpp>
@@ -21,10 +22,7 @@ Relighter light(const Bake& bake, BackendKind backend, RelightOptions options = 
   if (options.lumaBands == 0) options.lumaBands = 3, options.chromaBands = 2;
   Result<Relighter> made = Relighter::create(bake, options);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
-  const std::array<Light, 2> lights{
-      Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
-      Light{
-          .kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
+  const std::array<Light, 2> lights = test::lampAndSun();
   LightSetup setup;
   setup.lights = lights;
   EXPECT_TRUE(made->relight(setup));

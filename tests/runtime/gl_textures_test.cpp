@@ -3,6 +3,7 @@
 // GLSL 3.30 and of OpenGL ES 3.0 against the resolve by buffers.
 #include "relume/relighter.h"
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
 #include <epoxy/gl.h>
@@ -44,10 +45,7 @@ constexpr std::array<const char*, 6> kLookups{"relumeIrradianceLightmap(uv, n)",
                                               "relumeGlossyLightmap(uv, n, 12.0)", "relumeGlossyGrid(p, n, n, 12.0)"};
 
 void light(Relighter& relighter) {
-  const std::array<Light, 2> lights{
-      Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
-      Light{
-          .kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
+  const std::array<Light, 2> lights = test::lampAndSun();
   LightSetup setup;
   setup.lights = lights;
   setup.bounceScale = 0.0f;

@@ -2,6 +2,7 @@
 // The grid as a texture, on the CPU backend: what it may answer for, threads, frames.
 #include "relume/relighter.h"
 
+#include "tests/on_threads.h"
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/make_relighter.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -13,7 +14,6 @@
 #include <limits>
 #include <numbers>
 #include <random>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -99,18 +99,12 @@ TEST(GridTexture, threadsChangeNothing) {
   const Bake bake = test::makeBakeWithBricks({5, 4, 4}, true, true);
   const auto [positions, normals] = receivers(300);
   std::vector<std::vector<glm::vec3>> found;
-  for (const int threads : {1, 2, 7}) {
+  for (const std::uint32_t threads : {1u, 2u, 7u}) {
     RelightOptions options;
     options.gridTexture = true;
     options.gridTrust = 0.6f;
     options.parallelFor = [threads](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-      std::vector<std::thread> workers;
-      for (int t = 0; t < threads; ++t) {
-        workers.emplace_back([&, t] {
-          for (auto i = static_cast<std::uint32_t>(t); i < tasks; i += static_cast<std::uint32_t>(threads)) body(i);
-        });
-      }
-      for (std::thread& worker : workers) worker.join();
+      test::onThreads(threads, tasks, body);
     };
     Relighter relighter = makeRelighter(bake, options);
     const std::vector<Light> lights{{.kind = LightKind::point, .intensity = {60, 20, 10}, .positionWorld = {3, 2, 3}}};

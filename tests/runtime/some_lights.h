@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <array>
 #include <vector>
 
 namespace relume::test {
@@ -23,6 +24,14 @@ inline std::vector<Light> someLights() {
                .innerConeRad = 0.3f,
                .outerConeRad = 0.7f};
   return lights;
+}
+
+// A red lamp and a bluish sun: each channel has light of its own.
+inline std::array<Light, 2> lampAndSun() {
+  return {
+      Light{.kind = LightKind::point, .intensity = {60, 1, 1}, .positionWorld = {2, 1, 1}},
+      Light{
+          .kind = LightKind::directional, .intensity = {1, 2, 3}, .direction = glm::normalize(glm::vec3(1, -2, 0.5f))}};
 }
 
 }  // namespace relume::test

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "runtime/voxels/voxel_volume.h"
+#include "tests/on_threads.h"
 
 #include <glm/vec4.hpp>
 
 #include <cstdint>
 #include <functional>
-#include <thread>
 #include <vector>
 
 namespace relume::test {
@@ -54,14 +54,5 @@ struct VoxelLevel {
     meshes.push_back(std::move(mesh));
   }
 };
-
-// Every other task on a thread of its own.
-inline void onTwoThreads(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-  std::thread other([&] {
-    for (std::uint32_t i = 1; i < tasks; i += 2) body(i);
-  });
-  for (std::uint32_t i = 0; i < tasks; i += 2) body(i);
-  other.join();
-}
 
 }  // namespace relume::test
