@@ -438,7 +438,7 @@ Status Relighter::writeResolveTexture(std::size_t texture, std::span<std::byte> 
   if (texels.size() != wanted.bytes) return wrongSize("texels", texels.size(), wanted.bytes);
   const std::span<const float> gridTexels =
       source.gridTexture && wanted.isLight ? state_->backend->gridTexels() : std::span<const float>();
-  writeTexels(source, wanted, state_->cacheLight(), gridTexels, state_->parallelFor, texels);
+  writeTexels(source, texture, state_->cacheLight(), gridTexels, state_->parallelFor, texels);
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);

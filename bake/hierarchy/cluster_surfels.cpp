@@ -8,10 +8,10 @@
 #include "bake/hierarchy/flatten.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/hierarchy/visible_centroid.h"
+#include "formats/sphere_points.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 namespace relume {
@@ -20,16 +20,12 @@ namespace {
 constexpr std::uint32_t kMaxSkyPatches = 4096;
 constexpr std::uint32_t kMaxSenders = 1u << 30;
 
-// Centres of equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
-std::vector<glm::vec3> fibonacciDirections(std::uint32_t count) {
+// Centres of equal solid angles, from the zenith down.
+std::vector<glm::vec3> skyDirections(std::uint32_t count) {
   std::vector<glm::vec3> directions(count);
-  const double golden = (std::sqrt(5.0) - 1.0) / 2.0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const double y = 1.0 - (2.0 * i + 1.0) / count;
-    const double turn = golden * i;
-    const double azimuthRad = 2.0 * std::numbers::pi * (turn - std::floor(turn));
-    const double r = std::sqrt(1.0 - y * y);
-    directions[i] = glm::vec3(r * std::cos(azimuthRad), y, r * std::sin(azimuthRad));
+    const glm::vec3 p = spherePoint(i, count);
+    directions[i] = {p.x, p.z, p.y};
   }
   return directions;
 }
@@ -78,7 +74,7 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
   }
 
   // Sky patches come after all surfels.
-  const std::vector<glm::vec3> directions = fibonacciDirections(skyPatches);
+  const std::vector<glm::vec3> directions = skyDirections(skyPatches);
   if (!directions.empty()) {
     Result<ClusterTree> tree = clusterSky(directions, options, context);
     if (!tree) return tree.error();

@@ -5,6 +5,7 @@
 
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
+#include "formats/sphere_points.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -13,7 +14,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 namespace relume {
@@ -24,14 +24,11 @@ constexpr float kMinCosine = 0.05f;        // of a direction with the normal
 constexpr std::size_t kTogether = 64;      // surfels that cast their rays together
 constexpr float kMortonSteps = 1023.0f;    // along the longest axis, for sorting the surfels
 
-// Equal solid angles: the Fibonacci lattice on the sphere (Gonzalez 2010).
 std::array<glm::vec3, kDirections> lookDirections() {
   std::array<glm::vec3, kDirections> directions;
-  const double golden = (std::sqrt(5.0) - 1.0) / 2.0;
   for (std::uint32_t i = 0; i < kDirections; ++i) {
-    const double y = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - y * y);
-    const double turn = golden * i, azimuthRad = 2.0 * std::numbers::pi * (turn - std::floor(turn));
-    directions[i] = glm::vec3(r * std::cos(azimuthRad), y, r * std::sin(azimuthRad));
+    const glm::vec3 p = spherePoint(i, kDirections);
+    directions[i] = {p.x, p.z, p.y};
   }
   return directions;
 }

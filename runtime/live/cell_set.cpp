@@ -2,14 +2,14 @@
 // See cell_set.h.
 #include "runtime/live/cell_set.h"
 
-#include "runtime/live/sphere_points.h"
+#include "formats/sphere_points.h"
 #include "runtime/shared/chunks.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace relume {
 namespace {
@@ -18,20 +18,15 @@ constexpr std::uint32_t kProbes = 24;  // rays that look for backs
 constexpr std::uint32_t kCells = 16;   // of a chunk
 constexpr float kHalfCell = 0.5f * static_cast<float>(kBrickSide);
 
-glm::ivec3 voxelOf(std::uint32_t bit) {
-  return {static_cast<int>(bit & 3u), static_cast<int>(bit >> 2 & 3u), static_cast<int>(bit >> 4)};
-}
-
 // The voxels of a cell by their distance from its middle.
-std::array<std::uint32_t, 64> byDistance() {
-  std::array<std::uint32_t, 64> order{};
-  for (std::uint32_t i = 0; i < 64; ++i) order[i] = i;
-  const auto distance = [](std::uint32_t bit) {
-    const glm::vec3 d = glm::vec3(voxelOf(bit)) + 0.5f - kHalfCell;
+std::array<int, 64> byDistance() {
+  std::array<int, 64> order{};
+  std::iota(order.begin(), order.end(), 0);
+  const auto distance = [](int bit) {
+    const glm::vec3 d = glm::vec3(voxelOfBit(bit)) + 0.5f - kHalfCell;
     return glm::dot(d, d);
   };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return distance(a) < distance(b); });
   return order;
 }
 
@@ -51,18 +46,17 @@ std::uint32_t backsSeen(const VoxelVolume& volume, const glm::vec3& position) {
 }
 
 // Where the cache of a cell with occupied voxels stands; false where none is free.
-bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<std::uint32_t, 64>& order,
-                glm::vec3& position) {
+bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<int, 64>& order, glm::vec3& position) {
   const std::uint64_t taken = volume.bits()[cell];
   if (taken == ~std::uint64_t{0}) return false;
   const glm::vec3 corner(kBrickSide * volume.grid().cellAt(cell));
-  const auto middleOf = [&](std::uint32_t bit) { return corner + glm::vec3(voxelOf(bit)) + 0.5f; };
+  const auto middleOf = [&](int bit) { return corner + glm::vec3(voxelOfBit(bit)) + 0.5f; };
   // Candidates: one in each eighth of the cell, the nearest to the middle that is free.
   std::uint32_t fewest = kProbes + 1;
   std::uint32_t eighths = 0;
-  for (const std::uint32_t bit : order) {
+  for (const int bit : order) {
     if (taken >> bit & 1u) continue;
-    const glm::ivec3 v = voxelOf(bit);
+    const glm::ivec3 v = voxelOfBit(bit);
     const std::uint32_t eighth = static_cast<std::uint32_t>((v.x >> 1) | (v.y >> 1) << 1 | (v.z >> 1) << 2);
     if (eighths >> eighth & 1u) continue;
     eighths |= 1u << eighth;
@@ -100,8 +94,7 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
     const std::uint32_t cell = cells.grid.cellOf(v);
     const std::uint64_t bits = cells.standing[cell];
     if ((bits >> brickBit(v) & 1u) == 0) return place;
-    const std::uint32_t number =
-        cells.first[cell] + static_cast<std::uint32_t>(std::popcount(bits & ((std::uint64_t{1} << brickBit(v)) - 1)));
+    const std::uint32_t number = cells.first[cell] + countBefore(bits, v);
     if (number >= cells.plane.size()) return place;
     const std::array<std::int8_t, 4>& plane = cells.plane[number];
     const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
@@ -140,7 +133,7 @@ CellSet findCells(const VoxelVolume& volume) {
   }
 
   // 2. Where their caches stand
-  const std::array<std::uint32_t, 64> order = byDistance();
+  const std::array<int, 64> order = byDistance();
   std::vector<glm::vec3> position(wanted.size());
   std::vector<std::uint8_t> isFree(wanted.size(), 1);
   forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCells,

@@ -5,8 +5,9 @@
 #include "formats/limits.h"
 #include "formats/octahedron.h"
 #include "formats/sh.h"
-#include "runtime/live/sphere_points.h"
+#include "formats/sphere_points.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/stopwatch.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -14,7 +15,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <new>
 #include <numbers>
@@ -25,11 +25,6 @@ namespace {
 constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three bands; of a cell
 constexpr std::uint32_t kCells = 16, kSides = 512;               // of a chunk
 constexpr float kPi = std::numbers::pi_v<float>;
-
-using Clock = std::chrono::steady_clock;
-double msSince(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
 
 Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
 
@@ -220,20 +215,18 @@ void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
 Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
   if (Status ok = checkFrame(frame); !ok) return ok;
   try {
-    const Clock::time_point begin = Clock::now();
+    Stopwatch watch;
     follow(volume);
-    const Clock::time_point followed = Clock::now();
-    cellsMs_ = std::chrono::duration<double, std::milli>(followed - begin).count();
+    cellsMs_ = watch.lap();
     if (!frame.freezeVoxels) {
       const bool bounces = frame.bounceScale > 0.0f;
       if (bounces) bounce(volume, frame.bounceScale);
       volume.reflect(bounces ? std::span<const glm::vec3>(bounced_) : std::span<const glm::vec3>(),
                      frame.emissionScale);
     }
-    bounceMs_ = msSince(followed);
-    const Clock::time_point lit = Clock::now();
+    bounceMs_ = watch.lap();
     gather(volume, frame);
-    gatherMs_ = msSince(lit);
+    gatherMs_ = watch.lap();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
   }

@@ -27,12 +27,8 @@ constexpr std::uint32_t kRow = 1024;
 constexpr std::uint32_t kMaxRows = 16384;
 constexpr float kMaxHalf = 65504.0f;
 
-constexpr const char* kLightmap = "relumeLightmap";
-constexpr const char* kCaches = "relumeGridCaches";
-constexpr const char* kWords = "relumeGridWords";
-constexpr const char* kVectors = "relumeGridVectors";
-constexpr const char* kChroma = "relumeGridChroma";
-constexpr const char* kOpen = "relumeGridOpen";
+// The textures in their order; those of the grid's texture last, where there is one.
+enum Kind : std::size_t { kLightmap, kCaches, kWords, kVectors, kChroma, kOpen };
 
 std::size_t texelBytes(TexelFormat format) {
   switch (format) {
@@ -174,18 +170,19 @@ Result<TextureResolve> describeTextures(const ResolveSource& source) {
   // Without a light map an empty texel stands for it.
   const glm::uvec2 size = map.cache.empty() ? glm::uvec2(1) : glm::uvec2(map.width, map.height);
   out.textures = {
-      texture(kLightmap, TextureShape::array, TexelFormat::rgba16f,
+      texture("relumeLightmap", TextureShape::array, TexelFormat::rgba16f,
               {size.x, size.y, Layers(source.bands.ofMap()).total() + 1}, true, true),
-      texture(kCaches, TextureShape::flat, TexelFormat::rgba16f, listSize(cacheTexels), false, true),
-      texture(kWords, TextureShape::flat, TexelFormat::rgba8, listSize(grid.words), false, false),
+      texture("relumeGridCaches", TextureShape::flat, TexelFormat::rgba16f, listSize(cacheTexels), false, true),
+      texture("relumeGridWords", TextureShape::flat, TexelFormat::rgba8, listSize(grid.words), false, false),
   };
   if (source.gridTexture) {
     const glm::uvec3 r = source.gridTexture->resolution;
     const glm::uvec3 volume(r.x, r.y, textureDepth(r.z));
-    out.textures.push_back(texture(kVectors, TextureShape::volume, TexelFormat::rgba16f, volume, true, true));
-    out.textures.push_back(texture(kChroma, TextureShape::volume, TexelFormat::rg16f, volume, true, true));
     out.textures.push_back(
-        texture(kOpen, TextureShape::volume, TexelFormat::r8, source.gridTexture->cells(), false, false));
+        texture("relumeGridVectors", TextureShape::volume, TexelFormat::rgba16f, volume, true, true));
+    out.textures.push_back(texture("relumeGridChroma", TextureShape::volume, TexelFormat::rg16f, volume, true, true));
+    out.textures.push_back(
+        texture("relumeGridOpen", TextureShape::volume, TexelFormat::r8, source.gridTexture->cells(), false, false));
   }
   const gl::RelumeResolve& r = grid.resolve;
   const auto f = [](std::uint32_t word) { return static_cast<float>(word); };
@@ -198,27 +195,30 @@ Result<TextureResolve> describeTextures(const ResolveSource& source) {
   return out;
 }
 
-void writeTexels(const ResolveSource& source, const ResolveTexture& texture, const CacheLight& light,
+void writeTexels(const ResolveSource& source, std::size_t texture, const CacheLight& light,
                  std::span<const float> gridTexels, const ParallelFor& parallelFor, std::span<std::byte> texels) {
-  const std::string_view sampler = texture.sampler;
   const auto copy = [&](const void* from, std::size_t bytes) {
     std::fill(texels.begin(), texels.end(), std::byte{0});
     if (bytes > 0) std::memcpy(texels.data(), from, bytes);
   };
-  if (sampler == kLightmap) {
-    writeLightmap(source, light, parallelFor, texels);
-  } else if (sampler == kCaches) {
-    const auto packed = packCaches(source, light, source.bands, 0, source.caches.firstMapCache(), parallelFor);
-    copy(packed.data(), packed.size() * sizeof(packed[0]));
-  } else if (sampler == kWords) {
-    const PackedGridLayout layout = layoutGrid(source.caches.grid, GridTexture(source.memory));
-    const std::pmr::vector<std::uint32_t> words = packGrid(source.caches, layout, source.memory);
-    static_assert(std::endian::native == std::endian::little, "the lowest byte of a word is red");
-    copy(words.data(), words.size() * sizeof(words[0]));
-  } else if (sampler == kOpen) {
-    copy(source.gridTexture->open.data(), source.gridTexture->open.size());
-  } else {
-    writeVolume(*source.gridTexture, gridTexels, sampler == kChroma, texels);
+  switch (static_cast<Kind>(texture)) {
+    case kLightmap:
+      return writeLightmap(source, light, parallelFor, texels);
+    case kCaches: {
+      const auto packed = packCaches(source, light, source.bands, 0, source.caches.firstMapCache(), parallelFor);
+      return copy(packed.data(), packed.size() * sizeof(packed[0]));
+    }
+    case kWords: {
+      const PackedGridLayout layout = layoutGrid(source.caches.grid, GridTexture(source.memory));
+      const std::pmr::vector<std::uint32_t> words = packGrid(source.caches, layout, source.memory);
+      static_assert(std::endian::native == std::endian::little, "the lowest byte of a word is red");
+      return copy(words.data(), words.size() * sizeof(words[0]));
+    }
+    case kVectors:
+    case kChroma:
+      return writeVolume(*source.gridTexture, gridTexels, texture == kChroma, texels);
+    case kOpen:
+      return copy(source.gridTexture->open.data(), source.gridTexture->open.size());
   }
 }
 

@@ -29,9 +29,9 @@ struct ResolveSource {
 // unsupported: a grid with more words than a texture addresses exactly. Throws std::bad_alloc.
 Result<TextureResolve> describeTextures(const ResolveSource& source);
 
-// Write all texels of one of the textures. light: the frame's; gridTexels: Backend::gridTexels(). [Size texels =
-// ResolveTexture::bytes] Throws std::bad_alloc.
-void writeTexels(const ResolveSource& source, const ResolveTexture& texture, const CacheLight& light,
+// Write all texels of one of the textures, by its index. light: the frame's; gridTexels: Backend::gridTexels(). [Size
+// texels = ResolveTexture::bytes] Throws std::bad_alloc.
+void writeTexels(const ResolveSource& source, std::size_t texture, const CacheLight& light,
                  std::span<const float> gridTexels, const ParallelFor& parallelFor, std::span<std::byte> texels);
 
 // GLSL without comments, valid in 3.30 and in ES 3.00.

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -48,6 +49,13 @@ struct VolumeGrid {
 // The bit of a voxel in its brick: x fastest.
 inline unsigned brickBit(const glm::ivec3& v) {
   return static_cast<unsigned>((v.x & 3) | (v.y & 3) << 2 | (v.z & 3) << 4);
+}
+
+// The voxel of a bit, from the brick's corner.
+inline glm::ivec3 voxelOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
+// How many voxels of a brick come before one.
+inline std::uint32_t countBefore(std::uint64_t brick, const glm::ivec3& v) {
+  return static_cast<std::uint32_t>(std::popcount(brick & ((std::uint64_t{1} << brickBit(v)) - 1)));
 }
 
 // The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that

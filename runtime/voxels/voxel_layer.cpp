@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <functional>
 
@@ -114,7 +115,8 @@ glm::dvec3 toDouble(const std::array<std::int64_t, 3>& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-glm::ivec3 eighthBits(const glm::vec3& axis) {
+// 127 times a unit vector, to the nearest integers.
+glm::ivec3 signedBytes(const glm::vec3& axis) {
   return {static_cast<int>(std::floor(127.0f * axis.x + 0.5f)), static_cast<int>(std::floor(127.0f * axis.y + 0.5f)),
           static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
 }
@@ -247,7 +249,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
     const std::uint32_t number = layer.numberOf(grid, v);
     if (number >= layer.kept) return;
-    const glm::ivec3 n = normalOf(t), axis = eighthBits(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
+    const glm::ivec3 n = normalOf(t), axis = signedBytes(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
     const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
     SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
     const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
@@ -289,8 +291,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
               for (std::uint32_t c = begin; c < end; ++c) {
                 std::uint32_t number = layer.first[c];
                 for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
-                  const int bit = std::countr_zero(rest);
-                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
+                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
                   const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
                   layer.voxel[number] = voxel;
                   layer.side[2 * std::size_t{number}] =

@@ -8,7 +8,6 @@
 #include "runtime/voxels/voxel_grid.h"
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -48,8 +47,7 @@ struct VoxelLayer {
   // The number of an occupied voxel: those of the cell before, and the bits below its own.
   std::uint32_t numberOf(const VolumeGrid& grid, const glm::ivec3& v) const {
     const std::uint32_t cell = grid.cellOf(v);
-    const std::uint64_t below = bits[cell] & ((std::uint64_t{1} << brickBit(v)) - 1);
-    return first[cell] + static_cast<std::uint32_t>(std::popcount(below));
+    return first[cell] + countBefore(bits[cell], v);
   }
 };
 

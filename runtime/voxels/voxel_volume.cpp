@@ -7,12 +7,12 @@
 #include "runtime/check_setup.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/stopwatch.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <memory_resource>
 #include <new>
@@ -24,12 +24,6 @@ namespace {
 
 constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
 constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
-constexpr float kPi = std::numbers::pi_v<float>;
-
-using Clock = std::chrono::steady_clock;
-double msSince(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
 
 Error usage(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 Error noMemory() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
@@ -92,7 +86,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     volume.budget_ = options.surfaceBudget > 0 ? options.surfaceBudget
                                                : static_cast<std::uint32_t>(std::max<std::size_t>(voxels / 4, 65536));
     volume.parallelFor_ = options.parallelFor;
-    const Clock::time_point begin = Clock::now();
+    Stopwatch watch;
     for (const bool moves : {false, true}) {
       Status ok = volume.fill(moves, volume.parts_, moves ? volume.moving_ : volume.standing_,
                               moves ? volume.movingStats_ : volume.standingStats_);
@@ -101,7 +95,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     volume.standingVersion_ = volume.movingVersion_ = 1;
     volume.bits_.resize(volume.grid_.cellCount());
     volume.join(volume.sideLight(volume.standing_, volume.moving_, 0));
-    volume.voxeliseMs_ = msSince(begin);
+    volume.voxeliseMs_ = watch.lap();
     return volume;
   } catch (const std::bad_alloc&) {
     return noMemory();
@@ -157,10 +151,9 @@ Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer&
   return done();
 }
 
-// What both layers make together. `light` has direct light and radiosity of the sides, which may be fewer than before.
+// What both layers make together. `light` has the light of the sides, which may be fewer than before.
 void VoxelVolume::join(SideLight light) noexcept {
   direct_ = std::move(light.direct);
-  radiosity_ = std::move(light.radiosity);
   radiance_ = std::move(light.radiance);
   for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
 }
@@ -171,10 +164,8 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   SideLight light;
   const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
   light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
-  light.radiosity.assign(radiosity_.begin(), radiosity_.begin() + static_cast<std::ptrdiff_t>(same));
   light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
   light.direct.resize(sides, glm::vec3(0.0f));
-  light.radiosity.resize(sides, glm::vec3(0.0f));
   light.radiance.resize(sides / 2);
   for (std::size_t v = same / 2; v < sides / 2; ++v) {
     const glm::vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
@@ -185,8 +176,22 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   return light;
 }
 
+// Parts that stand or move, where they are now: a layer made anew.
+Status VoxelVolume::place(bool moves, std::vector<Part> parts) {
+  VoxelLayer layer;
+  VoxelStats stats;
+  if (Status ok = fill(moves, parts, layer, stats); !ok) return ok;
+  SideLight light = moves ? sideLight(standing_, layer, standingSides()) : sideLight(layer, moving_, 0);
+  parts_ = std::move(parts);
+  (moves ? moving_ : standing_) = std::move(layer);
+  (moves ? movingStats_ : standingStats_) = stats;
+  join(std::move(light));
+  ++(moves ? movingVersion_ : standingVersion_);
+  return done();
+}
+
 Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
-  const Clock::time_point begin = Clock::now();
+  Stopwatch watch;
   try {
     std::vector<Part> parts = parts_;
     std::size_t next = 0;
@@ -201,19 +206,11 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
     if (next != toWorld.size())
       return usage("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
                    std::to_string(next) + " parts that move");
-    VoxelLayer layer;
-    VoxelStats stats;
-    if (Status ok = fill(true, parts, layer, stats); !ok) return ok;
-    SideLight light = sideLight(standing_, layer, standingSides());
-    parts_ = std::move(parts);
-    moving_ = std::move(layer);
-    movingStats_ = stats;
-    join(std::move(light));
+    if (Status ok = place(true, std::move(parts)); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
-  ++movingVersion_;
-  moveMs_ = msSince(begin);
+  moveMs_ = watch.lap();
   return done();
 }
 
@@ -223,24 +220,16 @@ Status VoxelVolume::edit(std::uint32_t part, const glm::mat4x3& toWorld, bool pr
   if (parts_[part].part.moves)
     return usage("edit() of part " + std::to_string(part) + ", which moves: move() places it");
   if (Status ok = checkTransform(toWorld, part); !ok) return ok;
-  const Clock::time_point begin = Clock::now();
+  Stopwatch watch;
   try {
     std::vector<Part> parts = parts_;
     parts[part].part.toWorld = toWorld;
     parts[part].present = present;
-    VoxelLayer layer;
-    VoxelStats stats;
-    if (Status ok = fill(false, parts, layer, stats); !ok) return ok;
-    SideLight light = sideLight(layer, moving_, 0);
-    parts_ = std::move(parts);
-    standing_ = std::move(layer);
-    standingStats_ = stats;
-    join(std::move(light));
+    if (Status ok = place(false, std::move(parts)); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
-  ++standingVersion_;
-  voxeliseMs_ = msSince(begin);
+  voxeliseMs_ = watch.lap();
   return done();
 }
 
@@ -302,7 +291,7 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
   LightSetup punctual;
   punctual.lights = setup.lights;
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
-  const Clock::time_point begin = Clock::now();
+  Stopwatch watch;
   try {
     std::pmr::vector<Light> lights;
     normaliseLights(setup.lights, lights);
@@ -312,25 +301,24 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
-  directMs_ = msSince(begin);
+  directMs_ = watch.lap();
   return done();
 }
 
 void VoxelVolume::reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale) {
-  const Clock::time_point begin = Clock::now();
-  const glm::vec3 emitted = kPi * emissionScale;
+  Stopwatch watch;
   forChunks(parallelFor_, sideCount() / 2, 32 * kSides, [&](std::uint32_t first, std::uint32_t last) {
-    for (std::uint32_t i = 2 * first; i < 2 * last; ++i) {
+    const auto radiance = [&](std::uint32_t i) {
       const VoxelSide& s = side(i);
       const glm::vec3 irradiance = bounced.empty() ? direct_[i] : direct_[i] + bounced[i];
-      radiosity_[i] = s.albedo * irradiance + emitted * s.emission;
-    }
+      return std::numbers::inv_pi_v<float> * s.albedo * irradiance + emissionScale * s.emission;
+    };
     for (std::uint32_t v = first; v < last; ++v) {
-      radiance_[v].front = std::numbers::inv_pi_v<float> * radiosity_[2 * v];
-      radiance_[v].back = std::numbers::inv_pi_v<float> * radiosity_[2 * v + 1];
+      radiance_[v].front = radiance(2 * v);
+      radiance_[v].back = radiance(2 * v + 1);
     }
   });
-  reflectMs_ = msSince(begin);
+  reflectMs_ = watch.lap();
 }
 
 MarchHit VoxelVolume::march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const {
@@ -370,7 +358,7 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},
-          {"voxel light", bytes(direct_) + bytes(radiosity_) + bytes(radiance_)},
+          {"voxel light", bytes(direct_) + bytes(radiance_)},
           {"voxel geometry", geometry}};
 }
 

@@ -6,7 +6,7 @@
 //   move()    a frame: moving parts alone, voxelised where they are now
 //   edit()    the editor: a standing part placed elsewhere, taken away or put back
 //   lightDirectly()  direct light of punctual lights on each side
-//   reflect() radiosity of each side from direct light, light of the caches, and emission
+//   reflect() radiance of each side from direct light, light of the caches, and emission
 //
 // Threads: as a Relighter's (relume/relighter.h), with the CPU backend. A call that is refused changes nothing.
 #pragma once
@@ -65,7 +65,7 @@ class VoxelVolume {
 
   // Irradiance of each side by the setup's lights, with its visibility. usage: as Relighter::check().
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
-  // Radiosity of each side: albedo (direct + bounced) + pi emission. [Size bounced: 0 or sideCount(), W/m²]
+  // Radiance of each side: albedo (direct + bounced) / pi + emission. [Size bounced: 0 or sideCount(), W/m²]
   // emissionScale: factor on emission. Throws nothing.
   void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
 
@@ -83,11 +83,12 @@ class VoxelVolume {
   const glm::ivec3& voxelOfSide(std::uint32_t index) const {
     return index < standingSides() ? standing_.voxel[index / 2] : moving_.voxel[(index - standingSides()) / 2];
   }
-  std::span<const glm::vec3> direct() const { return direct_; }        // [W/m²] [Size sideCount()]
-  std::span<const glm::vec3> radiosity() const { return radiosity_; }  // [W/m²] [Size sideCount()]
+  std::span<const glm::vec3> direct() const { return direct_; }  // [W/m²] [Size sideCount()]
 
   // The first voxel along a ray, t in metres; direction is unit and the origin finite. [maxT > 0, m]
   MarchHit march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const;
+  // [Size sideCount() / 2] of standing voxels, then of moving ones.
+  std::span<const VoxelRadiance> radiance() const { return radiance_; }
   // The side of an occupied voxel that a ray of this direction meets; where both layers have the voxel, of what moves.
   // kNoSide for voxels that were dropped.
   std::uint32_t sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const;
@@ -127,12 +128,13 @@ class VoxelVolume {
   };
 
   struct SideLight {
-    std::vector<glm::vec3> direct, radiosity;
+    std::vector<glm::vec3> direct;
     std::vector<VoxelRadiance> radiance;
   };
 
   VoxelVolume() = default;
   Status fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const;
+  Status place(bool moves, std::vector<Part> parts);
   void join(SideLight light) noexcept;
   SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
@@ -145,7 +147,7 @@ class VoxelVolume {
   VoxelLayer standing_, moving_;
   VoxelStats standingStats_, movingStats_;
   std::vector<std::uint64_t> bits_;
-  std::vector<glm::vec3> direct_, radiosity_;
+  std::vector<glm::vec3> direct_;
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;

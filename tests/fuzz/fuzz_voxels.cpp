@@ -75,7 +75,7 @@ void lightAndRead(VoxelVolume& volume, LiveLight& live, Reader& in) {
   frame.sky.radiance = {0.5f, 1.0f, 0.0f};
   frame.raySet = in.take<std::uint8_t>();
   CHECK(static_cast<bool>(live.update(volume, frame)));
-  for (const glm::vec3& radiosity : volume.radiosity()) CHECK(isLight(radiosity));
+  for (const VoxelRadiance& radiance : volume.radiance()) CHECK(isLight(radiance.front) && isLight(radiance.back));
   for (const float c : live.coefficients()) CHECK(std::isfinite(c));
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 place = in.vector(), normal = in.vector();

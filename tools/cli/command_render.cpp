@@ -238,14 +238,17 @@ void addRenderCommand(CLI::App& app, Action& action) {
   addViewOptions(*command, a->view);
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
-  command->add_flag("--live", a->live,
-                    "light without a bake: the level as voxels, and caches in its cells that gather from them; coarser "
-                    "than a bake, and there at once");
+  CLI::Option* const live = command->add_flag(
+      "--live", a->live,
+      "light without a bake: the level as voxels, and caches in its cells that gather from them; coarser "
+      "than a bake, and there at once");
   command->add_option("--live-cells", a->liveRequest.cells, "cells on the longest side of the level, with --live")
       ->check(CLI::Range(kMinCells, kMaxCells))
+      ->needs(live)
       ->capture_default_str();
   command->add_option("--live-rays", a->liveRequest.rays, "rays that a cell gathers by in each frame, with --live")
       ->check(CLI::Range(8, 4096))
+      ->needs(live)
       ->capture_default_str();
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();

@@ -2,11 +2,11 @@
 // See compare_light.h.
 #include "tools/compare/compare_light.h"
 
-#include "bake/base/parallel.h"
 #include "formats/color.h"
 #include "formats/sh.h"
 #include "relume/relighter.h"
 #include "tools/compare/compare_lightings.h"
+#include "tools/render/context_threads.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -23,14 +23,6 @@ namespace {
 constexpr std::size_t kMaxWorst = 10;
 constexpr int kBands = 3;  // the diffuse lobe has nothing in band 3
 constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
-
-ParallelFor parallelFor(Context& context) {
-  return [&context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    parallelChunks(context, "", tasks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(static_cast<std::uint32_t>(i));
-    });
-  };
-}
 
 int bandsOf(const Bake& bake) {
   return bake.links.kind == LinkKind::sh ? std::min<int>(kBands, static_cast<int>(bake.links.bands)) : kBands;
@@ -73,7 +65,7 @@ class CacheReader {
 Result<Relighter> makeRelighter(const Bake& bake, int bands, Context& context) {
   RelightOptions options;
   options.lumaBands = options.chromaBands = bands;
-  options.parallelFor = parallelFor(context);
+  options.parallelFor = contextParallelFor(context);
   return Relighter::create(bake, options);
 }
 

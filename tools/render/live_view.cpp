@@ -3,8 +3,8 @@
 #include "tools/render/live_view.h"
 
 #include "formats/octahedron.h"
+#include "tools/render/context_threads.h"
 #include "tools/render/ray_shadows.h"
-#include "tools/render/relight_by_rays.h"
 #include "tools/render/scene_bounds.h"
 #include "tools/render/voxel_scene.h"
 

@@ -2,20 +2,12 @@
 // See relight_by_rays.h.
 #include "tools/render/relight_by_rays.h"
 
-#include "bake/base/parallel.h"
+#include "tools/render/context_threads.h"
 #include "tools/render/ray_shadows.h"
 
 #include <vector>
 
 namespace relume {
-
-ParallelFor contextParallelFor(Context& context) {
-  return [&context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    parallelChunks(context, "", tasks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(static_cast<std::uint32_t>(i));
-    });
-  };
-}
 
 Result<Relit> relightByRays(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   RelightOptions options;

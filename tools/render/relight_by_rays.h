@@ -9,9 +9,6 @@
 
 namespace relume {
 
-// Loops of the runtime on the threads of a context, which must outlive them.
-ParallelFor contextParallelFor(Context& context);
-
 // relightRequest() with the CPU backend on the context's threads; `tracer` casts the shadows of the punctual lights.
 // Without light where the context is cancelled meanwhile.
 Result<Relit> relightByRays(const RayTracer& tracer, const RenderRequest& request, Context& context);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Directions spread evenly over the sphere: a Fibonacci lattice.
+// Directions spread evenly over the sphere, of equal solid angles: the Fibonacci lattice (Gonzalez 2010). Any thread.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -11,7 +11,7 @@
 
 namespace relume {
 
-// Point i of n. [i < n]
+// Point i of n, from the pole +z to the pole -z; unit. [i < n]
 inline glm::vec3 spherePoint(std::uint32_t i, std::uint32_t n) {
   constexpr double kGolden = 0.6180339887498949;
   const double z = 1.0 - (2.0 * i + 1.0) / n, turn = i * kGolden;
