@@ -13,8 +13,10 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdlib>
 #include <iostream>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -53,6 +55,21 @@ void relightPass(benchmark::State& state, const Scene& scene, const std::string&
   }
 }
 
+// Writes the textures that are light, for a resolve by textures (relume/texture_resolve.h).
+void writeTextures(benchmark::State& state, const Scene& scene) {
+  const Result<Relighter> relighter = Relighter::create(*scene.bake, {});
+  if (!relighter) return state.SkipWithError(relighter.error().message.c_str());
+  const Result<TextureResolve> resolve = relighter->textureResolve();
+  if (!resolve) return state.SkipWithError(resolve.error().message.c_str());
+  std::vector<std::vector<std::byte>> texels;
+  for (const ResolveTexture& texture : resolve->textures) texels.emplace_back(texture.bytes);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      if (resolve->textures[i].isLight && !relighter->writeResolveTexture(i, texels[i])) break;
+    }
+  }
+}
+
 void registerScene(const Scene& scene, bool gl) {
   const Bake& bake = *scene.bake;
   const std::uint32_t rows = bake.links.cacheCount();
@@ -77,8 +94,13 @@ void registerScene(const Scene& scene, bool gl) {
     add(pass, "cpu1", one);
     add(pass, "cpu2", both);
   }
-  add("caches", "cpu1_baseline", baseline);
-  add("caches", "cpu1_avx2", avx2);
+  for (const char* pass : {"caches", "frame"}) {
+    add(pass, "cpu1_baseline", baseline);
+    add(pass, "cpu1_avx2", avx2);
+  }
+  benchmark::RegisterBenchmark(("textures_cpu1" + tail).c_str(), [=](benchmark::State& state) {
+    writeTextures(state, scene);
+  })->Unit(benchmark::kMillisecond);
   if (!gl) return;
   for (const char* pass : {"surfels", "pull", "caches", "frame"}) add(pass, "gl", opengl);
 }
