@@ -253,10 +253,12 @@ BakeOptions presetOptions(Preset preset) {
       options.links.bands = options.lumaBands = 3;
       break;
     case Preset::medium:
+    case Preset::web:
       options.surfels.count = 32768;
       options.caches.lightmapCaches = 8192;
       options.links.linksPerCache = 128;
       options.links.bands = options.lumaBands = 3;
+      if (preset == Preset::web) options.caches.gridCaches = 1800;
       break;
     case Preset::high:
       break;

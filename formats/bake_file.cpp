@@ -6,6 +6,7 @@
 #include "formats/archive.h"
 #include "formats/format_version.h"
 #include "formats/memory.h"
+#include "formats/packed_chunks.h"
 #include "formats/validate.h"
 
 #include <array>
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <limits>
 #include <new>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -149,15 +151,15 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
   }
   std::vector<Chunk> chunks;
   const auto addArchive = [&](const char* name, const std::vector<std::byte>& bytes) {
-    chunks.push_back({{name, ElementType::archive, {bytes.size(), 1}, 0, 0, 0}, bytes});
+    chunks.push_back({{name, ElementType::archive, kUncoded, {bytes.size(), 1}, 0, 0, 0}, bytes});
   };
   addArchive(kScalars, archives[0]);
   const auto addArray = [&](const char* name, const auto& array) {
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
     const auto data = std::as_bytes(array.span());
     const std::uint64_t columns = columnsOf<T>(name, bake.links.bands);
-    chunks.push_back(
-        {{name, Stored<T>::type, {data.size() / (columns * elementBytes(Stored<T>::type)), columns}, 0, 0, 0}, data});
+    const std::uint64_t rows = data.size() / (columns * elementBytes(Stored<T>::type));
+    chunks.push_back({{name, Stored<T>::type, kUncoded, {rows, columns}, 0, 0, 0}, data});
   };
   forEachArray(bake, addArray);
   if (formatVersionOf(bake) > kOldestBakeFormatVersion) {
@@ -251,6 +253,26 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
   return bake;
 }
 
+Result<Bake> assemblePlain(std::span<const std::byte> file, std::span<const Chunk> chunks,
+                           const std::shared_ptr<const void>& owner, std::pmr::memory_resource* memory) {
+  Result<Bake> bake = assemble(chunks, owner, memory);
+  if (!bake) return bake;
+  // A bake has one file: the version is the least that has what is in it.
+  if (const std::uint32_t version = versionOf(file); version != formatVersionOf(*bake)) {
+    return Error{ErrorCode::invalidFile, "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
+                                             (bake->emitters.materials.empty() ? ", of a bake without emitters, found "
+                                                                               : ", of a bake with emitters, found ") +
+                                             std::to_string(version)};
+  }
+  return bake;
+}
+
+Result<Bake> assemblePacked(std::span<const Chunk> chunks, std::pmr::memory_resource* memory) {
+  const Result<UnpackedChunks> unpacked = unpackChunks(chunks, memory);
+  if (!unpacked) return unpacked.error();
+  return assemble(unpacked->chunks, unpacked->owner, memory);
+}
+
 Result<Bake> named(const std::filesystem::path& path, Result<Bake> result) {
   if (!result) result.error().message = path.string() + ": " + result.error().message;
   return result;
@@ -258,29 +280,67 @@ Result<Bake> named(const std::filesystem::path& path, Result<Bake> result) {
 
 }  // namespace
 
-Status writeBake(const Bake& bake, const std::filesystem::path& path) {
-  if (const Status status = checkStructure(bake); !status)
-    return Error{ErrorCode::failed, path.string() + ": not written, the bake is broken: " + status.error().message};
-  Archives archives;
-  Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
-  if (!chunks) return chunks.error();
-  return writeFileAtomically(path,
-                             [&](const ByteSink& sink) { return writeChunks(*chunks, sink, formatVersionOf(bake)); });
+namespace {
+
+// The chunks of a bake as they stand in its file: plain, or packed from the bake that `packedFrom` tells.
+class FileChunks {
+ public:
+  FileChunks(FileChunks&&) = default;  // copies would point into the original
+  static Result<FileChunks> of(const Bake& bake, std::optional<std::uint64_t> packedFrom) {
+    if (const Status status = checkStructure(bake); !status)
+      return Error{ErrorCode::failed, "the bake is broken: " + status.error().message};
+    FileChunks file;
+    Result<std::vector<Chunk>> chunks = chunksOf(bake, file.archives_);
+    if (!chunks) return chunks.error();
+    file.version_ = packedFrom ? kPackedFormatVersion : formatVersionOf(bake);
+    file.packedFrom_ = packedFrom.value_or(0);
+    if (packedFrom)
+      file.chunks_ = packChunks(*chunks, bake.links.kind);
+    else
+      file.chunks_.chunks = std::move(*chunks);
+    return file;
+  }
+
+  bool write(const ByteSink& sink) const { return writeChunks(chunks_.chunks, sink, version_, packedFrom_); }
+
+ private:
+  FileChunks() = default;
+
+  Archives archives_;
+  PackedChunks chunks_;
+  std::uint32_t version_ = kBakeFormatVersion;
+  std::uint64_t packedFrom_ = 0;
+};
+
+Status writeFile(const Bake& bake, std::optional<std::uint64_t> packedFrom, const std::filesystem::path& path) {
+  const auto chunks = FileChunks::of(bake, packedFrom);
+  if (!chunks) return Error{chunks.error().code, path.string() + ": not written, " + chunks.error().message};
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return chunks->write(sink); });
 }
 
-Result<std::vector<std::byte>> serializeBake(const Bake& bake) {
-  if (const Status status = checkStructure(bake); !status)
-    return Error{ErrorCode::failed, "the bake is broken: " + status.error().message};
-  Archives archives;
-  Result<std::vector<Chunk>> chunks = chunksOf(bake, archives);
+Result<std::vector<std::byte>> serialize(const Bake& bake, std::optional<std::uint64_t> packedFrom) {
+  const auto chunks = FileChunks::of(bake, packedFrom);
   if (!chunks) return chunks.error();
   std::vector<std::byte> file;
-  const ByteSink append = [&file](std::span<const std::byte> bytes) {
+  chunks->write([&file](std::span<const std::byte> bytes) {
     file.insert(file.end(), bytes.begin(), bytes.end());
     return true;
-  };
-  writeChunks(*chunks, append, formatVersionOf(bake));
+  });
   return file;
+}
+
+}  // namespace
+
+Status writeBake(const Bake& bake, const std::filesystem::path& path) { return writeFile(bake, {}, path); }
+
+Result<std::vector<std::byte>> serializeBake(const Bake& bake) { return serialize(bake, {}); }
+
+Status writePackedBake(const Bake& bake, std::uint64_t packedFrom, const std::filesystem::path& path) {
+  return writeFile(bake, packedFrom, path);
+}
+
+Result<std::vector<std::byte>> serializePackedBake(const Bake& bake, std::uint64_t packedFrom) {
+  return serialize(bake, packedFrom);
 }
 
 Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner, Checksums checksums,
@@ -294,16 +354,9 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<c
     if (checksums == Checksums::verify) {
       if (const Status status = verifyChunks(*chunks); !status) return status.error();
     }
-    Result<Bake> bake = assemble(*chunks, owner, memory);
+    Result<Bake> bake = versionOf(bytes) == kPackedFormatVersion ? assemblePacked(*chunks, memory)
+                                                                 : assemblePlain(bytes, *chunks, owner, memory);
     if (!bake) return bake;
-    // A bake has one file: the version is the least that has what is in it.
-    if (const std::uint32_t version = versionOf(bytes); version != formatVersionOf(*bake)) {
-      return Error{ErrorCode::invalidFile,
-                   "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
-                       (bake->emitters.materials.empty() ? ", of a bake without emitters, found "
-                                                         : ", of a bake with emitters, found ") +
-                       std::to_string(version)};
-    }
     if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
   } catch (const std::bad_alloc& e) {
@@ -362,15 +415,12 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std
 }
 
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
-  constexpr std::size_t kHashOffset = 32;
   if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
   const auto chunks = readChunks(file->bytes);
   if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
-  std::uint64_t hash = 0;
-  std::memcpy(&hash, file->bytes.data() + kHashOffset, sizeof hash);
-  return hash;
+  return identityOf(file->bytes);
 }
 
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {

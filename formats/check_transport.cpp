@@ -5,6 +5,7 @@
 #include "formats/decimal.h"
 #include "formats/findings.h"
 #include "formats/pack.h"
+#include "formats/validate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +49,7 @@ bool inGroup(const Hierarchy& h, const LeafRanges& ranges, std::uint32_t node) {
 
 void checkWeights(const Bake& bake, const LeafRanges& ranges, Findings& findings) {
   const Hierarchy& h = bake.hierarchy;
-  const bool equalAreas = bake.provenance.optionsJson.find("\"pull\":\"area\"") != std::string::npos;
+  const bool equalAreas = pullsByArea(bake.provenance);
   for (std::uint32_t node = 0; node < h.nodeCount(); ++node) {
     const float weight = h.firstWeight[node];
     if (!(weight >= 0.0f && weight <= 1.0f)) continue;  // checkNumbers()

@@ -2,6 +2,8 @@
 // See chunks.h.
 #include "formats/chunks.h"
 
+#include "formats/packed_chunks.h"
+
 #include <xxhash.h>
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -28,15 +31,16 @@ struct FileHeader {
   std::uint32_t headerBytes = 64;
   std::uint32_t chunkCount = 0;
   std::uint64_t fileBytes = 0;
-  std::uint64_t tableHash = 0;  // XXH3-64 of header and table, this field taken as zero
-  std::array<std::uint64_t, 3> reserved{};
+  std::uint64_t tableHash = 0;   // XXH3-64 of header and table, this field taken as zero
+  std::uint64_t packedFrom = 0;  // the table hash of the bake that was packed, in packed ones
+  std::array<std::uint64_t, 2> reserved{};
 };
 static_assert(sizeof(FileHeader) == 64 && offsetof(FileHeader, tableHash) == 32);
 
 struct TableRow {
   std::array<char, 16> name{};
   std::uint32_t type = 0;
-  std::uint32_t reserved = 0;
+  std::uint32_t coding = 0;
   std::array<std::uint64_t, 2> shape{};
   std::uint64_t offset = 0, bytes = 0, hash = 0;
 };
@@ -78,29 +82,33 @@ Result<FileHeader> readHeader(std::span<const std::byte> file) {
   if (file.empty()) return invalid("empty file");
   const std::size_t magicBytes = std::min(file.size(), kBakeMagic.size());
   if (std::memcmp(file.data(), kBakeMagic.data(), magicBytes) != 0)
-    return invalid("header magic: expected a Relume bake, found something else");
+    return invalid(file.size() >= 2 && file[0] == std::byte{0x1F} && file[1] == std::byte{0x8B}
+                       ? "header magic: expected a Relume bake, found a file of gzip: unpack it by gunzip first"
+                       : "header magic: expected a Relume bake, found something else");
   if (file.size() < sizeof(header)) return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
   std::memcpy(&header, file.data(), sizeof(header));
   if (header.endianMark != kEndianMark) {
     if (header.endianMark == 0x04030201) return Error{ErrorCode::unsupported, "header: the file is big endian"};
     return expectedFound("header byte-order mark", kEndianMark, header.endianMark);
   }
-  if (header.version < kOldestBakeFormatVersion || header.version > kBakeFormatVersion)
+  if (header.version < kOldestBakeFormatVersion || header.version > kPackedFormatVersion)
     return Error{ErrorCode::unsupported,
                  "format version " + std::to_string(header.version) + ", this program reads versions " +
-                     std::to_string(kOldestBakeFormatVersion) + " and " + std::to_string(kBakeFormatVersion)};
+                     std::to_string(kOldestBakeFormatVersion) + " to " + std::to_string(kPackedFormatVersion)};
   if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
-  if (header.reserved != std::array<std::uint64_t, 3>{}) return invalid("header: reserved bytes are not zero");
+  if (header.reserved != std::array<std::uint64_t, 2>{} ||
+      (header.packedFrom != 0 && header.version != kPackedFormatVersion))
+    return invalid("header: reserved bytes are not zero");
   const std::uint64_t max = std::min(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
   if (header.chunkCount > max)
     return expectedFound("header chunk count", "at most " + std::to_string(max), std::to_string(header.chunkCount));
   return header;
 }
 
-Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
+Result<ChunkInfo> readRow(const TableRow& row, std::size_t index, bool packed) {
   const auto end = std::find(row.name.begin(), row.name.end(), '\0');
   const bool padded = std::all_of(end, row.name.end(), [](char c) { return c == '\0'; });
   const bool legible = std::all_of(row.name.begin(), end, [](char c) { return (c >= 'a' && c <= 'z') || c == '.'; });
@@ -109,20 +117,22 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index) {
 
   ChunkInfo info{std::string(row.name.begin(), end),
                  static_cast<ElementType>(row.type),
+                 row.coding,
                  row.shape,
                  row.offset,
                  row.bytes,
                  row.hash};
   const std::size_t size = elementBytes(info.type);
   if (size == 0) return invalid("chunk " + info.name + ": unknown element type " + std::to_string(row.type));
-  if (row.reserved != 0) return invalid("chunk " + info.name + ": reserved bytes are not zero");
-  // Multiply shape and element size without overflow.
+  if (row.coding != 0 && !packed) return invalid("chunk " + info.name + ": reserved bytes are not zero");
   const std::uint64_t rows = row.shape[0], columns = row.shape[1];
-  const bool fits = columns >= 1 && columns <= kMaxColumns && rows <= row.bytes / (columns * size);
-  if (!fits || rows * columns * size != row.bytes)
+  const bool narrow = columns >= 1 && columns <= kMaxColumns;
+  const auto expected = narrow ? storedBytes(info.type, row.shape, row.coding) : std::nullopt;
+  if (!expected || *expected != row.bytes)
     return expectedFound("chunk " + info.name + " size",
                          std::to_string(rows) + " x " + std::to_string(columns) + " " + toString(info.type) + " of " +
-                             std::to_string(size) + " bytes",
+                             std::to_string(size) + " bytes" +
+                             (row.coding != 0 ? ", packed by coding " + hex(row.coding) : ""),
                          std::to_string(row.bytes) + " bytes");
   return info;
 }
@@ -183,10 +193,11 @@ std::size_t elementBytes(ElementType type) {
   return 0;
 }
 
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version) {
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version, std::uint64_t packedFrom) {
   // Lay out: each chunk starts at the next multiple of 64; the file ends with the last byte of the last chunk.
   FileHeader header;
   header.version = version;
+  header.packedFrom = packedFrom;
   header.chunkCount = static_cast<std::uint32_t>(chunks.size());
   std::vector<TableRow> table;
   std::uint64_t end = sizeof(FileHeader) + chunks.size() * sizeof(TableRow);
@@ -194,6 +205,7 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
     TableRow row;
     std::copy(chunk.info.name.begin(), chunk.info.name.end(), row.name.begin());
     row.type = static_cast<std::uint32_t>(chunk.info.type);
+    row.coding = chunk.info.coding;
     row.shape = chunk.info.shape;
     row.offset = alignUp(end);
     row.bytes = chunk.data.size();
@@ -226,7 +238,7 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
   for (std::size_t i = 0; i < header->chunkCount; ++i) {
     TableRow row;
     std::memcpy(&row, tableBytes.data() + i * sizeof(TableRow), sizeof(row));
-    const Result<ChunkInfo> info = readRow(row, i);
+    const Result<ChunkInfo> info = readRow(row, i, header->version == kPackedFormatVersion);
     if (!info) return info.error();
     if (std::any_of(chunks.begin(), chunks.end(), [&](const Chunk& c) { return c.info.name == info->name; }))
       return invalid("chunk " + info->name + ": appears twice");
@@ -244,6 +256,12 @@ std::uint32_t versionOf(std::span<const std::byte> file) {
   FileHeader header;
   std::memcpy(&header, file.data(), sizeof(header));
   return header.version;
+}
+
+std::uint64_t identityOf(std::span<const std::byte> file) {
+  FileHeader header;
+  std::memcpy(&header, file.data(), sizeof(header));
+  return header.packedFrom != 0 ? header.packedFrom : header.tableHash;
 }
 
 Status verifyChunks(std::span<const Chunk> chunks) {

@@ -3,6 +3,7 @@
 // shapes, not what they mean (bake_file.cpp does). formats/README.md documents it byte by byte.
 #pragma once
 
+#include "formats/field_coding.h"
 #include "formats/file_io.h"
 #include "relume/result.h"
 
@@ -20,6 +21,8 @@ namespace relume {
 
 // Files that need nothing of version 4 say 3, as they always did.
 inline constexpr std::uint32_t kBakeFormatVersion = 4, kOldestBakeFormatVersion = 3;
+// Of bakes of any of these whose chunks are packed (packed_chunks.h).
+inline constexpr std::uint32_t kPackedFormatVersion = 5;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 
@@ -35,10 +38,11 @@ enum class ElementType : std::uint32_t {
 const char* toString(ElementType type);
 std::size_t elementBytes(ElementType type);
 
-// A row of the table. bytes = shape[0] * shape[1] * elementBytes(type).
+// A row of the table. bytes = shape[0] * shape[1] * elementBytes(type), but for chunks that are coded.
 struct ChunkInfo {
   std::string name;  // [1..16 characters of a-z and '.']
   ElementType type = ElementType::u32;
+  FieldCoding coding = kUncoded;             // of packed bakes alone
   std::array<std::uint64_t, 2> shape{0, 1};  // rows, columns
   std::uint64_t offset = 0;                  // [byte] from the start of the file, a multiple of 64
   std::uint64_t bytes = 0;
@@ -52,8 +56,9 @@ struct Chunk {
 };
 
 // Lay out the chunks (offset, bytes and hash are filled in) and hand header, table, padding and data to the sink, in
-// the order of the file. False when the sink refuses. version: what the header says.
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version = kBakeFormatVersion);
+// the order of the file. False when the sink refuses. version: what the header says. packedFrom: of packed bakes.
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version = kBakeFormatVersion,
+                 std::uint64_t packedFrom = 0);
 
 // Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
 // in order, inside the file, without holes; padding zero. The spans point into `file`.
@@ -62,8 +67,10 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
 Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file,
                                            std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
-// What the header of a file says that readChunks() has taken.
+// What the header of a file says that readChunks() has taken: its version; what tells the bake from others
+// (identifyBakeFile()).
 std::uint32_t versionOf(std::span<const std::byte> file);
+std::uint64_t identityOf(std::span<const std::byte> file);
 
 // invalidFile: names the first chunk whose data does not have the table's hash.
 Status verifyChunks(std::span<const Chunk> chunks);

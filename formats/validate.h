@@ -41,4 +41,9 @@ Status checkStructure(const Bake& bake, std::pmr::memory_resource* memory = std:
 // invalidFile: the first finding. memory: as for checkStructure().
 Status checkBake(const Bake& bake, std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
+// Whether a bake's options ask for weights of the hierarchy by area, which are then checked to be those.
+inline bool pullsByArea(const Provenance& provenance) {
+  return provenance.optionsJson.find("\"pull\":\"area\"") != std::string::npos;
+}
+
 }  // namespace relume

@@ -35,6 +35,13 @@ Status writeBake(const Bake& bake, const std::filesystem::path& path);
 // The file's bytes in memory. Errors as writeBake().
 Result<std::vector<std::byte>> serializeBake(const Bake& bake);
 
+// The same bake packed: regrouped and shortened, without loss, so that gzip, Brotli or zstd make it far smaller, for
+// bakes that travel (formats/README.md; docs/notes/packing.md). All readers take packed files, and unpack them into
+// memory: they are not used in place. packedFrom: identifyBakeFile() of the bake's own file, or of the one that this
+// bake was simplified from; a packed file answers to the same number. Errors as above.
+Status writePackedBake(const Bake& bake, std::uint64_t packedFrom, const std::filesystem::path& path);
+Result<std::vector<std::byte>> serializePackedBake(const Bake& bake, std::uint64_t packedFrom);
+
 // Whether the data is compared with its XXH3 sums: one pass over the file, about 10 GB/s.
 enum class Checksums { verify, skip };
 
@@ -43,17 +50,18 @@ Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums = C
                       std::pmr::memory_resource* memory = nullptr);
 
 // Map read-only; the bake's arrays borrow the mapping and keep it alive. The file must not be shortened meanwhile
-// (replacing it by rename, as writeBake() does, is safe).
+// (replacing it by rename, as writeBake() does, is safe). Packed files are unpacked into memory and not kept.
 Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Checksums::verify,
                      std::pmr::memory_resource* memory = nullptr);
 
-// From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied. usage: the bytes are not
+// From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied, but of packed files, whose
+// bytes are not needed any more. usage: the bytes are not
 // aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
                        Checksums checksums = Checksums::verify, std::pmr::memory_resource* memory = nullptr);
 
 // What tells one bake file from another: the XXH3-64 of header and table in its header (formats/README.md), which
-// covers the sums of all chunks. Same bytes, same number.
+// covers the sums of all chunks. Same bytes, same number; a packed bake has that of the one it was packed from.
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path);
 
 }  // namespace relume

@@ -198,8 +198,16 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, cons
   const Result<AccuracyBake> baked = readBakeReport(level.name, report);
   if (!baked) return baked.error();
   table.bakes.push_back(*baked);
+  fs::path drawn = bake;
+  if (*setting.pack != 0) {
+    drawn.replace_extension(".packed.relume");
+    if (Status packed = runRelume(
+            arguments, {"pack", bake.string(), "-o", drawn.string(), "--profile", setting.pack, "--keep-coordinates"});
+        !packed)
+      return packed;
+  }
   for (const fs::path& reference : references) {
-    if (Status ok = compareView(arguments, level, setting, scene, bake, reference, table.rows); !ok) return ok;
+    if (Status ok = compareView(arguments, level, setting, scene, drawn, reference, table.rows); !ok) return ok;
   }
   return done();
 }
@@ -245,9 +253,10 @@ int main(int argc, char** argv) {
   app.add_option("--levels", arguments.levels, "only these levels, separated by commas")->delimiter(',');
   std::vector<std::string> names;
   for (const relume::AccuracySetting& setting : relume::kAccuracySettings) names.push_back(setting.name);
-  app.add_option("--settings", arguments.settings,
-                 "how to bake and draw: paper, medium, high, best, preview, preview_surfels, preview_direct, live, "
-                 "separated by commas")
+  app.add_option(
+         "--settings", arguments.settings,
+         "how to bake and draw: paper, medium, web, high, best, preview, preview_surfels, preview_direct, live, "
+         "separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   app.add_option("--preview", arguments.preview, "more options of `relume preview`, separated by commas")

@@ -19,15 +19,17 @@ struct AccuracyLevel {
 
 // How levels are baked and drawn. Every setting has a table of its own.
 struct AccuracySetting {
-  const char* name;    // "paper", of a preset, or of a preview
-  const char* title;   // of the table
-  const char* bake;    // "paper" or a preset; empty: none, and by a preview light that is reflected once
-  const char* source;  // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
+  const char* name;       // "paper", of a preset, or of a preview
+  const char* title;      // of the table
+  const char* bake;       // "paper" or a preset; empty: none, and by a preview light that is reflected once
+  const char* source;     // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
+  const char* pack = "";  // profile of `relume pack` that the bake goes through; empty: none
 };
 
 inline const std::vector<AccuracySetting> kAccuracySettings{
     {"paper", "The paper's high setting, with 65,536 caches on the light map", "paper", ""},
     {"medium", "Preset `medium`", "medium", ""},
+    {"web", "Preset `web`, packed by `relume pack --profile web`", "web", "", "web"},
     {"high", "Preset `high`", "high", ""},
     {"best", "Preset `best`", "best", ""},
     {"preview", "`relume preview --source hits` from preset `high`", "high", "hits"},

@@ -95,9 +95,9 @@ TEST_F(Pages, bashCompletesCommandsFlagsAndValues) {
   }());
   EXPECT_EQ(complete({"relume", "--ver"}), (Words{"--version"}));
   EXPECT_EQ(complete({"relume", "bake", "--pre"}), (Words{"--preset"}));
-  EXPECT_EQ(complete({"relume", "bake", "--preset", ""}), (Words{"best", "draft", "high", "medium", "paper"}));
+  EXPECT_EQ(complete({"relume", "bake", "--preset", ""}), (Words{"best", "draft", "high", "medium", "paper", "web"}));
   EXPECT_EQ(complete({"relume", "bake", "--preset", "=", "dr"}), (Words{"draft"}));
-  EXPECT_EQ(complete({"relume", "bake", "--preset", "="}), (Words{"best", "draft", "high", "medium", "paper"}));
+  EXPECT_EQ(complete({"relume", "bake", "--preset", "="}), (Words{"best", "draft", "high", "medium", "paper", "web"}));
   EXPECT_EQ(complete({"relume", "bake", "room.gltf", "--clustering", "k"}), (Words{"kd"}));
   EXPECT_EQ(complete({"relume", "bake", "--surfels", ""}), Words{}) << "a number";
   EXPECT_EQ(complete({"relume", "render", "--light-unit", "p"}), (Words{"photometric"}));

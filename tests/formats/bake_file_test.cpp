@@ -270,7 +270,7 @@ TEST_F(BakeFile, missingAndUnknownChunksAreNamed) {
   auto chunks = *readChunks(smallFile());
   const Bytes keep = smallFile();
   chunks = *readChunks(keep);
-  chunks.push_back({{"extra", ElementType::u32, {0, 1}, 0, 0, 0}, {}});
+  chunks.push_back({{"extra", ElementType::u32, kUncoded, {0, 1}, 0, 0, 0}, {}});
   Bytes more;
   writeChunks(chunks, [&](std::span<const std::byte> b) { return more.insert(more.end(), b.begin(), b.end()), true; });
   EXPECT_NE(errorOf(more).find("chunk extra: unknown"), std::string::npos) << errorOf(more);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <random>
+#include <tuple>
 
 namespace relume {
 namespace {
@@ -52,10 +53,12 @@ void mutate(Bytes& file, std::mt19937& random) {
   }
 }
 
-class Mutation : public testing::TestWithParam<LinkKind> {};
+class Mutation : public testing::TestWithParam<std::tuple<LinkKind, bool>> {};
 
 TEST_P(Mutation, isRefusedOrUsable) {
-  const Bytes good = *serializeBake(makeSmallDrivableBake(GetParam()));
+  const auto [kind, packed] = GetParam();
+  const Bake bakeOfKind = makeSmallDrivableBake(kind);
+  const Bytes good = packed ? *serializePackedBake(bakeOfKind, 1) : *serializeBake(bakeOfKind);
   std::mt19937 random(12345);
   int refused = 0, usable = 0;
   for (int i = 0; i < 6000; ++i) {
@@ -78,7 +81,7 @@ TEST_P(Mutation, isRefusedOrUsable) {
   EXPECT_GT(usable, 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Mutation, testing::ValuesIn(kLinkKinds));
+INSTANTIATE_TEST_SUITE_P(, Mutation, testing::Combine(testing::ValuesIn(kLinkKinds), testing::Bool()));
 
 }  // namespace
 }  // namespace relume

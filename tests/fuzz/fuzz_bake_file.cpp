@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a bake file. What parses must validate without a crash and be written again as the same
-// bytes.
+// bytes; packed ones as the bytes of the same bake, plain and packed.
+#include "formats/chunks.h"
 #include "formats/validate.h"
 #include "relume/bake_file.h"
 #include "tests/fuzz/mutate_bake.h"
@@ -26,6 +27,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (static_cast<int>(finding.check) < 200) std::abort();  // the reader lets no structural damage through
   }
   const Result<std::vector<std::byte>> again = serializeBake(*bake);
-  if (!again || (verified && !std::equal(again->begin(), again->end(), file.begin(), file.end()))) std::abort();
+  if (!again) std::abort();
+  if (versionOf(file) == kPackedFormatVersion) {
+    const Result<std::vector<std::byte>> packed = serializePackedBake(*bake, identityOf(file));
+    const Result<Bake> unpacked = packed ? parseBake(*packed, nullptr) : packed.error();
+    if (!unpacked || serializeBake(*unpacked).value() != *again) std::abort();
+  } else if (verified && !std::equal(again->begin(), again->end(), file.begin(), file.end())) {
+    std::abort();
+  }
   return 0;
 }

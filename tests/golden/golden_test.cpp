@@ -63,11 +63,21 @@ TEST(GoldenEmitters, version4LoadsWithThem) {
   EXPECT_TRUE(*written == readBytes(kFolder + "v4_cone.relume"));
 }
 
+TEST(GoldenPacked, version5LoadsAsTheBakeItWasPackedFrom) {
+  const std::string path = kFolder + "v5_oct6.relume";
+  const Bake small = makeSmallDrivableBake(LinkKind::oct6);
+  const Result<Bake> bake = mapBake(path);
+  ASSERT_TRUE(bake) << bake.error().message;
+  EXPECT_TRUE(validateBake(*bake).empty());
+  EXPECT_EQ(*serializeBake(*bake), *serializeBake(small));
+  EXPECT_EQ(*serializePackedBake(small, *identifyBakeFile(path)), readBytes(path));
+}
+
 TEST(GoldenOld, earlierVersionsAreRefusedByName) {
   const Result<Bake> bake = mapBake(kFolder + "v1_oct6.relume");
   ASSERT_FALSE(bake);
   EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 and 4"), std::string::npos)
+  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 to 5"), std::string::npos)
       << bake.error().message;
 }
 

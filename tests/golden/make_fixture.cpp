@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-// Writes the fixture of the current format version: the small bake of the tests. tests/golden/remake.sh runs it.
+// Writes the fixtures of the current format versions: the small bake of the tests. tests/golden/remake.sh runs it.
 #include "relume/bake_file.h"
 #include "tests/formats/small_bake.h"
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 int main(int argc, char** argv) {
+  using namespace relume;
   if (argc != 2) {
     std::fprintf(stderr, "usage: make_fixture FOLDER\n");
     return 1;
   }
-  for (const relume::LinkKind kind : relume::kLinkKinds) {
-    const std::string path = std::string(argv[1]) + "/v3_" + std::string(relume::linkKindName(kind)) + ".relume";
-    const relume::Status status = relume::writeBake(relume::makeSmallBake(kind), path);
-    if (!status) {
-      std::fprintf(stderr, "%s\n", status.error().message.c_str());
-      return 2;
-    }
-  }
-  const relume::Status status =
-      relume::writeBake(relume::makeSmallDrivableBake(), std::string(argv[1]) + "/v4_cone.relume");
-  if (!status) {
+  const std::string folder = std::string(argv[1]) + "/";
+  std::vector<Status> written;
+  for (const LinkKind kind : kLinkKinds)
+    written.push_back(writeBake(makeSmallBake(kind), folder + "v3_" + std::string(linkKindName(kind)) + ".relume"));
+  written.push_back(writeBake(makeSmallDrivableBake(), folder + "v4_cone.relume"));
+  written.push_back(
+      writePackedBake(makeSmallDrivableBake(LinkKind::oct6), 0x0123456789ABCDEFull, folder + "v5_oct6.relume"));
+  for (const Status& status : written) {
+    if (status) continue;
     std::fprintf(stderr, "%s\n", status.error().message.c_str());
     return 2;
   }

@@ -25,6 +25,7 @@ TEST(Options, presetsAreValidAndGrow) {
     EXPECT_GT(all, links);
     links = all;
   }
+  EXPECT_TRUE(checkOptions(presetOptions(Preset::web)));
   EXPECT_EQ(optionsToJson(presetOptions(Preset::high)), optionsToJson(BakeOptions{}));
   // PIC Table 2: as many links for every cache.
   const BakeOptions paper = presetOptions(Preset::paper);

@@ -56,6 +56,8 @@ bool isKind(std::string_view text, FileKind kind) {
   switch (kind) {
     case FileKind::bake:
       return text.size() >= kBakeMagic.size() && std::memcmp(text.data(), kBakeMagic.data(), kBakeMagic.size()) == 0;
+    case FileKind::gzip:
+      return text.starts_with("\x1f\x8b"sv);
     case FileKind::exr:
       return text.starts_with("\x76\x2f\x31\x01"sv);
     case FileKind::png:
@@ -78,6 +80,8 @@ const char* nameOf(FileKind kind) {
   switch (kind) {
     case FileKind::bake:
       return "a bake";
+    case FileKind::gzip:
+      return "a file of gzip";
     case FileKind::exr:
       return "an OpenEXR image";
     case FileKind::png:

@@ -15,6 +15,7 @@ namespace relume {
 // What a file is, by its first bytes.
 enum class FileKind {
   bake,           // the header's magic
+  gzip,           // the magic
   exr,            // the magic
   png,            // the magic
   bakeReport,     // JSON of `relume bake --report`: its key "peakMemoryMiB"

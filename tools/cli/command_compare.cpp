@@ -16,6 +16,7 @@
 #include "tools/compare/compare_light.h"
 #include "tools/compare/compare_page.h"
 #include "tools/compare/compare_report.h"
+#include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
 
 #include <CLI/CLI.hpp>
@@ -94,8 +95,11 @@ CommandFiles filesOf(const CompareArguments& arguments) {
 }
 
 // The scene to place receivers in, when one is given. B must be of it; A may be of an earlier state.
-Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const Bake& b, Context& context) {
+Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const Bake& a, const Bake& b,
+                                       Context& context) {
   if (arguments.scene.empty()) return std::optional<Scene>();
+  if (const Status status = checkCoordinates(a, arguments.a); !status) return status.error();
+  if (const Status status = checkCoordinates(b, arguments.b); !status) return status.error();
   Result<Scene> scene = loadScene(arguments.scene, context);
   if (!scene) return scene.error();
   if (!arguments.allowStale) {
@@ -134,7 +138,7 @@ int runCompare(const CompareArguments& arguments) {
             reserveMemory(terminal.context(), "compare", relit, "relighting both bakes", "compare smaller bakes");
         !ok)
       return fail(ok.error());
-    Result<std::optional<Scene>> scene = readScene(arguments, b->bake, terminal.context());
+    Result<std::optional<Scene>> scene = readScene(arguments, a->bake, b->bake, terminal.context());
     if (!scene) return fail(scene.error());
     Result<LightDifference> light =
         compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, arguments.ignore, terminal.context());

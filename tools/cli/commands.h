@@ -37,6 +37,7 @@ void addValidateCommand(CLI::App& app, Action& action);
 void addCompareCommand(CLI::App& app, Action& action);
 void addStatusCommand(CLI::App& app, Action& action);
 void addExportCommand(CLI::App& app, Action& action);
+void addPackCommand(CLI::App& app, Action& action);
 void addRenderCommand(CLI::App& app, Action& action);
 void addPreviewCommand(CLI::App& app, Action& action);
 void addReferenceCommand(CLI::App& app, Action& action);

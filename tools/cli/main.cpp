@@ -89,6 +89,7 @@ int run(int argc, char** argv) {
   addCompareCommand(app, action);
   addStatusCommand(app, action);
   addExportCommand(app, action);
+  addPackCommand(app, action);
   addRenderCommand(app, action);
   addPreviewCommand(app, action);
   addReferenceCommand(app, action);

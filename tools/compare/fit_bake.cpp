@@ -9,10 +9,20 @@
 
 namespace relume {
 
+Status checkCoordinates(const Bake& bake, const std::string& bakeFile) {
+  const Lightmap& map = bake.caches.lightmap;
+  if (map.cache.empty() || map.parts.empty() || !map.cornerUv.empty()) return done();
+  return Error{ErrorCode::usage,
+               bakeFile +
+                   ": its light-map coordinates were left out (relume pack --profile web): give the bake that it "
+                   "was packed from, or pack that with --keep-coordinates"};
+}
+
 Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const std::string& sceneFile, bool allowStale,
                         Context& context) {
   auto bake = readBake(bakeFile);
   if (!bake) return bake.error();
+  if (const Status status = checkCoordinates(*bake, bakeFile); !status) return status.error();
   const Status same = checkSameScene(scene, *bake, bakeFile, sceneFile);
   if (same) return bake;
   if (!allowStale) return same.error();

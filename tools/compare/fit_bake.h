@@ -11,8 +11,12 @@
 
 namespace relume {
 
-// Errors of readBake() and checkSameScene() (staleness.h); with allowStale, a bake of another state of the scene is
-// made readable by fitToScene(), and a warning says so.
+// usage: the bake has a light map without coordinates, as `relume pack --profile web` leaves it: nothing of it can be
+// drawn or compared without a level that has them.
+Status checkCoordinates(const Bake& bake, const std::string& bakeFile);
+
+// Errors of readBake(), checkCoordinates() and checkSameScene() (staleness.h); with allowStale, a bake of another state
+// of the scene is made readable by fitToScene(), and a warning says so.
 Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const std::string& sceneFile, bool allowStale,
                         Context& context);
 

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// relume pack: every profile gives a bake that all commands read, and refuses what it cannot do by name.
+#include "tests/cli/cli_fixture.h"
+
+#include <nlohmann/json.hpp>
+
+namespace relume {
+namespace {
+
+const std::string kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+
+class PackCli : public CliFixture {
+ protected:
+  void SetUp() override {
+    CliFixture::SetUp();
+    bake_ = at("level.relume");
+    const ProgramResult baked = run({"bake", kLevel, "-o", bake_, "--preset", "draft", "--surfels", "2048", "--rays",
+                                     "128", "--walks", "20000", "--progress", "none"});
+    ASSERT_EQ(baked.status, 0) << baked.err;
+    packed_ = at("packed.relume");
+  }
+  std::string bake_, packed_;
+};
+
+TEST_F(PackCli, losslessIsTheSameBake) {
+  const ProgramResult packed = run({"pack", bake_, "-o", packed_, "--json"});
+  ASSERT_EQ(packed.status, 0) << packed.err;
+  const auto report = nlohmann::json::parse(packed.out);
+  EXPECT_EQ(report["bytes"], readAll(packed_).size());
+  EXPECT_EQ(report["bakeBytes"], readAll(bake_).size());
+  EXPECT_LT(report["gzipBytes"], readAll(bake_).size());
+  EXPECT_EQ(run({"validate", packed_}).status, 0);
+  const auto info = [&](const std::string& file) { return nlohmann::json::parse(run({"info", "--json", file}).out); };
+  EXPECT_EQ(info(packed_)["hash"], info(bake_)["hash"]);
+  EXPECT_EQ(run({"status", kLevel, packed_}).status, 0);
+  const ProgramResult compared = run({"compare", bake_, packed_, "--scene", kLevel, "--max-rmse", "0"});
+  EXPECT_EQ(compared.status, 0) << compared.out << compared.err;
+
+  const std::string plain = at("plain.relume");
+  ASSERT_EQ(run({"pack", packed_, "-o", plain, "--profile", "plain"}).status, 0);
+  EXPECT_TRUE(readAll(plain) == readAll(bake_));
+}
+
+TEST_F(PackCli, gzipHoldsThePackedBake) {
+  const std::string zipped = packed_ + ".gz";
+  ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web"}).status, 0);
+  ASSERT_EQ(run({"pack", bake_, "-o", zipped, "--profile", "web"}).status, 0);
+  const ProgramResult refused = run({"info", zipped});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_NE(refused.err.find("a file of gzip: unpack it by gunzip first"), std::string::npos) << refused.err;
+  const std::string again = at("again.relume");
+  ASSERT_EQ(std::system(("gunzip -c '" + zipped + "' > '" + again + "'").c_str()), 0);
+  EXPECT_TRUE(readAll(again) == readAll(packed_));
+}
+
+TEST_F(PackCli, drawingNeedsCoordinates) {
+  ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web"}).status, 0);
+  EXPECT_EQ(run({"validate", packed_}).status, 0);
+  const std::string picture = at("picture.exr");
+  const std::vector<std::string> render = {"render", kLevel, "--bake", packed_, "--size", "32x18", "-o", picture};
+  for (const auto& words :
+       {render, {"compare", bake_, packed_, "--scene", kLevel}, {"export", kLevel, packed_, "-o", at("level.glb")}}) {
+    const ProgramResult result = run(words);
+    EXPECT_EQ(result.status, 1) << words.front() << ": " << result.err;
+    EXPECT_NE(result.err.find("its light-map coordinates were left out"), std::string::npos) << result.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web", "--keep-coordinates"}).status, 0);
+  const ProgramResult drawn = run(render);
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+}
+
+TEST_F(PackCli, refusesByName) {
+  const std::string other = at("notes.txt");
+  std::ofstream(other) << "keep me";
+  const auto expectRefused = [&](const std::vector<std::string>& words, int status, const char* message) {
+    const ProgramResult result = run(words);
+    EXPECT_EQ(result.status, status) << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
+  };
+  expectRefused({"pack", bake_, "-o", bake_}, 1, "is the bake");
+  expectRefused({"pack", bake_, "-o", other}, 1, "choose another name, or --force");
+  expectRefused({"pack", bake_, "-o", packed_, "--profile", "small"}, 1, "--profile");
+  expectRefused({"pack", bake_, "-o", packed_, "--keep-coordinates"}, 1, "--profile web alone");
+  expectRefused({"pack", at("none.relume"), "-o", packed_}, 2, "none.relume");
+  expectRefused({"pack", other, "-o", packed_}, 3, "expected a Relume bake");
+  expectRefused({"pack", bake_, "-o", "/dev/full"}, 2, "/dev/full");
+  EXPECT_EQ(readAll(other), "keep me");
+  EXPECT_FALSE(std::filesystem::exists(packed_));
+}
+
+}  // namespace
+}  // namespace relume
