@@ -99,13 +99,15 @@ class BucketGrid {
 
 Json describeChunks(std::span<const ChunkInfo> chunks) {
   Json list = Json::array();
-  for (const ChunkInfo& c : chunks)
+  for (const ChunkInfo& c : chunks) {
     list.push_back({{"name", c.name},
                     {"type", toString(c.type)},
                     {"shape", c.shape},
                     {"offset", c.offset},
                     {"bytes", c.bytes},
                     {"xxh3", hex(c.hash)}});
+    if (c.coding != kUncoded) list.back()["coding"] = hex(c.coding);
+  }
   return list;
 }
 
@@ -229,11 +231,13 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
   const Result<Json> options = readJson(p.optionsJson);
   std::uint64_t bytes = 0;
   for (const ChunkInfo& c : chunks) bytes = std::max(bytes, c.offset + c.bytes);
+  const bool packed =
+      std::any_of(chunks.begin(), chunks.end(), [](const ChunkInfo& c) { return c.coding != kUncoded; });
   Json instances = Json::array();
   for (const BakedInstance& i : bake.instances)
     instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
   return {{"kind", "bake"},
-          {"formatVersion", formatVersionOf(bake)},
+          {"formatVersion", packed ? kPackedFormatVersion : formatVersionOf(bake)},
           {"bytes", bytes},
           {"hash", hex(fileHash)},
           {"provenance",

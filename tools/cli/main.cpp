@@ -69,9 +69,9 @@ int withOutputFlushed(int status) {
 }
 
 std::string versionText() {
-  return std::string("relume " RELUME_VERSION "\nbake format ") + std::to_string(kBakeFormatVersion) +
-         ", algorithm version " + std::to_string(kAlgorithmVersion) + "\ncommit " +
-         (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
+  return std::string("relume " RELUME_VERSION "\nbake format ") + std::to_string(kBakeFormatVersion) + ", packed " +
+         std::to_string(kPackedFormatVersion) + ", algorithm version " + std::to_string(kAlgorithmVersion) +
+         "\ncommit " + (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
 }
 
 int run(int argc, char** argv) {
