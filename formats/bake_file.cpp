@@ -362,15 +362,12 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std
 }
 
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
-  constexpr std::size_t kHashOffset = 32;
   if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path);
   if (!file) return file.error();
   const auto chunks = readChunks(file->bytes);
   if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
-  std::uint64_t hash = 0;
-  std::memcpy(&hash, file->bytes.data() + kHashOffset, sizeof hash);
-  return hash;
+  return tableHashOf(file->bytes);
 }
 
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {

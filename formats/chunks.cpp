@@ -73,22 +73,34 @@ std::uint64_t hashTable(FileHeader header, std::span<const std::byte> table, std
   return hashOf(bytes);
 }
 
-Result<FileHeader> readHeader(std::span<const std::byte> file) {
+bool beginsAs(std::span<const std::byte> file, const ChunkFileType& type) {
+  return std::memcmp(file.data(), type.magic.data(), std::min(file.size(), type.magic.size())) == 0;
+}
+
+std::string versionsOf(const ChunkFileType& type) {
+  if (type.oldestVersion == type.version) return "version " + std::to_string(type.version);
+  return "versions " + std::to_string(type.oldestVersion) + " and " + std::to_string(type.version);
+}
+
+Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileType& type) {
   FileHeader header;
   if (file.empty()) return invalid("empty file");
-  const std::size_t magicBytes = std::min(file.size(), kBakeMagic.size());
-  if (std::memcmp(file.data(), kBakeMagic.data(), magicBytes) != 0)
-    return invalid("header magic: expected a Relume bake, found something else");
+  if (!beginsAs(file, type)) {
+    const char* found = "something else";
+    for (const ChunkFileType* other : {&kBakeFileType, &kPlanFileType, &kShardFileType}) {
+      if (file.size() >= other->magic.size() && beginsAs(file, *other)) found = other->name;
+    }
+    return expectedFound("header magic", type.name, found);
+  }
   if (file.size() < sizeof(header)) return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
   std::memcpy(&header, file.data(), sizeof(header));
   if (header.endianMark != kEndianMark) {
     if (header.endianMark == 0x04030201) return Error{ErrorCode::unsupported, "header: the file is big endian"};
     return expectedFound("header byte-order mark", kEndianMark, header.endianMark);
   }
-  if (header.version < kOldestBakeFormatVersion || header.version > kBakeFormatVersion)
+  if (header.version < type.oldestVersion || header.version > type.version)
     return Error{ErrorCode::unsupported,
-                 "format version " + std::to_string(header.version) + ", this program reads versions " +
-                     std::to_string(kOldestBakeFormatVersion) + " and " + std::to_string(kBakeFormatVersion)};
+                 "format version " + std::to_string(header.version) + ", this program reads " + versionsOf(type)};
   if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
@@ -183,9 +195,11 @@ std::size_t elementBytes(ElementType type) {
   return 0;
 }
 
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version) {
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version,
+                 const ChunkFileType& type) {
   // Lay out: each chunk starts at the next multiple of 64; the file ends with the last byte of the last chunk.
   FileHeader header;
+  header.magic = type.magic;
   header.version = version;
   header.chunkCount = static_cast<std::uint32_t>(chunks.size());
   std::vector<TableRow> table;
@@ -216,8 +230,9 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
   return true;
 }
 
-Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory) {
-  const Result<FileHeader> header = readHeader(file);
+Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory,
+                                           const ChunkFileType& type) {
+  const Result<FileHeader> header = readHeader(file, type);
   if (!header) return header.error();
   const auto tableBytes = file.subspan(sizeof(FileHeader), header->chunkCount * sizeof(TableRow));
   std::pmr::vector<Chunk> chunks(memory);
@@ -244,6 +259,12 @@ std::uint32_t versionOf(std::span<const std::byte> file) {
   FileHeader header;
   std::memcpy(&header, file.data(), sizeof(header));
   return header.version;
+}
+
+std::uint64_t tableHashOf(std::span<const std::byte> file) {
+  FileHeader header;
+  std::memcpy(&header, file.data(), sizeof(header));
+  return header.tableHash;
 }
 
 Status verifyChunks(std::span<const Chunk> chunks) {
