@@ -142,6 +142,24 @@ TEST_F(ShardsCli, aShardOfAnotherLevelSaysWhatChanged) {
   EXPECT_FALSE(std::filesystem::exists(at("s1")));
 }
 
+// As a scheduler ends a job, and as a machine that loses its power does: no shard, and none that is half written.
+TEST_F(ShardsCli, aShardThatIsEndedMidwayIsNotThere) {
+  const std::string level = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+  std::filesystem::create_directories(folder_ / "shards");
+  ASSERT_EQ(run({"bake", level, "--plan", at("plan.relume"), "--preset", "draft", "--rays", "16384"}).status, 0);
+  const std::string file = (folder_ / "shards" / "s1").string();
+  for (const int signal : {SIGTERM, SIGKILL}) {
+    Program program({"bake", level, "--plan", at("plan.relume"), "--shard", "1/1", "-o", file, "--threads", "1",
+                     "--progress", "json"},
+                    folder_);
+    for (int i = 0; i < 3000 && readAll(folder_ / "stderr.txt").find("\"links\"") == std::string::npos; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    program.send(signal);
+    EXPECT_EQ(program.wait().status, signal == SIGTERM ? 130 : 128 + SIGKILL);
+    EXPECT_EQ(filesIn(folder_ / "shards"), 0u);
+  }
+}
+
 TEST_F(ShardsCli, commandsOnBakesSayWhatAPlanIs) {
   makeAll();
   for (const char* name : {"plan.relume", "s1"}) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Bake a level by samples/cluster/slurm.sh on a real Slurm of two nodes, kill one of them midway, and compare the bytes.
+"""Bake a level by the command of docs/guide/farm.md on a real Slurm of two nodes, kill one of them midway, and compare the bytes.
 
 Both nodes are slurmd of this machine, with a munged, a slurmctld, keys and ports of their own; nothing of the system's Slurm is
 touched. While a shard is being traced on the second node, that slurmd and all it runs are killed: Slurm finds the node dead,
@@ -24,7 +24,6 @@ import sys
 import tempfile
 import time
 
-SHARDS = 6
 NEEDED = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol", "sinfo", "squeue")
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
 LIBC = ctypes.CDLL(None, use_errno=True)
@@ -218,11 +217,19 @@ def bake_and_kill(cluster, arguments, level, preset):
     cluster.start()
     print(f"two nodes are up after {time.monotonic() - begin:.1f} s")
     begin = time.monotonic()
-    merged = folder / "merged.relume"
+    # The command of the guide, but for the preset.
+    (folder / "samples").symlink_to(arguments.source.resolve() / "samples")
+    (folder / "level.glb").symlink_to(level)
+    merged = folder / "level.relume"
+    page = (arguments.source / "docs/guide/farm.md").read_text()
+    command = re.search(r"^samples/cluster/slurm\.sh level\.glb level\.relume 6 --preset high$", page, re.MULTILINE)
+    if not command:
+        raise Failed("docs/guide/farm.md has no command of slurm.sh that is known here")
+    command = command[0].replace("--preset high", f"--preset {preset}")
     environment = dict(cluster.environment, RELUME=arguments.relume)
-    script = subprocess.Popen([arguments.source / "samples/cluster/slurm.sh", level, merged, str(SHARDS), "--preset", preset],
-                              env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    shards = folder / "merged.relume.shards"
+    script = subprocess.Popen(["bash", "-c", "exec " + command], cwd=folder, env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
+    shards = folder / "level.relume.shards"
 
     def victim():
         if script.poll() is not None:
@@ -262,7 +269,7 @@ def bake_and_kill(cluster, arguments, level, preset):
     half = [path.name for path in shards.iterdir() if path.suffix not in (".relume", ".log", ".tmp")]
     if half:
         raise Failed(f"files of no known kind are left: {half}")
-    print(f"{SHARDS} shards, {merged.stat().st_size} bytes: the same")
+    print(f"six shards, {merged.stat().st_size} bytes: the same")
 
 
 def main():
