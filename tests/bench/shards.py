@@ -6,7 +6,8 @@
 
 Every shard is a process of one thread; as many run at a time as there are cores. Printed are the stages of the plan, of one
 shard and of the merge, the least of the repeats each; the time of the whole by number of shards; and what that makes on paper
-of nodes with a core each, if a shard is a node's: plan + (what a shard repeats) + (what is divided) / nodes + merge. The bytes
+of nodes with a core each, a shard a node, in seconds of processors: plan + what a shard repeats + what is divided / nodes +
+merge. The bytes
 are compared with a plain bake's each time.
 """
 import argparse
@@ -71,13 +72,10 @@ def main():
                     print(f"  {stage:16} {seconds:8.3f} s")
 
         preset = ["--preset", arguments.preset]
-        plain = {}
-        for threads in sorted({1, arguments.cores}):
-            (wall, cpu), table = timed(*level, "-o", folder / "plain.relume", *preset, "--threads", threads)
-            plain[threads] = wall
-            show(f"plain bake, {threads} threads: {wall:.2f} s, {cpu:.2f} s of processors", table)
-        (plan_wall, _), plan_stages = timed(*level, "--plan", plan, *preset, "--threads", arguments.cores)
-        show(f"plan, {arguments.cores} threads: {plan.stat().st_size / 2**20:.1f} MiB", plan_stages)
+        (wall, plain_cpu), table = timed(*level, "-o", folder / "plain.relume", *preset, "--threads", arguments.cores)
+        show(f"plain bake, {arguments.cores} threads: {wall:.2f} s, {plain_cpu:.2f} s of processors", table)
+        (plan_wall, plan_cpu), plan_stages = timed(*level, "--plan", plan, *preset, "--threads", arguments.cores)
+        show(f"plan, {arguments.cores} threads: {plan_cpu:.2f} s of processors, {plan.stat().st_size / 2**20:.1f} MiB", plan_stages)
         shard_stages = None
         rows = []
         for count in [int(each) for each in arguments.counts.split(",")]:
@@ -97,7 +95,7 @@ def main():
                 cpus.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
                 if count == 1:
                     shard_stages = least([each for each in [shard_stages, stages(folder / "report-1.json")] if each])
-            (merge_wall, _), merge_stages = timed(arguments.relume, "merge", plan, *parts, "-o", folder / "merged.relume")
+            (merge_wall, merge_cpu), merge_stages = timed(arguments.relume, "merge", plan, *parts, "-o", folder / "merged.relume")
             if not filecmp.cmp(folder / "merged.relume", folder / "plain.relume", shallow=False):
                 raise SystemExit(f"{count} shards give other bytes")
             size = sum(part.stat().st_size for part in parts)
@@ -109,18 +107,20 @@ def main():
         for count, wall, cpu, size, merge_wall in rows:
             print(f"| {count} | {plan_wall:.2f} s | {wall:.2f} s | {cpu:.2f} s | {merge_wall:.2f} s | "
                   f"{plan_wall + wall + merge_wall:.2f} s | {size / 2**20:.1f} |")
-        # On paper.
-        divided = shard_stages["links"]
-        repeated = rows[0][1] - divided
-        print(f"\na shard repeats {repeated:.2f} s and divides {divided:.2f} s; a plain bake on 1 thread takes {plain[1]:.2f} s")
-        print("| nodes of a core | plan | a shard repeats | its links | merge | together | times faster |")
+        # On paper, in seconds of processors, which other loads change little: n shards take n times what each repeats, and
+        # what is divided once.
+        first, last = rows[0], rows[-1]
+        repeated = (last[2] - first[2]) / (last[0] - first[0])
+        divided = first[2] - first[0] * repeated
+        print(f"\nseconds of processors: plain {plain_cpu:.2f}; plan {plan_cpu:.2f}; a shard repeats {repeated:.2f}; divided "
+              f"{divided:.2f}; merge {merge_cpu:.2f}")
+        print("| nodes of a core | plan | a shard repeats | its links | merge | together | times faster than one |")
         print("|---:|---:|---:|---:|---:|---:|---:|")
-        for nodes in [int(each) for each in arguments.nodes.split(",")]:
-            together = plan_wall + repeated + divided / nodes + rows[-1][4]
-            print(f"| {nodes} | {plan_wall:.2f} s | {repeated:.2f} s | {divided / nodes:.3f} s | {rows[-1][4]:.2f} s | "
-                  f"{together:.2f} s | {plain[1] / together:.2f} |")
-        print(f"| no end | {plan_wall:.2f} s | {repeated:.2f} s | 0 | {rows[-1][4]:.2f} s | "
-              f"{plan_wall + repeated + rows[-1][4]:.2f} s | {plain[1] / (plan_wall + repeated + rows[-1][4]):.2f} |")
+        for nodes in [*(int(each) for each in arguments.nodes.split(",")), None]:
+            links = divided / nodes if nodes else 0.0
+            together = plan_cpu + repeated + links + merge_cpu
+            print(f"| {nodes or 'no end'} | {plan_cpu:.2f} s | {repeated:.2f} s | {links:.3f} s | {merge_cpu:.2f} s | "
+                  f"{together:.2f} s | {plain_cpu / together:.2f} |")
 
 
 if __name__ == "__main__":
