@@ -21,6 +21,7 @@ shift 3
 job=$(realpath "$(dirname "$0")/slurm_job.sh")
 folder=$bake.shards
 mkdir -p "$folder"
+rm -f "$folder"/*.log  # of a run before
 
 # --requeue: a job whose node dies, or that is preempted, starts again on another one.
 submit() {
@@ -33,11 +34,14 @@ plan=$(submit plan plan "$job" plan "$level" "$bake" "$shards" "$@")
 array=$(submit shard shard-%a --array="1-$shards" --dependency="afterok:${plan%%;*}" --kill-on-invalid-dep=yes \
   "$job" shard "$level" "$bake" "$shards")
 echo "plan: job ${plan%%;*}; $shards shards: job ${array%%;*}; logs: $folder/*.log"
-# Wait for the last job. It is cancelled when a shard fails.
+# Wait for the last job. It is cancelled when a shard fails: then it has no log, and Slurm calls it well ended.
 status=0
 submit merge merge --dependency="afterok:${array%%;*}" --kill-on-invalid-dep=yes --wait \
   "$job" merge "$level" "$bake" "$shards" >/dev/null || status=$?
-[ "$status" = 0 ] && { tail -n 1 "$folder/merge.log"; exit 0; }
+if [ "$status" = 0 ] && [ -f "$folder/merge.log" ]; then
+  tail -n 1 "$folder/merge.log"
+  exit 0
+fi
 echo "not baked; the logs say why:" >&2
 grep -H "error" "$folder"/*.log >&2 || ls "$folder"/*.log >&2
-exit "$status"
+exit "$((status > 0 ? status : 4))"

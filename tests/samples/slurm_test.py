@@ -250,6 +250,9 @@ def bake_and_kill(cluster, arguments, level, preset):
     number = wait_for("a shard on the second node", 120, victim)
     cluster.kill("n2")
     killed = time.monotonic()
+    # Meanwhile, a bake that cannot be: its options are refused by the plan.
+    refused = subprocess.Popen(["bash", "-c", "exec samples/cluster/slurm.sh level.glb refused.relume 2 --surfels 1"], cwd=folder,
+                               env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     print(f"node n2 killed {killed - begin:.1f} s after the start, tracing shard {number}")
     try:
         said, _ = script.communicate(timeout=150)
@@ -266,6 +269,9 @@ def bake_and_kill(cluster, arguments, level, preset):
         raise Failed("something still runs on the node that was killed")
     if merged.read_bytes() != plain.read_bytes():
         raise Failed("the merged bake has other bytes than the plain one")
+    error, _ = refused.communicate(timeout=60)
+    if refused.returncode != 4 or "expected 2..16777216" not in error or (folder / "refused.relume").exists():
+        raise Failed(f"a bake that cannot be: exit status {refused.returncode}\n{error}")
     half = [path.name for path in shards.iterdir() if path.suffix not in (".relume", ".log", ".tmp")]
     if half:
         raise Failed(f"files of no known kind are left: {half}")
