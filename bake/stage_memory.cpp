@@ -86,16 +86,18 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
   return reserveMemory(context, "hierarchy", kClusterBytes * senders, number(senders) + " senders", "lower --surfels");
 }
 
-Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context) {
+Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,
+                    double share) {
   const LinkBudget budget(options, caches.count(), hierarchy.groupRoot.size());
-  const double links = std::min(budget.total, static_cast<double>(caches.count()) *
-                                                  std::min<double>(budget.maxPerCache, hierarchy.senderCount()));
+  const double links =
+      share * std::min(budget.total, static_cast<double>(caches.count()) *
+                                         std::min<double>(budget.maxPerCache, hierarchy.senderCount()));
   const double threads = context.threads > 0 ? context.threads : 2.0;
   return reserveMemory(
       context, "links",
       // Rows of all chunks, and once more as they are joined
       2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
-      number(links) + " links of " + number(caches.count()) + " caches",
+      number(links) + " links of " + number(share * caches.count()) + " caches",
       options.linksTotal > 0 ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
 }
 

@@ -18,6 +18,8 @@ Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
 Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context);
 Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context);
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context);
-Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context);
+// share [0..1]: of the caches, that are traced here.
+Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,
+                    double share = 1.0);
 
 }  // namespace relume

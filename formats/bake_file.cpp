@@ -4,6 +4,7 @@
 #include "formats/chunks.h"
 
 #include "formats/archive.h"
+#include "formats/chunk_arrays.h"
 #include "formats/format_version.h"
 #include "formats/memory.h"
 #include "formats/packed_chunks.h"
@@ -22,42 +23,6 @@
 
 namespace relume {
 namespace {
-
-// How the elements of an Array<T> stand in the file.
-template <class T>
-struct Stored;
-template <>
-struct Stored<std::uint32_t> {
-  static constexpr ElementType type = ElementType::u32;
-  static constexpr std::uint64_t columns = 1;
-};
-template <>
-struct Stored<float> {
-  static constexpr ElementType type = ElementType::f32;
-  static constexpr std::uint64_t columns = 1;
-};
-template <>
-struct Stored<glm::vec3> {
-  static constexpr ElementType type = ElementType::f32;
-  static constexpr std::uint64_t columns = 3;
-};
-template <>
-struct Stored<std::uint16_t> {
-  static constexpr ElementType type = ElementType::f16;
-  static constexpr std::uint64_t columns = 1;  // links.sh: bands², by the scalars
-};
-template <>
-struct Stored<ConeLink> {
-  static constexpr ElementType type = ElementType::coneLink;
-  static constexpr std::uint64_t columns = 1;
-};
-template <>
-struct Stored<LightmapPart> {
-  static constexpr ElementType type = ElementType::lightmapPart;
-  static constexpr std::uint64_t columns = 1;
-};
-static_assert(sizeof(glm::vec3) == 12 && sizeof(LightmapPart) == 24);
-static_assert(std::is_trivially_copyable_v<ConeLink> && std::is_trivially_copyable_v<LightmapPart>);
 
 // Call visit(chunk name, array) for every array of a bake, in the order of the file.
 template <class BakeType, class Visitor>
@@ -135,7 +100,7 @@ std::uint64_t columnsOf(const char* name, std::uint32_t linkBands) {
   if (std::string_view(name) == "grid.fine") return kBrickWords;
   if (std::string_view(name) == "mesh.shape") return kShapeWords;
   if (std::string_view(name) == "emit.tap") return kFootprintTaps;
-  return Stored<T>::columns;
+  return StoredElement<T>::columns;
 }
 
 using Archives = std::array<std::vector<std::byte>, 4>;
@@ -151,15 +116,12 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
   }
   std::vector<Chunk> chunks;
   const auto addArchive = [&](const char* name, const std::vector<std::byte>& bytes) {
-    chunks.push_back({{name, ElementType::archive, kUncoded, {bytes.size(), 1}, 0, 0, 0}, bytes});
+    chunks.push_back(archiveChunk(name, bytes));
   };
   addArchive(kScalars, archives[0]);
   const auto addArray = [&](const char* name, const auto& array) {
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
-    const auto data = std::as_bytes(array.span());
-    const std::uint64_t columns = columnsOf<T>(name, bake.links.bands);
-    const std::uint64_t rows = data.size() / (columns * elementBytes(Stored<T>::type));
-    chunks.push_back({{name, Stored<T>::type, kUncoded, {rows, columns}, 0, 0, 0}, data});
+    chunks.push_back(chunkOf<T>(name, array.span(), columnsOf<T>(name, bake.links.bands)));
   };
   forEachArray(bake, addArray);
   if (formatVersionOf(bake) > kOldestBakeFormatVersion) {
@@ -170,61 +132,6 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
   addArchive(kProvenance, archives[3]);
   return chunks;
 }
-
-Error inChunk(const std::string& name, Error error) {
-  error.message = "chunk " + name + ": " + error.message;
-  return error;
-}
-
-// Takes chunks one after the other, checking that the next one is the one that belongs there.
-class ChunkReader {
- public:
-  explicit ChunkReader(std::span<const Chunk> chunks) : left_(chunks) {}
-
-  // The next chunk's bytes; nothing once an error has been found.
-  std::span<const std::byte> take(const char* name, ElementType type, std::uint64_t columns) {
-    if (failed()) return {};
-    if (left_.empty() || left_.front().info.name != name) {
-      fail(std::string("chunk ") + name + ": missing" +
-           (left_.empty() ? "" : ", found chunk " + left_.front().info.name + " in its place"));
-      return {};
-    }
-    const Chunk& chunk = left_.front();
-    left_ = left_.subspan(1);
-    if (chunk.info.type != type)
-      fail(std::string("chunk ") + name + " element type: expected " + toString(type) + ", found " +
-           toString(chunk.info.type));
-    else if (chunk.info.shape[1] != columns)
-      fail(std::string("chunk ") + name + " shape: expected " + std::to_string(columns) + " columns, found " +
-           std::to_string(chunk.info.shape[1]));
-    else
-      return chunk.data;
-    return {};
-  }
-
-  // Whether the next chunk has that name.
-  bool isNext(const char* name) const { return !failed() && !left_.empty() && left_.front().info.name == name; }
-
-  // memory: of values that take any.
-  template <class Value, class... Memory>
-  void takeArchive(const char* name, Value& value, Memory*... memory) {
-    const auto bytes = take(name, ElementType::archive, 1);
-    if (failed()) return;
-    if (const Status status = loadArchive(bytes, value, memory...); !status) error_ = inChunk(name, status.error());
-  }
-
-  void finish() {
-    if (!failed() && !left_.empty()) fail("chunk " + left_.front().info.name + ": unknown in this format version");
-  }
-
-  bool failed() const { return !error_.message.empty(); }
-  const Error& error() const { return error_; }
-
- private:
-  void fail(std::string message) { error_ = {ErrorCode::invalidFile, std::move(message)}; }
-  std::span<const Chunk> left_;
-  Error error_{ErrorCode::invalidFile, ""};
-};
 
 Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const void>& owner,
                       std::pmr::memory_resource* memory) {
@@ -238,8 +145,7 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
   applyScalars(scalars, bake);
   const auto takeArray = [&](const char* name, auto& array) {
     using T = typename std::remove_cvref_t<decltype(array)>::value_type;
-    const auto bytes = reader.take(name, Stored<T>::type, columnsOf<T>(name, scalars.linkBands));
-    array = Array<T>(owner, std::span<const T>(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)));
+    array = reader.takeArray<T>(name, owner, columnsOf<T>(name, scalars.linkBands));
   };
   forEachArray(bake, takeArray);
   if (reader.isNext(kMaterials)) {
@@ -301,7 +207,9 @@ class FileChunks {
     return file;
   }
 
-  bool write(const ByteSink& sink) const { return writeChunks(chunks_.chunks, sink, version_, packedFrom_); }
+  bool write(const ByteSink& sink) const {
+    return writeChunks(chunks_.chunks, sink, version_, kBakeFileType, packedFrom_);
+  }
 
  private:
   FileChunks() = default;

@@ -77,30 +77,42 @@ std::uint64_t hashTable(FileHeader header, std::span<const std::byte> table, std
   return hashOf(bytes);
 }
 
-Result<FileHeader> readHeader(std::span<const std::byte> file) {
+bool beginsAs(std::span<const std::byte> file, const ChunkFileType& type) {
+  return std::memcmp(file.data(), type.magic.data(), std::min(file.size(), type.magic.size())) == 0;
+}
+
+std::string versionsOf(const ChunkFileType& type) {
+  if (type.oldestVersion == type.version) return "version " + std::to_string(type.version);
+  return "versions " + std::to_string(type.oldestVersion) + " to " + std::to_string(type.version);
+}
+
+Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileType& type) {
   FileHeader header;
   if (file.empty()) return invalid("empty file");
-  const std::size_t magicBytes = std::min(file.size(), kBakeMagic.size());
-  if (std::memcmp(file.data(), kBakeMagic.data(), magicBytes) != 0)
-    return invalid(file.size() >= 2 && file[0] == std::byte{0x1F} && file[1] == std::byte{0x8B}
-                       ? "header magic: expected a Relume bake, found a file of gzip: unpack it by gunzip first"
-                       : "header magic: expected a Relume bake, found something else");
+  if (!beginsAs(file, type)) {
+    const char* found = "something else";
+    for (const ChunkFileType* other : {&kBakeFileType, &kPlanFileType, &kShardFileType}) {
+      if (file.size() >= other->magic.size() && beginsAs(file, *other)) found = other->name;
+    }
+    if (file.size() >= 2 && file[0] == std::byte{0x1F} && file[1] == std::byte{0x8B})
+      found = "a file of gzip: unpack it by gunzip first";
+    return expectedFound("header magic", type.name, found);
+  }
   if (file.size() < sizeof(header)) return expectedFound("header: truncated", "64 bytes", std::to_string(file.size()));
   std::memcpy(&header, file.data(), sizeof(header));
   if (header.endianMark != kEndianMark) {
     if (header.endianMark == 0x04030201) return Error{ErrorCode::unsupported, "header: the file is big endian"};
     return expectedFound("header byte-order mark", kEndianMark, header.endianMark);
   }
-  if (header.version < kOldestBakeFormatVersion || header.version > kPackedFormatVersion)
+  if (header.version < type.oldestVersion || header.version > type.version)
     return Error{ErrorCode::unsupported,
-                 "format version " + std::to_string(header.version) + ", this program reads versions " +
-                     std::to_string(kOldestBakeFormatVersion) + " to " + std::to_string(kPackedFormatVersion)};
+                 "format version " + std::to_string(header.version) + ", this program reads " + versionsOf(type)};
   if (header.headerBytes != sizeof(header)) return expectedFound("header size", sizeof(header), header.headerBytes);
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
   if (header.reserved != std::array<std::uint64_t, 2>{} ||
-      (header.packedFrom != 0 && header.version != kPackedFormatVersion))
+      (header.packedFrom != 0 && header.version != type.packedVersion))
     return invalid("header: reserved bytes are not zero");
   const std::uint64_t max = std::min(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
   if (header.chunkCount > max)
@@ -193,9 +205,11 @@ std::size_t elementBytes(ElementType type) {
   return 0;
 }
 
-bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version, std::uint64_t packedFrom) {
+bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version, const ChunkFileType& type,
+                 std::uint64_t packedFrom) {
   // Lay out: each chunk starts at the next multiple of 64; the file ends with the last byte of the last chunk.
   FileHeader header;
+  header.magic = type.magic;
   header.version = version;
   header.packedFrom = packedFrom;
   header.chunkCount = static_cast<std::uint32_t>(chunks.size());
@@ -228,8 +242,9 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
   return true;
 }
 
-Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory) {
-  const Result<FileHeader> header = readHeader(file);
+Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory,
+                                           const ChunkFileType& type) {
+  const Result<FileHeader> header = readHeader(file, type);
   if (!header) return header.error();
   const auto tableBytes = file.subspan(sizeof(FileHeader), header->chunkCount * sizeof(TableRow));
   std::pmr::vector<Chunk> chunks(memory);
@@ -238,7 +253,7 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
   for (std::size_t i = 0; i < header->chunkCount; ++i) {
     TableRow row;
     std::memcpy(&row, tableBytes.data() + i * sizeof(TableRow), sizeof(row));
-    const Result<ChunkInfo> info = readRow(row, i, header->version == kPackedFormatVersion);
+    const Result<ChunkInfo> info = readRow(row, i, header->version == type.packedVersion);
     if (!info) return info.error();
     if (std::any_of(chunks.begin(), chunks.end(), [&](const Chunk& c) { return c.info.name == info->name; }))
       return invalid("chunk " + info->name + ": appears twice");

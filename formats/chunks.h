@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The container of a bake: a fixed header, a table of chunks, and 64-byte aligned raw arrays. Knows bytes, types and
-// shapes, not what they mean (bake_file.cpp does). formats/README.md documents it byte by byte.
+// The container of a bake, and of a plan and the shards of one: a fixed header, a table of chunks, and 64-byte aligned
+// raw arrays. Knows bytes, types and shapes, not what they mean (bake_file.cpp does). formats/README.md documents it
+// byte by byte.
 #pragma once
 
 #include "formats/field_coding.h"
@@ -25,6 +26,20 @@ inline constexpr std::uint32_t kBakeFormatVersion = 4, kOldestBakeFormatVersion 
 inline constexpr std::uint32_t kPackedFormatVersion = 5;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
+
+// The files that are made of chunks. They differ in their magic, and count versions of their own.
+struct ChunkFileType {
+  std::array<unsigned char, 8> magic;
+  std::uint32_t oldestVersion, version;
+  const char* name;                 // as messages have it
+  std::uint32_t packedVersion = 0;  // whose chunks are coded; 0 = none
+};
+inline constexpr ChunkFileType kBakeFileType{kBakeMagic, kOldestBakeFormatVersion, kPackedFormatVersion,
+                                             "a Relume bake", kPackedFormatVersion};
+inline constexpr ChunkFileType kPlanFileType{
+    {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 1, 1, "the plan of a bake (relume bake --plan)"};
+inline constexpr ChunkFileType kShardFileType{
+    {0x89, 'R', 'L', 'S', '\r', '\n', 0x1A, '\n'}, 1, 1, "a shard of a bake (relume bake --shard)"};
 
 // What the elements of a chunk are. The numbers stand in the file.
 enum class ElementType : std::uint32_t {
@@ -58,17 +73,18 @@ struct Chunk {
 // Lay out the chunks (offset, bytes and hash are filled in) and hand header, table, padding and data to the sink, in
 // the order of the file. False when the sink refuses. version: what the header says. packedFrom: of packed bakes.
 bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version = kBakeFormatVersion,
-                 std::uint64_t packedFrom = 0);
+                 const ChunkFileType& type = kBakeFileType, std::uint64_t packedFrom = 0);
 
 // Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
 // in order, inside the file, without holes; padding zero. The spans point into `file`.
 // invalidFile: names header field or chunk, what was expected and found; unsupported: another version or byte order.
 // Allocates nothing but the table, which the file's own size bounds, from `memory` [not null]; throws std::bad_alloc.
 Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file,
-                                           std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
+                                           std::pmr::memory_resource* memory = std::pmr::new_delete_resource(),
+                                           const ChunkFileType& type = kBakeFileType);
 
-// What the header of a file says that readChunks() has taken: its version; what tells the bake from others
-// (identifyBakeFile()).
+// What the header of a file says that readChunks() has taken: its version; what tells it from others, the hash of
+// header and table, which have the hashes of all chunks, or that of the bake that a packed one was made from.
 std::uint32_t versionOf(std::span<const std::byte> file);
 std::uint64_t identityOf(std::span<const std::byte> file);
 

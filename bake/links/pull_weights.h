@@ -37,6 +37,12 @@ class PullSums {
   // Add what one cache sees and how its cut reads it.
   void add(const VisibleSubtree& tree, std::span<const CutLink> cut);
   void merge(const PullSums& other);
+  // The sums themselves, by node: to be kept, and merged elsewhere. Empty for equal areas.
+  std::span<const std::uint64_t> all() const { return all_; }
+  std::span<const std::uint64_t> cut() const { return cut_; }
+  // node: of the hierarchy; not for equal areas.
+  void addAll(std::uint32_t node, std::uint64_t sum) { all_[node] += sum; }
+  void addCut(std::uint32_t node, std::uint64_t sum) { cut_[node] += sum; }
 
   // firstWeight of every node. Nodes no cut averages fall back on what all caches receive, then on equal areas.
   std::vector<float> weights(const Hierarchy& hierarchy) const;

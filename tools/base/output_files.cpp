@@ -51,11 +51,19 @@ std::string beginning(const fs::path& path, std::size_t bytes) {
   return text;
 }
 
+bool hasMagic(std::string_view text, const ChunkFileType& type) {
+  return text.size() >= type.magic.size() && std::memcmp(text.data(), type.magic.data(), type.magic.size()) == 0;
+}
+
 bool isKind(std::string_view text, FileKind kind) {
   using namespace std::string_view_literals;
   switch (kind) {
     case FileKind::bake:
-      return text.size() >= kBakeMagic.size() && std::memcmp(text.data(), kBakeMagic.data(), kBakeMagic.size()) == 0;
+      return hasMagic(text, kBakeFileType);
+    case FileKind::plan:
+      return hasMagic(text, kPlanFileType);
+    case FileKind::shard:
+      return hasMagic(text, kShardFileType);
     case FileKind::gzip:
       return text.starts_with("\x1f\x8b"sv);
     case FileKind::exr:
@@ -80,6 +88,10 @@ const char* nameOf(FileKind kind) {
   switch (kind) {
     case FileKind::bake:
       return "a bake";
+    case FileKind::plan:
+      return kPlanFileType.name;
+    case FileKind::shard:
+      return kShardFileType.name;
     case FileKind::gzip:
       return "a file of gzip";
     case FileKind::exr:

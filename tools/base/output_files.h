@@ -15,6 +15,8 @@ namespace relume {
 // What a file is, by its first bytes.
 enum class FileKind {
   bake,           // the header's magic
+  plan,           // the same
+  shard,          // the same
   gzip,           // the magic
   exr,            // the magic
   png,            // the magic

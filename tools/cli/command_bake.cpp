@@ -1,70 +1,29 @@
 // SPDX-License-Identifier: MIT
-// relume bake SCENE.glb -o FILE: imports, bakes, writes. One option of the command line for each row of the table of
-// options (relume/bake/options.h) that has a flag; preset, then options file, then flags.
+// relume bake SCENE.glb -o FILE: imports, bakes, writes; bake_shards.cpp has --plan and --shard. One option of the
+// command line for each row of the table of options (relume/bake/options.h) that has a flag; preset, then options file,
+// then flags.
 #include "bake/export/export_level.h"
-#include "formats/file_io.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
-#include "tools/base/scene_options.h"
-#include "tools/cli/bake_flags.h"
+#include "tools/cli/bake_arguments.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/depfile.h"
-#include "tools/cli/terminal.h"
 #include "tools/cli/verify_bake.h"
 #include "tools/compare/staleness.h"
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 namespace relume {
 namespace {
-
-struct BakeArguments {
-  std::string scene, output, optionsFile, reportFile, depfile, exportedLevel;
-  Preset preset = Preset::high;
-  bool printOptions = false, force = false, verify = false;
-  BakeFlags flags;
-  SceneOptions sceneOptions;
-  TerminalOptions terminal;
-};
-
-constexpr std::size_t kMaxOptionsBytes = 1 << 20;
-
-Result<std::string> readText(const std::string& path) {
-  const Result<FileBytes> file = readFile(path, kMaxOptionsBytes);
-  if (!file) return Error{file.error().code == ErrorCode::io ? ErrorCode::io : ErrorCode::usage, file.error().message};
-  return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
-}
-
-Status writeText(const std::string& path, const std::string& text) {
-  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
-}
-
-// Preset, options file, then the flags.
-Result<BakeOptions> chooseOptions(const BakeArguments& arguments) {
-  BakeOptions options = presetOptions(arguments.preset);
-  if (!arguments.optionsFile.empty()) {
-    const Result<std::string> text = readText(arguments.optionsFile);
-    if (!text) return text.error();
-    Result<BakeOptions> read = optionsFromJson(*text, options);
-    if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
-    options = *read;
-  }
-  return chooseBakeOptions(options, arguments.flags);
-}
 
 // The options as JSON with a comment a line; `--options` reads it back.
 std::string describeOptions(const BakeOptions& options) {
@@ -86,34 +45,6 @@ std::string describeOptions(const BakeOptions& options) {
     text += (lastOfGroup ? "\n  }" : "") + std::string(i + 1 < list.size() ? ",\n" : "\n");
   }
   return text + "}\n";
-}
-
-double peakMemoryMiB() {
-  struct rusage usage {};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
-
-// Stages with seconds and figures, options, sizes. Unlike the bake itself it may say when and how long.
-std::string describeRun(const Context& context, const BakeOptions& options, const Bake& bake, double seconds,
-                        bool upToDate) {
-  nlohmann::json stages = nlohmann::json::array();
-  for (const StageReport& stage : context.report()) {
-    nlohmann::json figures = nlohmann::json::object();
-    for (const auto& [name, value] : stage.figures) figures[name] = value;
-    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}, {"figures", figures}});
-  }
-  const nlohmann::json report = {{"seconds", seconds},
-                                 {"upToDate", upToDate},
-                                 {"peakMemoryMiB", peakMemoryMiB()},
-                                 {"stages", stages},
-                                 {"options", nlohmann::json::parse(optionsToJson(options))},
-                                 {"surfels", bake.surfels.count()},
-                                 {"nodes", bake.hierarchy.nodeCount()},
-                                 {"caches", bake.caches.count()},
-                                 {"links", bake.links.count()},
-                                 {"rayTracer", bake.provenance.rayTracer}};
-  return jsonText(report) + "\n";
 }
 
 // The bake that stands at the output, when scene and options would give it again. Whatever is wrong with it: no.
@@ -147,17 +78,6 @@ Status writeLevel(const BakeArguments& arguments, const Scene& scene, const Bake
   return level ? level->document.write(arguments.exportedLevel) : level.error();
 }
 
-// Level, report and depfile, which are written whether or not there was something to bake.
-Status writeSideFiles(const BakeArguments& arguments, const Scene& scene, const std::string& report) {
-  if (!arguments.reportFile.empty()) {
-    if (const Status status = writeText(arguments.reportFile, report); !status) return status;
-  }
-  if (arguments.depfile.empty()) return done();
-  std::vector<std::filesystem::path> files = scene.files;
-  if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
-  return writeText(arguments.depfile, makeDepfile(arguments.output, files));
-}
-
 CommandFiles filesOf(const BakeArguments& arguments) {
   CommandFiles files;
   files.read("the scene", arguments.scene);
@@ -170,9 +90,30 @@ CommandFiles filesOf(const BakeArguments& arguments) {
   return files;
 }
 
+MadeCounts countsOf(const Bake& bake) {
+  return {bake.surfels.count(), bake.hierarchy.nodeCount(), bake.caches.count(), bake.links.count()};
+}
+
+// What --plan and --shard go with.
+Status checkForm(const BakeArguments& arguments) {
+  const auto usage = [](const std::string& text) { return Error{ErrorCode::usage, text}; };
+  if (arguments.plan.empty()) {
+    return arguments.shard.empty() ? done() : Status(usage("--shard: needs the plan that it is a shard of, --plan"));
+  }
+  if (!arguments.exportedLevel.empty())
+    return usage("--export-glb: not with --plan; merge the shards, then use relume export");
+  if (arguments.verify) return usage("--verify: not with --plan; relume compare compares a merged bake with another");
+  if (arguments.shard.empty() && !arguments.output.empty())
+    return usage("-o: not with --plan alone, which writes the plan; with --shard it is the shard to write");
+  return done();
+}
+
 int runBake(const BakeArguments& arguments) {
+  if (const Status status = checkForm(arguments); !status) return fail(status.error());
+  if (!arguments.shard.empty()) return runShard(arguments);
+  if (!arguments.plan.empty() && !arguments.printOptions) return runPlan(arguments);
   const auto begin = std::chrono::steady_clock::now();
-  const Result<BakeOptions> options = chooseOptions(arguments);
+  const Result<BakeOptions> options = chooseOptions(arguments, presetOptions(arguments.preset));
   if (!options) return fail(options.error());
   if (arguments.printOptions) {
     std::fputs(describeOptions(*options).c_str(), stdout);
@@ -193,16 +134,15 @@ int runBake(const BakeArguments& arguments) {
   if (!arguments.exportedLevel.empty()) {
     if (const Status status = checkExportable(arguments.scene); !status) return terminal.finish(), fail(status.error());
   }
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
     const Status exported = writeLevel(arguments, *scene, *existing, context);
     terminal.finish();
     if (!exported) return fail(exported.error());
-    // Younger than its inputs, so that a build system that goes by time does not ask again.
-    std::error_code ignored;
-    std::filesystem::last_write_time(arguments.output, std::filesystem::file_time_type::clock::now(), ignored);
-    const std::string report = describeRun(context, *options, *existing, seconds(), true);
-    if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
+    touch(arguments.output);
+    const std::string report =
+        describeRun(context, *options, existing->provenance.rayTracer, countsOf(*existing), secondsSince(begin), true);
+    if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
+      return fail(status.error());
     std::printf("%s: up to date (--force bakes again)\n", printable(arguments.output).c_str());
     return 0;
   }
@@ -222,11 +162,13 @@ int runBake(const BakeArguments& arguments) {
   terminal.finish();
   if (!exported) return fail(exported.error());
 
-  const std::string report = describeRun(context, *options, *baked, seconds(), false);
-  if (const Status status = writeSideFiles(arguments, *scene, report); !status) return fail(status.error());
+  const std::string report =
+      describeRun(context, *options, baked->provenance.rayTracer, countsOf(*baked), secondsSince(begin), false);
+  if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
+    return fail(status.error());
   std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s\n",
               printable(arguments.output).c_str(), baked->surfels.count(), baked->caches.count(), baked->links.count(),
-              seconds(), peakMemoryMiB(), arguments.verify ? ", verified" : "");
+              secondsSince(begin), peakMemoryMiB(), arguments.verify ? ", verified" : "");
   return 0;
 }
 
@@ -242,9 +184,8 @@ void addBakeCommand(CLI::App& app, Action& action) {
   std::string presets = "Where options start from:";
   for (const PresetInfo& info : kPresets) presets += std::string(" ") + info.name + ", " + info.comment + ";";
   presets.back() = ' ';
-  command->add_option("--preset", arguments->preset, presets + presetNames())
-      ->option_text("NAME [high]")
-      ->transform(CLI::CheckedTransformer(presetsByName()).description(""));
+  CLI::Option* preset = command->add_option("--preset", arguments->preset, presets + presetNames());
+  preset->option_text("NAME [high]")->transform(CLI::CheckedTransformer(presetsByName()).description(""));
   command->add_option("--options", arguments->optionsFile, "JSON file with options, over the preset")
       ->option_text("FILE");
   // Called before what is required is looked at.
@@ -267,10 +208,26 @@ void addBakeCommand(CLI::App& app, Action& action) {
       ->option_text("FILE");
   command->add_option("--depfile", arguments->depfile, "Write what the bake depends on, for Make and Ninja")
       ->option_text("FILE");
+  command
+      ->add_option_function<std::string>(
+          "--plan",
+          [arguments, output](const std::string& file) {
+            arguments->plan = file;
+            output->required(false);
+          },
+          "Write what the level's shards have in common to this file, and stop; with --shard: read it")
+      ->option_text("FILE");
+  command
+      ->add_option("--shard", arguments->shard,
+                   "Trace the links of shard I of N of --plan, on any machine; relume merge joins all N to the bake")
+      ->option_text("I/N");
   addSceneOptions(*command, arguments->sceneOptions);
   addTerminalOptions(*command, arguments->terminal);
   addBakeFlags(*command, arguments->flags);
-  command->callback([arguments, &action] { action = [arguments] { return runBake(*arguments); }; });
+  command->callback([arguments, preset, &action] {
+    arguments->presetGiven = preset->count() > 0;
+    action = [arguments] { return runBake(*arguments); };
+  });
 }
 
 }  // namespace relume

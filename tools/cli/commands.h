@@ -31,6 +31,7 @@ inline constexpr int kCancelled = 130;  // by Ctrl-C or SIGTERM, as shells have 
 using Action = std::function<int()>;
 
 void addBakeCommand(CLI::App& app, Action& action);
+void addMergeCommand(CLI::App& app, Action& action);
 void addBenchCommand(CLI::App& app, Action& action);
 void addInfoCommand(CLI::App& app, Action& action);
 void addValidateCommand(CLI::App& app, Action& action);

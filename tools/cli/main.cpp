@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
       "130 cancelled.");
   Action action;
   addBakeCommand(app, action);
+  addMergeCommand(app, action);
   addBenchCommand(app, action);
   addInfoCommand(app, action);
   addValidateCommand(app, action);

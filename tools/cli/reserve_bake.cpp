@@ -17,8 +17,11 @@ namespace {
 bool beginsAsABake(const std::string& path) {
   std::array<char, kBakeMagic.size()> first{};
   std::ifstream file(path, std::ios::binary);
+  if (!file.read(first.data(), first.size())) return false;
   const auto same = [](char found, unsigned char wanted) { return static_cast<unsigned char>(found) == wanted; };
-  return file.read(first.data(), first.size()) && std::equal(first.begin(), first.end(), kBakeMagic.begin(), same);
+  return std::ranges::any_of(std::array{kBakeFileType, kPlanFileType, kShardFileType}, [&](const ChunkFileType& type) {
+    return std::equal(first.begin(), first.end(), type.magic.begin(), same);
+  });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bakes that commands look at, against --max-memory before they are mapped.
+// Bakes, plans and shards that commands look at, against --max-memory before they are mapped.
 #pragma once
 
 #include "relume/bake/context.h"

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// See link_tracer.h. Nothing of size n_C x n_S is stored: a thread keeps what one cache sees, and O(nodes) sums for the
+// pull weights.
+#include "bake/links/link_tracer.h"
+
+#include "bake/base/parallel.h"
+#include "bake/links/join_rows.h"
+#include "bake/links/project.h"
+#include "bake/links/visible_subtree.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <mutex>
+#include <string>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kGrain = 16;          // caches per chunk
+constexpr std::size_t kAskedCaches = 1024;  // at least so many caches, or all, decide how links are shared out
+
+}  // namespace
+
+// What one thread needs for one cache, and its own sums over caches.
+struct LinkTracer::Worker {
+  Worker(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
+      : tree(order), sums(hierarchy, options.pull) {}
+
+  Gatherer::Scratch gather;
+  std::vector<Arrival> arrivals;
+  VisibleSubtree tree;
+  CutKeys keys;
+  std::vector<CutCandidate> queue;
+  std::vector<CutLink> cut;
+  ProjectScratch project;
+  PullSums sums;
+  KeyCounts keyCounts;
+  RayCount count;
+  std::uint64_t visibleLeaves = 0;
+};
+
+// Lends workers to chunks. It makes as many as there are chunks that run at the same time.
+class LinkTracer::WorkerPool {
+ public:
+  WorkerPool(const Hierarchy& hierarchy, const LeafOrder& order, const LinkOptions& options)
+      : hierarchy_(hierarchy), order_(order), options_(options) {}
+
+  std::unique_ptr<Worker> take() {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!idle_.empty()) {
+        auto worker = std::move(idle_.back());
+        idle_.pop_back();
+        return worker;
+      }
+    }
+    return std::make_unique<Worker>(hierarchy_, order_, options_);
+  }
+  void giveBack(std::unique_ptr<Worker> worker) {
+    const std::scoped_lock lock(mutex_);
+    idle_.push_back(std::move(worker));
+  }
+  std::span<const std::unique_ptr<Worker>> all() const { return idle_; }
+  // All workers with what they have summed up. The next ones begin at zero.
+  std::vector<std::unique_ptr<Worker>> takeAll() { return std::exchange(idle_, {}); }
+
+ private:
+  const Hierarchy& hierarchy_;
+  const LeafOrder& order_;
+  const LinkOptions& options_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Worker>> idle_;
+};
+
+LinkTracer::LinkTracer(const RayTracer& tracer, const Surfels& surfels, const SurfelMap& map,
+                       const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, std::uint64_t seed)
+    : hierarchy_(hierarchy),
+      caches_(caches),
+      options_(options),
+      order_(hierarchy),
+      geometry_(nodeGeometry(hierarchy, surfels)),
+      cutNode_(cutNodes(hierarchy, geometry_, options.key, surfels.emission)),
+      gatherer_(tracer, surfels, map, hierarchy, options.raysPerCache, options.emitterRays, seed),
+      budget_(options, caches.count(), hierarchy.groupRoot.size()),
+      pool_(std::make_unique<WorkerPool>(hierarchy_, order_, options_)) {}
+
+LinkTracer::~LinkTracer() = default;
+
+Status LinkTracer::check(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& caches,
+                         const LinkOptions& options) {
+  if (hierarchy.nodeCount() == 0 || hierarchy.senderCount() != surfels.count() + hierarchy.skyDirection.size()) {
+    return Error{ErrorCode::failed, "links: the hierarchy has " + std::to_string(hierarchy.senderCount()) +
+                                        " senders, expected " + std::to_string(surfels.count()) + " surfels and " +
+                                        std::to_string(hierarchy.skyDirection.size()) + " sky patches"};
+  }
+  if (caches.normal.size() != caches.positionWorld.size()) {
+    return Error{ErrorCode::failed, "links: caches have different numbers of positions and normals"};
+  }
+  if (linkHasHead(options.kind) && hierarchy.nodeCount() > kMaxCompactNodes) {
+    return Error{ErrorCode::usage, "links: compact kinds reach " + std::to_string(kMaxCompactNodes) +
+                                       " nodes, the hierarchy has " + std::to_string(hierarchy.nodeCount()) +
+                                       "; use fewer surfels, or cone or SH links"};
+  }
+  const std::uint32_t max = options.maxLinksPerCache > 0 ? options.maxLinksPerCache : options.linksPerCache;
+  if (max < hierarchy.groupRoot.size()) {
+    return Error{ErrorCode::usage,
+                 "links per cache: at least " + std::to_string(hierarchy.groupRoot.size()) +
+                     " are needed here (reflecting surfaces, emitters and sky are linked apart), found " +
+                     std::to_string(max)};
+  }
+  return done();
+}
+
+bool LinkTracer::onSurface(std::uint32_t cache) const {
+  return glm::dot(caches_.normal[cache], caches_.normal[cache]) > 0.0f;
+}
+
+// What a cache sees, and what its links would cost and read.
+void LinkTracer::look(std::uint32_t cache, Worker& w) const {
+  gatherer_.gather(cache, caches_.positionWorld[cache], caches_.normal[cache], w.gather, w.arrivals, w.count);
+  w.tree.build(w.arrivals, onSurface(cache) ? 1.0f : 0.25f);
+  cutKeys(w.tree, cutNode_, options_.key, w.keys);
+}
+
+Result<float> LinkTracer::findMinKey(Context& context) {
+  if (!budget_.isShared) return CutLimit{}.minKey;
+  CutLimit limit{budget_.maxPerCache};
+  limit.maxKeySum = keySumOf(options_.maxError, levelRadius(hierarchy_, geometry_));
+  const std::size_t step = std::max<std::size_t>(1, caches_.count() / kAskedCaches);
+  parallelChunks(
+      context, "links: shares", (caches_.count() + step - 1) / step, kGrain, [&](std::size_t begin, std::size_t end) {
+        std::unique_ptr<Worker> worker = pool_->take();
+        for (std::size_t i = begin; i < end; ++i) {
+          look(static_cast<std::uint32_t>(i * step), *worker);
+          selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
+          worker->keyCounts.add(worker->tree, worker->keys.key, static_cast<std::uint32_t>(worker->cut.size()));
+        }
+        pool_->giveBack(std::move(worker));
+      });
+  if (context.cancelled()) return cancelledError();
+  KeyCounts counts;
+  for (const auto& worker : pool_->all()) counts.merge(std::exchange(worker->keyCounts, {}));
+  return counts.keyFor(budget_.total * static_cast<double>(counts.caches()) / static_cast<double>(caches_.count()));
+}
+
+Result<TracedRange> LinkTracer::trace(CacheRange range, float minKey, Context& context) {
+  CutLimit limit{budget_.maxPerCache};
+  limit.minKey = minKey;
+  limit.maxKeySum = keySumOf(options_.maxError, levelRadius(hierarchy_, geometry_));
+
+  std::vector<LinkRowBuilder> chunks((range.count() + kGrain - 1) / kGrain, LinkRowBuilder(options_.kind));
+  parallelChunks(context, "links", range.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<Worker> worker = pool_->take();
+    Worker& w = *worker;
+    LinkRowBuilder& rows = chunks[begin / kGrain];
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t c = range.begin + static_cast<std::uint32_t>(i);
+      look(c, w);
+      selectCut(w.tree, w.keys, limit, w.queue, w.cut);
+      appendRow(w.tree, w.cut, w.arrivals, onSurface(c), options_.kind, options_.bands, w.project, rows);
+      w.sums.add(w.tree, w.cut);
+      w.visibleLeaves += w.tree.leaves().size();
+    }
+    pool_->giveBack(std::move(worker));
+  });
+  if (context.cancelled()) return cancelledError();
+
+  Result<Links> links = joinRows(chunks, options_);
+  if (!links) return links.error();
+  TracedRange traced{std::move(*links), PullSums(hierarchy_, options_.pull), {}, 0};
+  for (const auto& worker : pool_->takeAll()) {
+    traced.sums.merge(worker->sums);
+    traced.rays += worker->count;
+    traced.visibleLeaves += worker->visibleLeaves;
+  }
+  return traced;
+}
+
+}  // namespace relume

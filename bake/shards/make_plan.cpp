@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// See plan.h.
+#include "bake/links/link_tracer.h"
+#include "bake/rays/ray_tracer_name.h"
+#include "bake/shards/plan.h"
+#include "bake/stage_memory.h"
+#include "bake/stages.h"
+#include "relume/bake/provenance.h"
+
+#include <string>
+#include <utility>
+
+namespace relume {
+namespace {
+
+// Rows of no links.
+Links noLinks(const Caches& caches, const LinkOptions& options) {
+  Links links;
+  links.kind = options.kind;
+  links.bands = options.kind == LinkKind::sh ? options.bands : 0;
+  links.rowBegin = std::vector<std::uint32_t>(std::size_t{caches.count()} + 1, 0);
+  return links;
+}
+
+Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
+  Result<PlacedLevel> placed = placeLevel(scene, options, context);
+  if (!placed) return placed.error();
+  BakePlan plan;
+  plan.options = options;
+
+  // The one number that the caches share: how far links are refined.
+  const Result<float> minKey = runStage(context, "link shares", [&]() -> Result<float> {
+    const Surfels& surfels = placed->surfels.surfels;
+    if (const Status status = LinkTracer::check(surfels, placed->hierarchy, placed->caches, options.links); !status)
+      return status.error();
+    return needs(reserveLinks(placed->hierarchy, placed->caches, options.links, context, 0.0), [&] {
+      return LinkTracer(placed->tracer, surfels, placed->surfels.map, placed->hierarchy, placed->caches, options.links,
+                        options.seed)
+          .findMinKey(context);
+    });
+  });
+  if (!minKey) return minKey.error();
+  plan.minKey = *minKey;
+
+  if (const Status status = placeReceivers(*placed, context); !status) return status.error();
+  plan.map = std::move(placed->surfels.map);
+  if (!placed->surfels.bakedEmission.empty()) plan.tracedEmission = placed->surfels.surfels.emission.toVector();
+  Links links = noLinks(placed->caches, options.links);
+  Result<Bake> bake = handOver(scene, options, std::move(*placed), std::move(links), context);
+  if (!bake) return bake.error();
+  plan.bake = std::move(*bake);
+  return plan;
+}
+
+Error otherProgram(const std::string& what, const std::string& made, const std::string& mine) {
+  return {ErrorCode::unsupported, "the plan was made by " + what + " " + made + ", this program has " + mine +
+                                      "; make the plan again, or use that program for all shards"};
+}
+
+}  // namespace
+
+Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context) {
+  return guardBake<BakePlan>(scene, options, context, [&] { return planStages(scene, options, context); });
+}
+
+Status checkPlanVersion(const BakePlan& plan) {
+  const Provenance& then = plan.bake.provenance;
+  const Provenance now = describeProvenance(Scene{}, {}, plan.options, "");
+  if (then.algorithmVersion != now.algorithmVersion)
+    return otherProgram("algorithm version", std::to_string(then.algorithmVersion),
+                        std::to_string(now.algorithmVersion));
+  if (then.toolVersion != now.toolVersion) return otherProgram("version", then.toolVersion, now.toolVersion);
+  return done();
+}
+
+Status checkPlanTracer(const BakePlan& plan) {
+  const std::string then = plan.bake.provenance.rayTracer, now = rayTracerName(plan.options.embreeIsa);
+  return then == now ? done() : Status(otherProgram("the ray tracer", then, now));
+}
+
+Status checkPlanLevel(const BakePlan& plan, const Scene& scene) {
+  if (hashScene(scene, describeInstances(scene)) == plan.bake.provenance.sceneHash) return done();
+  return Error{ErrorCode::invalidFile, "scene \"" + scene.name +
+                                           "\" is not the one of the plan: shapes, places, materials or play volumes "
+                                           "differ; make the plan again, or give the level it was made of"};
+}
+
+}  // namespace relume

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// The plan of a bake whose links are traced in shards: all that the stages before made, once, for any number of
+// processes on any machines. formats/README.md documents its file.
+#pragma once
+
+#include "bake/surfels/surfels.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace relume {
+
+struct BakePlan {
+  Bake bake;            // without links: its rows are empty, and Hierarchy::firstWeight is the clustering's
+  BakeOptions options;  // what Provenance::optionsJson says
+  SurfelMap map;
+  std::vector<glm::vec3> tracedEmission;  // [W/m²/sr] [Size 0 or n_S] where materials are drivable: the emission that
+                                          // links reckon with, which is not the bake's (PlacedSurfels::bakedEmission)
+  float minKey = -1.0f;                   // CutLimit::minKey of all caches
+  std::uint64_t identity = 0;  // of its file, which parsePlan() and readPlan() find. Same level, options and program:
+                               // same file
+};
+
+// Make all of a bake but its links. Errors as bake().
+Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context);
+
+// Done where this program would make this plan of this scene and its options. unsupported: another version of the
+// program, or of its ray tracer, which merging does without. invalidFile: another level.
+Status checkPlanVersion(const BakePlan& plan);
+Status checkPlanTracer(const BakePlan& plan);
+Status checkPlanLevel(const BakePlan& plan, const Scene& scene);
+
+// As a file. Errors as of writeBake(), serializeBake(), readBake() and parseBake(). A plan that was read is safe to
+// trace with, whatever its file says: sizes, indices and numbers are checked.
+Status writePlan(const BakePlan& plan, const std::filesystem::path& path);
+Result<std::vector<std::byte>> serializePlan(const BakePlan& plan);
+Result<BakePlan> readPlan(const std::filesystem::path& path);
+Result<BakePlan> parsePlan(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner);
+
+}  // namespace relume

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// A plan as a file (formats/README.md): a bake without links inside, then what else links are traced with. What is read
+// is checked so that tracing with it stays within its arrays and its time within what the options ask for.
+#include "bake/links/link_tracer.h"
+#include "bake/shards/plan.h"
+#include "formats/chunk_arrays.h"
+#include "formats/file_io.h"
+#include "formats/limits.h"
+#include "formats/validate.h"
+#include "relume/bake_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <string>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr const char *kBake = "bake", *kThreshold = "link.threshold", *kSide = "surfel.side", *kTile = "surfel.tile",
+                     *kEmission = "surfel.traced";
+constexpr std::uint64_t kSideWords = 2;
+constexpr int kMaxNesting = 16;  // of tiles: a grid in a tile has 4 x 4
+
+// A side: the first tile; then columns, nested, rows and corner in 15, 1, 14 and 2 bits.
+std::array<std::uint32_t, kSideWords> packSide(const SurfelMap::Side& side) {
+  return {side.firstTile, side.columns | std::uint32_t{side.nested} << 15 | std::uint32_t{side.rows} << 16 |
+                              std::uint32_t{side.corner} << 30};
+}
+
+SurfelMap::Side unpackSide(std::uint32_t first, std::uint32_t bits) {
+  SurfelMap::Side side;
+  side.firstTile = first;
+  side.columns = static_cast<std::uint16_t>(bits & 0x7FFFu);
+  side.nested = static_cast<std::uint16_t>(bits >> 15 & 1u);
+  side.rows = static_cast<std::uint16_t>(bits >> 16 & 0x3FFFu);
+  side.corner = static_cast<std::uint16_t>(bits >> 30);
+  return side;
+}
+
+struct PlanArrays {
+  std::vector<std::byte> bake;
+  std::vector<std::uint32_t> side;
+};
+
+Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
+  Result<std::vector<std::byte>> bake = serializeBake(plan.bake);
+  if (!bake) return bake.error();
+  arrays.bake = std::move(*bake);
+  arrays.side.reserve(plan.map.sides.size() * kSideWords);
+  for (const SurfelMap::Side& side : plan.map.sides) {
+    const auto words = packSide(side);
+    arrays.side.insert(arrays.side.end(), words.begin(), words.end());
+  }
+  return std::vector<Chunk>{archiveChunk(kBake, arrays.bake), chunkOf<float>(kThreshold, std::span(&plan.minKey, 1)),
+                            chunkOf<std::uint32_t>(kSide, arrays.side, kSideWords),
+                            chunkOf<std::uint32_t>(kTile, plan.map.tile),
+                            chunkOf<glm::vec3>(kEmission, plan.tracedEmission)};
+}
+
+Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
+
+std::string element(const char* chunk, std::size_t index) {
+  return "chunk " + std::string(chunk) + "[" + std::to_string(index) + "]: ";
+}
+
+// The options are those that this program would write, and fit what was made with them.
+Status checkOptionsOf(BakePlan& plan) {
+  const std::string& json = plan.bake.provenance.optionsJson;
+  const Result<BakeOptions> options = optionsFromJson(json, BakeOptions{});
+  if (!options) return invalid("chunk bake: options: " + options.error().message);
+  plan.options = *options;
+  if (const Status status = checkOptions(plan.options); !status)
+    return invalid("chunk bake: options: " + status.error().message);
+  if (optionsToJson(plan.options) != json) return invalid("chunk bake: options: not as a plan writes them");
+  const LinkOptions& o = plan.options.links;
+  const Links& links = plan.bake.links;
+  if (links.kind != o.kind || links.bands != (o.kind == LinkKind::sh ? o.bands : 0u))
+    return invalid("chunk bake: links: not of the kind that the options say");
+  if (links.count() != 0)
+    return invalid("chunk bake: expected a bake without links, found " + std::to_string(links.count()));
+  if (plan.bake.hierarchy.skyDirection.size() != o.skyPatches)
+    return invalid("chunk bake: expected " + std::to_string(o.skyPatches) + " sky patches, as the options say, found " +
+                   std::to_string(plan.bake.hierarchy.skyDirection.size()));
+  const Status fits = LinkTracer::check(plan.bake.surfels, plan.bake.hierarchy, plan.bake.caches, o);
+  return fits ? done() : Status(invalid("chunk bake: " + fits.error().message));
+}
+
+// Grids of tiles lie inside the array, and a tile is in one of them.
+Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
+  constexpr std::uint32_t kInner = SurfelMap::kInnerAlong * SurfelMap::kInnerAlong;
+  const std::size_t count = map.tile.size();
+  std::vector<std::uint8_t> depth(count, 0);  // 0: in no grid yet
+  for (std::size_t i = 0; i < map.sides.size(); ++i) {
+    const SurfelMap::Side& side = map.sides[i];
+    if (side.columns == 0) continue;
+    if (side.rows == 0 || side.corner > 2 || side.firstTile > count || side.tileCount() > count - side.firstTile)
+      return invalid(element(kSide, i) + "expected tiles within the " + std::to_string(count) + " of the map");
+    for (std::uint32_t t = 0; t < side.tileCount(); ++t) {
+      if (std::exchange(depth[side.firstTile + t], std::uint8_t{1}) != 0)
+        return invalid(element(kSide, i) + "expected tiles of its own, found those of another side");
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t content = map.tile[i];
+    if (content == kNone) continue;
+    if (!SurfelMap::isInner(content)) {
+      if (content >= surfels)
+        return invalid(element(kTile, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
+                       std::to_string(content));
+      continue;
+    }
+    const std::size_t first = SurfelMap::firstInner(content);
+    if (first <= i || first > count || kInner > count - first || depth[i] >= kMaxNesting)
+      return invalid(element(kTile, i) + "expected a grid of tiles after it, nested less than " +
+                     std::to_string(kMaxNesting) + " deep");
+    for (std::size_t t = first; t < first + kInner; ++t) {
+      if (std::exchange(depth[t], static_cast<std::uint8_t>(depth[i] + 1)) != 0)
+        return invalid(element(kTile, i) + "expected a grid of its own, found tiles of another");
+    }
+  }
+  return done();
+}
+
+Status checkPlan(BakePlan& plan) {
+  if (const Status status = checkBake(plan.bake); !status)
+    return Error{status.error().code, "chunk bake: " + status.error().message};
+  if (const Status status = checkOptionsOf(plan); !status) return status;
+  if (!std::isfinite(plan.minKey)) return invalid("chunk link.threshold: expected a finite number");
+  const std::size_t emission = plan.tracedEmission.size(), surfels = plan.bake.surfels.count();
+  if (emission != 0 && emission != surfels)
+    return invalid("chunk surfel.traced: expected 0 or " + std::to_string(surfels) + " rows, found " +
+                   std::to_string(emission));
+  for (std::size_t i = 0; i < emission; ++i) {
+    if (!isRadiance(plan.tracedEmission[i])) return invalid(element(kEmission, i) + "expected 0 to 1e9 W/m²/sr");
+  }
+  return checkTiles(plan.map, plan.bake.surfels.count());
+}
+
+Result<BakePlan> assemble(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
+  const auto chunks = readChunks(bytes, std::pmr::new_delete_resource(), kPlanFileType);
+  if (!chunks) return chunks.error();
+  if (const Status status = verifyChunks(*chunks); !status) return status.error();
+  ChunkReader reader(*chunks);
+  const std::span<const std::byte> inner = reader.take(kBake, ElementType::archive, 1);
+  const auto threshold = reader.takeArray<float>(kThreshold, owner);
+  const auto side = reader.takeArray<std::uint32_t>(kSide, owner, kSideWords);
+  const auto tile = reader.takeArray<std::uint32_t>(kTile, owner);
+  const auto emission = reader.takeArray<glm::vec3>(kEmission, owner);
+  reader.finish();
+  if (reader.failed()) return reader.error();
+  if (threshold.size() != 1)
+    return invalid("chunk link.threshold: expected 1 number, found " + std::to_string(threshold.size()));
+
+  BakePlan plan;
+  Result<Bake> bake = parseBake(inner, owner, Checksums::skip);  // the chunk around it has one
+  if (!bake) return Error{bake.error().code, "chunk bake: " + bake.error().message};
+  plan.bake = std::move(*bake);
+  plan.minKey = threshold[0];
+  plan.map.sides.reserve(side.size() / kSideWords);
+  for (std::size_t i = 0; i < side.size(); i += kSideWords) plan.map.sides.push_back(unpackSide(side[i], side[i + 1]));
+  plan.map.tile = tile.toVector();
+  plan.tracedEmission = emission.toVector();
+  plan.identity = identityOf(bytes);
+  if (const Status status = checkPlan(plan); !status) return status.error();
+  return plan;
+}
+
+}  // namespace
+
+Status writePlan(const BakePlan& plan, const std::filesystem::path& path) {
+  PlanArrays arrays;
+  const Result<std::vector<Chunk>> chunks = chunksOf(plan, arrays);
+  if (!chunks) return Error{chunks.error().code, path.string() + ": not written: " + chunks.error().message};
+  return writeFileAtomically(
+      path, [&](const ByteSink& sink) { return writeChunks(*chunks, sink, kPlanFileType.version, kPlanFileType); });
+}
+
+Result<std::vector<std::byte>> serializePlan(const BakePlan& plan) {
+  PlanArrays arrays;
+  const Result<std::vector<Chunk>> chunks = chunksOf(plan, arrays);
+  if (!chunks) return chunks.error();
+  std::vector<std::byte> file;
+  const ByteSink append = [&file](std::span<const std::byte> bytes) {
+    file.insert(file.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  writeChunks(*chunks, append, kPlanFileType.version, kPlanFileType);
+  return file;
+}
+
+Result<BakePlan> parsePlan(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
+  if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
+    return Error{ErrorCode::usage, "the memory of a plan must be aligned to 8 bytes"};
+  try {
+    return assemble(bytes, owner);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::memory, "out of memory"};
+  }
+}
+
+Result<BakePlan> readPlan(const std::filesystem::path& path) {
+  const Result<FileBytes> file = readFile(path);
+  if (!file) return file.error();
+  Result<BakePlan> plan = parsePlan(file->bytes, file->owner);
+  if (!plan) return Error{plan.error().code, path.string() + ": " + plan.error().message};
+  return plan;
+}
+
+}  // namespace relume

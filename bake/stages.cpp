@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+// See stages.h.
+#include "bake/stages.h"
+
+#include "bake/base/memory_budget.h"
+#include "bake/caches/caches.h"
+#include "bake/hierarchy/hierarchy.h"
+#include "bake/scene/check_limits.h"
+#include "bake/stage_memory.h"
+#include "bake/visibility/play_space.h"
+#include "formats/validate.h"
+#include "relume/bake/provenance.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+#include <vector>
+
+namespace relume {
+namespace {
+
+bool hasFixedTriangles(const Scene& scene) {
+  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+    return instance.baked() && !scene.meshes[instance.mesh].triangle.empty();
+  });
+}
+
+// Most rays of a bake are traced for links. If a cache casts few, packets are faster (docs/notes/tracing.md).
+RayStructure rayStructureFor(const BakeOptions& options) {
+  constexpr double kMany = 1e7;
+  constexpr std::uint32_t kMinBundleRays = 256;
+  const double caches = static_cast<double>(options.caches.lightmapCaches) + options.caches.gridCaches;
+  if (caches * options.links.raysPerCache < kMany) return RayStructure::quick;
+  return options.links.raysPerCache < kMinBundleRays ? RayStructure::thorough : RayStructure::bundles;
+}
+
+}  // namespace
+
+void noteHeldMemory(Context& context) { context.figure("memory_mib", static_cast<double>(heldMemory()) / 1048576.0); }
+
+Status checkBakeable(const Scene& scene, const BakeOptions& options) {
+  if (const Status status = checkOptions(options); !status) return status.error();
+  if (const Status status = checkLimits(scene); !status) return status.error();
+  if (hasFixedTriangles(scene)) return done();
+  return Error{ErrorCode::failed, "scene \"" + scene.name +
+                                      "\" has no triangle to bake: no mesh, or every node is "
+                                      "\"dynamic\" or \"ignore\" in extras.relume"};
+}
+
+Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context) {
+  const RayStructure structure = rayStructureFor(options);
+  return runStage(context, "rays", [&] {
+    return needs(reserveRays(scene, structure, context),
+                 [&] { return RayTracer::create(scene, options.embreeIsa, context, structure); });
+  });
+}
+
+Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context) {
+  // 0. The ray tracer over the fixed part of the level, and the surfaces that receivers can see
+  auto tracer = buildRays(scene, options, context);
+  if (!tracer) return tracer.error();
+  auto space = runStage(context, "play space", [&] {
+    return needs(reservePlaySpace(scene, options.playSpace, context),
+                 [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
+  });
+  if (!space) return space.error();
+
+  // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
+  auto placed = runStage(context, "surfels", [&] {
+    return needs(reserveSurfels(scene, options.surfels, context),
+                 [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+  });
+  if (!placed) return placed.error();
+  auto hierarchy = runStage(context, "hierarchy", [&] {
+    return needs(reserveHierarchy(placed->surfels, options, context), [&] {
+      return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
+    });
+  });
+  if (!hierarchy) return hierarchy.error();
+
+  // 2. Receivers: where light is gathered (PIC 4.4)
+  auto caches =
+      runStage(context, "caches", [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
+  if (!caches) return caches.error();
+  return PlacedLevel{std::move(*tracer), std::move(*placed), std::move(*hierarchy), std::move(*caches)};
+}
+
+Status placeReceivers(PlacedLevel& placed, Context& context) {
+  auto receivers = runStage(context, "receivers", [&]() -> Result<std::vector<std::uint32_t>> {
+    auto found = findReceivers(placed.tracer, placed.caches, placed.surfels.seeds, context);
+    if (context.cancelled()) return cancelledError();
+    return found;
+  });
+  if (!receivers) return receivers.error();
+  placed.surfels.surfels.receiver = std::move(*receivers);
+  placed.surfels.seeds = {};
+  return done();
+}
+
+Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLevel placed, Links links,
+                      Context& context) {
+  PlacedSurfels& s = placed.surfels;
+  if (!s.bakedEmission.empty()) s.surfels.emission = std::move(s.bakedEmission);
+  Result<Bake> bake = runStage(context, "provenance", [&]() -> Result<Bake> {
+    std::vector<BakedInstance> instances = describeInstances(scene);
+    Provenance provenance = describeProvenance(scene, instances, options, placed.tracer.description());
+    return Bake{std::move(s.surfels), std::move(placed.hierarchy), std::move(placed.caches), std::move(links),
+                std::move(instances), std::move(provenance),       describeShapes(scene),    std::move(s.emitters)};
+  });
+  if (context.cancelled()) return cancelledError();
+  return bake;
+}
+
+Status checkBaked(const Bake& bake, Context& context) {
+  return runStage(context, "validate", [&]() -> Status {
+    for (const Finding& finding : validateBake(bake)) {
+      if (finding.severity == FindingSeverity::error)
+        return Error{ErrorCode::failed, "the bake is not valid, a fault of the baker: " + toString(finding)};
+    }
+    return done();
+  });
+}
+
+}  // namespace relume

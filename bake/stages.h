@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The stages of a bake, each inside its entry of the report: what bake() and a plan of shards (bake/shards/plan.h) have
+// in common. bake.cpp reads as their list.
+#pragma once
+
+#include "bake/rays/ray_tracer.h"
+#include "bake/surfels/surfels.h"
+#include "relume/bake/context.h"
+#include "relume/bake/options.h"
+#include "relume/bake/scene.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
+
+#include <functional>
+#include <type_traits>
+
+namespace relume {
+
+// [MiB] What the process holds, noted as a figure of the stage that runs now.
+void noteHeldMemory(Context& context);
+
+// Run one stage inside its report entry.
+template <class Work>
+auto runStage(Context& context, const char* name, Work&& work) {
+  const Context::Stage entry(context, name);
+  context.progress(name, 0.0);
+  auto result = work();
+  noteHeldMemory(context);
+  if (result) context.progress(name, 1.0);
+  return result;
+}
+
+// Run the work if its memory was granted.
+template <class Work>
+std::invoke_result_t<Work> needs(const Status& reserved, Work&& work) {
+  if (!reserved) return reserved.error();
+  return work();
+}
+
+// Senders and receivers of a level, and its rays: all that links are traced with.
+struct PlacedLevel {
+  RayTracer tracer;
+  PlacedSurfels surfels;
+  Hierarchy hierarchy;
+  Caches caches;
+};
+
+// What every way to bake begins with, and how its errors end: options and scene checked, the scene named in messages,
+// no exception. usage: options out of range; failed: as bake().
+Status checkBakeable(const Scene& scene, const BakeOptions& options);
+template <class Value>
+Result<Value> guardBake(const Scene& scene, const BakeOptions& options, Context& context,
+                        const std::function<Result<Value>()>& work);
+
+// The ray tracer over the fixed part of the level.
+Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context);
+
+// Rays, the surfaces that receivers can see, surfels, hierarchy, caches.
+Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context);
+
+// Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
+// PlacedSurfels::seeds.
+Status placeReceivers(PlacedLevel& placed, Context& context);
+
+// The bake of a level whose links are traced. What Surfels::emission says was for the links; the bake says what is
+// baked.
+Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLevel placed, Links links,
+                      Context& context);
+
+// A bake that a reader would refuse is an error here.
+Status checkBaked(const Bake& bake, Context& context);
+
+template <class Value>
+Result<Value> guardBake(const Scene& scene, const BakeOptions& options, Context& context,
+                        const std::function<Result<Value>()>& work) {
+  if (const Status status = checkBakeable(scene, options); !status) return status.error();
+  try {
+    Result<Value> baked = work();
+    if (!baked && !context.cancelled())
+      baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
+    return baked;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};
+  }
+}
+
+}  // namespace relume

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// See bake_arguments.h.
+#include "tools/cli/bake_arguments.h"
+
+#include "formats/file_io.h"
+#include "tools/base/printable.h"
+#include "tools/cli/depfile.h"
+
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace relume {
+namespace {
+
+constexpr std::size_t kMaxOptionsBytes = 1 << 20;
+
+Result<std::string> readText(const std::string& path) {
+  const Result<FileBytes> file = readFile(path, kMaxOptionsBytes);
+  if (!file) return Error{file.error().code == ErrorCode::io ? ErrorCode::io : ErrorCode::usage, file.error().message};
+  return std::string(reinterpret_cast<const char*>(file->bytes.data()), file->bytes.size());
+}
+
+Status writeText(const std::string& path, const std::string& text) {
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
+}
+
+}  // namespace
+
+Result<BakeOptions> chooseOptions(const BakeArguments& arguments, const BakeOptions& base) {
+  BakeOptions options = arguments.presetGiven ? presetOptions(arguments.preset) : base;
+  if (!arguments.optionsFile.empty()) {
+    const Result<std::string> text = readText(arguments.optionsFile);
+    if (!text) return text.error();
+    Result<BakeOptions> read = optionsFromJson(*text, options);
+    if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
+    options = *read;
+  }
+  return chooseBakeOptions(options, arguments.flags);
+}
+
+double secondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double peakMemoryMiB() {
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+std::string describeRun(const Context& context, const BakeOptions& options, const std::string& rayTracer,
+                        const MadeCounts& made, double seconds, bool upToDate) {
+  nlohmann::json stages = nlohmann::json::array();
+  for (const StageReport& stage : context.report()) {
+    nlohmann::json figures = nlohmann::json::object();
+    for (const auto& [name, value] : stage.figures) figures[name] = value;
+    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}, {"figures", figures}});
+  }
+  const nlohmann::json report = {{"seconds", seconds},
+                                 {"upToDate", upToDate},
+                                 {"peakMemoryMiB", peakMemoryMiB()},
+                                 {"stages", stages},
+                                 {"options", nlohmann::json::parse(optionsToJson(options))},
+                                 {"surfels", made.surfels},
+                                 {"nodes", made.nodes},
+                                 {"caches", made.caches},
+                                 {"links", made.links},
+                                 {"rayTracer", rayTracer}};
+  return jsonText(report) + "\n";
+}
+
+Status writeReport(const std::string& path, const std::string& report) {
+  return path.empty() ? done() : writeText(path, report);
+}
+
+Status writeSideFiles(const BakeArguments& arguments, const std::string& output, const Scene& scene,
+                      const std::string& report) {
+  if (const Status status = writeReport(arguments.reportFile, report); !status) return status;
+  if (arguments.depfile.empty()) return done();
+  std::vector<std::filesystem::path> files = scene.files;
+  if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
+  return writeText(arguments.depfile, makeDepfile(output, files));
+}
+
+void touch(const std::string& path) {
+  std::error_code ignored;
+  std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now(), ignored);
+}
+
+}  // namespace relume
