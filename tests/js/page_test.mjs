@@ -23,6 +23,8 @@ const bake = (name, ...options) => {
   execFileSync(relume, ['bake', level, '-o', path.join(work, name), '--preset', 'draft', '--progress', 'none', ...options], {stdio: 'pipe'});
 };
 bake('level.relume');
+bake('no_map.relume', '--lightmap-caches', '0');
+bake('no_grid.relume', '--grid-caches', '0');
 for (const kind of ['cone', 'irradiance', 'sh']) bake(`${kind}.relume`, '--link-kind', kind, '--surfels', '2000', ...(kind === 'sh' ? ['--bands', '3'] : []));
 
 const server = await serve({'/relume/': folder, '/work/': work, '/': path.dirname(fileURLToPath(import.meta.url))});
@@ -36,13 +38,15 @@ try {
 
   // The CPU's light. Of oct6 links the CPU keeps f in 8 bits (runtime/shared/link_set.h), WebGL the bake's 12: most of what differs.
   const kBakes = [['level.relume', '{}', 0.006], ['level.relume', '{lumaBands: 2, chromaBands: 1}', 0.006], ['level.relume', '{glossy: true}', 0.006],
+                  ['level.relume', '{}, 4', 0.006], ['level.relume', '{}, 1', 0.006], ['no_map.relume', '{}', 0.008], ['no_grid.relume', '{}', 0.006],
                   ['cone.relume', '{}', 0.001], ['irradiance.relume', '{}', 0.001], ['sh.relume', '{}', 0.001]];
   for (const [name, options, limit] of kBakes) {
     const found = await run(`tests.compare('${name}', ${options})`);
     for (const setup of ['lights', 'sky', 'emission']) {
-      const show = (c) => `${(100 * c.y).toFixed(3)} % in Y, ${(100 * c.chroma).toFixed(3)} % in chroma`;
+      assert.deepEqual([!found[setup].map, !found[setup].grid], [name === 'no_map.relume', name === 'no_grid.relume']);
+      const show = (c) => !c ? 'none' : `${(100 * c.y).toFixed(3)} % in Y, ${(100 * c.chroma).toFixed(3)} % in chroma`;
       console.log(`${name} ${options} ${setup}: light map ${show(found[setup].map)}; grid ${show(found[setup].grid)}`);
-      for (const each of [found[setup].map, found[setup].grid]) assert.ok(each.rms > 0 && each.y < limit && each.chroma < limit, JSON.stringify(found));
+      for (const each of [found[setup].map, found[setup].grid].filter(Boolean)) assert.ok(each.rms > 0 && each.y < limit && each.chroma < limit, JSON.stringify(found));
       assert.equal(found[setup].backend, 'webgl2');
     }
     assert.equal(found.live, 0, 'objects that nothing deleted');
