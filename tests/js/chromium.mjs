@@ -34,16 +34,17 @@ export async function serve(folders) {
 }
 
 export class Chromium {
-  static async start(program, {width = 800, height = 600} = {}) {
+  static async start(program, {width = 800, height = 450} = {}) {
     const profile = mkdtempSync(path.join(tmpdir(), 'relume-chromium-'));
     const child = spawn(program, ['--headless=new', '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-                                  '--ignore-gpu-blocklist', '--disable-dev-shm-usage', '--hide-scrollbars', `--window-size=${width},${height}`,
+                                  '--ignore-gpu-blocklist', '--disable-dev-shm-usage', '--hide-scrollbars',
                                   `--user-data-dir=${profile}`, '--remote-debugging-pipe', 'about:blank'],
                         {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'], detached: true});
     const browser = new Chromium(child, profile);
     const {targetInfos} = await browser.send('Target.getTargets');
     const target = targetInfos.find((each) => each.type === 'page');
     browser.session = (await browser.send('Target.attachToTarget', {targetId: target.targetId, flatten: true})).sessionId;
+    await browser.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile: false});
     for (const domain of ['Page', 'Runtime', 'Log']) await browser.send(`${domain}.enable`);
     return browser;
   }
