@@ -8,7 +8,7 @@ export class RelumeLoader extends Loader<RelumeLighting> {}
 
 export class RelumeLighting {
   /** Takes the bake over. */
-  constructor(bake: Bake, options?: Omit<GpuRelighterOptions, 'visibilityGlsl' | 'bindVisibility' | 'onRestored'>);
+  constructor(bake: Bake, options?: Omit<GpuRelighterOptions, 'visibilityGlsl' | 'bindVisibility' | 'onRestored' | 'keepState'>);
   readonly bake: Bake;
   /** Null before the first update(). */
   readonly relighter: GpuRelighter | null;

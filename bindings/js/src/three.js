@@ -124,12 +124,13 @@ export class RelumeLighting {
   // The relighter and its textures for this renderer, before the first frame that uses them; update() does it as well.
   prepare(renderer) {
     if (this.relighter) return;
-    const gl = renderer.getContext();
-    this.relighter = new GpuRelighter(gl, this.bake, {...this.options, onRestored: () => this.takeTextures(renderer)});
+    const gl = renderer.getContext(), held = renderer.getRenderTarget();
+    this.relighter = new GpuRelighter(gl, this.bake, {...this.options, keepState: false, onRestored: () => this.takeTextures(renderer)});
     this.glslKey = this.relighter.resolve.glsl.length + this.relighter.resolve.glsl.slice(0, 200);
     this.takeTextures(renderer);
     for (const variants of this.patched.values()) for (const clone of Object.values(variants)) clone.needsUpdate = true;
     renderer.resetState();
+    renderer.setRenderTarget(held);
   }
   takeTextures(renderer) {
     const {resolve, textures} = this.relighter;
@@ -204,7 +205,8 @@ export class RelumeLighting {
     }
     const texture = renderer.properties.get(target.texture).__webglTexture;
     this.relighter.relight({...setup, surfelIrradianceTexture: {texture, width: kWidth}});
-    renderer.resetState();
+    renderer.resetState();  // as it is after that; three sets what it wants
+    renderer.setRenderTarget(held);
   }
 
   // Gives back what the GPU and the module hold, and the meshes their materials.

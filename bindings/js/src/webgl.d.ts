@@ -13,6 +13,8 @@ export interface GpuRelighterOptions extends Omit<RelighterOptions, 'gridTexture
   onError?: (error: Error) => void;
   /** Frames come from WebAssembly, and why. */
   onFallback?: (reason: string) => void;
+  /** Default true: calls leave the context's state as it was. false saves asking for it, which waits for the GPU process. */
+  keepState?: boolean;
   /** Relight by WebAssembly whatever the context can. */
   forceFallback?: boolean;
 }
@@ -23,7 +25,7 @@ export interface GpuLightSetup extends Omit<LightSetup, 'visibility' | 'material
 }
 
 /**
- * The relighter in WebGL 2. The context's state is as before after each call, but for texture units, of which those that it used
+ * The relighter in WebGL 2. The context's state is as before after each call (keepState), but for texture units, of which those that it used
  * are empty. The bake must not be disposed of before it.
  */
 export class GpuRelighter {

@@ -94,8 +94,18 @@ class Objects {
   }
 }
 
-// What a pass changes of a context, put back by the function that this returns. Texture units are left empty.
-function saveState(gl) {
+// The state that the passes want. What it was is put back by the function that this returns; texture units are left empty. keep: false =
+// nothing is put back, nor asked for: questions to a context wait for what it was told before.
+function setState(gl, keep) {
+  if (!keep) {
+    for (const flag of [gl.BLEND, gl.DEPTH_TEST, gl.SCISSOR_TEST, gl.CULL_FACE, gl.STENCIL_TEST, gl.RASTERIZER_DISCARD]) gl.disable(flag);
+    for (const name of [gl.UNPACK_FLIP_Y_WEBGL, gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl.UNPACK_ROW_LENGTH, gl.UNPACK_SKIP_ROWS, gl.UNPACK_SKIP_PIXELS,
+                        gl.UNPACK_COLORSPACE_CONVERSION_WEBGL]) gl.pixelStorei(name, 0);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+    gl.colorMask(true, true, true, true);
+    return () => {};
+  }
   const flags = [gl.BLEND, gl.DEPTH_TEST, gl.SCISSOR_TEST, gl.CULL_FACE, gl.STENCIL_TEST, gl.RASTERIZER_DISCARD].map((flag) => [flag, gl.isEnabled(flag)]);
   const pixels = [gl.UNPACK_FLIP_Y_WEBGL, gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl.UNPACK_ALIGNMENT, gl.UNPACK_ROW_LENGTH, gl.UNPACK_SKIP_ROWS,
                   gl.UNPACK_SKIP_PIXELS, gl.UNPACK_COLORSPACE_CONVERSION_WEBGL].map((name) => [name, gl.getParameter(name)]);
@@ -148,9 +158,9 @@ function packLight(light, i, to) {
 
 export class GpuRelighter {
   // gl: a WebGL2RenderingContext. bake: not to be disposed of before this.
-  constructor(gl, bake, {onLost, onRestored, onError, onFallback, forceFallback = false, visibilityGlsl = '', bindVisibility = null, ...options} = {}) {
+  constructor(gl, bake, {onLost, onRestored, onError, onFallback, forceFallback = false, keepState = true, visibilityGlsl = '', bindVisibility = null, ...options} = {}) {
     if (!gl?.texStorage3D) refuse('GpuRelighter: expected a WebGL 2 context');
-    Object.assign(this, {gl, bake, options, visibilityGlsl, bindVisibility, info: bake.info});
+    Object.assign(this, {gl, bake, options, visibilityGlsl, bindVisibility, keepState, info: bake.info});
     this.module = bake.module;
     this.lost = false;
     this.frames = 0;  // since the light was forgotten
@@ -186,7 +196,7 @@ export class GpuRelighter {
 
   // All objects anew, without light.
   build() {
-    const {gl} = this, restore = saveState(gl);
+    const {gl} = this, restore = setState(gl, this.keepState);
     this.frames = 0;
     this.objects = new Objects(gl);
     const cpu = new Relighter(this.bake, this.options);
@@ -214,7 +224,7 @@ export class GpuRelighter {
       rgba16f: [gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, Uint16Array], rg16f: [gl.RG16F, gl.RG, gl.HALF_FLOAT, Uint16Array],
       rgba8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, Uint8Array], r8: [gl.R8, gl.RED, gl.UNSIGNED_BYTE, Uint8Array],
     };
-    const side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const side = this.maxSide = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     this.textures = {};
     this.uploads = this.resolve.textures.map((texture, i) => {
       const [internal, format, type, Texels] = formats[texture.format];
@@ -436,7 +446,7 @@ export class GpuRelighter {
   relight(setup = {}) {
     if (!this.objects) refuse('the relighter was disposed of');
     if (this.lost || this.gl.isContextLost()) return false;
-    const restore = saveState(this.gl);
+    const restore = setState(this.gl, this.keepState);
     this.usedUnits = 1;
     try {
       this.gl.activeTexture(this.gl.TEXTURE0);
@@ -476,7 +486,7 @@ export class GpuRelighter {
     if (host && !(host.width > 0)) refuse('surfelIrradianceTexture.width is missing');
     const packed = new Float32Array(12 * Math.max(lights.length, 1));
     lights.forEach((light, i) => packLight(light, i, packed));
-    this.checkSide(3 * lights.length, gl.getParameter(gl.MAX_TEXTURE_SIZE));
+    this.checkSide(3 * lights.length, this.maxSide);
     gl.bindTexture(gl.TEXTURE_2D, this.input('relumeLights', 3 * Math.max(lights.length, 1), 1).texture);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 3 * Math.max(lights.length, 1), 1, gl.RGBA, gl.FLOAT, packed);
     if (setup.surfelIrradiance) this.putVectors('relumeHostLight', setup.surfelIrradiance, info.surfels, kRow);
