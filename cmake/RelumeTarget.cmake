@@ -5,6 +5,11 @@
 add_compile_options(-ffp-contract=off)
 # Nobody reads errno or floating-point traps: roots, floors and selects become single instructions, with the same results.
 add_compile_options(-fno-math-errno -fno-trapping-math)
+# WebAssembly: its own exceptions, which cost nothing until they are thrown; and headers that its C++ library lacks.
+if(EMSCRIPTEN)
+  add_compile_options(-fwasm-exceptions -isystem ${PROJECT_SOURCE_DIR}/cmake/emscripten)
+  add_link_options(-fwasm-exceptions)
+endif()
 if(RELUME_SANITIZE)
   add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})
@@ -36,6 +41,10 @@ function(relume_room target)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                                               $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   relume_warnings(${target})
+  # Pages load it: small, but for the kernels, which bindings/js compiles again.
+  if(EMSCRIPTEN)
+    target_compile_options(${target} PRIVATE -Oz)
+  endif()
 endfunction()
 
 # How the code of tests is compiled. Tests are most of what is compiled and little of what runs: with less optimisation they

@@ -135,9 +135,9 @@ float checkCone(const ConeLink& link, std::uint64_t index, Findings& findings) {
   return transfer;
 }
 
-float checkSh(const Links& l, std::uint64_t index, Findings& findings) {
-  const std::uint64_t size = std::uint64_t{l.bands} * l.bands;
-  for (std::uint64_t i = index * size; i < (index + 1) * size; ++i) {
+float checkSh(const Links& l, std::size_t index, Findings& findings) {
+  const std::size_t size = std::size_t{l.bands} * l.bands;
+  for (std::size_t i = index * size; i < (index + 1) * size; ++i) {
     if (!std::isfinite(unpackHalf(l.shCoefficients[i])))
       findings.add(Check::linkCoefficient, At{"link.sh", i}, "finite", unpackHalf(l.shCoefficients[i]));
   }

@@ -114,7 +114,7 @@ Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileTy
   if (header.reserved != std::array<std::uint64_t, 2>{} ||
       (header.packedFrom != 0 && header.version != type.packedVersion))
     return invalid("header: reserved bytes are not zero");
-  const std::uint64_t max = std::min(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
+  const std::uint64_t max = std::min<std::uint64_t>(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
   if (header.chunkCount > max)
     return expectedFound("header chunk count", "at most " + std::to_string(max), std::to_string(header.chunkCount));
   return header;
@@ -162,7 +162,7 @@ Status checkPlace(const ChunkInfo& info, std::uint64_t end, std::span<const std:
                          "at least " + std::to_string(end), std::to_string(info.offset));
   if (info.offset != alignUp(end))
     return expectedFound("chunk " + info.name + " offset: leaves a hole", alignUp(end), info.offset);
-  const auto padding = file.subspan(end, info.offset - end);
+  const auto padding = file.subspan(static_cast<std::size_t>(end), static_cast<std::size_t>(info.offset - end));
   if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{0}; }))
     return invalid("chunk " + info.name + ": padding before it is not zero");
   return done();
@@ -236,7 +236,8 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
   constexpr std::array<std::byte, kChunkAlignment> kZeros{};
   std::uint64_t at = sizeof(FileHeader) + tableBytes.size();
   for (std::size_t i = 0; i < chunks.size(); ++i) {
-    if (!sink(std::span(kZeros).first(table[i].offset - at)) || !sink(chunks[i].data)) return false;
+    if (!sink(std::span(kZeros).first(static_cast<std::size_t>(table[i].offset - at))) || !sink(chunks[i].data))
+      return false;
     at = table[i].offset + table[i].bytes;
   }
   return true;
@@ -259,7 +260,8 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
       return invalid("chunk " + info->name + ": appears twice");
     if (const Status place = checkPlace(*info, end, file); !place) return place.error();
     end = info->offset + info->bytes;
-    chunks.push_back({*info, file.subspan(info->offset, info->bytes)});
+    chunks.push_back(
+        {*info, file.subspan(static_cast<std::size_t>(info->offset), static_cast<std::size_t>(info->bytes))});
   }
   if (end != file.size()) return expectedFound("file: bytes after the last chunk", end, file.size());
   if (const std::uint64_t hash = hashTable(*header, tableBytes, memory); hash != header->tableHash)

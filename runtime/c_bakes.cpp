@@ -174,7 +174,8 @@ relume_status relume_bake_lightmap_coordinates(const relume_bake* bake, unsigned
       return usage("*corner_count is " + std::to_string(*corner_count) + ", expected " + std::to_string(count));
     }
     for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t packed = uv.empty() ? relume::kGridLit : uv[map.parts[instance].firstCorner + k];
+      const std::uint32_t packed =
+          uv.empty() ? relume::kGridLit : uv[static_cast<std::size_t>(map.parts[instance].firstCorner) + k];
       const glm::vec2 at = packed == relume::kGridLit ? glm::vec2(-1.0f) : relume::unpackUnorm16x2(packed);
       coordinates[2 * k] = at.x;
       coordinates[2 * k + 1] = at.y;

@@ -13,6 +13,8 @@
 
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 namespace relume {
@@ -111,6 +113,8 @@ inline V min(V a, V b) {
 #endif
 #if defined(__SSE2__)
   if constexpr (__is_same(V, FloatsOf<4>)) return (V)_mm_min_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+  if constexpr (__is_same(V, FloatsOf<4>)) return (V)wasm_f32x4_pmin((v128_t)b, (v128_t)a);
 #endif
   return a < b ? a : b;
 }
@@ -126,6 +130,8 @@ inline V max(V a, V b) {
 #endif
 #if defined(__SSE2__)
   if constexpr (__is_same(V, FloatsOf<4>)) return (V)_mm_max_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+  if constexpr (__is_same(V, FloatsOf<4>)) return (V)wasm_f32x4_pmax((v128_t)b, (v128_t)a);
 #endif
   return a > b ? a : b;
 }
@@ -179,6 +185,9 @@ inline Floats inverseSqrt(Floats v) {
 #endif
 #if defined(__SSE2__)
   if constexpr (sizeof(Floats) == 16) return refined((Floats)_mm_rsqrt_ps((__m128)v));
+#elif defined(__wasm_simd128__)
+  // There is no estimate; the quotient needs no step.
+  if constexpr (sizeof(Floats) == 16) return (Floats)wasm_f32x4_div(wasm_f32x4_splat(1.0f), wasm_f32x4_sqrt((v128_t)v));
 #endif
   Floats e;
   for (int i = 0; i < kLanesOf<Floats>; ++i) e[i] = 1.0f / __builtin_sqrtf(v[i]);

@@ -8,5 +8,5 @@ case "$("${format:-false}" --version 2>/dev/null || true)" in
   *" 14."*) ;;
   *) echo "clang-format 14 is missing: skipped"; exit 77 ;;
 esac
-find bake formats include runtime samples simd tests tools shaders -name build -prune -o \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) -print0 |
+find bake bindings formats include runtime samples simd tests tools shaders -name build -prune -o \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) -print0 |
   xargs -0 "$format" --dry-run -Werror

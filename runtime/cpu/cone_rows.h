@@ -111,10 +111,17 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
 }
 
 using ConeRow = void (*)(const LightCachesJob&, std::uint32_t cache, float* coefficients);
+#if !defined(RELUME_FEW_BANDS)
 template <class Links>
 constexpr ConeRow kConeRow[8] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>,
                                  lightConeRow<Links, 4>, lightConeRow<Links, 5>, lightConeRow<Links, 6>,
                                  lightConeRow<Links, 7>, lightConeRow<Links, 8>};
+#else
+// For programs that never ask for more than four bands of luma (bindings/js), and save their size.
+template <class Links>
+constexpr ConeRow kConeRow[4] = {lightConeRow<Links, 1>, lightConeRow<Links, 2>, lightConeRow<Links, 3>,
+                                 lightConeRow<Links, 4>};
+#endif
 
 }  // namespace
 }  // namespace relume::cpu

@@ -97,8 +97,9 @@ void SurfelSet::drive(const DrivenEmission& driven, const glm::vec3& scale, cons
 
 std::span<const SurfelSet::Emitter> SurfelSet::emitters(std::uint32_t begin, std::uint32_t end) const {
   const auto before = [](const Emitter& e, std::uint32_t surfel) { return e.surfel < surfel; };
-  const auto first = std::lower_bound(emitter_.begin(), emitter_.end(), begin, before);
-  return {first, std::lower_bound(first, emitter_.end(), end, before)};
+  const Emitter* const all = emitter_.data();
+  const Emitter* const first = std::lower_bound(all, all + emitter_.size(), begin, before);
+  return {first, std::lower_bound(first, all + emitter_.size(), end, before)};
 }
 
 std::size_t SurfelSet::bytes() const {

@@ -330,7 +330,8 @@ void dropUnread(GridTexture& texture) {
       const std::uint32_t end = texture.begin[texel + 1];
       texture.begin[texel] = kept;
       if (read) {
-        std::copy(texture.shares.begin() + first, texture.shares.begin() + end, texture.shares.begin() + kept);
+        std::uint32_t* const shares = texture.shares.data();
+        std::copy(shares + first, shares + end, shares + kept);
         kept += end - first;
       }
       first = end;

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// Radiometric and metric throughout; +Y up; colours are linear red, green, blue. include/relume/relume.h says more.
+
+export type Vector3 = readonly [number, number, number];
+
+/** What the library refused, by its own text. */
+export class RelumeError extends Error {
+  constructor(message: string, status?: number);
+  /** relume_status: 1 usage, 2 input and output, 3 invalid file, 4 failed, 5 unsupported, 6 memory; 0 unknown. */
+  readonly status: number;
+}
+
+export interface ModuleOptions {
+  /** Default: where the browser has it. */
+  simd?: boolean;
+  /** Folder of the .mjs and .wasm files; default: the package's. */
+  folder?: URL;
+  /** The .wasm file's bytes, where they cannot be fetched. */
+  wasmBinary?: ArrayBuffer | Uint8Array;
+}
+
+/** A WebAssembly module with memory of its own. */
+export class Module {
+  private constructor();
+  readonly simd: boolean;
+  readonly version: string;
+  /** Bytes that bakes and relighters hold. */
+  readonly liveBytes: number;
+}
+
+export function hasSimd(): boolean;
+/** Without options, one module for the whole page. */
+export function loadModule(options?: ModuleOptions): Promise<Module>;
+
+export interface LoadOptions {
+  module?: Module;
+  /** total: 0 where the server does not say. */
+  onProgress?: (received: number, total: number) => void;
+  signal?: AbortSignal;
+}
+
+/** Throws RelumeError: a URL that is not there, bytes that are no bake, no memory. */
+export function loadBake(source: string | URL | ArrayBuffer | ArrayBufferView, options?: LoadOptions): Promise<Bake>;
+
+export interface BakeInfo {
+  readonly surfels: number;
+  readonly nodes: number;
+  readonly caches: number;
+  readonly skyPatches: number;
+  readonly instances: number;
+  /** [texel] 0 without a light map. */
+  readonly lightmapWidth: number;
+  readonly lightmapHeight: number;
+  /** What the bake recommends. */
+  readonly lumaBands: number;
+  readonly chromaBands: number;
+  /** [m] */
+  readonly gridOrigin: Vector3;
+  readonly gridSpacing: Vector3;
+  readonly gridResolution: Vector3;
+  /** Hexadecimal: what the bake was made from. */
+  readonly sceneHash: string;
+}
+
+export class Bake {
+  private constructor();
+  readonly module: Module;
+  readonly info: BakeInfo;
+  /** Names of the materials whose light a frame may replace. */
+  readonly drivableMaterials: string[];
+  instanceName(instance: number): string;
+  /** Two floats per triangle corner in the level's order; -1 where the grid lights a triangle. */
+  lightmapCoordinates(instance: number, options?: {backSide?: boolean}): Float32Array;
+  /** [m] and unit, three floats per surfel. */
+  surfels(): {positions: Float32Array; normals: Float32Array};
+  /** Unit, three floats per patch of sky. */
+  skyDirections(): Float32Array;
+  /** Gives the memory back; relighters of it stay. */
+  dispose(): void;
+}
+
+export interface Light {
+  kind: 'directional' | 'point' | 'spot';
+  /** Point, spot [W/sr]; directional [W/m²]. */
+  intensity: Vector3;
+  /** [m] */
+  position?: Vector3;
+  /** Unit, the way the light travels. */
+  direction?: Vector3;
+  /** [m] 0 = no limit. */
+  range?: number;
+  /** [rad] of a spot; default 0. */
+  innerConeAngle?: number;
+  /** [rad] of a spot; default pi / 4. */
+  outerConeAngle?: number;
+}
+
+export interface LightSetup {
+  lights?: Light[];
+  /** [W/m²] three floats per surfel, in place of the lights: the host's own direct light with its shadows. */
+  surfelIrradiance?: ArrayLike<number>;
+  /** [W/m²/sr] three floats per surfel, in place of the baked emission. */
+  surfelEmission?: ArrayLike<number>;
+  /** [W/m²/sr] three floats per patch of sky, in place of skyRadiance. */
+  skyPatches?: ArrayLike<number>;
+  /** [W/m²/sr] of a constant sky; default 0. */
+  skyRadiance?: Vector3;
+  /** Factor on the baked emission; default 1. */
+  emissionScale?: Vector3;
+  /** [0..1] share of last frame's light; default 1. */
+  bounceScale?: number;
+  /** [W/m²/sr] in place of the baked emission of drivable materials, by name or index. */
+  materials?: {material: string | number; radiance: Vector3}[];
+  /**
+   * Shares [0..1] of a light that reach `count` points: the host's shadows. Write all of `visible`. The arrays end with the call.
+   * Relighter alone: a worker cannot call the page.
+   */
+  visibility?: (light: number, count: number, positions: Float32Array, normals: Float32Array, visible: Float32Array) => void;
+}
+
+export interface RelighterOptions {
+  /** [0..4] 0 = what the bake recommends. */
+  lumaBands?: number;
+  /** [0..lumaBands] 0 = what the bake recommends. */
+  chromaBands?: number;
+  /** The light map keeps the bands that glossy receivers alone read. */
+  glossy?: boolean;
+  /** Keep the grid as a texture of irradiance vectors too. */
+  gridTexture?: boolean;
+}
+
+/** include/relume/texture_resolve.h: what a host's shader reads light from. */
+export interface ResolveTexture {
+  readonly sampler: string;
+  readonly shape: 'flat' | 'array' | 'volume';
+  readonly format: 'rgba16f' | 'rg16f' | 'rgba8' | 'r8';
+  readonly width: number;
+  readonly height: number;
+  readonly depth: number;
+  /** Linear; else nearest. Clamped to the edge either way. */
+  readonly filtered: boolean;
+  /** To be written after each relight(); else once. */
+  readonly light: boolean;
+  readonly bytes: number;
+}
+export interface TextureResolve {
+  readonly textures: readonly ResolveTexture[];
+  /** GLSL ES 3.00 for after #version: relumeIrradianceLightmap(uv, n), relumeIrradianceGrid(position, n). */
+  readonly glsl: string;
+  /** uniform vec4 relumeGrid[6]. */
+  readonly grid: Float32Array;
+}
+
+/** The relighter on the CPU. Arrays that it returns are views that last until its next call: copy what is to stay. */
+export class Relighter {
+  constructor(bake: Bake, options?: RelighterOptions);
+  readonly info: BakeInfo;
+  readonly coefficientsPerCache: number;
+  /** One frame. A setup that is refused is not applied: last frame's light stays. */
+  relight(setup?: LightSetup): void;
+  /** Forget last frame's light. */
+  reset(): void;
+  coefficients(): Float32Array;
+  /** RGBA16F, four halves per texel: irradiance for each texel's own normal. */
+  irradianceMap(): Uint16Array;
+  irradianceOnLightmap(uvs: ArrayLike<number>, normals: ArrayLike<number>, geometricNormals?: ArrayLike<number> | null): Float32Array;
+  irradianceInGrid(positions: ArrayLike<number>, normals: ArrayLike<number>): Float32Array;
+  textureResolve(): TextureResolve;
+  resolveTexels(texture: number): Uint8Array;
+  dispose(): void;
+}
+
+export interface WorkerFrame {
+  /** Of relight() in the worker. */
+  ms: number;
+  /** Texels of the textures that are light; null for the others. */
+  textures?: (Uint8Array | null)[];
+  irradianceMap?: Uint16Array;
+  coefficients?: Float32Array;
+}
+
+/** The same in a worker: frames come as promises. */
+export class WorkerRelighter {
+  private constructor();
+  static create(source: string | URL | ArrayBuffer | ArrayBufferView,
+                options?: RelighterOptions & {module?: ModuleOptions; onProgress?: (received: number, total: number) => void}):
+      Promise<WorkerRelighter>;
+  readonly info: BakeInfo;
+  readonly simd: boolean;
+  readonly coefficientsPerCache: number;
+  readonly drivableMaterials: string[];
+  readonly surfels: {positions: Float32Array; normals: Float32Array};
+  readonly skyDirections: Float32Array;
+  readonly resolve: TextureResolve;
+  /** Texels of the textures that are written once; null for the others. */
+  readonly still: (Uint8Array | null)[];
+  relight(setup?: Omit<LightSetup, 'visibility'>, wants?: ('textures' | 'irradianceMap' | 'coefficients')[]): Promise<WorkerFrame>;
+  reset(): Promise<void>;
+  dispose(): void;
+}

@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+export {Bake, hasSimd, loadBake, loadModule, Module, RelumeError, Relighter} from './core.js';
+export {WorkerRelighter} from './worker_relighter.js';

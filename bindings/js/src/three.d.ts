@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+import type {Loader, Object3D, Scene, Vector2, WebGLRenderer} from 'three';
+import type {Bake, Light} from './index.js';
+import type {GpuLightSetup, GpuRelighter, GpuRelighterOptions} from './webgl.js';
+
+/** Loads a bake as the lighting of a scene. Failures are RelumeError. */
+export class RelumeLoader extends Loader<RelumeLighting> {}
+
+export class RelumeLighting {
+  /** Takes the bake over. */
+  constructor(bake: Bake, options?: Omit<GpuRelighterOptions, 'visibilityGlsl' | 'bindVisibility' | 'onRestored' | 'keepState'>);
+  readonly bake: Bake;
+  /** Null before the first update(). */
+  readonly relighter: GpuRelighter | null;
+  /** Factors on direct light (x) and on indirect light (y): (1, 0), (0, 1), (1, 1). */
+  readonly show: Vector2;
+  /**
+   * All meshes below, those of the level and those that move: MeshStandardMaterial, MeshPhysicalMaterial, MeshLambertMaterial and
+   * MeshPhongMaterial, which are replaced by clones. What has the light-map coordinates of `relume export` reads the light map, the rest the grid.
+   */
+  applyTo(object: Object3D): this;
+  /** The relighter and its textures before the first frame; update() does it as well. */
+  prepare(renderer: WebGLRenderer): void;
+  /** After renderer.render(scene, camera): relights for the next frame by the scene's lights and the shadow maps of this one. */
+  update(renderer: WebGLRenderer, scene: Scene, setup?: Omit<GpuLightSetup, 'lights' | 'surfelIrradiance' | 'surfelIrradianceTexture'>): void;
+  /** Puts the materials back, gives back what the GPU and the module hold, and disposes of the bake. */
+  dispose(): void;
+}
+
+/** The scene's lights as the library has them, without their shadows. */
+export function lightsOf(scene: Object3D): Light[];

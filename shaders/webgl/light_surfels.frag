@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Step 2 as a fragment pass, a sender each: direct light, last frame's light where the surfel reads it, and emission make the
+// radiosity of the leaves; shaders/light_surfels.comp with the bounce through the textures that hosts resolve with.
+#include "resolve.glsl"
+precision highp usampler2D;
+precision highp sampler2D;
+#include "lib/pack.glsl"
+#include "host_visibility.glsl"
+
+uniform usampler2D relumeSurfels;   // runtime/shared/pack_surfel.h
+uniform usampler2D relumeLeafNodes;  // node of each sender, whose dither is the CPU backend's
+uniform sampler2D relumeEmission;  // [W/m²/sr] with RELUME_EMITS
+uniform sampler2D relumeLights;     // RelumeLight, three texels each, in one row
+uniform sampler2D relumeHostLight;  // [W/m²] of each surfel, where relumeHostWidth > 0
+uniform sampler2D relumeHostEmission;  // [W/m²/sr] of each surfel, where relumeHostEmits
+uniform sampler2D relumeSkyPatches;    // [W/m²/sr] of each, in one row, where relumeHostSky
+uniform vec3 relumeBoxOrigin;       // [m] of positions
+uniform vec3 relumeBoxStep;
+uniform uint relumeSurfelCount;
+uniform uint relumeSenderCount;
+uniform uint relumeLightCount;
+uniform int relumeHostWidth;  // [texel] of relumeHostLight's rows
+uniform bool relumeHostEmits;
+uniform bool relumeHostSky;
+uniform vec3 relumeEmissionScale;
+uniform vec3 relumeSkyRadiance;   // [W/m²/sr]
+uniform float relumeBounceScale;  // 0 also in the first frame
+
+layout(location = 0) out uint relumeRadiosity;
+
+const float kPi = 3.14159265;
+
+// Irradiance by one light, shadows left out: shaders/light_surfels.comp.
+vec3 directIrradiance(vec4 position4, vec4 direction4, vec4 intensity4, vec3 position, vec3 normal) {
+  if (position4.w < 0.0) return intensity4.rgb * max(-dot(direction4.xyz, normal), 0.0);
+  vec3 toward = position4.xyz - position;
+  float d2 = dot(toward, toward), cosineTimesD = max(dot(toward, normal), 0.0);
+  float inverseD = inversesqrt(max(d2, 1e-12)), share = d2 * position4.w;
+  float edge = clamp(intensity4.w - dot(direction4.xyz, toward) * inverseD * direction4.w, 0.0, 1.0);
+  return intensity4.rgb * (cosineTimesD * inverseD / max(d2, 1e-8) * max(1.0 - share * share, 0.0) * edge * edge);
+}
+
+vec3 direct(uint s, vec3 position, vec3 normal) {
+  if (relumeHostWidth > 0) {
+    // A number that is not finite would never leave the bounces.
+    vec3 e = texelFetch(relumeHostLight, ivec2(int(s) % relumeHostWidth, int(s) / relumeHostWidth), 0).rgb;
+    return relumeFinite(e) ? clamp(e, 0.0, 1e20) : vec3(0.0);
+  }
+  vec3 sum = vec3(0.0);
+  for (uint i = 0u; i < relumeLightCount; ++i) {
+    int at = 3 * int(i);
+    vec3 e = directIrradiance(texelFetch(relumeLights, ivec2(at, 0), 0), texelFetch(relumeLights, ivec2(at + 1, 0), 0),
+                              texelFetch(relumeLights, ivec2(at + 2, 0), 0), position, normal);
+    if (e != vec3(0.0)) sum += e * relumeVisibility(i, position, normal);
+  }
+  return sum;
+}
+
+vec3 radiosityOfSurfel(uint s) {
+  uvec4 word = texelFetch(relumeSurfels, relumeTexelOf(s), 0);
+  vec3 position = relumeBoxOrigin + relumeBoxStep * vec3(word.x & 0xFFFFu, word.x >> 16, word.y & 0xFFFFu);
+  vec3 normal = relumeUnpackDirection(word.z, 12);
+  vec3 albedo = vec3((word.y >> 16) & 255u, word.y >> 24, word.z >> 24) / 255.0;
+  vec3 e = direct(s, position, normal);
+  if (relumeBounceScale > 0.0) {
+    vec3 bounce;
+    if (word.w == kRelumeNone) bounce = relumeIrradianceGrid(position, normal);
+    else bounce = relumeIrradianceLightmap(relumeUnpackUnorm16x2(word.w), normal);
+    e += relumeBounceScale * bounce;
+  }
+  vec3 emission = vec3(0.0);
+  if (relumeHostEmits) {
+    emission = texelFetch(relumeHostEmission, relumeTexelOf(s), 0).rgb;
+  }
+#if RELUME_EMITS
+  else {
+    emission = texelFetch(relumeEmission, relumeTexelOf(s), 0).rgb * relumeEmissionScale;
+  }
+#endif
+  return albedo * e + kPi * emission;
+}
+
+void main() {
+  uint s = uint(gl_FragCoord.y) << 10 | uint(gl_FragCoord.x);
+  if (s >= relumeSenderCount) discard;
+  vec3 radiosity;
+  if (s < relumeSurfelCount) {
+    radiosity = radiosityOfSurfel(s);
+  } else {
+    radiosity = kPi * (relumeHostSky ? texelFetch(relumeSkyPatches, ivec2(int(s - relumeSurfelCount), 0), 0).rgb : relumeSkyRadiance);
+  }
+  relumeRadiosity = relumePackColor(radiosity, relumeDither(texelFetch(relumeLeafNodes, relumeTexelOf(s), 0).x));
+}

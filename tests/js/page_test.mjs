@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// bindings/js in headless Chromium: all passes in WebGL 2 against the CPU, lost contexts, fallback, two levels in a page, what is left.
+//   node page_test.mjs PACKAGE RELUME LEVEL WORK
+import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
+import {existsSync, mkdirSync, statSync} from 'node:fs';
+import path from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {Chromium, findChromium, serve} from './chromium.mjs';
+
+const [folder, relume, level, work] = process.argv.slice(2);
+const program = findChromium();
+if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) {
+  console.log(`skipped: there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
+  process.exit(77);
+}
+if (!program) {
+  console.log('skipped: there is no Chromium (Debian: chromium)');
+  process.exit(77);
+}
+mkdirSync(work, {recursive: true});
+const bake = (name, ...options) => {
+  const preset = name === 'medium.relume' ? 'medium' : 'draft';
+  execFileSync(relume, ['bake', level, '-o', path.join(work, name), '--preset', preset, '--progress', 'none', ...options], {stdio: 'pipe'});
+};
+bake('level.relume');
+bake('medium.relume');
+bake('no_map.relume', '--lightmap-caches', '0');
+bake('no_grid.relume', '--grid-caches', '0');
+for (const kind of ['cone', 'irradiance', 'sh']) bake(`${kind}.relume`, '--link-kind', kind, '--surfels', '2000', ...(kind === 'sh' ? ['--bands', '3'] : []));
+
+const server = await serve({'/relume/': folder, '/work/': work, '/': path.dirname(fileURLToPath(import.meta.url))});
+const browser = await Chromium.start(program);
+try {
+  await browser.open(`${server.url}/page.html`);
+  for (let i = 0; i < 200 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) {
+    await new Promise((done) => setTimeout(done, 50));
+  }
+  const run = (expression) => browser.run(expression);
+
+  // The CPU's light. Of oct6 links the CPU keeps f in 8 bits (runtime/shared/link_set.h), WebGL the bake's 12: most of what differs.
+  const kBakes = [['medium.relume', '{}', 0.004], ['level.relume', '{}', 0.006], ['level.relume', '{lumaBands: 2, chromaBands: 1}', 0.006], ['level.relume', '{glossy: true}', 0.006],
+                  ['level.relume', '{}, 4', 0.006], ['level.relume', '{}, 1', 0.006], ['no_map.relume', '{}', 0.008], ['no_grid.relume', '{}', 0.006],
+                  ['cone.relume', '{}', 0.001], ['irradiance.relume', '{}', 0.001], ['sh.relume', '{}', 0.001]];
+  for (const [name, options, limit] of kBakes) {
+    const found = await run(`tests.compare('${name}', ${options})`);
+    for (const setup of ['lights', 'sky', 'emission']) {
+      assert.deepEqual([!found[setup].map, !found[setup].grid], [name === 'no_map.relume', name === 'no_grid.relume']);
+      const show = (c) => !c ? 'none' : `${(100 * c.y).toFixed(3)} % in Y, ${(100 * c.chroma).toFixed(3)} % in chroma`;
+      console.log(`${name} ${options} ${setup}: light map ${show(found[setup].map)}; grid ${show(found[setup].grid)}`);
+      for (const each of [found[setup].map, found[setup].grid].filter(Boolean)) assert.ok(each.rms > 0 && each.y < limit && each.chroma < limit, JSON.stringify(found));
+      assert.equal(found[setup].backend, 'webgl2');
+    }
+    assert.equal(found.live, 0, 'objects that nothing deleted');
+  }
+
+  const lost = await run(`tests.loseContext('level.relume')`);
+  assert.deepEqual({...lost, rms: lost.rms > 0}, {said: ['lost', 'restored'], refused: false, same: true, rms: true, error: 0});
+
+  const fallback = await run(`tests.fallBack('level.relume')`);
+  assert.deepEqual({...fallback, y: fallback.y < 0.001}, {
+    backend: 'wasm', reasons: ['this WebGL draws into no floating-point textures (EXT_color_buffer_float)'], y: true, error: 0, live: 0,
+  });
+  assert.ok(browser.said.some((text) => text.startsWith('warning: relume: this WebGL draws into no floating-point')));
+
+  assert.deepEqual(await run(`tests.twoLevels('level.relume', 'cone.relume')`),
+                   {state: [true, [1, 2, 3, 4], true, true], same: [true, true], live: 0, error: 0});
+
+  const host = await run(`tests.hostLight('level.relume')`);
+  console.log(`the host's own light: ${JSON.stringify(host.found)}`);
+  assert.ok(Object.values(host.found).every((y) => y < 0.006) && Object.keys(host.found).length === 5);
+  assert.deepEqual([host.live, host.error], [0, 0]);
+
+  const {texts, ...rest} = await run(`tests.refusals('level.relume')`);
+  const kTexts = {
+    kind: /lights\[0\]\.kind is "sun"/, nan: /lights\[0\]\.intensity/, direction: /lights\[0\]\.direction has length 2/, bounce: /bounceScale is 2/,
+    size: /surfelIrradiance has 3 elements, expected \d+/, visibility: /visibility is for the CPU/, context: /expected a WebGL 2 context/,
+    glsl: /light_surfels does not compile: .*nothing/s, side: /a texture of \d+ texels is needed, this WebGL has at most 64/, disposed: /was disposed of/,
+  };
+  for (const [key, text] of Object.entries(kTexts)) assert.match(texts[key], text);
+  assert.ok(!Object.values(texts).some((text) => /not a RelumeError|accepted/.test(text)), JSON.stringify(texts));
+  assert.deepEqual({...rest, size: rest.size > 64}, {accepted: true, size: true, live: 0, error: 0});
+
+  const bytes = statSync(path.join(work, 'level.relume')).size;
+  assert.deepEqual(await run(`tests.loading('level.relume')`), {
+    texts: {'/work/missing.relume': '/work/missing.relume: HTTP 404 Not Found',
+            '/page.html': '/page.html: header magic: expected a Relume bake, found something else'},
+    progress: [[0, bytes], [bytes, bytes]], same: true, left: 0, simd: true,
+  });
+  // Chromium itself reports the 404 that was asked for, and nothing else.
+  browser.problems = browser.problems.filter((text) => !/404 .*missing\.relume/.test(text));
+  assert.deepEqual(browser.problems, []);
+  console.log('passed');
+} catch (error) {
+  console.log(browser.said.join('\n'));
+  throw error;
+} finally {
+  await browser.close();
+  server.close();
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// samples/05_web, built by its one command, in headless Chromium: wide and as on a phone, the lamp dragged, the three ways to show light.
+//   node sample_test.mjs PACKAGE RELUME SAMPLE WORK
+import assert from 'node:assert/strict';
+import {spawnSync} from 'node:child_process';
+import {existsSync, mkdirSync, writeFileSync} from 'node:fs';
+import path from 'node:path';
+import {Chromium, findChromium, serve} from './chromium.mjs';
+
+const [folder, relume, sample, work] = process.argv.slice(2);
+const skip = (why) => {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+};
+const program = findChromium();
+if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
+if (!program) skip('there is no Chromium (Debian: chromium)');
+if (spawnSync('npm', ['view', 'three', 'version'], {timeout: 30000}).status !== 0) skip('npm reaches no registry for three');
+mkdirSync(work, {recursive: true});
+const out = path.join(work, 'page'), env = {...process.env, RELUME: relume, RELUME_NPM: folder, PRESET: 'draft'};
+const built = spawnSync(path.join(sample, 'build.sh'), [out], {env, encoding: 'utf8', timeout: 120000});
+assert.equal(built.status, 0, built.stderr);
+const missing = spawnSync(path.join(sample, 'build.sh'), [out, 'missing.glb'], {env, encoding: 'utf8'});
+assert.ok(missing.status === 1 && /missing\.glb: there is no such level/.test(missing.stderr));
+
+const server = await serve({'/': out});
+for (const [name, size] of Object.entries({wide: {width: 960, height: 540}, phone: {width: 390, height: 800}})) {
+  const browser = await Chromium.start(program, size);
+  const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+  // Frames go by in SwiftShader's time.
+  const frames = (count) => browser.run(`new Promise((done) => { let n = ${count}; const next = () => (n-- > 0 ? requestAnimationFrame(next) : done()); next(); })`);
+  try {
+    await browser.open(`${server.url}/index.html`);
+    for (let i = 0; i < 400 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) await pause(100);
+    assert.equal(await browser.run('document.getElementById("status").textContent'), '');
+    // Nothing hangs over the window's edge.
+    assert.ok(await browser.run('document.documentElement.scrollWidth <= innerWidth && document.querySelector("canvas").clientHeight > innerHeight / 3'));
+    const pictures = {};
+    for (const show of ['direct', 'indirect', 'both']) {
+      await browser.run(`document.querySelector('input[value=${show}]').click()`);
+      await frames(4);
+      pictures[show] = await browser.screenshot();
+      writeFileSync(path.join(work, `${name}_${show}.png`), pictures[show]);
+    }
+    assert.ok(!pictures.direct.equals(pictures.both) && !pictures.indirect.equals(pictures.both));
+    assert.match(await browser.run('document.getElementById("times").textContent'), /^frame [\d.]+ ms.*WebGL 2.*8192 surfels/);
+    // The lamp stands before the camera, 0.3 m above the middle of the view.
+    const {x, y, width, height} = await browser.run('(({x, y, width, height}) => ({x, y, width, height}))(document.querySelector("canvas").getBoundingClientRect())');
+    const at = {x: x + width / 2, y: y + height / 2 - height * 0.3 / 2.5 / (2 * Math.tan(0.525))};
+    const mouse = (type, dx) => browser.send('Input.dispatchMouseEvent', {type, x: at.x + dx, y: at.y, button: 'left', buttons: 1, clickCount: 1});
+    await mouse('mousePressed', 0);
+    for (const dx of [10, 40, width / 4]) await mouse('mouseMoved', dx);
+    await mouse('mouseReleased', width / 4);
+    await frames(4);
+    const dragged = await browser.screenshot();
+    writeFileSync(path.join(work, `${name}_dragged.png`), dragged);
+    assert.ok(!dragged.equals(pictures.both));
+    assert.deepEqual(browser.problems, []);
+  } catch (error) {
+    console.log(browser.said.slice(-20).join('\n'));
+    throw error;
+  } finally {
+    await browser.close();
+  }
+}
+server.close();
+console.log('passed');

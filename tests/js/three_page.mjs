@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+// The page of three_test.mjs: the sample level in three.js, lit by relume/three, and its pictures against those of `relume render`.
+import * as THREE from 'three';
+import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
+import {RelumeLoader} from 'relume/three';
+import {loadModule} from 'relume';
+
+const kSize = [320, 180];
+
+// A spot of one cone: three's edge is a smoothstep, KHR_lights_punctual's a square.
+function addSpot(scene) {
+  const light = new THREE.SpotLight(0xffffff, 25, 0, 0.7, 0);
+  light.name = 'own';
+  light.position.set(1.5, 2.2, 1.5);
+  light.target.position.set(1.5, 0, 1.9);
+  scene.add(light, light.target);
+}
+
+async function loadLevel(lights) {
+  const {scene, cameras} = await new GLTFLoader().loadAsync('/work/level_game.glb');
+  addSpot(scene);
+  scene.traverse((object) => {
+    if (object.isMesh) object.castShadow = object.receiveShadow = true;
+    if (object.isLight) {
+      object.visible = lights.includes(object.name) || lights.includes(object.parent?.name);
+      object.castShadow = true;
+      object.shadow.mapSize.set(2048, 2048);
+      object.shadow.bias = -0.0005;
+      object.shadow.normalBias = 0.01;
+      if (object.isDirectionalLight) Object.assign(object.shadow.camera, {left: -9, right: 9, top: 9, bottom: -9, near: -10, far: 30});
+    }
+  });
+  return {scene, cameras};
+}
+
+function eachMaterial(scene, use) {
+  scene.traverse((mesh) => mesh.isMesh && (mesh.material = use(mesh.material)));
+}
+
+// The picture of a canvas or a PNG as linear light.
+const kLinear = Float32Array.from({length: 256}, (_, v) => (v <= 10 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+async function linearOf(url) {
+  const image = new Image();
+  image.src = url;
+  await image.decode();
+  const canvas = new OffscreenCanvas(...kSize), context = canvas.getContext('2d');
+  context.drawImage(image, 0, 0);
+  return Float32Array.from(context.getImageData(0, 0, ...kSize).data, (v) => kLinear[v]);
+}
+
+// found and expected: RGBA. Energy, and relative RMSE away from edges: where `expected` varies by less than a fifth within two pixels.
+function compare(found, expected) {
+  const [width, height] = kSize, yOf = (v, i) => 0.25 * v[4 * i] + 0.5 * v[4 * i + 1] + 0.25 * v[4 * i + 2];
+  let sumFound = 0, sumExpected = 0, d2 = 0, y2 = 0, smooth = 0;
+  for (let y = 2; y < height - 2; ++y) {
+    for (let x = 2; x < width - 2; ++x) {
+      const i = y * width + x, e = yOf(expected, i), f = yOf(found, i);
+      sumFound += f;
+      sumExpected += e;
+      let low = e, high = e;
+      for (let dy = -2; dy <= 2; ++dy) for (let dx = -2; dx <= 2; ++dx) {
+        const near = yOf(expected, i + dy * width + dx);
+        low = Math.min(low, near);
+        high = Math.max(high, near);
+      }
+      if (high - low > 0.2 * e) continue;
+      smooth += 1;
+      d2 += (f - e) ** 2;
+      y2 += e ** 2;
+    }
+  }
+  return {energy: sumFound / sumExpected, rmse: Math.sqrt(d2 / y2), smooth: smooth / (width * height), mean: sumExpected / (width * height)};
+}
+
+window.tests = {
+  // Indirect irradiance / pi by a camera under one light, as `relume render --aov indirect` has it.
+  async indirect(camera, light, expectedUrl, exposure) {
+    const renderer = new THREE.WebGLRenderer({antialias: false});
+    renderer.setSize(...kSize);
+    renderer.shadowMap.enabled = true;
+    document.body.replaceChildren(renderer.domElement);
+    const {scene, cameras} = await loadLevel([light]), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
+    view.aspect = kSize[0] / kSize[1];
+    view.updateProjectionMatrix();
+    // White, so that what is drawn is irradiance / pi; textures cut holes alone.
+    eachMaterial(scene, ({side, map, alphaTest}) => {
+      const white = new THREE.MeshLambertMaterial({color: 0xffffff, side, shadowSide: THREE.DoubleSide, map: alphaTest > 0 ? map : null, alphaTest});
+      white.onBeforeCompile = (shader) => {
+        shader.fragmentShader = shader.fragmentShader.replace('#include <map_fragment>', '#include <map_fragment>\ndiffuseColor.rgb = vec3(1.0);');
+      };
+      return white;
+    });
+    const lighting = await new RelumeLoader().loadAsync('/work/level.relume');
+    lighting.applyTo(scene);
+    lighting.show.set(0, 1);
+    for (let i = 0; i < 10; ++i) {
+      renderer.render(scene, view);
+      lighting.update(renderer, scene, {emissionScale: [0, 0, 0]});
+    }
+    const target = new THREE.WebGLRenderTarget(...kSize, {type: THREE.FloatType});
+    renderer.setRenderTarget(target);
+    renderer.render(scene, view);
+    const pixels = new Float32Array(4 * kSize[0] * kSize[1]), found = new Float32Array(pixels.length), scale = 2 ** exposure;
+    renderer.readRenderTargetPixels(target, 0, 0, ...kSize, pixels);
+    for (let y = 0; y < kSize[1]; ++y) {
+      for (let x = 0; x < 4 * kSize[0]; ++x) found[4 * kSize[0] * y + x] = Math.min(scale * pixels[4 * kSize[0] * (kSize[1] - 1 - y) + x], 1);
+    }
+    renderer.setRenderTarget(null);
+    const result = {...compare(found, await linearOf(expectedUrl)), backend: lighting.relighter.backend};
+    // The same picture for whoever looks at it.
+    lighting.show.set(0, 2 ** exposure);
+    renderer.render(scene, view);
+    this.clean = async () => {
+      const module = await loadModule();
+      lighting.dispose();
+      target.dispose();
+      renderer.dispose();
+      return module.liveBytes;
+    };
+    return result;
+  },
+  // The level with its own materials, all light, and a ball that moves through it.
+  async full(camera, lights) {
+    const renderer = new THREE.WebGLRenderer({antialias: true});
+    renderer.setSize(800, 450);
+    renderer.shadowMap.enabled = true;
+    renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    document.body.replaceChildren(renderer.domElement);
+    const {scene, cameras} = await loadLevel(lights), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
+    view.aspect = 800 / 450;
+    view.updateProjectionMatrix();
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.3, 48, 24), new THREE.MeshStandardMaterial({color: 0xffffff, roughness: 1}));
+    view.updateWorldMatrix(true, false);
+    ball.position.copy(view.getWorldPosition(new THREE.Vector3()).addScaledVector(view.getWorldDirection(new THREE.Vector3()), 2.5));
+    ball.castShadow = ball.receiveShadow = true;
+    scene.add(ball);
+    eachMaterial(scene, (material) => Object.assign(material, {shadowSide: THREE.DoubleSide}));
+    const lighting = await new RelumeLoader().loadAsync('/work/level.relume');
+    lighting.applyTo(scene);
+    for (let i = 0; i < 8; ++i) {
+      renderer.render(scene, view);
+      lighting.update(renderer, scene);
+    }
+    renderer.render(scene, view);
+    return {calls: renderer.info.render.calls, errors: renderer.getContext().getError()};
+  },
+};
+document.documentElement.dataset.ready = 'yes';

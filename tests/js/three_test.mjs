@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// relume/three in headless Chromium: the sample level in three.js against pictures of `relume render`. three comes by npm, and the
+// test skips where it cannot.
+//   node three_test.mjs PACKAGE RELUME LEVEL WORK
+import assert from 'node:assert/strict';
+import {execFileSync, spawnSync} from 'node:child_process';
+import {existsSync, mkdirSync, writeFileSync} from 'node:fs';
+import path from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {Chromium, findChromium, serve} from './chromium.mjs';
+
+const kThree = '0.187.0';
+const [folder, relume, level, work] = process.argv.slice(2);
+const skip = (why) => {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+};
+const program = findChromium();
+if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
+if (!program) skip('there is no Chromium (Debian: chromium)');
+mkdirSync(work, {recursive: true});
+const three = path.join(work, 'node_modules', 'three');
+if (!existsSync(path.join(three, 'build', 'three.module.js'))) {
+  const said = spawnSync('npm', ['install', '--no-save', '--no-audit', '--no-fund', '--prefix', work, `three@${kThree}`], {timeout: 60000, encoding: 'utf8'});
+  if (said.status !== 0 || !existsSync(three)) skip(`npm gives no three@${kThree}: ${(said.stderr ?? said.error?.message ?? '').trim().split('\n')[0]}`);
+}
+const bake = path.join(work, 'level.relume');
+execFileSync(relume, ['bake', level, '-o', bake, '--preset', 'medium', '--progress', 'none', '--export-glb', path.join(work, 'level_game.glb')], {stdio: 'pipe'});
+
+// Of views, each under one light: stops of exposure that use the picture's 8 bits and clip nothing.
+const kViews = [['cam_living', 'lamp', 0], ['cam_living', 'own', 0], ['cam_living', 'sun', 0]];
+// The spot of three_page.mjs.
+const direction = [0, -2.2, 0.4].map((v) => v / Math.hypot(2.2, 0.4));
+writeFileSync(path.join(work, 'own.json'), JSON.stringify([{type: 'spot', name: 'own', position: [1.5, 2.2, 1.5], direction, color: [1, 1, 1], intensity: 25,
+                                                            innerConeAngle: 0.6999, outerConeAngle: 0.7}]));
+for (const [camera, light, exposure] of kViews) {
+  execFileSync(relume, ['render', level, '--bake', bake, '--camera', camera, ...(light === 'own' ? ['--lights', 'none', '--lights-file', path.join(work, 'own.json')] : ['--lights', light]), '--aov', 'indirect', '--size', '320x180', '--exposure', String(exposure),
+                        '-o', path.join(work, `${camera}_${light}.png`)], {stdio: 'pipe'});
+}
+
+const server = await serve({'/relume/': folder, '/work/': work, '/three/': three, '/': path.dirname(fileURLToPath(import.meta.url))});
+const browser = await Chromium.start(program);
+try {
+  await browser.open(`${server.url}/three_page.html`);
+  for (let i = 0; i < 400 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) await new Promise((done) => setTimeout(done, 50));
+  for (const [camera, light, exposure] of kViews) {
+    const found = await browser.run(`tests.indirect('${camera}', '${light}', '/work/${camera}_${light}.png', ${exposure})`);
+    console.log(`${camera} ${light}: energy ${(100 * found.energy - 100).toFixed(1)} %, relative RMSE ${(100 * found.rmse).toFixed(1)} % in ${(100 * found.smooth).toFixed(0)} % of the picture, mean ${found.mean.toFixed(3)}`);
+    writeFileSync(path.join(work, `${camera}_${light}_three.png`), await browser.screenshot());
+    assert.equal(found.backend, 'webgl2');
+    assert.ok(found.smooth > 0.4 && found.mean > 0.01);
+    assert.ok(Math.abs(found.energy - 1) < 0.02 && found.rmse < 0.1, JSON.stringify(found));
+    assert.ok(await browser.run('tests.clean()') <= 100, 'bytes that nothing gave back');
+  }
+  const full = await browser.run(`tests.full('cam_living', ['sun', 'lamp'])`);
+  writeFileSync(path.join(work, 'full_three.png'), await browser.screenshot());
+  assert.equal(full.errors, 0);
+  assert.deepEqual(browser.problems, []);
+  console.log('passed');
+} catch (error) {
+  console.log(browser.said.slice(-20).join('\n'));
+  throw error;
+} finally {
+  await browser.close();
+  server.close();
+}
