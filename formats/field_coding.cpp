@@ -82,7 +82,7 @@ std::uint64_t codedBytes(FieldCoding coding, std::uint64_t rows, std::uint64_t r
 
 std::vector<std::byte> encodeFields(FieldCoding coding, std::span<const std::byte> data, std::size_t rowBytes) {
   const std::size_t rows = data.size() / rowBytes, wordBytes = wordBits(coding) / 8;
-  std::vector<std::byte> coded(codedBytes(coding, rows, rowBytes));
+  std::vector<std::byte> coded(static_cast<std::size_t>(codedBytes(coding, rows, rowBytes)));
   std::byte* planes = coded.data();
   for (std::size_t column = 0; column < rowBytes; column += wordBytes) {
     for (const Field& field : fieldsOf(coding)) {

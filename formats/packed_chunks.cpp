@@ -119,8 +119,11 @@ Status takeDirections(const Chunk& stored, const LinkEnds& ends, std::span<std::
   return invalidChunk(stored, "packed: a direction has more bits than its width");
 }
 
-// [byte] of a chunk that is not coded.
-std::uint64_t plainBytes(const ChunkInfo& info) { return info.shape[0] * info.shape[1] * elementBytes(info.type); }
+// [byte] of a chunk that is not coded: of a row, and of all. They are no more than the file has, or than leaves need.
+std::size_t rowBytes(const ChunkInfo& info) {
+  return static_cast<std::size_t>(info.shape[1]) * elementBytes(info.type);
+}
+std::size_t plainBytes(const ChunkInfo& info) { return static_cast<std::size_t>(info.shape[0]) * rowBytes(info); }
 
 struct alignas(kChunkAlignment) Block {
   std::byte bytes[kChunkAlignment];
@@ -131,18 +134,18 @@ struct alignas(kChunkAlignment) Block {
 std::optional<std::uint64_t> storedBytes(ElementType type, std::span<const std::uint64_t, 2> shape,
                                          FieldCoding coding) {
   constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 61;
-  const std::uint64_t rows = shape[0], rowBytes = shape[1] * elementBytes(type);
-  if (rowBytes == 0 || rows > kMaxBytes / 8 / rowBytes) return {};  // a field of one bit has a byte
-  if (coding == kUncoded) return rows * rowBytes;
+  const std::uint64_t rows = shape[0], bytesEach = shape[1] * elementBytes(type);
+  if (bytesEach == 0 || rows > kMaxBytes / 8 / bytesEach) return {};  // a field of one bit has a byte
+  if (coding == kUncoded) return rows * bytesEach;
   if (coding == kCountedChildren || coding == kCountedLeaves || coding == kExpectedDirections) {
     if (type != ElementType::u32 || shape[1] != 1) return {};
     if (coding == kExpectedDirections) return rows * 2 * kCodedShapeBytes;
-    return coding == kCountedLeaves ? 0 : rows * rowBytes;
+    return coding == kCountedLeaves ? 0 : rows * bytesEach;
   }
   const std::uint32_t bits = wordBits(coding);
   // Halves are words of their own; archives have no words.
   if (bits == 0 || type == ElementType::archive || (type == ElementType::f16 && bits != 16)) return {};
-  return codedBytes(coding, rows, rowBytes);
+  return codedBytes(coding, rows, bytesEach);
 }
 
 PackedChunks packChunks(std::span<const Chunk> chunks, LinkKind kind) {
@@ -160,7 +163,7 @@ PackedChunks packChunks(std::span<const Chunk> chunks, LinkKind kind) {
     else if (coding == kExpectedDirections)
       packed.coded.push_back(encodeDirections(linkEndsOf(chunks), chunk.data));
     else
-      packed.coded.push_back(encodeFields(coding, chunk.data, chunk.info.shape[1] * elementBytes(chunk.info.type)));
+      packed.coded.push_back(encodeFields(coding, chunk.data, rowBytes(chunk.info)));
     chunk.data = packed.coded.back();
   }
   return packed;
@@ -168,7 +171,8 @@ PackedChunks packChunks(std::span<const Chunk> chunks, LinkKind kind) {
 
 Result<UnpackedChunks> unpackChunks(std::span<const Chunk> packed, std::pmr::memory_resource* memory) {
   // Leaves, of which nothing is stored, are as many as their tree has; all others are no smaller in the file.
-  std::uint64_t blockCount = 0, leaves = 0;
+  std::size_t blockCount = 0;
+  std::uint64_t leaves = 0;
   for (const Chunk& chunk : packed) {
     if (chunk.info.coding == kCountedLeaves && chunk.info.shape[0] != leaves)
       return invalidChunk(chunk, "has " + std::to_string(chunk.info.shape[0]) + " rows, and the tree before it " +
@@ -196,7 +200,7 @@ Result<UnpackedChunks> unpackChunks(std::span<const Chunk> packed, std::pmr::mem
       status = countLeaves(chunk, child, data);
     else if (coding == kExpectedDirections)
       status = takeDirections(chunk, linkEndsOf(unpacked.chunks), data, memory);
-    else if (!decodeFields(coding, chunk.data, chunk.info.shape[1] * elementBytes(chunk.info.type), data))
+    else if (!decodeFields(coding, chunk.data, rowBytes(chunk.info), data))
       status = invalidChunk(chunk, "packed: a field has more bits than its width");
     if (!status) return status.error();
     chunk.data = data;

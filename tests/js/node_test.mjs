@@ -7,6 +7,7 @@ import {execFileSync} from 'node:child_process';
 import {existsSync, mkdirSync, readFileSync} from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
+import {gzipSync} from 'node:zlib';
 import {pathToFileURL} from 'node:url';
 
 const [folder, relume, nativeLight, level, work] = process.argv.slice(2);
@@ -21,6 +22,10 @@ const bakeFile = path.join(work, 'level.relume'), nativeFile = path.join(work, '
 execFileSync(relume, ['bake', level, '-o', bakeFile, '--preset', 'draft', '--progress', 'none'], {stdio: 'pipe'});
 execFileSync(nativeLight, [bakeFile, nativeFile]);
 const bytes = readFileSync(bakeFile);
+const packedFile = path.join(work, 'packed.relume');
+execFileSync(relume, ['pack', bakeFile, '-o', packedFile, '--force'], {stdio: 'pipe'});
+execFileSync(relume, ['pack', bakeFile, '-o', `${packedFile}.gz`, '--force'], {stdio: 'pipe'});
+const packed = readFileSync(packedFile), zipped = readFileSync(`${packedFile}.gz`);
 const native = new Float32Array(readFileSync(nativeFile).buffer.slice(0));
 
 // The frames of native_light.cpp.
@@ -104,6 +109,17 @@ async function checkModule(module) {
     [new Uint8Array(0), /empty file/], [new TextEncoder().encode('<!doctype html>'.repeat(100)), /header magic/], [42, /source is Number, expected a URL/],
     [null, /source is null/], [{}, /source is Object/],
   ]) {
+    await assert.rejects(loadBake(source, {module}), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
+  }
+  // Packed, and through gzip: the same bake. Damaged, or far more than it says: refused.
+  for (const source of [packed, zipped]) {
+    const same = await loadBake(source, {module});
+    checkLight(module, same);
+    same.dispose();
+  }
+  const swollen = gzipSync(Buffer.concat([packed, Buffer.alloc(1 << 24)]));
+  for (const [source, text] of [[zipped.subarray(0, zipped.length >> 1), /^gzip: /], [swollen, /^gzip: more than the \d+ bytes/],
+                                [gzipSync(Buffer.from('<!doctype html>'.repeat(100))), /^gzip: more than|header magic/]]) {
     await assert.rejects(loadBake(source, {module}), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
   }
   // A copy that lies askew in its buffer.

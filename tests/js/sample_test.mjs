@@ -12,6 +12,7 @@ const skip = (why) => {
   console.log(`skipped: ${why}`);
   process.exit(77);
 };
+if (process.env.RELUME_LONG_TESTS !== '1') skip('of the long run (RELUME_LONG_TESTS=1): three comes from the registry of npm');
 const program = findChromium();
 if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
 if (!program) skip('there is no Chromium (Debian: chromium)');

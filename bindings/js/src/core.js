@@ -12,7 +12,7 @@ export class RelumeError extends Error {
   }
 }
 
-const kUsage = 1, kIo = 2, kMemory = 6;
+const kUsage = 1, kIo = 2, kInvalidFile = 3, kMemory = 6;
 
 // A function that gives a vector of 16 bytes: valid where there is SIMD.
 const kSimdProbe = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 8, 1, 6, 0, 65, 0, 253, 15, 11]);
@@ -129,11 +129,34 @@ async function readSource(source, {onProgress, signal} = {}) {
   }
 }
 
+const isGzip = (parts) => parts.length > 0 && parts[0][0] === 0x1f && parts[0][1] === 0x8b;
+
+// The parts of a bake that went through gzip (`relume pack -o OUT.relume.gz`). No more is unpacked than the bake's header says it has.
+async function unpackGzip(parts, name) {
+  const reader = new Blob(parts).stream().pipeThrough(new DecompressionStream('gzip')).getReader();
+  const unpacked = [];
+  let size = 0, most = Infinity;
+  try {
+    for (;;) {
+      const {done, value} = await reader.read();
+      if (done) return unpacked;
+      if (size === 0 && value.length >= 32) most = Number(new DataView(value.buffer, value.byteOffset).getBigUint64(24, true));
+      unpacked.push(value);
+      size += value.length;
+      if (size > most) throw new Error(`more than the ${most} bytes that its header names`);
+    }
+  } catch (error) {
+    reader.cancel().catch(() => {});
+    throw new RelumeError(`${name}gzip: ${error?.cause?.message ?? error?.message ?? error}`, kInvalidFile);
+  }
+}
+
 export async function loadBake(source, options = {}) {
-  const [module, parts] = await Promise.all([options.module ?? loadModule(), readSource(source, options)]);
+  const name = typeof source === 'string' || source instanceof URL ? `${source}: ` : '';
+  const [module, received] = await Promise.all([options.module ?? loadModule(), readSource(source, options)]);
+  const parts = isGzip(received) ? await unpackGzip(received, name) : received;
   const size = parts.reduce((sum, part) => sum + part.length, 0);
   const file = module.wasm._relume_web_file(size);
-  const name = typeof source === 'string' || source instanceof URL ? `${source}: ` : '';
   if (file === 0) throw new RelumeError(`${name}out of memory: a bake of ${megabytes(size)}`, kMemory);
   let at = file;
   for (const part of parts) {
@@ -141,7 +164,7 @@ export async function loadBake(source, options = {}) {
     at += part.length;
   }
   const bake = module.wasm._relume_web_bake(file, size);
-  if (bake === 0) throw new RelumeError(name + module.text(module.wasm._relume_web_error()), 3);
+  if (bake === 0) throw new RelumeError(name + module.text(module.wasm._relume_web_error()), kInvalidFile);
   return new Bake(module, bake);
 }
 

@@ -39,7 +39,7 @@ export interface LoadOptions {
   signal?: AbortSignal;
 }
 
-/** Throws RelumeError: a URL that is not there, bytes that are no bake, no memory. */
+/** Bakes of all kinds, packed or not, through gzip (`relume pack -o OUT.relume.gz`) or not. Throws RelumeError: a URL that is not there, bytes that are no bake, no memory. */
 export function loadBake(source: string | URL | ArrayBuffer | ArrayBufferView, options?: LoadOptions): Promise<Bake>;
 
 export interface BakeInfo {
