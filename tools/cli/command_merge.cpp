@@ -85,7 +85,8 @@ void addMergeCommand(CLI::App& app, Action& action) {
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")
       ->option_text("FILE");
   command->add_flag("--force", arguments->force, "Write over files that are something else than a bake");
-  addTerminalOptions(*command, arguments->terminal);
+  addMemoryOption(*command, arguments->terminal.maxMemory);
+  addProgressOption(*command, arguments->terminal.progress);
   command->callback([arguments, &action] { action = [arguments] { return runMerge(*arguments); }; });
 }
 

@@ -186,17 +186,21 @@ void Terminal::State::report(std::string_view newStage, double newFraction) {
 }
 
 void addTerminalOptions(CLI::App& command, TerminalOptions& options) {
-  static const std::map<std::string, ProgressStyle> kStyles = {{"auto", ProgressStyle::automatic},
-                                                               {"plain", ProgressStyle::plain},
-                                                               {"json", ProgressStyle::json},
-                                                               {"none", ProgressStyle::none}};
   command.add_option("--threads", options.threads, "Threads; 0 = all cores; never changes the result [0..1024]")
       ->option_text("N [0]")
       ->check(CLI::Range(0, 1024));
   addMemoryOption(command, options.maxMemory);
+  addProgressOption(command, options.progress);
+}
+
+void addProgressOption(CLI::App& command, ProgressStyle& progress) {
+  static const std::map<std::string, ProgressStyle> kStyles = {{"auto", ProgressStyle::automatic},
+                                                               {"plain", ProgressStyle::plain},
+                                                               {"json", ProgressStyle::json},
+                                                               {"none", ProgressStyle::none}};
   command
       .add_option(
-          "--progress", options.progress,
+          "--progress", progress,
           "Progress on stderr: a bar on a terminal and a line for each stage otherwise, lines at each fifth of a "
           "stage, JSON lines, nothing "
           "[auto|plain|json|none]")

@@ -27,8 +27,9 @@ struct TerminalOptions {
   std::uint64_t maxMemory = 0;  // [byte] 0 = three quarters of the machine's
 };
 void addTerminalOptions(CLI::App& command, TerminalOptions& options);
-// --max-memory alone, for commands that are quick.
+// --max-memory alone, for commands that are quick; --progress alone, for those that work on one thread.
 void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
+void addProgressOption(CLI::App& command, ProgressStyle& progress);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
 // warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context (interrupt.h). One at a time.
