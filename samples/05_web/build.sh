@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# build.sh OUT [LEVEL.glb ...]: the page as static files in the folder OUT, with these levels or the sample level, baked and exported.
-# Needs `relume` (or RELUME), emscripten, and npm for three.js. PRESET is the bake's [medium]; RELUME_NPM is a package built before.
+# build.sh OUT [LEVEL.glb ...]: the page as static files in the folder OUT, with these levels or the sample level, baked, exported and packed.
+# Needs `relume` (or RELUME), emscripten, and npm for three.js. PRESET is the bake's [web]; RELUME_NPM is a package built before.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
 [ $# -ge 1 ] || { echo "Usage: build.sh OUT [LEVEL.glb ...]" >&2; exit 2; }
@@ -23,10 +23,10 @@ mkdir -p "$out/levels" "$out/three/build" "$out/three/examples/jsm/loaders" "$ou
 cp "$here/index.html" "$here/main.js" "$out/"
 rm -rf "$out/relume"
 cp -r "$package" "$out/relume"
-modules=$(mktemp -d)
-trap 'rm -rf "$modules"' EXIT
-npm install --silent --no-save --no-audit --no-fund --prefix "$modules" "three@$three" >/dev/null
-from=$modules/node_modules/three
+temporary=$(mktemp -d)
+trap 'rm -rf "$temporary"' EXIT
+npm install --silent --no-save --no-audit --no-fund --prefix "$temporary" "three@$three" >/dev/null
+from=$temporary/node_modules/three
 cp "$from/build/three.module.js" "$from/build/three.core.js" "$out/three/build/"
 for file in loaders/GLTFLoader.js controls/OrbitControls.js utils/BufferGeometryUtils.js utils/SkeletonUtils.js; do
   cp "$from/examples/jsm/$file" "$out/three/examples/jsm/$file"
@@ -36,7 +36,8 @@ names=()
 for level in "$@"; do
   name=$(basename "${level%.*}")
   [[ $name =~ ^[A-Za-z0-9._-]+$ ]] || { echo "$level: expected a name of letters, digits, '.', '_' and '-'" >&2; exit 1; }
-  "$relume" bake "$level" -o "$out/levels/$name.relume" --preset "${PRESET:-medium}" --export-glb "$out/levels/$name.glb"
+  "$relume" bake "$level" -o "$temporary/$name.relume" --preset "${PRESET:-web}" --export-glb "$out/levels/$name.glb"
+  "$relume" pack "$temporary/$name.relume" -o "$out/levels/$name.relume.gz" --profile web
   names+=("\"$name\"")
 done
 (IFS=,; echo "[${names[*]}]") >"$out/levels/levels.json"

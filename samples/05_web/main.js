@@ -31,7 +31,7 @@ let level = null;  // {root, lighting, sphere, name}
 async function open(name) {
   close();
   status.textContent = `${name} …`;
-  const lightingOf = new RelumeLoader().loadAsync(`levels/${name}.relume`, ({loaded, total}) => {
+  const lightingOf = new RelumeLoader().loadAsync(`levels/${name}.relume.gz`, ({loaded, total}) => {
     status.textContent = `${name}: ${(loaded / 1048576).toFixed(1)}${total ? ` of ${(total / 1048576).toFixed(1)}` : ''} MiB`;
   });
   const [gltf, lighting] = await Promise.all([new GLTFLoader().loadAsync(`levels/${name}.glb`), lightingOf]);
