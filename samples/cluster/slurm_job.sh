@@ -17,6 +17,6 @@ case $what in
   merge)
     parts=()
     for ((i = 1; i <= shards; i++)); do parts+=("$folder/shard-$i.relume"); done
-    "$relume" merge "$folder/plan.relume" "${parts[@]}" -o "$bake" "${limits[@]}"
+    "$relume" merge "$folder/plan.relume" "${parts[@]}" -o "$bake" --progress plain
     ;;
 esac
