@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+// See radiance_mips.h.
+#include "runtime/cones/radiance_mips.h"
+
+#include "runtime/shared/chunks.h"
+#include "runtime/shared/stopwatch.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <new>
+
+namespace relume {
+namespace {
+
+constexpr float kSolid = 7.0f;        // optical depth of an occupied voxel, and the most of any: 0.1 % goes through
+constexpr float kSpent = 0.01f;       // a cone ends where no more of it is clear
+constexpr float kClear = 1.5f;        // [voxels] above its own plane a cone begins
+constexpr float kPlane = 2.5f;        // [sample widths] least height above the cone's own plane
+constexpr float kLeastCosine = 0.1f;  // of a cone that grazes its plane: it starts 15 voxels along it at most
+constexpr float kStep = 0.5f;         // [sample widths]
+constexpr std::uint32_t kRows = 8;    // of a chunk
+
+// What a ray sees of something that is partly opaque.
+struct Seen {
+  glm::vec3 light{0.0f};  // radiance times opacity
+  float opacity = 0.0f;
+};
+
+Seen seenThrough(const glm::vec4& depth) {
+  if (!(depth.w > 0.0f)) return {};
+  const float opacity = -std::expm1(-depth.w);
+  return {glm::vec3(depth) * (opacity / depth.w), opacity};
+}
+
+glm::vec4 depthOf(const Seen& seen) {
+  if (!(seen.opacity > 0.0f)) return glm::vec4(0.0f);
+  const float depth = std::min(-std::log1p(-std::min(seen.opacity, 0.9999f)), kSolid);
+  return {seen.light * (depth / seen.opacity), depth};
+}
+
+// The nearer before the farther.
+Seen behind(const Seen& near, const Seen& far) {
+  return {near.light + (1.0f - near.opacity) * far.light, near.opacity + (1.0f - near.opacity) * far.opacity};
+}
+
+// A ray's direction along an axis, of the six: +x, -x, +y, -y, +z, -z.
+glm::vec3 axisOf(std::uint32_t direction) {
+  glm::vec3 axis(0.0f);
+  axis[static_cast<int>(direction / 2)] = direction % 2 == 0 ? 1.0f : -1.0f;
+  return axis;
+}
+
+// Both sides of an occupied voxel, by their areas.
+glm::vec3 meanRadiance(const VoxelVolume& volume, const glm::ivec3& voxel) {
+  const glm::vec3 any(1.0f, 0.0f, 0.0f);
+  const std::uint32_t side = volume.sideAt(voxel, any);
+  if (side == kNoSide) return glm::vec3(0.0f);
+  const std::uint32_t front = side & ~1u;
+  const VoxelRadiance& radiance = volume.radiance()[front / 2];
+  const float a = volume.side(front).area, b = volume.side(front + 1).area;
+  return a + b > 0.0f ? (a * radiance.front + b * radiance.back) / (a + b) : 0.5f * (radiance.front + radiance.back);
+}
+
+glm::vec4 solid(const glm::vec3& radiance) { return {kSolid * radiance, kSolid}; }
+
+// The 2 x 2 x 2 parts of a voxel, seen along one of six directions: the mean of four columns.
+glm::vec4 alongAxis(const std::array<glm::vec4, 8>& part, std::uint32_t direction) {
+  const std::uint32_t axis = direction / 2, bit = 1u << axis;
+  Seen sum;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    if ((i & bit) != 0) continue;
+    const Seen low = seenThrough(part[i]), high = seenThrough(part[i | bit]);
+    const Seen column = direction % 2 == 0 ? behind(low, high) : behind(high, low);
+    sum.light += 0.25f * column.light;
+    sum.opacity += 0.25f * column.opacity;
+  }
+  return depthOf(sum);
+}
+
+glm::vec4 meanOf(const std::array<glm::vec4, 8>& part) {
+  Seen sum;
+  for (const glm::vec4& p : part) {
+    const Seen seen = seenThrough(p);
+    sum.light += 0.125f * seen.light;
+    sum.opacity += 0.125f * seen.opacity;
+  }
+  return depthOf(sum);
+}
+
+// The eight corners around a place between the middles of voxels, and their weights.
+struct Corners {
+  glm::ivec3 low{0};
+  glm::vec3 fraction{0.0f};
+
+  explicit Corners(const glm::vec3& place) {
+    const glm::vec3 p = place - 0.5f, floor = glm::floor(p);
+    low = glm::ivec3(floor);
+    fraction = p - floor;
+  }
+  glm::ivec3 at(int i) const { return low + glm::ivec3(i & 1, i >> 1 & 1, i >> 2); }
+  float weight(int i) const {
+    return ((i & 1) != 0 ? fraction.x : 1.0f - fraction.x) * ((i & 2) != 0 ? fraction.y : 1.0f - fraction.y) *
+           ((i & 4) != 0 ? fraction.z : 1.0f - fraction.z);
+  }
+};
+
+std::size_t indexIn(const glm::ivec3& size, const glm::ivec3& v) {
+  return (static_cast<std::size_t>(v.z) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(v.y)) *
+             static_cast<std::size_t>(size.x) +
+         static_cast<std::size_t>(v.x);
+}
+
+bool isInside(const glm::ivec3& size, const glm::ivec3& v) {
+  return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size.x && v.y < size.y && v.z < size.z;
+}
+
+}  // namespace
+
+// What to read of a voxel for a direction: three of six, by the squares of its components.
+struct RadianceMips::View {
+  std::array<std::uint32_t, 3> index{};
+  std::array<float, 3> weight{};
+  std::uint32_t count = 1;
+
+  View(Directions directions, const glm::vec3& direction) {
+    weight[0] = 1.0f;
+    if (directions == Directions::one) return;
+    count = 3;
+    for (std::uint32_t a = 0; a < 3; ++a) {
+      const float d = direction[static_cast<int>(a)];
+      index[a] = 2 * a + (d < 0.0f ? 1 : 0);
+      weight[a] = d * d;
+    }
+  }
+};
+
+Status RadianceMips::update(const VoxelVolume& volume) {
+  Stopwatch watch;
+  const std::uint32_t per = perVoxel();
+  try {
+    // Sizes
+    std::vector<glm::ivec3> sizes;
+    for (glm::ivec3 size = volume.grid().voxels(); std::max({size.x, size.y, size.z}) > 1;)
+      sizes.push_back(size = (size + 1) / 2);
+    levels_.resize(sizes.size());
+    for (std::size_t l = 0; l < sizes.size(); ++l) {
+      levels_[l].size = sizes[l];
+      levels_[l].voxel.resize(indexIn(sizes[l], {0, 0, sizes[l].z}) * per);
+    }
+  } catch (const std::bad_alloc&) {
+    levels_.clear();
+    return Error{ErrorCode::memory, "cones: memory ran out; fewer cells take less"};
+  }
+
+  // Each level from the one below
+  const VolumeGrid& grid = volume.grid();
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    Level& level = levels_[l];
+    const auto rows = static_cast<std::uint32_t>(level.size.y * level.size.z);
+    forChunks(volume.parallelFor(), rows, kRows, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t row = begin; row < end; ++row) {
+        glm::ivec3 v(0, static_cast<int>(row) % level.size.y, static_cast<int>(row) / level.size.y);
+        for (; v.x < level.size.x; ++v.x) {
+          glm::vec4* const to = level.voxel.data() + indexIn(level.size, v) * per;
+          std::fill_n(to, per, glm::vec4(0.0f));
+          if (l == 0 && volume.bits()[grid.cellIndex(v / 2)] == 0) continue;
+          for (std::uint32_t d = 0; d < per; ++d) {
+            std::array<glm::vec4, 8> part{};
+            bool empty = true;
+            for (int i = 0; i < 8; ++i) {
+              const glm::ivec3 child = 2 * v + glm::ivec3(i & 1, i >> 1 & 1, i >> 2);
+              auto& p = part[static_cast<std::size_t>(i)];
+              if (l > 0) {
+                const Level& below = levels_[l - 1];
+                if (isInside(below.size, child)) p = below.voxel[indexIn(below.size, child) * per + d];
+              } else if (volume.bits()[grid.cellOf(child)] >> brickBit(child) & 1u) {
+                p = solid(per == 1 ? meanRadiance(volume, child) : volume.radianceAt(child, axisOf(d)));
+              }
+              empty = empty && p.w == 0.0f;
+            }
+            if (empty) {
+              if (l == 0) break;
+              continue;
+            }
+            to[d] = per == 1 ? meanOf(part) : alongAxis(part, d);
+          }
+        }
+      }
+    });
+  }
+  ms_ = watch.lap();
+  return done();
+}
+
+glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& place,
+                                   const glm::vec3& direction) const {
+  const Corners corners(place);
+  const VolumeGrid& grid = volume.grid();
+  glm::vec4 sum(0.0f);
+  // Most places lie within one brick, and most bricks are empty.
+  const glm::ivec3 last = corners.low + 1;
+  const bool within = grid.holds(corners.low) && grid.holds(last);
+  if (within && corners.low.x >> 2 == last.x >> 2 && corners.low.y >> 2 == last.y >> 2 &&
+      corners.low.z >> 2 == last.z >> 2 && volume.bits()[grid.cellOf(last)] == 0)
+    return sum;
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 v = corners.at(i);
+    if (!within && !grid.holds(v)) continue;
+    if ((volume.bits()[grid.cellOf(v)] >> brickBit(v) & 1u) == 0) continue;
+    sum += corners.weight(i) * solid(perVoxel() == 1 ? meanRadiance(volume, v) : volume.radianceAt(v, direction));
+  }
+  return sum;
+}
+
+glm::vec4 RadianceMips::readLevel(const Level& level, const glm::vec3& place, const View& view) const {
+  const Corners corners(place);
+  glm::vec4 sum(0.0f);
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 v = corners.at(i);
+    if (!isInside(level.size, v)) continue;
+    const glm::vec4* const from = level.voxel.data() + indexIn(level.size, v) * perVoxel();
+    const float weight = corners.weight(i);
+    for (std::uint32_t k = 0; k < view.count; ++k) sum += weight * view.weight[k] * from[view.index[k]];
+  }
+  return sum;
+}
+
+glm::vec4 RadianceMips::readAt(const VoxelVolume& volume, float level, const glm::vec3& place,
+                               const glm::vec3& direction, const View& view) const {
+  const float clamped = std::clamp(level, 0.0f, static_cast<float>(levels_.size()));
+  const auto below = static_cast<std::size_t>(clamped);
+  const float above = clamped - static_cast<float>(below);
+  const auto at = [&](std::size_t l) {
+    return l == 0 ? readVoxels(volume, place, direction)
+                  : readLevel(levels_[l - 1], place / static_cast<float>(1u << l), view);
+  };
+  return above > 0.0f ? glm::mix(at(below), at(below + 1), above) : at(below);
+}
+
+glm::vec4 RadianceMips::read(const VoxelVolume& volume, float level, const glm::vec3& place,
+                             const glm::vec3& direction) const {
+  return readAt(volume, level, place, direction, View(directions_, direction));
+}
+
+namespace {
+
+// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not.
+void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3& direction, float& begin, float& end) {
+  for (int k = 0; k < 3; ++k) {
+    const float low = -1.0f - origin[k], high = static_cast<float>(grid.voxels()[k]) + 1.0f - origin[k];
+    if (std::abs(direction[k]) < 1e-9f) {
+      if (low > 0.0f || high < 0.0f) end = begin;
+      continue;
+    }
+    const float a = low / direction[k], b = high / direction[k];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+}
+
+}  // namespace
+
+ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const {
+  const VolumeGrid& grid = volume.grid();
+  const float cosine = glm::dot(cone.direction, cone.normal);
+  // Lengths are in voxels from here on. The cone begins where it is clear of the voxels of its own surface.
+  const float start = kClear / std::max(cosine, kLeastCosine), lift = std::max(0.0f, kClear - start * cosine);
+  const glm::vec3 origin = grid.toGrid(cone.originWorld) + lift * cone.normal;
+  float t = start, end = cone.far / grid.voxel;
+  clipToGrid(grid, origin, cone.direction, t, end);
+  const float widest = static_cast<float>(1u << levels_.size());
+  const View view(directions_, cone.direction);
+
+  ConeLight light;
+  while (t < end && light.clear > kSpent) {
+    const float width = std::clamp(std::min(t * cone.spread, (lift + t * cosine) / kPlane), 1.0f, widest);
+    const float step = std::min(kStep * width, end - t), middle = t + 0.5f * step;
+    t += kStep * width;
+    const glm::vec4 depth =
+        readAt(volume, width > 1.0f ? std::log2(width) : 0.0f, origin + middle * cone.direction, cone.direction, view);
+    if (!(depth.w > 0.0f)) continue;
+    const float blocked = light.clear * -std::expm1(-depth.w * step / width);
+    light.radiance += (blocked / depth.w) * glm::vec3(depth);
+    light.occlusion += blocked / (1.0f + cone.falloff * middle * grid.voxel);
+    light.clear -= blocked;
+  }
+  if (light.clear <= kSpent) {
+    light.radiance /= 1.0f - light.clear;
+    light.occlusion /= 1.0f - light.clear;
+    light.clear = 0.0f;
+  }
+  return light;
+}
+
+std::size_t RadianceMips::sizeBytes() const {
+  std::size_t bytes = 0;
+  for (const Level& level : levels_) bytes += level.voxel.size() * sizeof(glm::vec4);
+  return bytes;
+}
+
+}  // namespace relume

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// Radiance of voxels at every scale, and what cones find in it.
+#include "runtime/cones/radiance_mips.h"
+#include "tests/voxels/boxes.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using test::VoxelLevel;
+
+VoxelOptions boxed(const glm::vec3& low, const glm::vec3& high, std::uint32_t cells = 16) {
+  VoxelOptions options;
+  options.boxMin = low;
+  options.boxMax = high;
+  options.cells = cells;
+  return options;
+}
+
+constexpr auto kSix = RadianceMips::Directions::six, kOne = RadianceMips::Directions::one;
+
+// A volume whose sides send out as much radiance as they have albedo: those that triangles face, or all.
+struct Lit {
+  VoxelVolume volume;
+  RadianceMips mips;
+
+  Lit(VoxelLevel& level, const VoxelOptions& options, bool bothSides = false,
+      RadianceMips::Directions directions = kSix)
+      : volume(std::move(*VoxelVolume::create(level.geometry(), options))), mips(directions) {
+    std::vector<glm::vec3> irradiance(volume.sideCount());
+    for (std::uint32_t s = 0; s < irradiance.size(); ++s)
+      irradiance[s] = glm::vec3(bothSides || volume.side(s).area > 0.0f ? std::numbers::pi_v<float> : 0.0f);
+    volume.reflect(irradiance, glm::vec3(0.0f));
+    EXPECT_TRUE(mips.update(volume));
+  }
+  ConeLight trace(const Cone& cone) const { return mips.trace(volume, cone); }
+};
+
+VoxelSurface sending(const glm::vec3& radiance) { return {radiance}; }
+
+// A square across the x axis that faces -x, wider than anything here looks.
+void addWall(VoxelLevel& level, float x, std::uint32_t surface) {
+  level.addQuad({x, -40, -40}, {x, -40, 40}, {x, 40, 40}, {x, 40, -40}, surface);
+}
+
+TEST(RadianceMips, aPlaneFillsAConeWhateverItsDistanceAndWidth) {
+  for (const float x : {1.0f, 2.07f, 3.5f, 7.77f, 7.9f}) {
+    VoxelLevel level;
+    level.surfaces = {sending({0.25f, 0.5f, 1.0f})};
+    addWall(level, x, 0);
+    const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}));
+    for (const float spread : {0.0f, 0.1f, 0.25f, 0.5f}) {
+      for (const float phase : {0.0f, 0.07f, 0.11f, 0.19f}) {
+        const ConeLight light = lit.trace({{phase, phase, 0}, {1, 0, 0}, {1, 0, 0}, spread});
+        EXPECT_NEAR(light.radiance.x, 0.25f, 0.005f) << x << ' ' << spread << ' ' << phase;
+        EXPECT_NEAR(light.radiance.z, 1.0f, 0.01f);
+        EXPECT_LE(light.clear, 0.01f);
+        EXPECT_NEAR(light.occlusion, 1.0f, 0.01f);
+      }
+    }
+  }
+}
+
+TEST(RadianceMips, nothingShinesThroughAWallOfOneVoxel) {
+  for (const float x : {1.0f, 1.06f, 1.13f, 3.2f}) {
+    VoxelLevel level;
+    level.surfaces = {sending(glm::vec3(0.0f)), sending(glm::vec3(1.0f))};
+    addWall(level, x, 0);
+    addWall(level, x + 2.0f, 1);
+    const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}));
+    for (const float spread : {0.0f, 0.25f, 0.5f})
+      EXPECT_LE(lit.trace({{0, 0.05f, 0}, {1, 0, 0}, {1, 0, 0}, spread}).radiance.x, spread < 0.5f ? 0.01f : 0.05f)
+          << x << ' ' << spread;
+  }
+}
+
+TEST(RadianceMips, theTwoSidesOfAWallStayApartAtEveryLevel) {
+  VoxelLevel level;
+  level.surfaces = {sending({1, 0, 0})};
+  addWall(level, 0.1f, 0);
+  Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}));
+  for (std::uint32_t l = 0; l <= 4; ++l) {
+    const auto width = static_cast<float>(1u << l);
+    const glm::vec3 place = lit.volume.grid().toGrid({0.1f, 0, 0});
+    // The middle of the voxel of this level that holds the wall.
+    const glm::vec3 middle = (glm::floor(place / width) + 0.5f) * width;
+    const glm::vec4 front = lit.mips.read(lit.volume, static_cast<float>(l), middle, {1, 0, 0});
+    const glm::vec4 back = lit.mips.read(lit.volume, static_cast<float>(l), middle, {-1, 0, 0});
+    EXPECT_GE(1.0f - std::exp(-front.w), 0.99f) << l;
+    EXPECT_NEAR(front.x / front.w, 1.0f, 0.01f) << l;
+    EXPECT_EQ(back.x, 0.0f) << l;
+  }
+}
+
+TEST(RadianceMips, withOneDirectionAWallThinsOutByHalfALevel) {
+  VoxelLevel level;
+  level.surfaces = {sending(glm::vec3(1.0f))};
+  addWall(level, 0.1f, 0);
+  const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}), true, kOne);
+  for (std::uint32_t l = 0; l <= 4; ++l) {
+    const auto width = static_cast<float>(1u << l);
+    const glm::vec3 place = lit.volume.grid().toGrid({0.1f, 0, 0});
+    const glm::vec3 middle = (glm::floor(place / width) + 0.5f) * width;
+    const glm::vec4 seen = lit.mips.read(lit.volume, static_cast<float>(l), middle, {1, 0, 0});
+    EXPECT_NEAR(1.0f - std::exp(-seen.w), std::exp2(-static_cast<float>(l)), 0.01f) << l;
+    EXPECT_NEAR(seen.x / seen.w, 1.0f, 0.01f) << l;
+  }
+}
+
+// A floor at any angle to the voxels must not hide the sky from itself.
+TEST(RadianceMips, aConeDoesNotMeetThePlaneThatItStartsOn) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+  float worst = 0.0f, sum = 0.0f;
+  int cones = 0;
+  for (int turn = 0; turn < 40; ++turn) {
+    const glm::quat q = glm::normalize(glm::quat(uniform(random), uniform(random), uniform(random), uniform(random)));
+    VoxelLevel level;
+    level.surfaces = {sending(glm::vec3(1.0f))};
+    level.addQuad(q * glm::vec3(-7, 0, -7), q * glm::vec3(-7, 0, 7), q * glm::vec3(7, 0, 7), q * glm::vec3(7, 0, -7));
+    const Lit lit(level, boxed({-10, -10, -10}, {10, 10, 10}), true);
+    for (int k = 0; k < 40; ++k) {
+      const float elevation = 0.15f + 0.85f * std::abs(uniform(random)), angle = 3.14f * uniform(random);
+      const float flat = std::sqrt(1.0f - elevation * elevation);
+      const glm::vec3 direction = q * glm::vec3(flat * std::cos(angle), elevation, flat * std::sin(angle));
+      const glm::vec3 at = q * glm::vec3(2.0f * uniform(random), 0, 2.0f * uniform(random));
+      const ConeLight light = lit.trace({at, q * glm::vec3(0, 1, 0), direction, 0.25f});
+      worst = std::max(worst, 1.0f - light.clear);
+      sum += 1.0f - light.clear;
+      ++cones;
+    }
+  }
+  EXPECT_LE(sum / static_cast<float>(cones), 0.01f);
+  EXPECT_LE(worst, 0.25f);
+}
+
+TEST(RadianceMips, whatBlocksAConeHasOneRadianceWhereAllHas) {
+  VoxelLevel level;
+  level.surfaces = {sending({0.25f, 0.5f, 1.0f})};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(-7.0f, 7.0f);
+  for (int i = 0; i < 60; ++i) {
+    const glm::vec3 a(uniform(random), uniform(random), uniform(random));
+    level.addQuad(a, a + glm::vec3(0.3f, 0, 0), a + glm::vec3(0.3f, 0.3f, 0), a + glm::vec3(0, 0.3f, 0));
+  }
+  for (const auto directions : {kSix, kOne}) {
+    const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}), true, directions);
+    for (const glm::vec3& direction : {glm::vec3(1, 0, 0), glm::vec3(0.6f, 0.8f, 0), glm::vec3(-0.6f, 0, 0.8f)}) {
+      const ConeLight light = lit.trace({{0, 0, 0}, direction, direction, 0.5f});
+      EXPECT_GT(light.clear, 0.0f);
+      EXPECT_LT(light.clear, 1.0f);
+      EXPECT_NEAR(light.radiance.z, 1.0f - light.clear, 1e-4f);
+      EXPECT_NEAR(light.radiance.y, 0.5f * light.radiance.z, 1e-4f);
+      EXPECT_NEAR(light.occlusion, 1.0f - light.clear, 1e-5f);
+    }
+  }
+}
+
+TEST(RadianceMips, aConeEndsWhereItIsTold) {
+  VoxelLevel level;
+  level.surfaces = {sending(glm::vec3(1.0f))};
+  addWall(level, 4.0f, 0);
+  const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}));
+  Cone cone{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0.1f, 3.2f};
+  EXPECT_EQ(lit.trace(cone).clear, 1.0f);
+  cone.far = 4.5f;
+  EXPECT_LE(lit.trace(cone).clear, 0.01f);
+  cone.falloff = 1.0f;
+  EXPECT_NEAR(lit.trace(cone).occlusion, 1.0f / 5.0f, 0.02f);
+  EXPECT_EQ(lit.trace({{0, 0, 0}, {-1, 0, 0}, {-1, 0, 0}, 0.1f}).clear, 1.0f);
+  EXPECT_EQ(lit.trace({{500, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0.1f}).clear, 1.0f);
+}
+
+TEST(RadianceMips, doNotDependOnThreads) {
+  std::vector<std::vector<glm::vec4>> found;
+  for (const std::uint32_t threads : {1u, 2u, 7u}) {
+    VoxelLevel level;
+    level.surfaces = {sending({0.25f, 0.5f, 1.0f})};
+    level.addBox({-3, -3, -3}, {3, 2, 3.3f}, true);
+    level.addBox({-1, -2, -1}, {0.4f, 0.7f, 1}, false);
+    VoxelOptions options = boxed({-4, -4, -4}, {4, 4, 4});
+    options.parallelFor = [threads](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+      test::onThreads(threads, tasks, body);
+    };
+    const Lit lit(level, options);
+    auto& values = found.emplace_back();
+    for (std::uint32_t l = 0; l <= lit.mips.levels(); ++l) {
+      for (float x = 1.0f; x < 60.0f; x += 7.3f)
+        values.push_back(lit.mips.read(lit.volume, static_cast<float>(l), {x, 64 - x, 30}, {0.6f, 0, -0.8f}));
+    }
+  }
+  for (std::size_t i = 1; i < found.size(); ++i)
+    EXPECT_EQ(std::memcmp(found[i].data(), found[0].data(), found[0].size() * sizeof(glm::vec4)), 0);
+}
+
+}  // namespace
+}  // namespace relume
