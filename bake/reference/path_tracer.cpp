@@ -188,6 +188,14 @@ Arriving glossyLight(const Renderer& r, const Vertex& v, const glm::vec3& toward
   return light;
 }
 
+// One estimate of how far what is around hides a vertex.
+float occlusionOf(const Renderer& r, const Vertex& v, float falloff, RandomStream& random) {
+  const glm::vec3 direction = cosineDirection(v.shading, random.uniform2());
+  if (glm::dot(direction, v.geometric) <= 0.0f) return 1.0f;
+  const Hit hit = r.tracer.trace({startOf(r, v), 0.0f, direction});
+  return hit ? 1.0f / (1.0f + falloff * hit.distance) : 0.0f;
+}
+
 // The camera's ray through a point of the image, in pixels from its top left corner.
 Ray cameraRay(const Renderer& r, const glm::vec2& pixel) {
   const float width = static_cast<float>(r.options.width), height = static_cast<float>(r.options.height);
@@ -225,6 +233,7 @@ bool isGlossy(const ReferenceOptions& options) { return options.exponent || opti
 struct Sums {
   glm::vec3 direct{0.0f}, indirect{0.0f}, albedo{0.0f}, emission{0.0f};  // radiance and albedo
   glm::vec3 glossyDirect{0.0f}, glossyIndirect{0.0f};
+  float occlusion = 0.0f;
 };
 
 glm::vec3 divideOut(const glm::vec3& radiance, const glm::vec3& albedo) {
@@ -254,6 +263,7 @@ void samplePixel(const Renderer& r, std::uint32_t x, std::uint32_t y, std::uint6
     sums.direct += v.albedo * light.direct;
     sums.indirect += v.albedo * light.indirect;
   }
+  if (r.options.occlusionFalloff) sums.occlusion += occlusionOf(r, v, *r.options.occlusionFalloff, random);
   if (!isGlossy(r.options)) return;
   const Arriving glossy = glossyLight(r, v, ray.direction, glossyPart.exponent, random);
   sums.glossyDirect += glossyPart.specular * glossy.direct;
@@ -272,6 +282,8 @@ void renderPixel(const Renderer& r, std::size_t index, ReferenceImage& image) {
   image.indirect[index] = divideOut(half[0].indirect + half[1].indirect, albedo);
   image.albedo[index] = albedo / static_cast<float>(samples);
   image.emission[index] = (half[0].emission + half[1].emission) / static_cast<float>(samples);
+  if (r.options.occlusionFalloff)
+    image.open[index] = 1.0f - (half[0].occlusion + half[1].occlusion) / static_cast<float>(samples);
   if (samples > 1) {
     const auto error = [&](glm::vec3 Sums::*layer) {
       return 0.5f * (divideOut(half[0].*layer, half[0].albedo) - divideOut(half[1].*layer, half[1].albedo));
@@ -311,6 +323,8 @@ Status checkReferenceOptions(const ReferenceOptions& o) {
   if (o.maxBounces > 1024) return outside("bounces", o.maxBounces, 0, 1024);
   if (o.exponent && !(*o.exponent >= 0.0f && *o.exponent <= kMaxExponent))
     return Error{ErrorCode::usage, "reference: exponent must be 0..10000"};
+  if (o.occlusionFalloff && !(*o.occlusionFalloff >= 0.0f && *o.occlusionFalloff <= 1e6f))
+    return Error{ErrorCode::usage, "reference: the falloff of occlusion must be 0..1e6"};
   if (o.exponent && o.gloss)
     return Error{ErrorCode::usage, "reference: exponent and gloss: one of them expected, both found"};
   return done();
@@ -341,6 +355,7 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
   }
   image.depth.assign(pixels, 0.0f);
   image.mirrors = options.gloss;
+  if (options.occlusionFalloff) image.open.assign(pixels, 1.0f);
   if (isGlossy(options)) {
     for (auto* layer :
          {&image.glossyDirect, &image.glossyIndirect, &image.glossyDirectError, &image.glossyIndirectError})

@@ -28,6 +28,7 @@ struct ReferenceOptions {
   std::optional<float>
       exponent{};      // [0..kMaxExponent] trace glossy layers as well, by lobes cos^exponent; empty = none
   bool gloss = false;  // trace glossy layers by the materials (relume/glossy.h) of the surfaces that the camera sees
+  std::optional<float> occlusionFalloff{};  // [1/m] [0..1e6] trace the layer `open`; empty = not
 };
 
 // Pixel means by a box filter, row 0 on top, 3 floats a pixel. Layers as in an AOV set:
@@ -47,6 +48,9 @@ struct ReferenceImage {
   bool mirrors = false;  // whether ReferenceOptions::gloss was set
   std::vector<glm::vec3> glossyDirect, glossyIndirect, glossyDirectError, glossyIndirectError;
   std::vector<glm::vec3> albedo, emission;
+  // Share of the cosine-weighted hemisphere about the normal that is open: what blocks it at distance d counts as
+  // hidden by 1 / (1 + falloff d), 1 where the camera sees nothing. Empty without ReferenceOptions::occlusionFalloff.
+  std::vector<float> open;
   std::vector<glm::vec3> position, normal;  // at the pixel centre; normal toward the viewer
   std::vector<float> depth;                 // [m] along the viewing axis at the pixel centre; 0 = nothing
 };

@@ -23,6 +23,10 @@ inline float glossyExponent(float roughness) {
   return alpha2 * kMaxExponent > 0.5f ? std::clamp(0.5f / alpha2 - 0.5f, 1.0f, kMaxExponent) : kMaxExponent;
 }
 
+// The roughness of a lobe's exponent: the inverse of glossyExponent() from an exponent of 1 on.
+// [exponent 1..kMaxExponent]
+inline float glossyRoughness(float exponent) { return std::sqrt(std::sqrt(0.5f / (std::max(exponent, 1.0f) + 0.5f))); }
+
 // Share of a surface's glossy light to take from the caches: 1 from a roughness of 0.6 on, 0 up to 0.4, smooth between.
 // Spherical harmonics of the usual bands blur sharper lobes; the rest is the host's (screen-space or captured
 // reflections). Where the host has none, taking all from the caches is better than black.

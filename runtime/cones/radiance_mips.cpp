@@ -16,13 +16,13 @@
 namespace relume {
 namespace {
 
-constexpr float kSolid = 7.0f;        // optical depth of an occupied voxel, and the most of any: 0.1 % goes through
-constexpr float kSpent = 0.01f;       // a cone ends where no more of it is clear
-constexpr float kClear = 1.5f;        // [voxels] above its own plane a cone begins
-constexpr float kPlane = 2.5f;        // [sample widths] least height above the cone's own plane
-constexpr float kLeastCosine = 0.1f;  // of a cone that grazes its plane: it starts 15 voxels along it at most
-constexpr float kStep = 0.5f;         // [sample widths]
-constexpr std::uint32_t kRows = 8;    // of a chunk
+constexpr float kSolid = 7.0f;      // optical depth of an occupied voxel, and the most of any: 0.1 % goes through
+constexpr float kSpent = 0.01f;     // a cone ends where no more of it is clear
+constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begins
+constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
+constexpr float kNear = 3.0f;       // [voxels] from its start a cone may be in the voxels of walls beside it
+constexpr float kStep = 0.5f;       // [sample widths]
+constexpr std::uint32_t kRows = 8;  // of a chunk
 
 // What a ray sees of something that is partly opaque.
 struct Seen {
@@ -63,6 +63,17 @@ glm::vec3 meanRadiance(const VoxelVolume& volume, const glm::ivec3& voxel) {
   const VoxelRadiance& radiance = volume.radiance()[front / 2];
   const float a = volume.side(front).area, b = volume.side(front + 1).area;
   return a + b > 0.0f ? (a * radiance.front + b * radiance.back) / (a + b) : 0.5f * (radiance.front + radiance.back);
+}
+
+// Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction
+// meets.
+bool isBehind(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, const glm::vec3& place) {
+  const std::uint32_t side = volume.sideAt(voxel, direction);
+  if (side == kNoSide) return false;
+  const auto before = [&](const VoxelSide& s) {
+    return glm::dot(place - volume.grid().toGrid(s.positionWorld), s.normal);
+  };
+  return before(volume.side(side)) < before(volume.side(side ^ 1u));
 }
 
 glm::vec4 solid(const glm::vec3& radiance) { return {kSolid * radiance, kSolid}; }
@@ -196,8 +207,8 @@ Status RadianceMips::update(const VoxelVolume& volume) {
   return done();
 }
 
-glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& place,
-                                   const glm::vec3& direction) const {
+glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& direction,
+                                   const glm::vec3* before) const {
   const Corners corners(place);
   const VolumeGrid& grid = volume.grid();
   glm::vec4 sum(0.0f);
@@ -211,6 +222,7 @@ glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& p
     const glm::ivec3 v = corners.at(i);
     if (!within && !grid.holds(v)) continue;
     if ((volume.bits()[grid.cellOf(v)] >> brickBit(v) & 1u) == 0) continue;
+    if (before != nullptr && isBehind(volume, v, direction, *before)) continue;
     sum += corners.weight(i) * solid(perVoxel() == 1 ? meanRadiance(volume, v) : volume.radianceAt(v, direction));
   }
   return sum;
@@ -230,12 +242,12 @@ glm::vec4 RadianceMips::readLevel(const Level& level, const glm::vec3& place, co
 }
 
 glm::vec4 RadianceMips::readAt(const VoxelVolume& volume, float level, const glm::vec3& place,
-                               const glm::vec3& direction, const View& view) const {
+                               const glm::vec3& direction, const View& view, const glm::vec3* before) const {
   const float clamped = std::clamp(level, 0.0f, static_cast<float>(levels_.size()));
   const auto below = static_cast<std::size_t>(clamped);
   const float above = clamped - static_cast<float>(below);
   const auto at = [&](std::size_t l) {
-    return l == 0 ? readVoxels(volume, place, direction)
+    return l == 0 ? readVoxels(volume, place, direction, before)
                   : readLevel(levels_[l - 1], place / static_cast<float>(1u << l), view);
   };
   return above > 0.0f ? glm::mix(at(below), at(below + 1), above) : at(below);
@@ -243,7 +255,7 @@ glm::vec4 RadianceMips::readAt(const VoxelVolume& volume, float level, const glm
 
 glm::vec4 RadianceMips::read(const VoxelVolume& volume, float level, const glm::vec3& place,
                              const glm::vec3& direction) const {
-  return readAt(volume, level, place, direction, View(directions_, direction));
+  return readAt(volume, level, place, direction, View(directions_, direction), nullptr);
 }
 
 namespace {
@@ -266,22 +278,23 @@ void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3
 
 ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const {
   const VolumeGrid& grid = volume.grid();
+  // Lengths are in voxels from here on.
   const float cosine = glm::dot(cone.direction, cone.normal);
-  // Lengths are in voxels from here on. The cone begins where it is clear of the voxels of its own surface.
-  const float start = kClear / std::max(cosine, kLeastCosine), lift = std::max(0.0f, kClear - start * cosine);
-  const glm::vec3 origin = grid.toGrid(cone.originWorld) + lift * cone.normal;
-  float t = start, end = cone.far / grid.voxel;
+  const glm::vec3 origin = grid.toGrid(cone.originWorld);
+  float t = 0.0f, end = cone.far / grid.voxel;
   clipToGrid(grid, origin, cone.direction, t, end);
   const float widest = static_cast<float>(1u << levels_.size());
   const View view(directions_, cone.direction);
 
   ConeLight light;
   while (t < end && light.clear > kSpent) {
-    const float width = std::clamp(std::min(t * cone.spread, (lift + t * cosine) / kPlane), 1.0f, widest);
+    const float width = std::clamp(std::min(t * cone.spread, t * cosine / kPlane), 1.0f, widest);
     const float step = std::min(kStep * width, end - t), middle = t + 0.5f * step;
     t += kStep * width;
-    const glm::vec4 depth =
-        readAt(volume, width > 1.0f ? std::log2(width) : 0.0f, origin + middle * cone.direction, cone.direction, view);
+    // Until the cone is clear of the voxels of its own surface it slides along that.
+    const glm::vec3 place = origin + middle * cone.direction + std::max(0.0f, kClear - middle * cosine) * cone.normal;
+    const glm::vec4 depth = readAt(volume, width > 1.0f ? std::log2(width) : 0.0f, place, cone.direction, view,
+                                   middle < kNear ? &origin : nullptr);
     if (!(depth.w > 0.0f)) continue;
     const float blocked = light.clear * -std::expm1(-depth.w * step / width);
     light.radiance += (blocked / depth.w) * glm::vec3(depth);

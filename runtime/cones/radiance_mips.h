@@ -9,7 +9,9 @@
 //     to over steps of half a voxel is then the depth of a wall, wherever the steps fall.
 //   - A sample is as wide as d tan(half angle), half of VCT's: the mean of eight boxes read as a tent spreads by half
 //     its width, as a disc of that radius does.
-//   - No sample reaches below the plane of the surface that the cone starts on.
+//   - No sample reaches below the plane of the surface that the cone starts on: near it the cone slides along the
+//     plane, a voxel and a half above, and samples are narrow as long as it is low.
+//   - Near its start a cone does not see walls that it starts in front of from their backs: voxels reach out of walls.
 //
 // Threads: update() by one, with the volume's ParallelFor; trace() by any number, between updates.
 #pragma once
@@ -72,10 +74,12 @@ class RadianceMips {
   struct View;  // of a direction: which of six, and by how much
 
   std::uint32_t perVoxel() const { return directions_ == Directions::six ? 6 : 1; }
-  glm::vec4 readVoxels(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& direction) const;
+  // `before`: only sides that this place [voxels] is in front of block; null = all.
+  glm::vec4 readVoxels(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& direction,
+                       const glm::vec3* before) const;
   glm::vec4 readLevel(const Level& level, const glm::vec3& place, const View& view) const;
   glm::vec4 readAt(const VoxelVolume& volume, float level, const glm::vec3& place, const glm::vec3& direction,
-                   const View& view) const;
+                   const View& view, const glm::vec3* before) const;
 
   Directions directions_;
   std::vector<Level> levels_;

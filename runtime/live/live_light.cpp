@@ -3,7 +3,6 @@
 #include "runtime/live/live_light.h"
 
 #include "formats/limits.h"
-#include "formats/octahedron.h"
 #include "formats/sh.h"
 #include "formats/sphere_points.h"
 #include "runtime/shared/chunks.h"
@@ -40,20 +39,6 @@ glm::mat3 turnOf(std::uint32_t set) {
   const double a = std::sqrt(1.0 - u), b = std::sqrt(u), tau = 2.0 * std::numbers::pi;
   const glm::dquat turn(b * std::cos(tau * w), a * std::sin(tau * v), a * std::cos(tau * v), b * std::sin(tau * w));
   return glm::mat3(glm::mat3_cast(turn));
-}
-
-// Bilinear; across the border the nearest texel stays.
-glm::vec3 skyAlong(const LiveSky& sky, const glm::vec3& direction) {
-  if (sky.map.empty()) return sky.radiance;
-  const glm::vec2 p = (toOctahedron(direction) * 0.5f + 0.5f) * static_cast<float>(sky.side) - 0.5f;
-  const auto last = static_cast<int>(sky.side) - 1;
-  const glm::vec2 floor = glm::floor(p), f = p - floor;
-  const int x0 = std::clamp(static_cast<int>(floor.x), 0, last), x1 = std::min(static_cast<int>(floor.x) + 1, last);
-  const int y0 = std::clamp(static_cast<int>(floor.y), 0, last), y1 = std::min(static_cast<int>(floor.y) + 1, last);
-  const auto texel = [&](int x, int y) {
-    return sky.map[static_cast<std::size_t>(y) * sky.side + static_cast<std::size_t>(x)];
-  };
-  return glm::mix(glm::mix(texel(x0, y0), texel(x1, y0), f.x), glm::mix(texel(x0, y1), texel(x1, y1), f.x), f.y);
 }
 
 // A frame's rays, the same for all cells: their basis functions are computed once.

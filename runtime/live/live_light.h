@@ -12,6 +12,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/live/cell_set.h"
+#include "runtime/live/live_sky.h"
 #include "runtime/voxels/voxel_volume.h"
 
 #include <cstdint>
@@ -22,14 +23,6 @@ namespace relume {
 
 struct LiveOptions {
   std::uint32_t raysPerCell = 64;  // [8..4096] a frame
-};
-
-// A sky for live light: radiance by direction.
-struct LiveSky {
-  glm::vec3 radiance{0.0f};  // [W/m²/sr] [0..1e9] from everywhere
-  std::span<const glm::vec3>
-      map{};               // [W/m²/sr] in place of it: an octahedral map, row 0 at v = -1 (formats/octahedron.h)
-  std::uint32_t side = 0;  // [texel] of the map; [Size map: side²]
 };
 
 struct LiveFrame {

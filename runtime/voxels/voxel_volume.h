@@ -69,6 +69,12 @@ class VoxelVolume {
   // emissionScale: factor on emission. Throws nothing.
   void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
 
+  // What a side sends out, in place of what reflect() found. [side < sideCount(), W/m²/sr, finite] Throws nothing; each
+  // side by one thread.
+  void setRadiance(std::uint32_t side, const glm::vec3& radiance) {
+    (side % 2 == 0 ? radiance_[side / 2].front : radiance_[side / 2].back) = radiance;
+  }
+
   const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
   std::span<const std::uint64_t> bits() const { return bits_; }

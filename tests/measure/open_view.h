@@ -20,6 +20,7 @@ struct OpenedView {
   Camera camera;
 };
 
+// bakePath: empty = none.
 inline Result<OpenedView> openView(const std::string& level, const std::string& bakePath, const std::string& camera,
                                    Context& context) {
   auto loaded = loadScene(level, context);
@@ -27,7 +28,7 @@ inline Result<OpenedView> openView(const std::string& level, const std::string& 
   auto scene = std::make_unique<Scene>(std::move(*loaded));
   auto tracer = RayTracer::create(*scene, "", context);
   if (!tracer) return tracer.error();
-  auto bake = readBake(bakePath);
+  auto bake = bakePath.empty() ? Result<Bake>(Bake{}) : readBake(bakePath);
   if (!bake) return bake.error();
   const auto seenBy =
       std::find_if(scene->cameras.begin(), scene->cameras.end(), [&](const Camera& c) { return c.name == camera; });

@@ -52,6 +52,7 @@ Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderReq
   if (!aovs) return aovs.error();
   for (const Aov aov : *aovs) {
     if (aov == Aov::glossy) return usage("--aov glossy: a preview has no glossy light; `relume render` has");
+    if (aov == Aov::occlusion) return usage("--aov occlusion: a preview has none; `relume render --live` has");
     if (aov == Aov::voxels) return usage("--aov voxels: a preview has no voxels; `relume render --live` has");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
   }

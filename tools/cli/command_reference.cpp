@@ -40,6 +40,7 @@ struct ReferenceArguments {
   ReferenceOptions options;
   std::vector<std::string> emissions;
   DynamicParts dynamic = DynamicParts::solid;
+  float falloff = kOcclusionFalloff;
   bool half = false, force = false;
   TerminalOptions terminal;
 };
@@ -60,6 +61,7 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const std::op
   ReferenceOptions options = arguments.options;
   options.exponent = exponent;
   options.gloss = arguments.sceneOptions.gloss;
+  if (arguments.aov == "occlusion") options.occlusionFalloff = arguments.falloff;
   options.width = view.width;
   options.height = view.height;
   options.emissive = view.emissive;
@@ -81,7 +83,9 @@ Result<ReferenceImage> trace(const Scene& scene, const View& view, const std::op
 // A PNG, or all layers.
 Status writeReference(const ReferenceImage& image, const std::optional<float>& stops,
                       const ReferenceArguments& arguments) {
-  const std::vector<glm::vec3> radiance = arguments.aov == "glossy" ? glossyOf(image) : radianceOf(image);
+  const std::vector<glm::vec3> radiance = arguments.aov == "glossy"      ? glossyOf(image)
+                                          : arguments.aov == "occlusion" ? opennessOf(image)
+                                                                         : radianceOf(image);
   if (!isPng(arguments)) {
     if (Status ok = writeExr(arguments.output, toChannels(image, radiance), arguments.half); !ok) return ok;
     std::printf("wrote %s\n", printable(arguments.output).c_str());
@@ -168,18 +172,20 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--aov", a->aov,
                    "what R, G, B and a PNG are: full (radiance toward the camera) or glossy (mean radiance in a lobe "
-                   "about the reflected direction, with --gloss what surfaces mirror of it) [full|glossy]")
-      ->check(CLI::IsMember({"full", "glossy"}))
+                   "about the reflected direction, with --gloss what surfaces mirror of it) or occlusion (1 where "
+                   "nothing around hides a surface) [full|glossy|occlusion]")
+      ->check(CLI::IsMember({"full", "glossy", "occlusion"}))
       ->capture_default_str();
   addExponentOption(*command, a->exponent);
   addGlossOption(*command, a->sceneOptions.gloss);
+  addFalloffOption(*command, a->falloff);
   command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
   command
       ->add_option("-o,--output", a->output,
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "
                    "Position, Normal, Depth, and half the difference of two half renders as DiffIndErr, DiffDirErr; "
                    "with --exponent or --gloss "
-                   "GlossInd, GlossDir, GlossIndErr, GlossDirErr; .png: the radiance")
+                   "GlossInd, GlossDir, GlossIndErr, GlossDirErr, with --aov occlusion Open; .png: the radiance")
       ->type_name("FILE")
       ->required();
   command

@@ -43,6 +43,7 @@ struct RenderArguments : PictureOptions {
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   LiveRequest liveRequest;
+  float falloff = kOcclusionFalloff;
   bool live = false;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
@@ -56,10 +57,12 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
   for (std::size_t i = 0; i < aovs->size(); ++i) {
     const Aov aov = (*aovs)[i];
     const std::string& name = arguments.aovs[i];
-    if (needsBake(aov) && arguments.bake.empty() && !(arguments.live && aov != Aov::glossy))
-      return usage("--aov " + name + (aov == Aov::glossy ? " needs --bake" : " needs --bake, or --live") +
-                   "; without one there are direct, albedo, normal, position, depth");
-    if (aov == Aov::voxels && !arguments.live) return usage("--aov voxels needs --live");
+    if (needsBake(aov) && arguments.bake.empty() && !arguments.live)
+      return usage("--aov " + name +
+                   " needs --bake, or --live; without one there are direct, albedo, normal, position, depth");
+    if ((aov == Aov::voxels || aov == Aov::occlusion) && !arguments.live)
+      return usage("--aov " + name + " needs --live");
+    if (aov == Aov::occlusion) request.occlusionFalloff = arguments.falloff;
     if (aov == Aov::voxels) request.voxels = true;
     if (aov == Aov::records || aov == Aov::weight)
       return usage("--aov " + name + ": `relume preview` alone has records");
@@ -76,9 +79,7 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
 // Light without a bake: what it is not combined with.
 Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!arguments.live) return done();
-  if (!arguments.bake.empty()) return usage("--live lights without a bake: leave out --bake, or --live");
   if (arguments.backend != "cpu") return usage("--live runs on the CPU: --backend cpu");
-  if (request.gloss || request.exponent) return usage("--live has no glossy light: leave out --gloss and --exponent");
   request.live = arguments.liveRequest;
   return done();
 }
@@ -259,12 +260,14 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "direction, with --gloss what surfaces mirror of it. Several go to several files: "
                    "out.NAME.exr. As PNG, light is exposed; normals are 0.5 n + 0.5, positions go from black to white "
                    "over the level's bounds, depths from white (nearest in the image) to dark grey (farthest); "
-                   "voxels is the radiance of the voxels that light with --live "
-                   "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|voxels]")
+                   "with --live occlusion is 1 where nothing around hides a surface, and voxels the radiance of the "
+                   "voxels that light "
+                   "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|occlusion|voxels]")
       ->delimiter(',')
       ->capture_default_str();
   addExponentOption(*command, a->exponent);
   addGlossOption(*command, a->sceneOptions.gloss);
+  addFalloffOption(*command, a->falloff);
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();

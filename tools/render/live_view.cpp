@@ -3,6 +3,7 @@
 #include "tools/render/live_view.h"
 
 #include "formats/octahedron.h"
+#include "runtime/cones/surfel_voxels.h"
 #include "tools/render/context_threads.h"
 #include "tools/render/ray_shadows.h"
 #include "tools/render/scene_bounds.h"
@@ -60,6 +61,8 @@ Status converge(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context&
 
 }  // namespace
 
+LiveSky VoxelView::sky() const { return {skyRadiance, skyMap, skyMap.empty() ? 0 : kSkySide}; }
+
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
                                   Context& context) {
   const SceneBounds bounds = boundsOf(scene);
@@ -79,18 +82,42 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
   return volume;
 }
 
-Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
+namespace {
+
+// The voxels of a request, dark.
+Result<VoxelView> openView(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   auto volume = voxeliseScene(tracer.scene(), request.live->cells, contextParallelFor(context), context);
   if (!volume) return volume.error();
+  VoxelView view{std::move(*volume), RadianceMips(request.live->directions)};
+  view.skyRadiance = request.sky.radiance;
+  view.skyMap = mapOf(request.sky);
+  return view;
+}
+
+Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, VoxelVolume& volume, Context& context) {
+  const std::vector<Light> lights = toRuntimeLights(request.lights);
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = rayVisibility(tracer, lights, context);
+  return volume.lightDirectly(setup);
+}
+
+glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(request.drawsEmission() ? 1.0f : 0.0f); }
+
+}  // namespace
+
+Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
+  auto voxels = openView(tracer, request, context);
+  if (!voxels) return voxels.error();
   const LiveOptions options{request.live->rays};
   auto light = LiveLight::create(options);
   if (!light) return light.error();
-  LiveView view{std::move(*volume), std::move(*light), std::nullopt, 0};
+  LiveView view{std::move(*voxels), std::move(*light)};
+  VoxelVolume& volume = view.voxels.volume;
 
-  const std::vector<glm::vec3> map = mapOf(request.sky);
   LiveFrame frame;
-  frame.emissionScale = glm::vec3(request.drawsEmission() ? 1.0f : 0.0f);
-  frame.sky = {request.sky.radiance, map, map.empty() ? 0 : kSkySide};
+  frame.emissionScale = emissionScaleOf(request);
+  frame.sky = view.voxels.sky();
   frame.bounceScale = 0.0f;
   if (request.straight) {
     auto straight = LiveLight::create(options);
@@ -99,24 +126,35 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
     // By the rays that average the rest, so that their difference has none of their noise.
     const int set = request.bounces > 0 ? 0 : kSettling,
               count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
-    if (Status ok = gatherOnce(*view.straight, view.volume, frame, set, count, context); !ok) return ok.error();
+    if (Status ok = gatherOnce(*view.straight, volume, frame, set, count, context); !ok) return ok.error();
   }
 
-  const std::vector<Light> lights = toRuntimeLights(request.lights);
-  LightSetup setup;
-  setup.lights = lights;
-  setup.visibility = rayVisibility(tracer, lights, context);
-  if (Status ok = view.volume.lightDirectly(setup); !ok) return ok.error();
+  if (Status ok = lightDirectly(tracer, request, volume, context); !ok) return ok.error();
   for (int bounce = 0; bounce < request.bounces; ++bounce) {
     frame.bounceScale = bounce > 0 ? 1.0f : 0.0f;
-    if (Status ok = gatherOnce(view.all, view.volume, frame, 0, kOfABounce, context); !ok) return ok.error();
+    if (Status ok = gatherOnce(view.all, volume, frame, 0, kOfABounce, context); !ok) return ok.error();
     view.frames += kOfABounce;
   }
   if (request.bounces == 0) {
     frame.bounceScale = 1.0f;
-    if (Status ok = converge(view.all, view.volume, frame, context); !ok) return ok.error();
+    if (Status ok = converge(view.all, volume, frame, context); !ok) return ok.error();
     view.frames = kConverged;
   }
+  if (request.drawsCones()) {
+    if (Status ok = view.voxels.mips.update(volume); !ok) return ok.error();
+  }
+  return view;
+}
+
+Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& request, const Relighter& relighter,
+                              Context& context) {
+  auto view = openView(tracer, request, context);
+  if (!view) return view.error();
+  if (Status ok = lightDirectly(tracer, request, view->volume, context); !ok) return ok.error();
+  auto lit = SurfelVoxels::create(view->volume, *request.bake);
+  if (!lit) return lit.error();
+  if (Status ok = lit->light(view->volume, relighter, emissionScaleOf(request)); !ok) return ok.error();
+  if (Status ok = view->mips.update(view->volume); !ok) return ok.error();
   return view;
 }
 

@@ -1,22 +1,35 @@
 // SPDX-License-Identifier: MIT
-// The light of a view without a bake: a level's voxels, and caches that gather from them (runtime/live/live_light.h).
+// The light of a view by voxels: without a bake, caches that gather from them (runtime/live/live_light.h); with one,
+// voxels that send out what its surfels do (runtime/cones/surfel_voxels.h).
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
 #include "relume/result.h"
+#include "runtime/cones/radiance_mips.h"
 #include "runtime/live/live_light.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tools/render/render_frame.h"
 
 #include <optional>
+#include <vector>
 
 namespace relume {
 
-struct LiveView {
+// Lit voxels, for cones.
+struct VoxelView {
   VoxelVolume volume;
+  RadianceMips mips{};  // where cones are wanted
+  glm::vec3 skyRadiance{0.0f};
+  std::vector<glm::vec3> skyMap{};  // octahedral; empty = skyRadiance from everywhere
+
+  LiveSky sky() const;
+};
+
+struct LiveView {
+  VoxelView voxels;
   LiveLight all;
-  std::optional<LiveLight> straight;  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
+  std::optional<LiveLight> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
   int frames = 0;
 };
 
@@ -27,5 +40,9 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
 // Light it until bounces and rays have converged, or for as many bounces as are asked for; `tracer` casts the shadows
 // of the punctual lights. [request.live holds]
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context);
+
+// A level's voxels lit by its relit bake. [request.live and request.bake hold]
+Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& request, const Relighter& relighter,
+                              Context& context);
 
 }  // namespace relume

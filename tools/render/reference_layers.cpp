@@ -19,6 +19,13 @@ std::vector<glm::vec3> glossyOf(const ReferenceImage& image) {
   return glossy;
 }
 
+std::vector<glm::vec3> opennessOf(const ReferenceImage& image) {
+  std::vector<glm::vec3> open;
+  open.reserve(image.open.size());
+  for (const float o : image.open) open.emplace_back(o);
+  return open;
+}
+
 ChannelImage toChannels(const ReferenceImage& image, std::span<const glm::vec3> combined) {
   ChannelImage file{image.width, image.height, {}};
   file.setLayer("", combined);
@@ -32,6 +39,7 @@ ChannelImage toChannels(const ReferenceImage& image, std::span<const glm::vec3> 
     file.setLayer("GlossIndErr", image.glossyIndirectError);
     file.setLayer("GlossDirErr", image.glossyDirectError);
   }
+  if (!image.open.empty()) file.channels["Open.V"] = image.open;
   file.setLayer("DiffCol", image.albedo);
   file.setLayer("Emit", image.emission);
   file.setLayer("Position", image.position, "XYZ");

@@ -16,8 +16,12 @@ std::vector<glm::vec3> radianceOf(const ReferenceImage& image);
 // Glossy light, all of it. Empty where none was traced.
 std::vector<glm::vec3> glossyOf(const ReferenceImage& image);
 
+// How open the surroundings of surfaces are, as grey. Empty where it was not traced.
+std::vector<glm::vec3> opennessOf(const ReferenceImage& image);
+
 // `combined` as R, G, B, and the layers DiffInd, DiffDir, DiffIndErr, DiffDirErr, DiffCol, Emit, Position, Normal,
-// Depth and, where they were traced, GlossInd, GlossDir, GlossIndErr, GlossDirErr. [Size combined = width * height]
+// Depth and, where they were traced, GlossInd, GlossDir, GlossIndErr, GlossDirErr, Open. [Size combined = width *
+// height]
 ChannelImage toChannels(const ReferenceImage& image, std::span<const glm::vec3> combined);
 
 }  // namespace relume

@@ -8,6 +8,7 @@
 #include "bake/base/random.h"
 #include "bake/reference/path_tracer.h"
 #include "relume/glossy.h"
+#include "runtime/cones/cone_light.h"
 #include "tools/render/live_view.h"
 #include "tools/render/relight_by_rays.h"
 #include "tools/render/seen_surface.h"
@@ -29,15 +30,18 @@ constexpr int kMaxTries = 64;                     // directions drawn from a lob
 
 class CpuRenderer {
  public:
-  // One of `relit` and `live` has the light, or neither; `live` may be null.
+  // One of `relit` and `live` has the light, or neither; `voxels` are of either. Both may be null.
   CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, const LiveView* live,
-              RenderedFrame& frame)
+              const VoxelView* voxels, RenderedFrame& frame)
       : tracer_(tracer),
         request_(request),
         relit_(relit),
         live_(live),
+        voxels_(voxels),
         frame_(frame),
-        rays_(request.camera, request.width, request.height) {}
+        rays_(request.camera, request.width, request.height) {
+    if (request.drawsCones()) cones_.emplace(voxels->volume, voxels->mips, voxels->sky());
+  }
 
   // Shade the pixels of one row; incomplete when cancelled.
   void row(std::uint32_t y, std::vector<Ray>& rays, std::vector<Hit>& hits, const Context& context) const {
@@ -80,6 +84,7 @@ class CpuRenderer {
     const float weight = 1.0f / static_cast<float>(request_.samples * request_.samples);
     if (!hit) {
       frame_.emission[pixel] += weight * request_.sky.along(ray.direction);
+      if (request_.occlusionFalloff) frame_.open[pixel] += weight;
       return;
     }
     const Scene& scene = tracer_.scene();
@@ -93,7 +98,8 @@ class CpuRenderer {
       frame_.indirect[pixel] +=
           reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen, request_.gridLookup);
     if (live_) addLive(pixel, reflected, seen);
-    if (request_.exponent && relit_.all) {
+    if (cones_) addCones(pixel, weight, ray, seen);
+    if (request_.exponent && relit_.all && !cones_) {
       frame_.glossy[pixel] += weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
     }
     if (relit_.straight)
@@ -107,6 +113,22 @@ class CpuRenderer {
     const CellStencil stencil = live_->all.stencil(seen.positionWorld, seen.normal);
     frame_.indirect[pixel] += reflected * live_->all.irradianceBy(stencil, seen.normal);
     if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradianceBy(stencil, seen.normal);
+  }
+
+  void addCones(std::size_t pixel, float weight, const Ray& ray, const SeenSurface& seen) const {
+    if (request_.occlusionFalloff) {
+      const Gathered around =
+          cones_->hemisphere(seen.positionWorld, seen.geometricNormal, seen.normal, *request_.occlusionFalloff);
+      frame_.open[pixel] += weight * (1.0f - around.occlusion);
+    }
+    if (request_.exponent) {
+      const float share = relit_.all ? glossyShare(glossyRoughness(*request_.exponent)) : 0.0f;
+      glm::vec3 light = (1.0f - share) * cones_->glossy(seen.positionWorld, seen.geometricNormal,
+                                                        glm::reflect(ray.direction, seen.normal), *request_.exponent);
+      if (share > 0.0f)
+        light += share * linkGlossy(tracer_.scene(), *request_.bake, *relit_.all, seen, ray, *request_.exponent);
+      frame_.glossy[pixel] += weight * light;
+    }
   }
 
   // Add what a surface mirrors as its material says. Its normal is bent by the normal map, and its albedo becomes what
@@ -126,7 +148,10 @@ class CpuRenderer {
     // The caches carry wide lobes; a ray takes the part of sharp ones.
     if (share > 0.0f && relit_.all)
       light += share * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, exponent);
-    if (share < 1.0f) {
+    if (cones_) {
+      light += (relit_.all ? 1.0f - share : 1.0f) *
+               cones_->glossy(seen.positionWorld, seen.geometricNormal, reflected, exponent);
+    } else if (share < 1.0f) {
       const std::uint64_t item = std::uint64_t{pixel} * request_.samples * request_.samples + sample;
       light += (1.0f - share) * alongLobe(seen, reflected, exponent, item);
     }
@@ -182,7 +207,7 @@ class CpuRenderer {
 
   // The lit side of the first voxel that each pixel's ray meets.
   void voxels(std::uint32_t y) const {
-    const VoxelVolume& volume = live_->volume;
+    const VoxelVolume& volume = voxels_->volume;
     for (std::uint32_t x = 0; x < request_.width; ++x) {
       const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const MarchHit hit = volume.march(r.origin, r.direction, std::numeric_limits<float>::infinity());
@@ -194,17 +219,25 @@ class CpuRenderer {
   const RenderRequest& request_;
   const Relit& relit_;
   const LiveView* live_;
+  const VoxelView* voxels_;
   RenderedFrame& frame_;
   CameraRays rays_;
+  std::optional<ConeTracer> cones_{};
 };
 
-// What the passes cost and hold.
+// Append what the passes cost and hold.
+void describeVoxels(const VoxelView& voxels, RenderedFrame& frame) {
+  for (const PassTime& pass : voxels.volume.passTimes()) frame.passTimes.push_back(pass);
+  for (const auto& buffer : voxels.volume.bufferSizes()) frame.bufferBytes.push_back(buffer);
+  if (voxels.mips.levels() == 0) return;
+  for (const PassTime& pass : voxels.mips.passTimes()) frame.passTimes.push_back(pass);
+  frame.bufferBytes.emplace_back("mips", voxels.mips.sizeBytes());
+}
+
 void describeLive(const LiveView& live, RenderedFrame& frame) {
   frame.frames = live.frames;
   frame.bands = "live light";
-  frame.passTimes = live.volume.passTimes();
   for (const PassTime& pass : live.all.passTimes()) frame.passTimes.push_back(pass);
-  frame.bufferBytes = live.volume.bufferSizes();
   for (const auto& buffer : live.all.bufferSizes()) frame.bufferBytes.push_back(buffer);
 }
 
@@ -216,7 +249,13 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   if (context.cancelled()) return cancelledError();
   if (!relit) return relit.error();
   std::optional<LiveView> live;
-  if (request.live) {
+  std::optional<VoxelView> byBake;
+  if (request.live && relit->all) {
+    auto lit = lightByBake(tracer, request, *relit->all, context);
+    if (context.cancelled()) return cancelledError();
+    if (!lit) return lit.error();
+    byBake.emplace(std::move(*lit));
+  } else if (request.live) {
     auto lit = lightLive(tracer, request, context);
     if (context.cancelled()) return cancelledError();
     if (!lit) return lit.error();
@@ -227,7 +266,8 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   RenderedFrame frame;
   frame.renderer = "cpu";
   frame.resize(request);
-  const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, frame);
+  const VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
+  const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, voxels, frame);
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
@@ -241,6 +281,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
     frame.bufferBytes = relit->all->bufferSizes();
   }
   if (live) describeLive(*live, frame);
+  if (voxels != nullptr) describeVoxels(*voxels, frame);
   return frame;
 }
 

@@ -19,9 +19,9 @@ glm::vec3 withoutAlbedo(const glm::vec3& radiance, const glm::vec3& albedo) {
 }  // namespace
 
 const std::vector<std::string>& aovNames() {
-  static const std::vector<std::string> names{"indirect",  "bounced", "direct", "glossy",   "full",
-                                              "unbounced", "albedo",  "normal", "position", "depth",
-                                              "voxels",    "records", "weight"};
+  static const std::vector<std::string> names{"indirect",  "bounced", "direct",  "glossy",   "full",
+                                              "unbounced", "albedo",  "normal",  "position", "depth",
+                                              "occlusion", "voxels",  "records", "weight"};
   return names;
 }
 
@@ -37,6 +37,7 @@ void RenderedFrame::resize(const RenderRequest& request) {
   mirrors = request.gloss;
   if (request.drawsGlossy()) glossy.assign(pixels, glm::vec3(0.0f));
   if (request.voxels) voxels.assign(pixels, glm::vec3(0.0f));
+  if (request.occlusionFalloff) open.assign(pixels, 0.0f);
   if (!request.centres) return;
   normal.assign(pixels, glm::vec3(0.0f));
   position.assign(pixels, glm::vec3(0.0f));
@@ -77,6 +78,9 @@ std::vector<glm::vec3> composeAov(const RenderedFrame& f, Aov aov) {
         break;
       case Aov::depth:
         image[i] = glm::vec3(f.depth[i]);
+        break;
+      case Aov::occlusion:
+        image[i] = glm::vec3(f.open[i]);
         break;
       case Aov::voxels:
         image[i] = f.voxels[i];

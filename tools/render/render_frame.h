@@ -10,6 +10,7 @@
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
+#include "runtime/cones/radiance_mips.h"
 #include "runtime/shared/bands.h"
 #include "tools/render/drive_scene.h"
 
@@ -34,11 +35,12 @@ enum class Aov {
   albedo,
   normal,
   position,
-  depth,    // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
-            // the pixel's centre; zero where nothing is hit
-  voxels,   // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
-  records,  // of previews alone: 1 at the pixels that have a record, else 0
-  weight,   // likewise: the sum of the records' weights at the pixel's centre
+  depth,      // normal toward the viewer, position [m] and depth [m, along the viewing axis] at
+              // the pixel's centre; zero where nothing is hit
+  occlusion,  // how open the surroundings of what is seen are, of RenderRequest::live: 1 where nothing hides them
+  voxels,     // radiance of the lit voxel that the camera sees at the pixel's centre, of RenderRequest::live
+  records,    // of previews alone: 1 at the pixels that have a record, else 0
+  weight,     // likewise: the sum of the records' weights at the pixel's centre
 };
 
 // Every name of Aov, in its order.
@@ -48,13 +50,14 @@ bool needsBake(Aov aov);
 
 // Light without a bake (runtime/live/live_light.h).
 struct LiveRequest {
-  std::uint32_t cells = 32;  // [8..64] of the volume's longest side
-  std::uint32_t rays = 64;   // [8..4096] of a cell in each frame
+  std::uint32_t cells = 32;                                             // [8..64] of the volume's longest side
+  std::uint32_t rays = 64;                                              // [8..4096] of a cell in each frame
+  RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
 };
 
 struct RenderRequest {
   const Bake* bake = nullptr;       // null: no light over links
-  std::optional<LiveRequest> live;  // in place of a bake
+  std::optional<LiveRequest> live;  // in place of a bake; beside one, voxels that it lights: gloss by cones
   Camera camera;
   std::vector<SceneLight> lights;      // the punctual lights that are on
   bool emissive = false;               // emitting surfaces are on
@@ -70,12 +73,15 @@ struct RenderRequest {
   GridLookup gridLookup = GridLookup::stencil;  // how the grid is read for irradiance
   bool gloss = false;                           // surfaces mirror as their materials say (relume/glossy.h)
   bool centres = false;                         // normal, position or depth is wanted
+  std::optional<float> occlusionFalloff;        // [1/m] [0..1e6] occlusion is wanted; `live` holds
   bool voxels = false;                          // the volume's voxels are wanted; `live` holds
 
   // Whether surfaces that emit are drawn as such.
   bool drawsEmission() const { return emissive || !driven.empty(); }
   // Whether light in lobes is drawn.
   bool drawsGlossy() const { return exponent || gloss; }
+  // Whether cones are followed through the volume.
+  bool drawsCones() const { return live && (drawsGlossy() || occlusionFalloff); }
 };
 
 // Pixel means, row 0 on top, [Size width * height]. Radiances are with albedo.
@@ -88,6 +94,7 @@ struct RenderedFrame {
   std::vector<glm::vec3> glossy;            // [W/m²/sr] without reflectance unless `mirrors`; empty unless asked for
   std::vector<glm::vec3> normal, position;  // at pixel centres; empty unless asked for
   std::vector<float> depth;
+  std::vector<float> open;             // empty unless asked for: RenderRequest::occlusionFalloff
   std::vector<glm::vec3> voxels;       // [W/m²/sr] at pixel centres; empty unless asked for
   std::vector<float> records, weight;  // empty but for previews
   int frames = 0;                      // relight frames run

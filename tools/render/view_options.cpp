@@ -196,6 +196,14 @@ void addGlossOption(CLI::App& command, bool& gloss) {
                    "alone as --aov glossy; without it all of a surface's base colour is diffuse");
 }
 
+void addFalloffOption(CLI::App& command, float& falloff) {
+  command
+      .add_option("--occlusion-falloff", falloff,
+                  "with --aov occlusion: what is d metres away hides by 1 / (1 + this d); 0: at any distance alike")
+      ->check(CLI::Range(0.0f, 1e6f))
+      ->capture_default_str();
+}
+
 Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss) {
   if (hasExponent && gloss) return usage("--exponent and --gloss: one of them expected, both found");
   if (glossyIsDrawn && !hasExponent && !gloss)

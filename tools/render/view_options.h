@@ -40,6 +40,10 @@ Result<std::optional<float>> readExponent(const std::string& text);
 
 // --gloss: surfaces mirror as their materials say.
 void addGlossOption(CLI::App& command, bool& gloss);
+
+// --occlusion-falloff [1/m].
+inline constexpr float kOcclusionFalloff = 1.0f;
+void addFalloffOption(CLI::App& command, float& falloff);
 // usage: --aov glossy without a lobe, or with both kinds.
 Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss);
 

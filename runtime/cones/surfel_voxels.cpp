@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// See surfel_voxels.h.
+#include "runtime/cones/surfel_voxels.h"
+
+#include "runtime/shared/chunks.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+constexpr std::uint32_t kSides = 256;  // of a chunk
+constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
+
+Error noMemory() { return {ErrorCode::memory, "voxels lit by a bake: memory ran out; fewer cells take less"}; }
+
+// The standing side that a surface at a place [voxels] with a unit normal belongs to. Voxels are thin: a surface that
+// passes through the edge of one may be in the next along the normal's longest axis alone.
+std::uint32_t sideAround(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& normal) {
+  const VoxelLayer& layer = volume.standing();
+  const glm::vec3 size = glm::abs(normal);
+  const int axis = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
+  const glm::ivec3 here(glm::floor(place));
+  glm::ivec3 beside(0);
+  beside[axis] = place[axis] - static_cast<float>(here[axis]) < 0.5f ? -1 : 1;
+  for (const glm::ivec3& v : {here, here + beside, here - beside}) {
+    if (!volume.grid().holds(v) || !layer.has(volume.grid(), v)) continue;
+    const std::uint32_t number = layer.numberOf(volume.grid(), v);
+    if (number < layer.kept) return 2 * number + (glm::dot(layer.axis[number], normal) >= 0.0f ? 0 : 1);
+  }
+  return kNowhere;
+}
+
+}  // namespace
+
+Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake& bake) {
+  try {
+    SurfelVoxels lit;
+    const std::uint32_t count = bake.surfels.count(), sides = volume.standingSides();
+    std::vector<std::uint32_t> side(count);
+    forChunks(volume.parallelFor(), count, kSides, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t s = begin; s < end; ++s)
+        side[s] = sideAround(volume, volume.grid().toGrid(bake.surfels.positionWorld[s]), bake.surfels.normal[s]);
+    });
+    lit.first_.assign(sides + 1, 0);
+    for (const std::uint32_t s : side) {
+      if (s != kNowhere) ++lit.first_[s + 1];
+    }
+    for (std::uint32_t s = 0; s < sides; ++s) lit.first_[s + 1] += lit.first_[s];
+    lit.node_.resize(lit.first_[sides]);
+    std::vector<std::uint32_t> next(lit.first_.begin(), lit.first_.end() - 1);
+    for (std::uint32_t s = 0; s < count; ++s) {
+      if (side[s] != kNowhere) lit.node_[next[side[s]]++] = bake.hierarchy.leafNode[s];
+    }
+    std::uint32_t with = 0, all = 0;
+    for (std::uint32_t s = 0; s < sides; ++s) {
+      if (volume.side(s).area > 0.0f) {
+        ++all;
+        if (lit.first_[s + 1] > lit.first_[s]) ++with;
+      }
+    }
+    lit.covered_ = all > 0 ? static_cast<float>(with) / static_cast<float>(all) : 0.0f;
+    lit.standingVersion_ = volume.standingVersion();
+    return lit;
+  } catch (const std::bad_alloc&) {
+    return noMemory();
+  }
+}
+
+Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, const glm::vec3& emissionScale) {
+  if (standingVersion_ != volume.standingVersion())
+    return Error{ErrorCode::usage, "voxels lit by a bake: the volume has been edited; make them anew"};
+  try {
+    // What the grid has at sides without surfels
+    bounced_.assign(volume.sideCount(), glm::vec3(0.0f));
+    const auto hasSurfels = [&](std::uint32_t s) { return s < volume.standingSides() && first_[s + 1] > first_[s]; };
+    forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t s = begin; s < end; ++s) {
+        const VoxelSide& side = volume.side(s);
+        if (!hasSurfels(s)) bounced_[s] = relighter.irradianceInGrid(side.positionWorld, side.normal);
+      }
+    });
+    volume.reflect(bounced_, emissionScale);
+    // The mean of the surfels, which are all of one size
+    const std::vector<glm::vec3> radiosity = relighter.nodeRadiosity();
+    forChunks(volume.parallelFor(), volume.standingSides(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t s = begin; s < end; ++s) {
+        if (!hasSurfels(s)) continue;
+        glm::vec3 sum(0.0f);
+        for (std::uint32_t i = first_[s]; i < first_[s + 1]; ++i) sum += radiosity[node_[i]];
+        volume.setRadiance(s, std::numbers::inv_pi_v<float> / static_cast<float>(first_[s + 1] - first_[s]) * sum);
+      }
+    });
+  } catch (const std::bad_alloc&) {
+    return noMemory();
+  }
+  return done();
+}
+
+}  // namespace relume
