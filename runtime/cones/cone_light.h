@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Light that a receiver finds by cones through a lit voxel volume: what it mirrors, what lies around it, and how much
-// of that hides the rest (VCT, Hong 2015, Sections 2.5.3.3.8, 3.2, 4.2 and 4.4). The hemisphere is cut into cones of
-// equal weight, a lobe is one cone.
+// of that hides the rest (VCT, Hong 2015, Sections 2.5.3.3.8, 3.2, 4.2 and 4.4). Hemisphere and lobe are cut into cones
+// of equal weight.
+//
+// Deviation: VCT has one cone for a lobe. Seven halve the error of exponent 16 (docs/notes/cones.md).
 //
 // Threads: any number, between changes of volume and mips.
 #pragma once
@@ -18,20 +20,21 @@
 namespace relume {
 
 inline constexpr std::uint32_t kHemisphereCones = 25;  // VCT Section 4.2: 5 x 5
+inline constexpr std::uint32_t kLobeCones = 7;
 
-// One of the cones of a hemisphere.
-struct HemisphereCone {
+// One of the cones of a hemisphere or lobe.
+struct LocalCone {
   glm::vec3 direction{0.0f, 0.0f, 1.0f};  // unit, about +z
   float spread = 0.0f;                    // tangent of the half angle
 };
 
 // Cones of equal share in the cosine-weighted hemisphere: on the disc below it a Vogel spiral, each as wide as its
 // share pi / (25 cos) of solid angle.
-const std::array<HemisphereCone, kHemisphereCones>& hemisphereCones();
+const std::array<LocalCone, kHemisphereCones>& hemisphereCones();
 
-// Tangent of the half angle of the cone with the mean cosine of a lobe cos^exponent, (n + 1) / (n + 2): its own cosine
-// is n / (n + 2).
-float lobeSpread(float exponent);
+// Cones of equal share in the lobe cos^exponent about +z, on a Vogel spiral as well. [exponent 0..kMaxExponent,
+// clamped]
+std::array<LocalCone, kLobeCones> lobeCones(float exponent);
 
 // A frame about a unit vector (Duff et al. 2017): its third column is the vector.
 glm::mat3 frameAbout(const glm::vec3& normal);
@@ -48,7 +51,8 @@ class ConeTracer {
   ConeTracer(const VoxelVolume& volume, const RadianceMips& mips, const LiveSky& sky)
       : volume_(volume), mips_(mips), sky_(sky) {}
 
-  // Mean radiance in the lobe cos^exponent about the unit direction `reflected`. normal: of the surface's plane, unit.
+  // Mean radiance in the lobe cos^exponent about the unit direction `reflected`, as far as it lies above the surface's
+  // plane. normal: of that plane, unit.
   glm::vec3 glossy(const glm::vec3& positionWorld, const glm::vec3& normal, const glm::vec3& reflected,
                    float exponent) const;
 

@@ -143,6 +143,32 @@ TEST(Reference, constantSkyLightsAnOpenPlaneByItsRadiance) {
   }
 }
 
+// A wall beside a floor hides (1 - cos) / 2 of the angle that it fills, what is far away less.
+TEST(Reference, aWallHidesItsFormFactor) {
+  Scene scene = floorScene();
+  const auto grey = addMaterial(scene, glm::vec3(0.5f));
+  addInstance(scene, quad({1, 0, 10}, {0, 0, -20}, {0, 9, 0}, grey));
+  finish(scene);
+  ReferenceOptions options{8, 8, 512, 0, false, {}, 1};
+  EXPECT_TRUE(render(scene, lookAt({0, 0.1f, 0.01f}, {0, 0, 0}), {}, options).open.empty());
+  const auto at = [&](float falloff) {
+    options.occlusionFalloff = falloff;
+    const auto image = render(scene, lookAt({0, 0.1f, 0.01f}, {0, 0, 0}), {}, options);
+    double sum = 0.0;
+    for (const float o : image.open) sum += static_cast<double>(o) / 64.0;
+    return 1.0 - sum;
+  };
+  EXPECT_NEAR(at(0.0f), 0.5 * (1.0 - std::cos(std::atan2(9.0, 1.0))), 0.02);
+  EXPECT_LT(at(4.0f), 0.15);
+  EXPECT_GT(at(4.0f), 0.02);
+  // What is not seen is not hidden.
+  for (const float o : render(scene, lookAt({-3, 3, 0}, {-9, 3, 0}), {}, options).open) {
+    EXPECT_GE(o, 0.0f);
+    EXPECT_LE(o, 1.0f);
+  }
+  EXPECT_EQ(render(scene, lookAt({-3, 3, 0}, {-9, 9, 0}), {}, options).open.front(), 1.0f);
+}
+
 // A mirror's lobe sees what the mirrored ray meets: here an emitter.
 TEST(Reference, aSharpLobeSeesTheReflectedDirectionAlone) {
   Scene scene = floorScene();
@@ -342,7 +368,8 @@ TEST(Reference, optionsOutOfRangeAreRefused) {
        {+[](ReferenceOptions& o) { o.width = 0; }, +[](ReferenceOptions& o) { o.height = 16385; },
         +[](ReferenceOptions& o) { o.samplesPerPixel = 0; }, +[](ReferenceOptions& o) { o.maxBounces = 1025; },
         +[](ReferenceOptions& o) { o.exponent = -1.0f; }, +[](ReferenceOptions& o) { o.exponent = std::nanf(""); },
-        +[](ReferenceOptions& o) { o.exponent = 10001.0f; }}) {
+        +[](ReferenceOptions& o) { o.exponent = 10001.0f; }, +[](ReferenceOptions& o) { o.occlusionFalloff = -1.0f; },
+        +[](ReferenceOptions& o) { o.occlusionFalloff = std::nanf(""); }}) {
     ReferenceOptions options = kSmall;
     change(options);
     const auto image = renderReference(tracer, lookAt({0, 3, 3}, {0, 0, 0}), {}, options, context);

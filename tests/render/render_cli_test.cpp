@@ -116,10 +116,42 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   EXPECT_GT(light[1], 0.0);
   EXPECT_GT(light[2], 0.0);
   EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
-  expectRefused(live({"--bake", "none.relume"}), 1, {"--live", "--bake"});
   expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
-  expectRefused(live({"--aov", "glossy", "--exponent", "4"}), 1, {"--live has no glossy light"});
   expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
+}
+
+// Gloss by cones through voxels that live light or a bake lights, and how open the surroundings are.
+TEST_F(RenderCommand, followsConesThroughALevel) {
+  const auto draw = [&](std::vector<std::string> more) {
+    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
+                                   "16",     "--camera", "cam_hall", "--size",       "48x27", "--samples",
+                                   "1",      "--lights", "spot",     "--force",      "-o",    image()};
+    words.insert(words.end(), more.begin(), more.end());
+    return runProgram(words, folder_);
+  };
+  const auto meanOf = [&](const std::string& name) {
+    const auto picture = readExr(folder_ / ("image." + name + ".exr"));
+    EXPECT_TRUE(picture);
+    double sum = 0.0;
+    for (const glm::vec3& p : picture->layer("")) sum += p.y / (48.0 * 27.0);
+    return sum;
+  };
+  ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64"}).status, 0);
+  const double live = meanOf("glossy"), open = meanOf("occlusion");
+  EXPECT_GT(open, 0.3);
+  EXPECT_LT(open, 1.0);
+  ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64", "--occlusion-falloff", "100"}).status, 0);
+  EXPECT_GT(meanOf("occlusion"), open);
+  const ProgramResult baked =
+      draw({"--bake", bake_, "--aov", "glossy,indirect,occlusion", "--exponent", "64", "--json"});
+  ASSERT_EQ(baked.status, 0) << baked.err;
+  EXPECT_NE(baked.out.find("\"mips\""), std::string::npos) << baked.out;
+  EXPECT_NEAR(meanOf("glossy"), live, 0.35 * live);
+  ASSERT_EQ(draw({"--gloss", "--aov", "full,glossy"}).status, 0);
+  EXPECT_GT(meanOf("glossy"), 0.0);
+  expectRefused(draw({"--bake", "none.relume"}), 2, {"none.relume"});
+  expectRefused(draw({"--aov", "occlusion,direct", "--occlusion-falloff", "-1"}), 1, {"--occlusion-falloff"});
+  expectRefused(render({"--bake", bake_, "--aov", "occlusion"}), 1, {"--aov occlusion", "--live"});
 }
 
 TEST_F(RenderCommand, referenceHasTheSameGloss) {
