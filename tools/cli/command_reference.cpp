@@ -91,7 +91,7 @@ Status writeReference(const ReferenceImage& image, const std::optional<float>& s
     std::printf("wrote %s\n", printable(arguments.output).c_str());
     return done();
   }
-  const float exposure = stops.value_or(autoExposure(radiance));
+  const float exposure = stops.value_or(arguments.aov == "occlusion" ? 0.0f : autoExposure(radiance));
   if (Status ok = writePng(arguments.output, image.width, image.height, radiance, std::exp2(exposure)); !ok) return ok;
   std::printf("wrote %s\nexposure: %s stops\n", printable(arguments.output).c_str(), stopsText(exposure).c_str());
   return done();
