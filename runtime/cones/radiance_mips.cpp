@@ -19,7 +19,6 @@ namespace {
 constexpr float kSolid = 7.0f;      // optical depth of an occupied voxel, and the most of any: 0.1 % goes through
 constexpr float kSpent = 0.01f;     // a cone ends where no more of it is clear
 constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begins
-constexpr float kWidth = 0.6f;      // of a sample to a cone's radius
 constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
 constexpr float kNear = 3.0f;       // [voxels] from its start a cone may be in the voxels of walls beside it
 constexpr float kStep = 0.5f;       // [sample widths]
@@ -289,7 +288,7 @@ ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const
 
   ConeLight light;
   while (t < end && light.clear > kSpent) {
-    const float width = std::clamp(t * std::min(kWidth * cone.spread, cosine / kPlane), 1.0f, widest);
+    const float width = std::clamp(t * std::min(cone.spread, cosine / kPlane), 1.0f, widest);
     const float step = std::min(kStep * width, end - t), middle = t + 0.5f * step;
     t += kStep * width;
     // Until the cone is clear of the voxels of its own surface it slides along that.

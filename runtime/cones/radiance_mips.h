@@ -7,9 +7,8 @@
 // Deviations, each measured in docs/notes/cones.md:
 //   - Voxels hold optical depth -ln(1 - opacity) and radiance times that, not opacity: what a trilinear read adds up
 //     to over steps of half a voxel is then the depth of a wall, wherever the steps fall.
-//   - A sample is 0.6 d tan(half angle) wide, 0.3 of VCT's. The mean of eight boxes read as a tent spreads by half its
-//     width, so that 1 would be right for a disc; but what covers the same half of a cone at each step hides all of it
-//     in the end, and narrower samples have less of that.
+//   - A sample is as wide as d tan(half angle), half of VCT's: the mean of eight boxes read as a tent spreads by half
+//     its width, as a disc of that radius does.
 //   - No sample reaches below the plane of the surface that the cone starts on: near it the cone slides along the
 //     plane, a voxel and a half above, and samples are narrow as long as it is low.
 //   - Near its start a cone does not see walls that it starts in front of from their backs: voxels reach out of walls.
