@@ -113,7 +113,7 @@ void addPackCommand(CLI::App& app, Action& action) {
       ->add_option(
           "--profile", arguments->profile,
           "lossless: the same bake, packed; web: numbers rounded to what light needs as well, and no light-map "
-          "coordinates, which the exported level has; plain: unpacked again [lossless|web|plain]")
+          "coordinates, which the exported level has; plain: what lossless packed, unpacked again [lossless|web|plain]")
       ->option_text("NAME [lossless]")
       ->transform(CLI::CheckedTransformer(kProfiles).description(""));
   command->add_flag("--keep-coordinates", arguments->simplify.keepCoordinates,
