@@ -33,7 +33,7 @@ struct PackArguments {
   bool force = false, json = false;
 };
 
-// The bake as it was read, simplified, coded, and as a file: up to 3.3 were measured (docs/notes/packing.md).
+// The bake as it was read, simplified, coded, and as a file: up to 3.4 were measured (docs/notes/packing.md).
 constexpr double kCopies = 4.0;
 
 bool isGzipName(const std::string& path) { return std::filesystem::path(path).extension() == ".gz"; }
