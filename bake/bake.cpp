@@ -41,7 +41,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
 }  // namespace
 
 Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context) {
-  return guardBake<Bake>(scene, options, context, [&] { return bakeStages(scene, options, context); });
+  return guardBake(scene, options, context, [&] { return bakeStages(scene, options, context); });
 }
 
 }  // namespace relume

@@ -11,7 +11,7 @@
 #include "relume/bake_data.h"
 #include "relume/result.h"
 
-#include <functional>
+#include <new>
 #include <type_traits>
 
 namespace relume {
@@ -48,9 +48,8 @@ struct PlacedLevel {
 // What every way to bake begins with, and how its errors end: options and scene checked, the scene named in messages,
 // no exception. usage: options out of range; failed: as bake().
 Status checkBakeable(const Scene& scene, const BakeOptions& options);
-template <class Value>
-Result<Value> guardBake(const Scene& scene, const BakeOptions& options, Context& context,
-                        const std::function<Result<Value>()>& work);
+template <class Work>
+std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& options, Context& context, Work&& work);
 
 // The ray tracer over the fixed part of the level.
 Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context);
@@ -70,12 +69,11 @@ Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLeve
 // A bake that a reader would refuse is an error here.
 Status checkBaked(const Bake& bake, Context& context);
 
-template <class Value>
-Result<Value> guardBake(const Scene& scene, const BakeOptions& options, Context& context,
-                        const std::function<Result<Value>()>& work) {
+template <class Work>
+std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& options, Context& context, Work&& work) {
   if (const Status status = checkBakeable(scene, options); !status) return status.error();
   try {
-    Result<Value> baked = work();
+    auto baked = work();
     if (!baked && !context.cancelled())
       baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
     return baked;

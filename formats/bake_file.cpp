@@ -210,6 +210,7 @@ class FileChunks {
   bool write(const ByteSink& sink) const {
     return writeChunks(chunks_.chunks, sink, version_, kBakeFileType, packedFrom_);
   }
+  std::vector<std::byte> join() const { return joinChunks(chunks_.chunks, version_, kBakeFileType, packedFrom_); }
 
  private:
   FileChunks() = default;
@@ -229,12 +230,7 @@ Status writeFile(const Bake& bake, std::optional<std::uint64_t> packedFrom, cons
 Result<std::vector<std::byte>> serialize(const Bake& bake, std::optional<std::uint64_t> packedFrom) {
   const auto chunks = FileChunks::of(bake, packedFrom);
   if (!chunks) return chunks.error();
-  std::vector<std::byte> file;
-  chunks->write([&file](std::span<const std::byte> bytes) {
-    file.insert(file.end(), bytes.begin(), bytes.end());
-    return true;
-  });
-  return file;
+  return chunks->join();
 }
 
 }  // namespace
@@ -262,8 +258,8 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<c
     if (checksums == Checksums::verify) {
       if (const Status status = verifyChunks(*chunks); !status) return status.error();
     }
-    Result<Bake> bake = versionOf(bytes) == kPackedFormatVersion ? assemblePacked(*chunks, memory)
-                                                                 : assemblePlain(bytes, *chunks, owner, memory);
+    Result<Bake> bake =
+        isPacked(bytes) ? assemblePacked(*chunks, memory) : assemblePlain(bytes, *chunks, owner, memory);
     if (!bake) return bake;
     if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
@@ -288,7 +284,7 @@ Status checkMagic(const std::filesystem::path& path) {
   return chunks ? done() : Status(Error{chunks.error().code, path.string() + ": " + chunks.error().message});
 }
 
-// visit(chunks) for the table of a file, which is mapped meanwhile.
+// visit(chunks, bytes) for the table of a file, which is mapped meanwhile.
 template <class Visit>
 Status visitChunks(const std::filesystem::path& path, std::pmr::memory_resource* memory, const Visit& visit) {
   if (const Status status = checkMagic(path); !status) return status.error();
@@ -296,8 +292,20 @@ Status visitChunks(const std::filesystem::path& path, std::pmr::memory_resource*
   if (!file) return file.error();
   const auto chunks = readChunks(file->bytes, memory);
   if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
-  visit(*chunks);
+  visit(*chunks, file->bytes);
   return done();
+}
+
+// What ask(chunks, bytes) gives.
+template <class Ask>
+auto askTable(const std::filesystem::path& path, const Ask& ask)
+    -> Result<std::invoke_result_t<Ask, std::span<const Chunk>, std::span<const std::byte>>> {
+  std::invoke_result_t<Ask, std::span<const Chunk>, std::span<const std::byte>> answer{};
+  const Status status = visitChunks(
+      path, std::pmr::new_delete_resource(),
+      [&](std::span<const Chunk> chunks, std::span<const std::byte> bytes) { answer = ask(chunks, bytes); });
+  if (!status) return status.error();
+  return answer;
 }
 
 }  // namespace
@@ -306,7 +314,7 @@ Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums, st
   try {
     memory = memoryOr(memory);
     // Header and table first: what is no bake is not read into memory.
-    if (const Status status = visitChunks(path, memory, [](auto&&) {}); !status) return status.error();
+    if (const Status status = visitChunks(path, memory, [](auto&&...) {}); !status) return status.error();
     const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memory);
     if (!file) return file.error();
     return named(path, parseBake(file->bytes, file->owner, checksums, memory));
@@ -323,21 +331,19 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std
 }
 
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {
-  if (const Status status = checkMagic(path); !status) return status.error();
-  const Result<FileBytes> file = mapFile(path);
-  if (!file) return file.error();
-  const auto chunks = readChunks(file->bytes);
-  if (!chunks) return Error{chunks.error().code, path.string() + ": " + chunks.error().message};
-  return identityOf(file->bytes);
+  return askTable(path, [](auto&&, std::span<const std::byte> file) { return identityOf(file); });
+}
+
+Result<bool> isPackedFile(const std::filesystem::path& path) {
+  return askTable(path, [](auto&&, std::span<const std::byte> file) { return isPacked(file); });
 }
 
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path) {
-  std::vector<ChunkInfo> list;
-  const Status status = visitChunks(path, std::pmr::new_delete_resource(), [&list](std::span<const Chunk> chunks) {
+  return askTable(path, [](std::span<const Chunk> chunks, auto&&) {
+    std::vector<ChunkInfo> list;
     for (const Chunk& chunk : chunks) list.push_back(chunk.info);
+    return list;
   });
-  if (!status) return status.error();
-  return list;
 }
 
 }  // namespace relume

@@ -111,8 +111,7 @@ Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileTy
   if (header.fileBytes != file.size())
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
-  if (header.reserved != std::array<std::uint64_t, 2>{} ||
-      (header.packedFrom != 0 && header.version != type.packedVersion))
+  if (header.reserved != std::array<std::uint64_t, 2>{} || (header.packedFrom != 0 && !type.isPacked(header.version)))
     return invalid("header: reserved bytes are not zero");
   const std::uint64_t max = std::min<std::uint64_t>(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
   if (header.chunkCount > max)
@@ -243,6 +242,20 @@ bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint3
   return true;
 }
 
+std::vector<std::byte> joinChunks(std::span<const Chunk> chunks, std::uint32_t version, const ChunkFileType& type,
+                                  std::uint64_t packedFrom) {
+  std::uint64_t bytes = sizeof(FileHeader) + chunks.size() * sizeof(TableRow);
+  for (const Chunk& chunk : chunks) bytes = alignUp(bytes) + chunk.data.size();
+  std::vector<std::byte> file;
+  file.reserve(static_cast<std::size_t>(bytes));
+  const ByteSink append = [&file](std::span<const std::byte> more) {
+    file.insert(file.end(), more.begin(), more.end());
+    return true;
+  };
+  writeChunks(chunks, append, version, type, packedFrom);
+  return file;
+}
+
 Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std::pmr::memory_resource* memory,
                                            const ChunkFileType& type) {
   const Result<FileHeader> header = readHeader(file, type);
@@ -254,7 +267,7 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
   for (std::size_t i = 0; i < header->chunkCount; ++i) {
     TableRow row;
     std::memcpy(&row, tableBytes.data() + i * sizeof(TableRow), sizeof(row));
-    const Result<ChunkInfo> info = readRow(row, i, header->version == type.packedVersion);
+    const Result<ChunkInfo> info = readRow(row, i, type.isPacked(header->version));
     if (!info) return info.error();
     if (std::any_of(chunks.begin(), chunks.end(), [&](const Chunk& c) { return c.info.name == info->name; }))
       return invalid("chunk " + info->name + ": appears twice");
@@ -280,6 +293,8 @@ std::uint64_t identityOf(std::span<const std::byte> file) {
   std::memcpy(&header, file.data(), sizeof(header));
   return header.packedFrom != 0 ? header.packedFrom : header.tableHash;
 }
+
+bool isPacked(std::span<const std::byte> file) { return kBakeFileType.isPacked(versionOf(file)); }
 
 Status verifyChunks(std::span<const Chunk> chunks) {
   for (const Chunk& chunk : chunks) {

@@ -33,6 +33,8 @@ struct ChunkFileType {
   std::uint32_t oldestVersion, version;
   const char* name;                 // as messages have it
   std::uint32_t packedVersion = 0;  // whose chunks are coded; 0 = none
+
+  bool isPacked(std::uint32_t itsVersion) const { return packedVersion != 0 && itsVersion == packedVersion; }
 };
 inline constexpr ChunkFileType kBakeFileType{kBakeMagic, kOldestBakeFormatVersion, kPackedFormatVersion,
                                              "a Relume bake", kPackedFormatVersion};
@@ -75,6 +77,10 @@ struct Chunk {
 bool writeChunks(std::span<const Chunk> chunks, const ByteSink& sink, std::uint32_t version = kBakeFormatVersion,
                  const ChunkFileType& type = kBakeFileType, std::uint64_t packedFrom = 0);
 
+// What writeChunks() hands to its sink, as one array; throws std::bad_alloc.
+std::vector<std::byte> joinChunks(std::span<const Chunk> chunks, std::uint32_t version = kBakeFormatVersion,
+                                  const ChunkFileType& type = kBakeFileType, std::uint64_t packedFrom = 0);
+
 // Header and table of a file, every field checked: names unique, types known, sizes equal to shape, offsets aligned,
 // in order, inside the file, without holes; padding zero. The spans point into `file`.
 // invalidFile: names header field or chunk, what was expected and found; unsupported: another version or byte order.
@@ -87,11 +93,14 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file,
 // header and table, which have the hashes of all chunks, or that of the bake that a packed one was made from.
 std::uint32_t versionOf(std::span<const std::byte> file);
 std::uint64_t identityOf(std::span<const std::byte> file);
+// Whether it is a packed bake (writePackedBake()).
+bool isPacked(std::span<const std::byte> file);
 
 // invalidFile: names the first chunk whose data does not have the table's hash.
 Status verifyChunks(std::span<const Chunk> chunks);
 
-// The table of chunks of a bake's file, for `relume info`. Errors as readBake().
+// The table of chunks of a bake's file, for `relume info`, and isPacked() of the file. Errors as readBake().
 Result<std::vector<ChunkInfo>> listChunks(const std::filesystem::path& path);
+Result<bool> isPackedFile(const std::filesystem::path& path);
 
 }  // namespace relume

@@ -10,17 +10,9 @@
 #include "lib/color.glsl"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"
+#include "lib/link_sums.glsl"
 
-#define RELUME_LINKS_SH 0
-#define RELUME_LINKS_CONE 1
-#define RELUME_LINKS_OCT6 3
-#define RELUME_LINKS_IRRADIANCE 5
-#define RELUME_LINKS_REPACKED 6
-
-#define RELUME_CHROMA_COUNT (RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS)
 #define RELUME_LUMA_WORDS RELUME_SH_WORDS
-#define RELUME_CHROMA_WORDS ((RELUME_CHROMA_COUNT + 3) / 4)
-#define RELUME_WORDS (RELUME_LUMA_WORDS + 2 * RELUME_CHROMA_WORDS)
 
 layout(local_size_x = RELUME_THREADS) in;
 
@@ -51,9 +43,6 @@ uniform uint relumeWordOffset;  // its first word in `linkWord`
 uniform uint relumeHalfOffset;  // its first half in `shapeWord`
 uniform uint relumeShapeStride; // SH links: coefficients of a link
 uniform uint relumeGridLinks;   // irradiance links: how many have a shape, counted from the bake's first
-
-// Coefficients past the bands of chroma are not stored.
-const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : vec3(1.0));
 
 #if RELUME_LANES > 1
 shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
@@ -226,8 +215,8 @@ void main() {
     cg[w] *= kMonicScale[w];
   }
 #endif
-  co[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
-  cg[RELUME_CHROMA_WORDS - 1] *= kLastChroma;
+  co[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
+  cg[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
 
 #if RELUME_LANES > 1
   // Add up the lanes, a word each.

@@ -6,6 +6,7 @@
 // First come the surfels that read irradiance made once a texel, then those that bounce_surfels.comp has seen to. Buffers
 // are read in words of four: software drivers loop over a vector's lanes at every read.
 #include "shared/layout.h"
+#include "lib/direct_light.glsl"
 #include "lib/leaf_node.glsl"
 #include "lib/pack.glsl"
 #include "host_visibility.glsl"
@@ -37,16 +38,6 @@ uniform float relumeBounceScale;  // 0 also in the first frame
 
 const float kPi = 3.14159265;
 
-// Irradiance by one light, shadows left out.
-vec3 directIrradiance(RelumeLight l, vec3 position, vec3 normal) {
-  if (l.position.w < 0.0) return l.intensity.rgb * max(-dot(l.direction.xyz, normal), 0.0);
-  vec3 toward = l.position.xyz - position;
-  float d2 = dot(toward, toward), cosineTimesD = max(dot(toward, normal), 0.0);
-  float inverseD = inversesqrt(max(d2, 1e-12)), share = d2 * l.position.w;
-  float edge = clamp(l.intensity.w - dot(l.direction.xyz, toward) * inverseD * l.direction.w, 0.0, 1.0);
-  return l.intensity.rgb * (cosineTimesD * inverseD / max(d2, 1e-8) * max(1.0 - share * share, 0.0) * edge * edge);
-}
-
 vec3 direct(uint s, vec3 position, vec3 normal) {
   if (relumeLitOnGpu) {
     // A number that is not finite would never leave the bounces.
@@ -56,7 +47,7 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
   if (relumeHostOffset.x != kRelumeNone) return host[relumeHostOffset.x + s].rgb;
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
-    vec3 e = directIrradiance(light[i], position, normal);
+    vec3 e = relumeDirectIrradiance(light[i], position, normal);
     if (e != vec3(0.0)) sum += e * relumeVisibility(i, position, normal);
   }
   return sum;

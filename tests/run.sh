@@ -4,8 +4,9 @@
 #   tests/run.sh            the release suite; the same under ASan and UBSan; runtime and formats under TSan; a short fuzzing
 #                           (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
-#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; clang-tidy; the
-#                           packages on a bare Debian 12; the runtime on 64-bit ARM
+#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; the browser's tests of
+#                           three.js and of the sample page (three by npm); clang-tidy; the packages on a bare Debian 12; the
+#                           runtime on 64-bit ARM
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source tools/packages.sh

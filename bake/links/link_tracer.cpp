@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::size_t kGrain = 16;          // caches per chunk
 constexpr std::size_t kAskedCaches = 1024;  // at least so many caches, or all, decide how links are shared out
+constexpr double kOverTotal = 1.05;         // a total that is exceeded by more than this factor gets a warning
 
 }  // namespace
 
@@ -176,6 +177,32 @@ Result<TracedRange> LinkTracer::trace(CacheRange range, float minKey, Context& c
     traced.visibleLeaves += worker->visibleLeaves;
   }
   return traced;
+}
+
+TracedLinks::Statistics noteFigures(const TracedRange& range, Context& context) {
+  const RayCount& count = range.rays;
+  const auto share = [](std::uint64_t part, std::uint64_t whole) {
+    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+  };
+  const TracedLinks::Statistics statistics{count.rays, share(count.backFaces, count.rays),
+                                           share(count.misses, count.rays), share(count.unmapped, count.rays),
+                                           share(range.visibleLeaves, range.links.cacheCount())};
+  context.figure("links", range.links.count());
+  context.figure("rays", static_cast<double>(count.rays));
+  context.figure("rays_aimed", static_cast<double>(count.aimed));
+  context.figure("rays_back_face_share", statistics.backFaceShare);
+  context.figure("rays_missed_share", statistics.missShare);
+  context.figure("rays_unmapped_share", statistics.unmappedShare);
+  context.figure("visible_leaves_mean", statistics.visibleLeavesMean);
+  return statistics;
+}
+
+void warnOfManyLinks(const Links& links, const LinkOptions& options, Context& context) {
+  if (options.linksTotal == 0 || links.count() <= kOverTotal * options.linksTotal) return;
+  context.message(Severity::warning,
+                  "links: " + std::to_string(links.count()) + " links where " + std::to_string(options.linksTotal) +
+                      " were asked for in all: every cache needs one for each of the reflecting "
+                      "surfaces, emitters and sky that it sees; ask for more links, or for fewer caches");
 }
 
 }  // namespace relume

@@ -60,7 +60,7 @@ Error otherProgram(const std::string& what, const std::string& made, const std::
 }  // namespace
 
 Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context) {
-  return guardBake<BakePlan>(scene, options, context, [&] { return planStages(scene, options, context); });
+  return guardBake(scene, options, context, [&] { return planStages(scene, options, context); });
 }
 
 Status checkPlanVersion(const BakePlan& plan) {

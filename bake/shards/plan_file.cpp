@@ -183,13 +183,7 @@ Result<std::vector<std::byte>> serializePlan(const BakePlan& plan) {
   PlanArrays arrays;
   const Result<std::vector<Chunk>> chunks = chunksOf(plan, arrays);
   if (!chunks) return chunks.error();
-  std::vector<std::byte> file;
-  const ByteSink append = [&file](std::span<const std::byte> bytes) {
-    file.insert(file.end(), bytes.begin(), bytes.end());
-    return true;
-  };
-  writeChunks(*chunks, append, kPlanFileType.version, kPlanFileType);
-  return file;
+  return joinChunks(*chunks, kPlanFileType.version, kPlanFileType);
 }
 
 Result<BakePlan> parsePlan(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {

@@ -203,13 +203,7 @@ Result<std::vector<std::byte>> serializeShard(const Shard& shard) {
   ShardArrays arrays;
   const Result<std::vector<Chunk>> chunks = chunksOf(shard, arrays);
   if (!chunks) return chunks.error();
-  std::vector<std::byte> file;
-  const ByteSink append = [&file](std::span<const std::byte> bytes) {
-    file.insert(file.end(), bytes.begin(), bytes.end());
-    return true;
-  };
-  writeChunks(*chunks, append, kShardFileType.version, kShardFileType);
-  return file;
+  return joinChunks(*chunks, kShardFileType.version, kShardFileType);
 }
 
 Result<Shard> parseShard(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {

@@ -83,7 +83,7 @@ CacheRange rangeOf(const ShardNumber& shard, std::uint32_t caches) {
 }
 
 Result<Shard> traceShard(const Scene& scene, const BakePlan& plan, const ShardNumber& number, Context& context) {
-  return guardBake<Shard>(scene, plan.options, context, [&] { return shardStages(scene, plan, number, context); });
+  return guardBake(scene, plan.options, context, [&] { return shardStages(scene, plan, number, context); });
 }
 
 }  // namespace relume

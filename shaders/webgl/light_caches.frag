@@ -6,15 +6,7 @@
 #include "lib/color.glsl"
 #define RELUME_SH_BANDS RELUME_LUMA_BANDS
 #include "lib/sh.glsl"
-
-#define RELUME_LINKS_SH 0
-#define RELUME_LINKS_CONE 1
-#define RELUME_LINKS_OCT6 3
-#define RELUME_LINKS_IRRADIANCE 5
-
-#define RELUME_CHROMA_COUNT (RELUME_CHROMA_BANDS * RELUME_CHROMA_BANDS)
-#define RELUME_CHROMA_WORDS ((RELUME_CHROMA_COUNT + 3) / 4)
-#define RELUME_WORDS (RELUME_SH_WORDS + 2 * RELUME_CHROMA_WORDS)
+#include "lib/link_sums.glsl"
 
 uniform usampler2D relumeRows;       // first link of each cache
 uniform usampler2D relumeLinks;      // heads; nodes of SH links; cones, a texel of four words each
@@ -25,9 +17,6 @@ uniform uint relumeGridLinks;   // irradiance links: how many have a shape
 uniform uint relumeShapeStride; // SH links: coefficients of a link
 
 layout(location = 0) out vec4 relumeOut[RELUME_OUTPUTS];
-
-// Coefficients past the bands of chroma are not stored.
-const vec4 kLastChroma = vec4(1.0, RELUME_CHROMA_COUNT % 4 == 1 ? vec3(0.0) : vec3(1.0));
 
 // Links are in rows of 2048.
 ivec2 linkTexel(uint link) { return ivec2(int(link & 2047u), int(link >> 11)); }
@@ -102,8 +91,8 @@ void main() {
   for (int w = 0; w < RELUME_WORDS; ++w) sum[w] = vec4(0.0);
   uint end = relumeWord(relumeRows, cache + 1u);
   for (uint link = relumeWord(relumeRows, cache); link < end; ++link) addLink(link);
-  sum[RELUME_SH_WORDS + RELUME_CHROMA_WORDS - 1] *= kLastChroma;
-  sum[RELUME_WORDS - 1] *= kLastChroma;
+  sum[RELUME_SH_WORDS + RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
+  sum[RELUME_WORDS - 1] *= kRelumeLastChroma;
 #define RELUME_OUTPUT(i) clamp(sum[RELUME_FIRST + i], -65504.0, 65504.0)
 #include "webgl/outputs.glsl"
 }

@@ -4,6 +4,7 @@
 #include "resolve.glsl"
 precision highp usampler2D;
 precision highp sampler2D;
+#include "lib/direct_light.glsl"
 #include "lib/pack.glsl"
 #include "host_visibility.glsl"
 
@@ -30,16 +31,6 @@ layout(location = 0) out uint relumeRadiosity;
 
 const float kPi = 3.14159265;
 
-// Irradiance by one light, shadows left out: shaders/light_surfels.comp.
-vec3 directIrradiance(vec4 position4, vec4 direction4, vec4 intensity4, vec3 position, vec3 normal) {
-  if (position4.w < 0.0) return intensity4.rgb * max(-dot(direction4.xyz, normal), 0.0);
-  vec3 toward = position4.xyz - position;
-  float d2 = dot(toward, toward), cosineTimesD = max(dot(toward, normal), 0.0);
-  float inverseD = inversesqrt(max(d2, 1e-12)), share = d2 * position4.w;
-  float edge = clamp(intensity4.w - dot(direction4.xyz, toward) * inverseD * direction4.w, 0.0, 1.0);
-  return intensity4.rgb * (cosineTimesD * inverseD / max(d2, 1e-8) * max(1.0 - share * share, 0.0) * edge * edge);
-}
-
 vec3 direct(uint s, vec3 position, vec3 normal) {
   if (relumeHostWidth > 0) {
     // A number that is not finite would never leave the bounces.
@@ -49,8 +40,9 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
     int at = 3 * int(i);
-    vec3 e = directIrradiance(texelFetch(relumeLights, ivec2(at, 0), 0), texelFetch(relumeLights, ivec2(at + 1, 0), 0),
-                              texelFetch(relumeLights, ivec2(at + 2, 0), 0), position, normal);
+    RelumeLight light = RelumeLight(texelFetch(relumeLights, ivec2(at, 0), 0), texelFetch(relumeLights, ivec2(at + 1, 0), 0),
+                                    texelFetch(relumeLights, ivec2(at + 2, 0), 0));
+    vec3 e = relumeDirectIrradiance(light, position, normal);
     if (e != vec3(0.0)) sum += e * relumeVisibility(i, position, normal);
   }
   return sum;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lists as textures, in rows of 1024 texels, for the passes of bindings/js/src/webgl.js: a fragment per element.
+// Lists as textures, in rows of 1024 texels, for the passes of bindings/js/src/webgl_passes.js: a fragment per element.
 precision highp float;
 precision highp int;
 precision highp usampler2D;

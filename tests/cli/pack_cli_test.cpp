@@ -43,6 +43,22 @@ TEST_F(PackCli, losslessIsTheSameBake) {
   EXPECT_TRUE(readAll(plain) == readAll(bake_));
 }
 
+TEST_F(PackCli, whatWasSimplifiedIsNotUnpacked) {
+  const std::string plain = at("plain.relume"), again = at("again.relume");
+  ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web"}).status, 0);
+  ASSERT_EQ(run({"pack", packed_, "-o", again}).status, 0);
+  for (const std::string& simplified : {packed_, again}) {
+    const ProgramResult refused = run({"pack", simplified, "-o", plain, "--profile", "plain"});
+    EXPECT_EQ(refused.status, 1) << refused.err;
+    EXPECT_NE(refused.err.find(simplified + "\" was simplified (--profile web)"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("take the bake that it was packed from"), std::string::npos) << refused.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(plain));
+  // What is plain already stays as it is.
+  ASSERT_EQ(run({"pack", bake_, "-o", plain, "--profile", "plain"}).status, 0);
+  EXPECT_TRUE(readAll(plain) == readAll(bake_));
+}
+
 TEST_F(PackCli, gzipHoldsThePackedBake) {
   const std::string zipped = packed_ + ".gz";
   ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web"}).status, 0);
@@ -70,6 +86,18 @@ TEST_F(PackCli, drawingNeedsCoordinates) {
   ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web", "--keep-coordinates"}).status, 0);
   const ProgramResult drawn = run(render);
   EXPECT_EQ(drawn.status, 0) << drawn.err;
+}
+
+// What packing holds at once is asked for before anything is read.
+TEST_F(PackCli, memoryIsAskedForFirst) {
+  const std::string large = at("large.relume");
+  std::filesystem::copy_file(bake_, large);
+  std::filesystem::resize_file(large, 64 << 20);
+  const ProgramResult refused = run({"pack", large, "-o", packed_, "--max-memory", "256M"});
+  EXPECT_EQ(refused.status, 4) << refused.err;
+  EXPECT_NE(refused.err.find("pack needs about 256 MiB"), std::string::npos) << refused.err;
+  const ProgramResult read = run({"pack", large, "-o", packed_, "--max-memory", "1G"});
+  EXPECT_NE(read.err.find("bytes were appended"), std::string::npos) << read.err;
 }
 
 TEST_F(PackCli, refusesByName) {

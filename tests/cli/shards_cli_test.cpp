@@ -2,6 +2,8 @@
 // relume bake --plan, --shard and relume merge: what they write, what they leave alone, and how they end.
 #include "tests/cli/cli_fixture.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <fstream>
 
@@ -76,6 +78,34 @@ TEST_F(ShardsCli, whatIsThereIsNotMadeAgain) {
   put("plan.relume", plan.substr(0, plan.size() - 1));
   expectEnd(run(planArguments()), 0, "planning: ");
   EXPECT_EQ(readAll(at("plan.relume")), plan);
+}
+
+// What was not made again is told as it was when it was made.
+TEST_F(ShardsCli, whatIsThereIsCounted) {
+  const std::string file = at("report.json");
+  const auto report = [&](const std::vector<std::string>& words, bool upToDate) {
+    const ProgramResult result = run(words);
+    EXPECT_EQ(result.status, 0) << result.err;
+    nlohmann::json read = nlohmann::json::parse(readAll(file));
+    EXPECT_EQ(read["upToDate"], upToDate);
+    const bool plan = std::find(words.begin(), words.end(), "--shard") == words.end();
+    const std::string caches = " " + read["caches"].dump() + (plan ? " caches" : " of ");
+    EXPECT_NE(result.out.find(caches), std::string::npos) << caches << " in: " << result.out;
+    nlohmann::json sizes;
+    for (const char* name : {"surfels", "nodes", "caches", "links", "rayTracer"}) sizes[name] = read[name];
+    return sizes;
+  };
+  const std::vector<std::string> plan = planArguments({"--report", file});
+  const nlohmann::json planned = report(plan, false);
+  EXPECT_EQ(planned["surfels"], 256);
+  EXPECT_GT(planned["caches"], 0);
+  EXPECT_EQ(report(plan, true), planned);
+  const std::vector<std::string> shard = {"bake", room_, "--plan", at("plan.relume"), "--shard",
+                                          "1/3",  "-o",  at("s1"), "--report",        file};
+  const nlohmann::json traced = report(shard, false);
+  EXPECT_GT(traced["links"], 0);
+  EXPECT_LT(traced["caches"], planned["caches"]);
+  EXPECT_EQ(report(shard, true), traced);
 }
 
 TEST_F(ShardsCli, aMergeThatCannotBeWritesNothing) {

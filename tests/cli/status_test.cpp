@@ -2,6 +2,8 @@
 // Whether a bake is up to date: relume status, relume bake that does nothing, dependency files, --verify.
 #include "tests/cli/cli_fixture.h"
 
+#include <nlohmann/json.hpp>
+
 namespace relume {
 namespace {
 
@@ -58,12 +60,19 @@ TEST_F(StatusCli, bakeDoesNothingWhenUpToDate) {
   EXPECT_EQ(again.err.find("links"), std::string::npos) << "baked all the same: " << again.err;
   EXPECT_EQ(readAll(out_), bytes);
   EXPECT_GT(fs::last_write_time(out_), past) << "a build system would ask again and again";
-  EXPECT_NE(readAll(at("report.json")).find("\"upToDate\": true"), std::string::npos);
+  const auto report = nlohmann::json::parse(readAll(at("report.json")));
+  EXPECT_EQ(report["upToDate"], true);
+  const auto info = nlohmann::json::parse(run({"info", "--json", out_}).out);
+  EXPECT_EQ(report["surfels"], info["surfels"]["count"]);
+  EXPECT_EQ(report["nodes"], info["hierarchy"]["nodes"]);
+  EXPECT_EQ(report["caches"], info["caches"]["count"]);
+  EXPECT_EQ(report["links"], info["links"]["count"]);
+  EXPECT_NE(again.out.find("up to date, 256 surfels, "), std::string::npos) << again.out;
 
   const auto bakes = [&](const std::string& scene, std::vector<std::string> more, const std::string& why) {
     const ProgramResult result = run(bakeArguments(scene, out_, std::move(more)));
     EXPECT_EQ(result.status, 0) << result.err;
-    EXPECT_NE(result.out.find("256 surfels"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("peak memory"), std::string::npos) << result.out;
     EXPECT_NE(result.err.find(why), std::string::npos) << result.err;
   };
   bakes(room_, {"--force"}, "");
@@ -77,6 +86,22 @@ TEST_F(StatusCli, bakeDoesNothingWhenUpToDate) {
   std::ofstream(out_, std::ios::binary) << newer;
   bakes(room_, {}, "format version 9");
   EXPECT_EQ(readAll(out_), bytes);
+}
+
+TEST_F(StatusCli, aPackedBakeIsNotWhatIsBaked) {
+  bake(room_, out_);
+  const std::string bytes = readAll(out_), packed = at("packed.relume");
+  for (const char* profile : {"lossless", "web"}) {
+    ASSERT_EQ(run({"pack", out_, "-o", packed, "--profile", profile}).status, 0);
+    ASSERT_NE(readAll(packed), bytes);
+    const ProgramResult again = run(bakeArguments(room_, packed));
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(again.out.find("up to date"), std::string::npos) << again.out;
+    EXPECT_NE(again.err.find("packed.relume\" is a packed bake (relume pack) and will be a plain one"),
+              std::string::npos)
+        << again.err;
+    EXPECT_EQ(readAll(packed), bytes);
+  }
 }
 
 TEST_F(StatusCli, depfileNamesSceneAndOptions) {

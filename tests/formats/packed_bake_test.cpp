@@ -139,6 +139,8 @@ TEST(PackedBake, isTheSameBake) {
       const Bytes plain = *serializeBake(bake);
       const Bytes packed = *serializePackedBake(bake, 42);
       EXPECT_EQ(getAt<std::uint32_t>(packed, 8), kPackedFormatVersion);
+      EXPECT_TRUE(isPacked(packed));
+      EXPECT_FALSE(isPacked(plain));
       EXPECT_EQ(identityOf(packed), 42u);
       const Result<Bake> unpacked = parseBake(packed, nullptr);
       ASSERT_TRUE(unpacked) << linkKindName(kind) << ": " << unpacked.error().message;

@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const Result<std::vector<std::byte>> again = serializeBake(*bake);
   if (!again) std::abort();
-  if (versionOf(file) == kPackedFormatVersion) {
+  if (isPacked(file)) {
     const Result<std::vector<std::byte>> packed = serializePackedBake(*bake, identityOf(file));
     const Result<Bake> unpacked = packed ? parseBake(*packed, nullptr) : packed.error();
     if (!unpacked || serializeBake(*unpacked).value() != *again) std::abort();

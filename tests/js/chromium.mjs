@@ -2,13 +2,30 @@
 // Headless Chromium over its DevTools protocol by pipe: not puppeteer, so that tests need nothing of a package registry.
 // Messages are JSON, each ended by a zero byte, to file descriptor 3 and from 4.
 import {spawn, spawnSync} from 'node:child_process';
-import {mkdtempSync, rmSync} from 'node:fs';
+import {existsSync, mkdtempSync, rmSync} from 'node:fs';
 import http from 'node:http';
 import {readFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import path from 'node:path';
 
-export function findChromium() {
+// Ends a test as ctest counts one that skips.
+export function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+
+export function needPackage(folder) {
+  if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
+}
+
+// Chromium's program, for a test of the package in a page. long: of the long run.
+export function needChromium(folder, {long = false} = {}) {
+  if (long && process.env.RELUME_LONG_TESTS !== '1') skip('of the long run (RELUME_LONG_TESTS=1): three comes from the registry of npm');
+  needPackage(folder);
+  return findChromium() ?? skip('there is no Chromium (Debian: chromium)');
+}
+
+function findChromium() {
   return ['chromium', 'chromium-browser', 'google-chrome'].find((name) => spawnSync('sh', ['-c', `command -v ${name}`]).status === 0);
 }
 

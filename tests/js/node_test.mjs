@@ -4,17 +4,15 @@
 //   node node_test.mjs PACKAGE RELUME NATIVE_LIGHT LEVEL WORK
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {existsSync, mkdirSync, readFileSync} from 'node:fs';
+import {mkdirSync, readFileSync} from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
 import {gzipSync} from 'node:zlib';
 import {pathToFileURL} from 'node:url';
+import {needPackage} from './chromium.mjs';
 
 const [folder, relume, nativeLight, level, work] = process.argv.slice(2);
-if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) {
-  console.log(`skipped: there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
-  process.exit(77);
-}
+needPackage(folder);
 const {hasSimd, loadBake, loadModule, RelumeError, Relighter, WorkerRelighter} = await import(pathToFileURL(path.join(folder, 'src', 'index.js')));
 
 mkdirSync(work, {recursive: true});

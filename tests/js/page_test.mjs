@@ -3,21 +3,13 @@
 //   node page_test.mjs PACKAGE RELUME LEVEL WORK
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {existsSync, mkdirSync, statSync} from 'node:fs';
+import {mkdirSync, statSync} from 'node:fs';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
-import {Chromium, findChromium, serve} from './chromium.mjs';
+import {Chromium, needChromium, serve} from './chromium.mjs';
 
 const [folder, relume, level, work] = process.argv.slice(2);
-const program = findChromium();
-if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) {
-  console.log(`skipped: there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
-  process.exit(77);
-}
-if (!program) {
-  console.log('skipped: there is no Chromium (Debian: chromium)');
-  process.exit(77);
-}
+const program = needChromium(folder);
 mkdirSync(work, {recursive: true});
 const bake = (name, ...options) => {
   const preset = name === 'medium.relume' ? 'medium' : 'draft';

@@ -3,19 +3,12 @@
 //   node sample_test.mjs PACKAGE RELUME SAMPLE WORK
 import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
-import {existsSync, mkdirSync, writeFileSync} from 'node:fs';
+import {mkdirSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
-import {Chromium, findChromium, serve} from './chromium.mjs';
+import {Chromium, needChromium, serve, skip} from './chromium.mjs';
 
 const [folder, relume, sample, work] = process.argv.slice(2);
-const skip = (why) => {
-  console.log(`skipped: ${why}`);
-  process.exit(77);
-};
-if (process.env.RELUME_LONG_TESTS !== '1') skip('of the long run (RELUME_LONG_TESTS=1): three comes from the registry of npm');
-const program = findChromium();
-if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
-if (!program) skip('there is no Chromium (Debian: chromium)');
+const program = needChromium(folder, {long: true});
 if (spawnSync('npm', ['view', 'three', 'version'], {timeout: 30000}).status !== 0) skip('npm reaches no registry for three');
 mkdirSync(work, {recursive: true});
 const out = path.join(work, 'page'), env = {...process.env, RELUME: relume, RELUME_NPM: folder, PRESET: 'draft'};

@@ -7,18 +7,11 @@ import {execFileSync, spawnSync} from 'node:child_process';
 import {existsSync, mkdirSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
-import {Chromium, findChromium, serve} from './chromium.mjs';
+import {Chromium, needChromium, serve, skip} from './chromium.mjs';
 
 const kThree = '0.187.0';
 const [folder, relume, level, work] = process.argv.slice(2);
-const skip = (why) => {
-  console.log(`skipped: ${why}`);
-  process.exit(77);
-};
-if (process.env.RELUME_LONG_TESTS !== '1') skip('of the long run (RELUME_LONG_TESTS=1): three comes from the registry of npm');
-const program = findChromium();
-if (!existsSync(path.join(folder, 'wasm', 'relume-simd.wasm'))) skip(`there is no ${folder}/wasm, which cmake --preset wasm builds (Debian: emscripten)`);
-if (!program) skip('there is no Chromium (Debian: chromium)');
+const program = needChromium(folder, {long: true});
 mkdirSync(work, {recursive: true});
 const three = path.join(work, 'node_modules', 'three');
 if (!existsSync(path.join(three, 'build', 'three.module.js'))) {

@@ -4,15 +4,16 @@
 
 #include "formats/file_io.h"
 #include "tools/base/printable.h"
+#include "tools/cli/commands.h"
 #include "tools/cli/depfile.h"
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 
-#include <filesystem>
+#include <algorithm>
+#include <cstdio>
 #include <span>
-#include <vector>
 
 namespace relume {
 namespace {
@@ -41,6 +42,10 @@ Result<BakeOptions> chooseOptions(const BakeArguments& arguments, const BakeOpti
     options = *read;
   }
   return chooseBakeOptions(options, arguments.flags);
+}
+
+MadeCounts countsOf(const Bake& bake) {
+  return {bake.surfels.count(), bake.hierarchy.nodeCount(), bake.caches.count(), bake.links.count()};
 }
 
 double secondsSince(std::chrono::steady_clock::time_point begin) {
@@ -87,9 +92,22 @@ Status writeSideFiles(const BakeArguments& arguments, const std::string& output,
   return writeText(arguments.depfile, makeDepfile(output, files));
 }
 
-void touch(const std::string& path) {
+int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,
+                const std::string& report, const std::string& what) {
   std::error_code ignored;
-  std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now(), ignored);
+  std::filesystem::last_write_time(output, std::filesystem::file_time_type::clock::now(), ignored);
+  const Status written =
+      scene != nullptr ? writeSideFiles(arguments, output, *scene, report) : writeReport(arguments.reportFile, report);
+  if (!written) return fail(written.error());
+  std::printf("%s: up to date, %s (--force makes it again)\n", printable(output).c_str(), what.c_str());
+  return 0;
+}
+
+std::string listChanges(const std::vector<std::string>& changes, std::size_t max) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(max, changes.size()); ++i) text += (i > 0 ? "\n  " : "") + changes[i];
+  if (changes.size() > max) text += "\n  and " + std::to_string(changes.size() - max) + " changes more";
+  return text;
 }
 
 }  // namespace relume

@@ -5,12 +5,22 @@
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
 #include "relume/bake/scene.h"
+#include "relume/bake_data.h"
+#include "relume/result.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/bake_flags.h"
 #include "tools/cli/terminal.h"
 
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace relume {
 
@@ -26,10 +36,11 @@ struct BakeArguments {
 // Preset, options file, then the flags. Where no preset was given, options start from `base`.
 Result<BakeOptions> chooseOptions(const BakeArguments& arguments, const BakeOptions& base);
 
-// Sizes of what was made, for the report and the line at the end.
+// Sizes of what was made or is there, for the report and the line at the end.
 struct MadeCounts {
   std::uint32_t surfels = 0, nodes = 0, caches = 0, links = 0;
 };
+MadeCounts countsOf(const Bake& bake);
 
 double secondsSince(std::chrono::steady_clock::time_point begin);
 double peakMemoryMiB();
@@ -44,8 +55,27 @@ Status writeReport(const std::string& path, const std::string& report);
 Status writeSideFiles(const BakeArguments& arguments, const std::string& output, const Scene& scene,
                       const std::string& report);
 
-// A file of this age is younger than its inputs, so that a build system that goes by time does not ask again.
-void touch(const std::string& path);
+// What stands at the output, where `read` takes it for what would be made; else nothing, and a message says why it is
+// made again, behind `doing`. Nothing and no message where there is no file, or one without a byte.
+template <class Read>
+auto takeExisting(const std::string& output, bool force, const std::string& doing, Context& context, const Read& read)
+    -> std::optional<std::remove_cvref_t<decltype(*read())>> {
+  std::error_code missing;
+  if (force || !std::filesystem::is_regular_file(output, missing) || std::filesystem::file_size(output, missing) == 0)
+    return std::nullopt;
+  auto existing = read();
+  if (existing) return std::move(*existing);
+  context.message(Severity::info, doing + ": " + existing.error().message);
+  return std::nullopt;
+}
+
+// Ends a run that found such an output: gives it a time after that of its inputs, so that a build system that goes by
+// time does not ask again; writes report and, with a scene, depfile; prints what is there. Returns the exit status.
+int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,
+                const std::string& report, const std::string& what);
+
+// The first of them, each in a line of its own, and how many more there are.
+std::string listChanges(const std::vector<std::string>& changes, std::size_t max);
 
 // relume bake --plan FILE, and with --shard I/N.
 int runPlan(const BakeArguments& arguments);

@@ -34,11 +34,6 @@ ProgressPlan stagesOf(const BakeOptions& options, std::initializer_list<std::str
   return plan;
 }
 
-bool isThere(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(path, ignored) && std::filesystem::file_size(path, ignored) > 0;
-}
-
 CommandFiles filesOf(const BakeArguments& arguments) {
   CommandFiles files;
   files.read("the scene", arguments.scene);
@@ -57,19 +52,34 @@ Result<Scene> loadLevel(const BakeArguments& arguments, CommandFiles& files, Mes
   return scene;
 }
 
-// Whether the plan that stands there is the one that would be made. Whatever is wrong with it: no.
-Status checkExistingPlan(const std::string& path, const Scene& scene, const BakeOptions& options) {
-  const Result<BakePlan> plan = readPlan(path);
-  if (!plan) return plan.error();
-  if (const Status status = checkPlanVersion(*plan); !status) return status;
-  if (const Status status = checkPlanTracer(*plan); !status) return status;
-  if (const Status status = checkPlanLevel(*plan, scene); !status) return status;
-  if (plan->bake.provenance.optionsJson == optionsToJson(options)) return done();
+// The plan that stands there, where it is the one that would be made. Whatever is wrong with it: no.
+Result<BakePlan> existingPlan(const std::string& path, const Scene& scene, const BakeOptions& options) {
+  Result<BakePlan> plan = readPlan(path);
+  if (!plan) return plan;
+  if (const Status status = checkPlanVersion(*plan); !status) return status.error();
+  if (const Status status = checkPlanTracer(*plan); !status) return status.error();
+  if (const Status status = checkPlanLevel(*plan, scene); !status) return status.error();
+  if (plan->bake.provenance.optionsJson == optionsToJson(options)) return plan;
   return Error{ErrorCode::usage, "the plan there has other options"};
 }
 
-MadeCounts countsOf(const Bake& bake) {
-  return {bake.surfels.count(), bake.hierarchy.nodeCount(), bake.caches.count(), bake.links.count()};
+std::string sizesOf(const BakePlan& plan) {
+  const MadeCounts made = countsOf(plan.bake);
+  return std::to_string(made.surfels) + " surfels, " + std::to_string(made.caches) + " caches";
+}
+
+// Of a shard the caches and links that are its own.
+MadeCounts countsOf(const BakePlan& plan, const Shard& shard) {
+  MadeCounts made = countsOf(plan.bake);
+  made.caches = shard.range.count();
+  made.links = shard.links.count();
+  return made;
+}
+
+std::string sizesOf(const BakePlan& plan, const Shard& shard) {
+  const MadeCounts made = countsOf(plan, shard);
+  return std::to_string(made.caches) + " of " + std::to_string(plan.bake.caches.count()) + " caches, " +
+         std::to_string(made.links) + " links";
 }
 
 // Options of the command line, if there are any, are the plan's.
@@ -86,12 +96,12 @@ Status checkSameOptions(const BakeArguments& arguments, const BakePlan& plan) {
   return done();
 }
 
-// Whether the shard that stands there is complete and the one that would be made.
-Status checkExistingShard(const std::string& path, const BakePlan& plan, const ShardNumber& number) {
-  const Result<Shard> shard = readShard(path);
-  if (!shard) return shard.error();
-  if (const Status status = checkShard(*shard, plan); !status) return status;
-  if (shard->number == number) return done();
+// The shard that stands there, where it is complete and the one that would be made.
+Result<Shard> existingShard(const std::string& path, const BakePlan& plan, const ShardNumber& number) {
+  Result<Shard> shard = readShard(path);
+  if (!shard) return shard;
+  if (const Status status = checkShard(*shard, plan); !status) return status.error();
+  if (shard->number == number) return shard;
   return Error{ErrorCode::usage, "shard " + toString(shard->number) + " of this plan is there"};
 }
 
@@ -100,11 +110,8 @@ Status explainLevel(const Scene& scene, const BakePlan& plan) {
   const Status status = checkPlanLevel(plan, scene);
   if (status) return status;
   constexpr std::size_t kMaxNamed = 4;
-  std::string message = status.error().message;
-  const std::vector<std::string> changes = findStaleness(scene, nullptr, plan.bake).sentences();
-  for (std::size_t i = 0; i < std::min(kMaxNamed, changes.size()); ++i) message += "\n  " + changes[i];
-  if (changes.size() > kMaxNamed) message += "\n  and " + std::to_string(changes.size() - kMaxNamed) + " changes more";
-  return Error{status.error().code, message};
+  const std::string changes = listChanges(findStaleness(scene, nullptr, plan.bake).sentences(), kMaxNamed);
+  return Error{status.error().code, status.error().message + (changes.empty() ? "" : "\n  " + changes)};
 }
 
 }  // namespace
@@ -124,18 +131,13 @@ int runPlan(const BakeArguments& arguments) {
   const Result<Scene> scene = loadLevel(arguments, files, MeshReport::log, context);
   if (!scene) return terminal.finish(), fail(scene.error());
 
-  if (!arguments.force && isThere(arguments.plan)) {
-    const Status same = checkExistingPlan(arguments.plan, *scene, *options);
-    if (same) {
-      terminal.finish();
-      touch(arguments.plan);
-      const std::string report = describeRun(context, *options, "", {}, secondsSince(begin), true);
-      if (const Status status = writeSideFiles(arguments, arguments.plan, *scene, report); !status)
-        return fail(status.error());
-      std::printf("%s: up to date (--force makes it again)\n", printable(arguments.plan).c_str());
-      return 0;
-    }
-    context.message(Severity::info, "planning: " + same.error().message);
+  const auto existing = takeExisting(arguments.plan, arguments.force, "planning", context,
+                                     [&] { return existingPlan(arguments.plan, *scene, *options); });
+  if (existing) {
+    terminal.finish();
+    const std::string report = describeRun(context, *options, existing->bake.provenance.rayTracer,
+                                           countsOf(existing->bake), secondsSince(begin), true);
+    return endUpToDate(arguments, arguments.plan, &*scene, report, "a plan of " + sizesOf(*existing));
   }
   const Result<BakePlan> plan = makePlan(*scene, *options, context);
   if (!plan) return terminal.finish(), fail(plan.error());
@@ -144,13 +146,12 @@ int runPlan(const BakeArguments& arguments) {
     if (const Status status = writePlan(*plan, arguments.plan); !status) return terminal.finish(), fail(status.error());
   }
   terminal.finish();
-  const MadeCounts made = countsOf(plan->bake);
   const std::string report =
-      describeRun(context, *options, plan->bake.provenance.rayTracer, made, secondsSince(begin), false);
+      describeRun(context, *options, plan->bake.provenance.rayTracer, countsOf(plan->bake), secondsSince(begin), false);
   if (const Status status = writeSideFiles(arguments, arguments.plan, *scene, report); !status)
     return fail(status.error());
-  std::printf("%s: a plan of %u surfels, %u caches in %.2f s, peak memory %.0f MiB\n",
-              printable(arguments.plan).c_str(), made.surfels, made.caches, secondsSince(begin), peakMemoryMiB());
+  std::printf("%s: a plan of %s in %.2f s, peak memory %.0f MiB\n", printable(arguments.plan).c_str(),
+              sizesOf(*plan).c_str(), secondsSince(begin), peakMemoryMiB());
   return 0;
 }
 
@@ -173,18 +174,14 @@ int runShard(const BakeArguments& arguments) {
   files.write("-o", arguments.output, FileKind::shard);
   if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
   const std::string& rayTracer = plan->bake.provenance.rayTracer;
-  if (!arguments.force && isThere(arguments.output)) {
-    const Status same = checkExistingShard(arguments.output, *plan, *number);
-    if (same) {
-      terminal.finish();
-      touch(arguments.output);
-      const std::string report = describeRun(context, plan->options, rayTracer, {}, secondsSince(begin), true);
-      if (const Status status = writeReport(arguments.reportFile, report); !status) return fail(status.error());
-      std::printf("%s: up to date, shard %s of this plan (--force makes it again)\n",
-                  printable(arguments.output).c_str(), toString(*number).c_str());
-      return 0;
-    }
-    context.message(Severity::info, "shard " + toString(*number) + " again: " + same.error().message);
+  const auto existing = takeExisting(arguments.output, arguments.force, "shard " + toString(*number) + " again",
+                                     context, [&] { return existingShard(arguments.output, *plan, *number); });
+  if (existing) {
+    terminal.finish();
+    const std::string report =
+        describeRun(context, plan->options, rayTracer, countsOf(*plan, *existing), secondsSince(begin), true);
+    return endUpToDate(arguments, arguments.output, nullptr, report,
+                       "shard " + toString(*number) + " of this plan, " + sizesOf(*plan, *existing));
   }
   const Result<Scene> scene = loadLevel(arguments, files, MeshReport::none, context);
   if (!scene) return terminal.finish(), fail(scene.error());
@@ -198,15 +195,12 @@ int runShard(const BakeArguments& arguments) {
       return terminal.finish(), fail(status.error());
   }
   terminal.finish();
-  MadeCounts made = countsOf(plan->bake);
-  made.caches = shard->range.count();
-  made.links = shard->links.count();
-  const std::string report = describeRun(context, plan->options, rayTracer, made, secondsSince(begin), false);
+  const std::string report =
+      describeRun(context, plan->options, rayTracer, countsOf(*plan, *shard), secondsSince(begin), false);
   if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
     return fail(status.error());
-  std::printf("%s: shard %s, %u of %u caches, %u links in %.2f s, peak memory %.0f MiB\n",
-              printable(arguments.output).c_str(), toString(*number).c_str(), made.caches, plan->bake.caches.count(),
-              made.links, secondsSince(begin), peakMemoryMiB());
+  std::printf("%s: shard %s, %s in %.2f s, peak memory %.0f MiB\n", printable(arguments.output).c_str(),
+              toString(*number).c_str(), sizesOf(*plan, *shard).c_str(), secondsSince(begin), peakMemoryMiB());
   return 0;
 }
 

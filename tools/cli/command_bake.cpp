@@ -3,6 +3,7 @@
 // command line for each row of the table of options (relume/bake/options.h) that has a flag; preset, then options file,
 // then flags.
 #include "bake/export/export_level.h"
+#include "formats/chunks.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
@@ -47,26 +48,22 @@ std::string describeOptions(const BakeOptions& options) {
   return text + "}\n";
 }
 
-// The bake that stands at the output, when scene and options would give it again. Whatever is wrong with it: no.
-std::optional<Bake> existingBake(const BakeArguments& arguments, const Scene& scene, const BakeOptions& options,
-                                 Context& context) {
-  std::error_code ignored;
-  if (arguments.force || arguments.verify || !std::filesystem::is_regular_file(arguments.output, ignored))
-    return std::nullopt;
-  const Result<Bake> bake = mapBake(arguments.output);
-  if (!bake) {
-    context.message(Severity::info, "baking: " + bake.error().message);
-    return std::nullopt;
-  }
+// The bake that stands at the output, when scene and options would give its file again. Whatever is wrong with it: no.
+Result<Bake> existingBake(const std::string& output, const Scene& scene, const BakeOptions& options, Context& context) {
+  Result<Bake> bake = mapBake(output);
+  if (!bake) return bake;
+  const Result<bool> packed = isPackedFile(output);
+  if (!packed) return packed.error();
+  if (*packed)
+    return Error{ErrorCode::usage, "\"" + output +
+                                       "\" is a packed bake (relume pack) and will be a plain one; pack to another "
+                                       "name to keep both"};
   const Staleness stale = findStaleness(scene, &options, *bake);
   constexpr std::size_t kMaxNamed = 8;
-  const std::vector<std::string> sentences = stale.sentences();
-  for (std::size_t i = 0; i < std::min(kMaxNamed, sentences.size()); ++i)
-    context.message(Severity::info, "baking: " + sentences[i]);
-  if (sentences.size() > kMaxNamed)
-    context.message(Severity::info, "baking: and " + std::to_string(sentences.size() - kMaxNamed) + " changes more");
-  if (!stale.upToDate()) return std::nullopt;
-  return *bake;
+  const std::string changes = listChanges(stale.sentences(), kMaxNamed);
+  if (!stale.upToDate()) return Error{ErrorCode::usage, changes};
+  if (!changes.empty()) context.message(Severity::info, "baking: " + changes);
+  return bake;
 }
 
 // The level with the bake's light-map coordinates.
@@ -88,10 +85,6 @@ CommandFiles filesOf(const BakeArguments& arguments) {
   files.write("--depfile", arguments.depfile, FileKind::depfile);
   files.force = arguments.force;
   return files;
-}
-
-MadeCounts countsOf(const Bake& bake) {
-  return {bake.surfels.count(), bake.hierarchy.nodeCount(), bake.caches.count(), bake.links.count()};
 }
 
 // What --plan and --shard go with.
@@ -134,17 +127,18 @@ int runBake(const BakeArguments& arguments) {
   if (!arguments.exportedLevel.empty()) {
     if (const Status status = checkExportable(arguments.scene); !status) return terminal.finish(), fail(status.error());
   }
-  if (const std::optional<Bake> existing = existingBake(arguments, *scene, *options, context)) {
+  const auto existing = takeExisting(arguments.output, arguments.force || arguments.verify, "baking", context,
+                                     [&] { return existingBake(arguments.output, *scene, *options, context); });
+  if (existing) {
     const Status exported = writeLevel(arguments, *scene, *existing, context);
     terminal.finish();
     if (!exported) return fail(exported.error());
-    touch(arguments.output);
+    const MadeCounts there = countsOf(*existing);
     const std::string report =
-        describeRun(context, *options, existing->provenance.rayTracer, countsOf(*existing), secondsSince(begin), true);
-    if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
-      return fail(status.error());
-    std::printf("%s: up to date (--force bakes again)\n", printable(arguments.output).c_str());
-    return 0;
+        describeRun(context, *options, existing->provenance.rayTracer, there, secondsSince(begin), true);
+    return endUpToDate(arguments, arguments.output, &*scene, report,
+                       std::to_string(there.surfels) + " surfels, " + std::to_string(there.caches) + " caches, " +
+                           std::to_string(there.links) + " links");
   }
   const Result<Bake> baked = bake(*scene, *options, context);
   if (!baked) return terminal.finish(), fail(baked.error());

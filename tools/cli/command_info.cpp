@@ -102,7 +102,9 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options, 
   if (!chunks) return chunks.error();
   const Result<std::uint64_t> hash = identifyBakeFile(file);
   if (!hash) return hash.error();
-  return describeBake(*bake, *chunks, *hash);
+  const Result<bool> packed = isPackedFile(file);
+  if (!packed) return packed.error();
+  return describeBake(*bake, *chunks, *hash, *packed);
 }
 
 int runInfo(const InfoArguments& arguments) {

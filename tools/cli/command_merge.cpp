@@ -60,7 +60,7 @@ int runMerge(const MergeArguments& arguments) {
       return terminal.finish(), fail(status.error());
   }
   terminal.finish();
-  const MadeCounts made{bake->surfels.count(), bake->hierarchy.nodeCount(), bake->caches.count(), bake->links.count()};
+  const MadeCounts made = countsOf(*bake);
   const std::string report =
       describeRun(context, options, bake->provenance.rayTracer, made, secondsSince(begin), false);
   if (const Status status = writeReport(arguments.reportFile, report); !status) return fail(status.error());

@@ -226,13 +226,11 @@ SpacingStatistics surfelSpacing(const Surfels& surfels) {
   return s;
 }
 
-Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash) {
+Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed) {
   const Provenance& p = bake.provenance;
   const Result<Json> options = readJson(p.optionsJson);
   std::uint64_t bytes = 0;
   for (const ChunkInfo& c : chunks) bytes = std::max(bytes, c.offset + c.bytes);
-  const bool packed =
-      std::any_of(chunks.begin(), chunks.end(), [](const ChunkInfo& c) { return c.coding != kUncoded; });
   Json instances = Json::array();
   for (const BakedInstance& i : bake.instances)
     instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});

@@ -22,8 +22,8 @@ struct SpacingStatistics {
 SpacingStatistics surfelSpacing(const Surfels& surfels);
 
 // What exported levels call the bake (identifyBakeFile()), sizes, chunk table, options, statistics of surfels,
-// hierarchy, caches and links.
-nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash);
+// hierarchy, caches and links. packed: isPackedFile().
+nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed);
 
 // Meshes, instances, materials, cameras, lights, volumes, bounds, and the mesh report (check_mesh.h).
 nlohmann::json describeScene(const Scene& scene, Context& context);

@@ -26,11 +26,11 @@ bool beginsAsABake(const std::string& path) {
 
 }  // namespace
 
-Status reserveBake(Context& context, std::string_view stage, const std::string& path) {
+Status reserveBake(Context& context, std::string_view stage, const std::string& path, double copies) {
   std::error_code missing;
   const auto bytes = static_cast<double>(std::filesystem::file_size(path, missing));
   if (missing || !beginsAsABake(path)) return done();
-  return reserveMemory(context, stage, bytes, "\"" + path + "\"", "use a smaller bake");
+  return reserveMemory(context, stage, copies * bytes, "\"" + path + "\"", "use a smaller bake");
 }
 
 }  // namespace relume

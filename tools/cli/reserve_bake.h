@@ -11,7 +11,8 @@
 namespace relume {
 
 // Done where the file fits into Context::maxMemory (bake/base/memory_budget.h), or is no bake or not there, which its
-// reader says better. A bake is held as its file is: mapped, and read whole for its checksums.
-Status reserveBake(Context& context, std::string_view stage, const std::string& path);
+// reader says better. A bake is held as its file is: mapped, and read whole for its checksums. copies: times that it is
+// held.
+Status reserveBake(Context& context, std::string_view stage, const std::string& path, double copies = 1.0);
 
 }  // namespace relume

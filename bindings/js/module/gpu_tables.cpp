@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A bake as the lists that src/webgl.js puts into textures, and the shaders of its passes (shaders/webgl). Lists that
-// the bake has as they are wanted are lent; the others are made here and live until relume_web_free_tables().
+// A bake as the lists that src/webgl_tables.js puts into textures, and the shaders of its passes (shaders/webgl). Lists
+// that the bake has as they are wanted are lent; the others are made here and live until relume_web_free_tables().
+#include "formats/compact_links.h"
 #include "runtime/c_handles.h"
 #include "runtime/shared/bands.h"
 #include "runtime/shared/pack_color.h"
@@ -77,7 +78,7 @@ Tables* relume_web_make_tables(const relume_bake* handle) try {
   for (const relume::ConeLink& cone : links.cone)
     tables->cones.push_back({cone.node, cone.transfer | std::uint32_t{cone.cosAlpha} << 16, cone.direction, 0});
 
-  std::uint32_t gridLinks = links.rowBegin[bake.caches.firstMapCache()];
+  const auto gridLinks = static_cast<std::uint32_t>(relume::countGridLinks(bake.caches, links));
   auto& w = tables->words;
   const auto add = [&w](const void* data, std::size_t count) {
     w.push_back(addressOf(data));
@@ -119,8 +120,8 @@ int relume_web_bands_on_map(int bands, int irradianceOnMap) {
   return held.onMap(bands);
 }
 
-// Text of a file of shaders/ with its includes, until the next call; without definitions and #version. "" and
-// relume_web_error() where there is none.
+// Text of a file of shaders/ with its includes, until the next call; without definitions and #version. "" where there
+// is none.
 const char* relume_web_shader(const char* path, const char* visibilityGlsl) {
   static std::string text;
   relume::Result<std::string> expanded = relume::expandShader(path, {}, visibilityGlsl);

@@ -21,7 +21,7 @@ export function hasSimd() {
   return typeof WebAssembly === 'object' && WebAssembly.validate(kSimdProbe);
 }
 
-const isNode = typeof process === 'object' && typeof process.versions?.node === 'string';
+export const isNode = typeof process === 'object' && typeof process.versions?.node === 'string';
 
 // One module for all bakes of a page, unless options ask for one of their own.
 let shared = null;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The worker of worker_relighter.js: one bake and its relighter. Messages in: {id, call, ...}; out: {id, result}, {id, error}, or
 // {progress}.
-import {loadBake, loadModule, RelumeError, Relighter} from './core.js';
+import {isNode, loadBake, loadModule, RelumeError, Relighter} from './core.js';
 
-const isNode = typeof process === 'object' && typeof process.versions?.node === 'string';
 const threads = 'node:worker_threads';  // in a variable, so that bundlers for pages let it be
 const port = isNode ? (await import(/* @vite-ignore */ threads)).parentPort : self;
 const listen = (handle) => (isNode ? port.on('message', handle) : port.addEventListener('message', (event) => handle(event.data)));

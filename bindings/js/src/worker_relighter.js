@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The relighter in a worker, so that a page's frames wait for nothing: relight() gives a promise of what the frame wants.
-import {RelumeError} from './core.js';
-
-const isNode = typeof process === 'object' && typeof process.versions?.node === 'string';
+import {isNode, RelumeError} from './core.js';
 
 async function makeWorker() {
   const url = new URL('./worker.js', import.meta.url);

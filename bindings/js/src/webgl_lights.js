@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The host's lights, checked, as the passes read them.
+import {RelumeError} from './core.js';
+
+const kUsage = 1;
+
+export const isVector = (v) => v && v.length === 3 && Array.prototype.every.call(v, Number.isFinite);
+export const refuse = (text) => { throw new RelumeError(text, kUsage); };
+
+// RelumeLight of shaders/shared/layout.h, twelve floats, as runtime/gl/passes.cpp packs it.
+export function packLight(light, i, to) {
+  if (!['directional', 'point', 'spot'].includes(light.kind)) {
+    refuse(`lights[${i}].kind is ${JSON.stringify(light.kind)}, expected "directional", "point" or "spot"`);
+  }
+  if (!isVector(light.intensity) || light.intensity.some((v) => v < 0 || v > 1e20)) refuse(`lights[${i}].intensity is ${light.intensity}, expected three numbers in [0..1e20]`);
+  const directional = light.kind === 'directional', spot = light.kind === 'spot', at = 12 * i;
+  const position = light.position ?? [0, 0, 0], direction = light.direction ?? [0, 0, -1];
+  if (!directional && !isVector(position)) refuse(`lights[${i}].position is ${position}, expected three finite numbers`);
+  const length = Math.hypot(...direction);
+  if ((directional || spot) && !(Math.abs(length - 1) <= 0.01)) refuse(`lights[${i}].direction has length ${length}, expected 1`);
+  const range = light.range ?? 0, inner = light.innerConeAngle ?? 0, outer = light.outerConeAngle ?? Math.PI / 4;
+  if (!(range >= 0)) refuse(`lights[${i}].range is ${range}, expected >= 0`);
+  if (spot && !(inner >= 0 && inner <= outer && outer <= Math.PI)) refuse(`lights[${i}]: cone angles ${inner}, ${outer}, expected 0 <= inner <= outer <= pi`);
+  const cosOuter = Math.cos(outer), coneScale = spot ? 1 / Math.max(Math.cos(inner) - cosOuter, 0.001) : 0;
+  to.set(position, at);
+  to[at + 3] = directional ? -1 : range > 0 ? 1 / (range * range) : 0;
+  if (directional || spot) to.set(direction.map((v) => v / length), at + 4);
+  to[at + 7] = coneScale;
+  to.set(light.intensity, at + 8);
+  to[at + 11] = spot ? -cosOuter * coneScale : 1;
+}

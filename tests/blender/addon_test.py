@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: MIT
+"""The add-on of bindings/blender in Blender without a window, by its operators, on scenes that are made here.
+
+    blender -b --factory-startup --python addon_test.py -- ADDON.zip RELUME FOLDER
+
+BLENDER_USER_SCRIPTS is a folder for the add-on (addon_test.sh). What `relume` itself does with levels has tests of its own.
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+import tomllib
+import traceback
+import types
+
+import bpy
+import numpy
+
+ADDON, RELUME, FOLDER = sys.argv[sys.argv.index("--") + 1:]
+FOLDER = pathlib.Path(FOLDER)
+LAYER = "Relume"
+
+
+def relume_says(*words):
+    return subprocess.run([RELUME, *words], capture_output=True, text=True, check=True).stdout
+
+
+def info(path):
+    return json.loads(relume_says("info", "--json", path))
+
+
+def make_material(name, color):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = material.use_backface_culling = True
+    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*color, 1)
+    return material
+
+
+def add_box(name, center, size, material, inward=False):
+    low, high = [c - s / 2 for c, s in zip(center, size)], [c + s / 2 for c, s in zip(center, size)]
+    corners = [tuple((high if i >> axis & 1 else low)[axis] for axis in range(3)) for i in range(8)]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return add_mesh(name, corners, [face[::-1] for face in faces] if inward else faces, material)
+
+
+def add_mesh(name, corners, faces, material):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], faces)
+    mesh.materials.append(material)
+    object_ = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(object_)
+    return object_
+
+
+def make_scene(scale=1.0):
+    """A room with a lamp, drawn in units of 1 / scale metres."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    bpy.ops.preferences.addon_enable(module="relume")
+    bpy.context.preferences.addons["relume"].preferences.program = RELUME
+    scene = bpy.context.scene
+    scene.unit_settings.scale_length = 1 / scale
+    grey, red = make_material("grey", (0.6, 0.6, 0.6)), make_material("red", (0.7, 0.1, 0.1))
+    at = lambda *values: [scale * value for value in values]
+    add_box("Room", at(0, 0, 1.25), at(4, 5, 2.5), grey, inward=True)
+    crate = add_box("Crate", at(0, 0, 0.35), at(0.7, 0.7, 0.7), red)
+    crate.location = at(-1, 1, 0)
+    copy = bpy.data.objects.new("Crate.copy", crate.data)
+    copy.location = at(1, 1, 0)
+    bpy.context.collection.objects.link(copy)
+    # One face of four corners, bent by a right angle between its two triangles.
+    add_mesh("Bent", [at(*p) for p in ((-1, -1, 0.4), (-0.2, -1, 0.4), (-0.2, -0.2, 1.2), (-1, -0.2, 0.4))], [(0, 1, 2, 3)], grey)
+    fence = add_box("Fence", at(1.5, -1, 0.5), at(0.1, 0.1, 1), grey)
+    fence.modifiers.new("Array", "ARRAY").count = 3
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    lamp.data.energy, lamp.location = 100 * scale * scale, at(0, 0, 2)
+    bpy.context.collection.objects.link(lamp)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = at(0, -2.2, 1.4), (1.4, 0, 0)
+    bpy.context.collection.objects.link(camera)
+    scene.camera = camera
+    settings = scene.relume_settings
+    settings.preset, settings.width, settings.height = "draft", 160, 90
+    options = FOLDER / "options.json"
+    options.write_text('{"surfels": {"count": 2048}, "links": {"raysPerCache": 128}}')
+    settings.options = str(options)
+    settings.bake = str(FOLDER / "room.relume")
+    return scene
+
+
+def triangles(mesh):
+    """Of each triangle its three corners and coordinates, n x 3 x 5, in an order that only they decide."""
+    mesh.calc_loop_triangles()
+    layer = mesh.uv_layers[LAYER].data
+    rows = [sorted((*mesh.vertices[mesh.loops[loop].vertex_index].co, *layer[loop].uv) for loop in triangle.loops)
+            for triangle in mesh.loop_triangles]
+    return numpy.array(sorted(rows))
+
+
+def refused(act, *words):
+    try:
+        act()
+    except RuntimeError as error:
+        assert all(word in str(error) for word in words), error
+        return
+    raise AssertionError(f"accepted what should say {words}")
+
+
+def coordinates_are_those_of_the_level(scene):
+    """Against Blender's own importer."""
+    mine = {name: triangles(bpy.data.objects[name].data) for name in ("Room", "Crate", "Crate.copy", "Bent")}
+    assert bpy.data.objects["Crate"].data != bpy.data.objects["Crate.copy"].data, "linked copies have one place on the map"
+    assert LAYER not in bpy.data.objects["Fence"].data.uv_layers
+    bpy.ops.relume.export(filepath=str(FOLDER / "game.glb"))
+    assert subprocess.run([RELUME, "status", FOLDER / "game.glb", FOLDER / "game.relume"], capture_output=True).returncode == 0
+    numpy.bool = bool  # Debian's numpy is newer than its Blender's importer
+    before = set(bpy.data.objects)
+    bpy.ops.import_scene.gltf(filepath=str(FOLDER / "game.glb"))
+    imported = {each.name.removesuffix(".001"): each for each in bpy.data.objects if each not in before and each.type == "MESH"}
+    for name, expected in mine.items():
+        mesh = imported[name].data
+        mesh.uv_layers[1].name = LAYER
+        found = triangles(mesh)
+        assert found.shape == expected.shape, name
+        assert numpy.abs(found - expected).max() < 1e-4, (name, numpy.abs(found - expected).max())
+    # What is on the map has a place there, its own: centres of triangles, to a thousandth of the map. Undersides of crates are not.
+    mapped = [rows[:, :, 3:][numpy.any(rows[:, :, 3:] != (1, 0), axis=(1, 2))] for rows in mine.values()]
+    assert [len(rows) for rows in mapped] == [12, 10, 10, 2], [len(rows) for rows in mapped]
+    places = numpy.concatenate(mapped)
+    assert numpy.all(numpy.abs(numpy.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])) > 1e-6)
+    assert len({tuple(each) for each in numpy.round(places.mean(axis=1), 3)}) == len(places)
+    assert places.min() >= 0 and places.max() <= 1
+
+
+def test_versions():
+    import relume
+    folder = pathlib.Path(relume.__file__).parent
+    with open(folder / "blender_manifest.toml", "rb") as file:
+        manifest = tomllib.load(file)
+    version = ".".join(map(str, relume.bl_info["version"]))
+    assert manifest["version"] == version == relume_says("--version").split()[1], (manifest, version)
+    assert manifest["name"] == relume.bl_info["name"]
+
+
+def test_bake():
+    scene = make_scene()
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    baked = (FOLDER / "room.relume").read_bytes()
+    assert info(FOLDER / "room.relume")["surfels"]["count"] == 2048
+    assert len(bpy.data.objects["Bent"].data.polygons) == 2, "a chart ends inside its face"
+    assert len(bpy.data.objects["Crate"].data.polygons) == 6
+    # Neither our UV map nor the cut faces are a change of the level.
+    stamp = os.stat(FOLDER / "room.relume").st_ino
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    assert os.stat(FOLDER / "room.relume").st_ino == stamp, "baked again"
+    assert (FOLDER / "room.relume").read_bytes() == baked
+    assert [layer.name for layer in bpy.data.objects["Crate"].data.uv_layers] == [LAYER]
+    coordinates_are_those_of_the_level(scene)
+
+
+def preview():
+    assert bpy.ops.relume.preview() == {"FINISHED"}
+    image = bpy.data.images["Relume preview"]
+    assert tuple(image.size) == (160, 90)
+    return numpy.array(image.pixels[:]).reshape(-1, 4)[:, :3].mean()
+
+
+def test_preview():
+    make_scene()
+    refused(bpy.ops.relume.preview, "there is no bake", "bake first") if not (FOLDER / "room.relume").exists() else None
+    bpy.ops.relume.bake()
+    bright = preview()
+    bpy.data.lights["Lamp"].energy *= 0.25
+    dim = preview()
+    assert bright > 1.2 * dim > 0.01, (bright, dim)
+    bpy.context.scene.camera = None
+    assert preview() > 0
+    bpy.data.objects["Crate"].location.x += 0.5
+    refused(bpy.ops.relume.preview, "Crate")
+    bpy.context.preferences.addons["relume"].preferences.program = str(FOLDER / "none")
+    refused(bpy.ops.relume.bake, "is not a program", "preferences")
+
+
+def test_units():
+    """A scene in centimetres is the level that it is in metres."""
+    found, means = [], []
+    for scale in (1.0, 100.0):
+        scene = make_scene(scale)
+        from relume import level
+        level.export(scene, str(FOLDER / "level.glb"))
+        said = info(FOLDER / "level.glb")
+        lamp = said["lights"][0]
+        bpy.ops.relume.bake()
+        found.append([said["boundsMinM"], said["boundsMaxM"], lamp["positionM"], lamp["intensity"]])
+        means.append(preview())
+        assert said["lightUnit"] == "photometric"
+        assert numpy.allclose(lamp["intensity"], 100 / (4 * numpy.pi), rtol=1e-4), lamp
+    assert numpy.allclose(*found, rtol=1e-5, atol=1e-5), found
+    assert abs(means[0] / means[1] - 1) < 0.01, means  # positions round otherwise, and so do bakes
+    assert numpy.allclose(found[0][:2], [[-2, 0, -2.5], [2, 2.5, 2.5]], atol=1e-5), found[0]
+
+
+def test_cancel():
+    make_scene()
+    from relume import level, program
+    level.export(bpy.context.scene, str(FOLDER / "level.glb"))
+    output = FOLDER / "cancelled.relume"
+    run = program.Run(RELUME, "bake", FOLDER / "level.glb", "-o", output, "--preset", "draft", "--rays", "65536", "--threads", "1")
+    while run.stage != "links" and not run.ended():
+        pass
+    assert 0 < run.overall < 1
+    run.cancel()
+    assert run.wait().cancelled and not output.exists()
+    refused_by_name = program.Run(RELUME, "bake", FOLDER / "none.glb", "-o", output).wait()
+    try:
+        refused_by_name.check()
+    except program.RelumeError as error:
+        assert "none.glb" in str(error)
+    else:
+        raise AssertionError("a level that is not there")
+
+
+class Window:
+    """Takes the place of a context with a window, which Blender has none of here, and keeps what is told to it."""
+
+    def __init__(self):
+        self.scene, self.preferences, self.window = bpy.context.scene, bpy.context.preferences, None
+        self.window_manager = self.workspace = self
+        self.texts, self.timers, self.ended, self.handlers, self.shares = [], 0, 0, 0, []
+        self.status_text_set, self.progress_update = self.texts.append, self.shares.append
+
+    def event_timer_add(self, seconds, window):
+        self.timers += 1
+        return "timer"
+
+    def event_timer_remove(self, timer):
+        assert timer == "timer"
+        self.timers -= 1
+
+    def modal_handler_add(self, operator):
+        self.handlers += 1
+
+    def progress_begin(self, low, high):
+        assert (low, high) == (0, 100)
+
+    def progress_end(self):
+        self.ended += 1
+
+
+def run_in_window(escape_at=None):
+    """The bake, driven by events as a window drives it."""
+    from relume import operators
+
+    class Baking(operators.Command):
+        words, done = operators.Bake.words, operators.Bake.done
+        said = []
+
+        def report(self, kind, text):
+            self.said.append(text)
+
+    window, operator = Window(), Baking()
+    ended = operator.invoke(window, None)
+    while ended == {"RUNNING_MODAL"}:
+        time.sleep(0.01)
+        if escape_at and operator._run.stage == escape_at:
+            operator.modal(window, types.SimpleNamespace(type="ESC"))
+        assert operator.modal(window, types.SimpleNamespace(type="MOUSEMOVE")) == {"PASS_THROUGH"}
+        ended = operator.modal(window, types.SimpleNamespace(type="TIMER"))
+    assert (window.timers, window.ended, window.handlers) == (0, 1, 1) and window.texts[-1] is None
+    return ended, window, operator.said
+
+
+def test_window():
+    scene = make_scene()
+    ended, window, said = run_in_window()
+    assert ended == {"FINISHED"}, said
+    assert any("caches" in text for text in said) and LAYER in bpy.data.objects["Room"].data.uv_layers
+    assert window.shares and max(window.shares) <= 100 and all("Esc: cancel" in text for text in window.texts[:-1])
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    pathlib.Path(scene.relume_settings.bake).unlink()
+    scene.relume_settings.preset = "best"
+    ended, window, said = run_in_window(escape_at="links")
+    assert ended == {"CANCELLED"} and not pathlib.Path(scene.relume_settings.bake).exists()
+    assert any("cancelled" in text for text in said)
+
+
+try:
+    bpy.ops.preferences.addon_install(filepath=ADDON)
+    make_scene()
+    for name, test in [each for each in globals().items() if each[0].startswith("test_")]:
+        for left in FOLDER.glob("*.relume"):
+            left.unlink()
+        test()
+        print(f"passed: {name}", flush=True)
+except Exception:  # Blender itself would end with 0
+    traceback.print_exc()
+    sys.exit(1)
