@@ -5,7 +5,7 @@
 #                           (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
 #   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; the browser's tests of
-#                           three.js and of the sample page (three by npm); clang-tidy; the packages on a bare Debian 12; the
+#                           three.js and of the sample page (three by npm), Blender's; clang-tidy; the packages on a bare Debian 12; the
 #                           runtime on 64-bit ARM
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,6 +25,7 @@ done
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
 install_packages packages.txt
+if [ "$long" -eq 1 ]; then install_packages packages.txt long || echo "packages.txt: packages of the long run are missing" >&2; fi
 install_packages packages.txt optional || echo "packages.txt: optional packages are missing, the tests that need them skip" >&2
 
 step "release"

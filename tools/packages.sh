@@ -6,16 +6,16 @@ end_if_configure_only() {
   if [ "${RELUME_CONFIGURE_ONLY:-0}" = 1 ]; then exit 0; fi
 }
 
-# install_packages LIST [optional]: install the Debian packages of a list file that are missing; needs root or sudo only
-# then. The list goes to the line that starts with "# Optional"; `optional` installs those after it instead,
-# each for itself.
+# install_packages LIST [optional|long]: install the Debian packages of a list file that are missing; needs root or sudo
+# only then. The list goes to the line that starts with "# Optional"; `optional` installs those after it instead, up to
+# the line that starts with "# Long", and `long` those after that, each for itself.
 install_packages() {
   local wanted missing=() package
-  if [ "${2:-}" = optional ]; then
-    wanted=$(sed -e '1,/^# Optional/d' -e '/^#/d' "$1")
-  else
-    wanted=$(sed -e '/^# Optional/,$d' -e '/^#/d' "$1")
-  fi
+  case "${2:-}" in
+    optional) wanted=$(sed -e '1,/^# Optional/d' -e '/^# Long/,$d' -e '/^#/d' "$1") ;;
+    long) wanted=$(sed -e '1,/^# Long/d' -e '/^#/d' "$1") ;;
+    *) wanted=$(sed -e '/^# Optional/,$d' -e '/^#/d' "$1") ;;
+  esac
   for package in $wanted; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
   done
@@ -26,9 +26,9 @@ install_packages() {
     command -v sudo >/dev/null || { echo "Not root and no sudo: install the packages above, then run this again." >&2; return 1; }
     sudo=(sudo)
   fi
-  "${sudo[@]}" apt-get update -qq || [ "${2:-}" = optional ]
+  "${sudo[@]}" apt-get update -qq || [ -n "${2:-}" ]
   local install=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends) failed=0
-  if [ "${2:-}" = optional ]; then
+  if [ -n "${2:-}" ]; then
     for package in "${missing[@]}"; do "${install[@]}" "$package" >/dev/null || failed=1; done  # one that fails stops no other
     return "$failed"
   fi
