@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr float kSolid = 7.0f;      // optical depth of an occupied voxel, and the most of any: 0.1 % goes through
+constexpr float kSolid = 7.0f;      // optical depth of a voxel of a wall: 0.1 % goes through
 constexpr float kSpent = 0.01f;     // a cone ends where no more of it is clear
 constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begins
 constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
@@ -54,15 +54,18 @@ glm::vec3 axisOf(std::uint32_t direction) {
   return axis;
 }
 
-// Both sides of an occupied voxel, by their areas.
-glm::vec3 meanRadiance(const VoxelVolume& volume, const glm::ivec3& voxel) {
-  const glm::vec3 any(1.0f, 0.0f, 0.0f);
-  const std::uint32_t side = volume.sideAt(voxel, any);
-  if (side == kNoSide) return glm::vec3(0.0f);
-  const std::uint32_t front = side & ~1u;
-  const VoxelRadiance& radiance = volume.radiance()[front / 2];
-  const float a = volume.side(front).area, b = volume.side(front + 1).area;
-  return a + b > 0.0f ? (a * radiance.front + b * radiance.back) / (a + b) : 0.5f * (radiance.front + radiance.back);
+// What a ray of a direction sees of an occupied voxel; with one direction for all, the mean of its sides by their
+// areas.
+glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, bool sides) {
+  const std::uint32_t side = volume.sideAt(voxel, direction);
+  if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolid};
+  const VoxelRadiance& r = volume.radiance()[side / 2];
+  // A wall has one voxel in each column along its longest axis, and so fewer to its area where it is slanted.
+  const float depth = kSolid * 127.0f /
+                      static_cast<float>(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2]), 1}));
+  if (sides) return {depth * (side % 2 == 0 ? r.front : r.back), depth};
+  const float a = volume.side(side & ~1u).area, b = volume.side(side | 1u).area;
+  return {depth * glm::mix(r.back, r.front, a + b > 0.0f ? a / (a + b) : 0.5f), depth};
 }
 
 // Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction
@@ -75,8 +78,6 @@ bool isBehind(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec
   };
   return before(volume.side(side)) < before(volume.side(side ^ 1u));
 }
-
-glm::vec4 solid(const glm::vec3& radiance) { return {kSolid * radiance, kSolid}; }
 
 // The 2 x 2 x 2 parts of a voxel, seen along one of six directions: the mean of four columns.
 glm::vec4 alongAxis(const std::array<glm::vec4, 8>& part, std::uint32_t direction) {
@@ -189,7 +190,7 @@ Status RadianceMips::update(const VoxelVolume& volume) {
                 const Level& below = levels_[l - 1];
                 if (isInside(below.size, child)) p = below.voxel[indexIn(below.size, child) * per + d];
               } else if (volume.bits()[grid.cellOf(child)] >> brickBit(child) & 1u) {
-                p = solid(per == 1 ? meanRadiance(volume, child) : volume.radianceAt(child, axisOf(d)));
+                p = ofVoxel(volume, child, axisOf(d), per > 1);
               }
               empty = empty && p.w == 0.0f;
             }
@@ -223,7 +224,7 @@ glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& p
     if (!within && !grid.holds(v)) continue;
     if ((volume.bits()[grid.cellOf(v)] >> brickBit(v) & 1u) == 0) continue;
     if (before != nullptr && isBehind(volume, v, direction, *before)) continue;
-    sum += corners.weight(i) * solid(perVoxel() == 1 ? meanRadiance(volume, v) : volume.radianceAt(v, direction));
+    sum += corners.weight(i) * ofVoxel(volume, v, direction, perVoxel() > 1);
   }
   return sum;
 }

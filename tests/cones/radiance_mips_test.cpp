@@ -83,6 +83,33 @@ TEST(RadianceMips, nothingShinesThroughAWallOfOneVoxel) {
   }
 }
 
+// Fewer voxels stand for a slanted wall; and what covers half of a wide voxel and half of the next may cover the same
+// half.
+TEST(RadianceMips, slantedWallsLetLittleThrough) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+  float worst = 0.0f, sum = 0.0f;
+  int cones = 0;
+  for (int turn = 0; turn < 24; ++turn) {
+    const glm::quat q = glm::normalize(glm::quat(uniform(random), uniform(random), uniform(random), uniform(random)));
+    VoxelLevel level;
+    level.surfaces = {sending(glm::vec3(0.0f)), sending(glm::vec3(1.0f))};
+    level.addBox(glm::vec3(-4.0f), glm::vec3(4.0f), true);
+    for (glm::vec3& p : level.meshes[0].position) p = q * p;
+    level.addBox(glm::vec3(-9.0f), glm::vec3(9.0f), true, 1);
+    const Lit lit(level, boxed(glm::vec3(-9.0f), glm::vec3(9.0f)), true);
+    for (int k = 0; k < 40; ++k) {
+      const glm::vec3 d = glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
+      const ConeLight light = lit.trace({q * glm::vec3(uniform(random), uniform(random), uniform(random)), d, d, 0.1f});
+      worst = std::max(worst, light.radiance.x);
+      sum += light.radiance.x;
+      ++cones;
+    }
+  }
+  EXPECT_LE(sum / static_cast<float>(cones), 0.045f);
+  EXPECT_LE(worst, 0.45f);
+}
+
 TEST(RadianceMips, theTwoSidesOfAWallStayApartAtEveryLevel) {
   VoxelLevel level;
   level.surfaces = {sending({1, 0, 0})};
