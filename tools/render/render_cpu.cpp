@@ -104,9 +104,9 @@ class CpuRenderer {
 
   // Light of the caches in the volume's cells.
   void addLive(std::size_t pixel, const glm::vec3& reflected, const SeenSurface& seen) const {
-    const CellStencil stencil = live_->all.stencil(seen.positionWorld, seen.normal);
-    frame_.indirect[pixel] += reflected * live_->all.irradianceBy(stencil, seen.normal);
-    if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradianceBy(stencil, seen.normal);
+    const LiveIrradiance light = live_->irradiance(seen.positionWorld, seen.normal);
+    frame_.indirect[pixel] += reflected * light.all;
+    if (request_.straight) frame_.straight[pixel] += reflected * light.straight;
   }
 
   // Add what a surface mirrors as its material says. Its normal is bent by the normal map, and its albedo becomes what
@@ -154,7 +154,7 @@ class CpuRenderer {
     const SeenSurface seen = seenAt(scene, ray, hit);
     glm::vec3 irradiance = directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) irradiance += linkIrradiance(scene, *request_.bake, *relit_.all, seen);
-    if (live_) irradiance += live_->all.irradiance(seen.positionWorld, seen.normal);
+    if (live_) irradiance += live_->irradiance(seen.positionWorld, seen.normal).all;
     return kInvPi * albedoAt(scene, seen.point) * irradiance + emissionOf(hit, seen);
   }
 
@@ -198,16 +198,6 @@ class CpuRenderer {
   CameraRays rays_;
 };
 
-// What the passes cost and hold.
-void describeLive(const LiveView& live, RenderedFrame& frame) {
-  frame.frames = live.frames;
-  frame.bands = "live light";
-  frame.passTimes = live.volume.passTimes();
-  for (const PassTime& pass : live.all.passTimes()) frame.passTimes.push_back(pass);
-  frame.bufferBytes = live.volume.bufferSizes();
-  for (const auto& buffer : live.all.bufferSizes()) frame.bufferBytes.push_back(buffer);
-}
-
 }  // namespace
 
 Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& request, Context& context) {
@@ -240,7 +230,12 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
   }
-  if (live) describeLive(*live, frame);
+  if (live) {
+    frame.frames = live->frames;
+    frame.bands = live->name();
+    frame.passTimes = live->passTimes();
+    frame.bufferBytes = live->bufferSizes();
+  }
   return frame;
 }
 
