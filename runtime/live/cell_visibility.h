@@ -37,8 +37,12 @@ struct CellOcclusion {
   std::span<const glm::vec3> places{};  // [voxels] [Size 0 or cells] where each cell receives light; 0 = anywhere in it
 
   bool isSet(const glm::vec3& place) const {
-    const glm::ivec3 v(glm::floor(place));
-    return grid.holds(v) && (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0;
+    // Places may be as far outside as no int counts.
+    const glm::vec3 size(grid.voxels());
+    if (!(glm::all(glm::greaterThanEqual(place, glm::vec3(0.0f))) && glm::all(glm::lessThan(place, size))))
+      return false;
+    const glm::ivec3 v(place);
+    return (bits[grid.cellOf(v)] >> brickBit(v) & 1u) != 0;
   }
 
   // Whether light from X, which lies on a surface with unit normal n, reaches P. `jitter` [0..1). [voxels, finite]

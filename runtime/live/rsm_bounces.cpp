@@ -5,16 +5,21 @@
 #include "formats/sphere_points.h"
 #include "runtime/shared/chunks.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <type_traits>
 
 namespace relume {
 namespace {
 
 constexpr std::uint32_t kCells = 16;  // of a chunk
 
+constexpr float kTouching2 = 1e-12f;  // [m²] nearer than a micrometre a direction means nothing
+constexpr float kMaxLight = 1e24f;    // of a sample: sums and bounces of it stay finite
 constexpr auto kSide = static_cast<float>(kBrickSide);
 
 // Call body with the numbers of coefficients of luma and chroma as constants, so that its loops are unrolled.
@@ -44,14 +49,15 @@ void addSampleOf(const RsmSample& sample, const glm::vec3& positionWorld, const 
   const glm::vec3 toSample = sample.positionWorld - positionWorld;
   const float distance2 = glm::dot(toSample, toSample);
   const float facing = -glm::dot(toSample, sample.normal);
-  if (!(facing > 0.0f)) return;
+  if (!(facing > 0.0f) || !(distance2 > kTouching2)) return;
   if (occlusion != nullptr && !occlusion->reaches(occlusion->grid.toGrid(positionWorld),
                                                   occlusion->grid.toGrid(sample.positionWorld), sample.normal, jitter))
     return;
   const float distance = std::sqrt(distance2);
   std::array<float, 9> basis;
   evaluateSh(kMaxFieldBands, toSample / distance, basis);
-  addLight<kLuma, kChroma>(facing / (distance * (distance2 + sample.softening)) * sample.power, basis.data(), numbers);
+  const glm::vec3 light = facing / (distance * (distance2 + sample.softening)) * sample.power;
+  addLight<kLuma, kChroma>(glm::clamp(light, -kMaxLight, kMaxLight), basis.data(), numbers);
 }
 
 // P_k of a cell [voxels].

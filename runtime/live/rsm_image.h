@@ -43,7 +43,8 @@ Status checkRsm(std::span<const RsmImage> images);
 
 // About `count` samples of all maps, shared out by their flux, at least one of each map that reflects light: points of
 // the Halton sequence over the map, which go on where the set before ended. A map with no more texels than samples has
-// each of its texels once. Samples of texels that reflect nothing are left out. [images pass checkRsm(), count >= 1]
+// each of its texels once. Samples of texels that reflect nothing are left out. [images pass
+// checkRsm(), count >= 1]
 std::vector<RsmSample> drawSamples(std::span<const RsmImage> images, std::uint32_t count, std::uint32_t set);
 
 }  // namespace relume

@@ -21,8 +21,10 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kReceivers = 256, kCellsAtOnce = 4096;  // of a chunk
-constexpr float kFar = 0.5f;                                    // length of secondary rays over the longest side,
-                                                                // as the authors' shaders have it
+// Length of sampled secondary rays over the longest side, as the authors' shaders have it: longer ones would have their
+// few samples farther apart. Exact ones end where they meet something.
+constexpr float kFar = 0.5f;
+constexpr float kAcross = 2.0f;  // over the longest side, more than a volume's diagonal
 constexpr float kMaxFactor = 100.0f;
 constexpr std::size_t kReads = 4;  // places that a receiver reads
 
@@ -62,6 +64,8 @@ void scaleCell(const RsmFrame& frame, const VolumeGrid& grid, std::uint32_t cell
     bleeding *= isIn ? area.bleeding : 1.0f;
   }
   if (presence == 1.0f && bleeding == 1.0f) return;
+  presence = std::min(presence, kMaxFactor * kMaxFactor);
+  bleeding = std::min(bleeding, kMaxFactor * kMaxFactor);
   float* const numbers = field.at(cell);
   for (std::size_t i = 0; i < field.lumaCount(); ++i) numbers[i] *= presence;
   for (std::size_t i = field.lumaCount(); i < field.count(); ++i) numbers[i] *= presence * bleeding;
@@ -103,6 +107,8 @@ void RsmLight::reset() {
 
 Status RsmLight::check(const RsmFrame& frame) const {
   if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
+  if (!(frame.averagedFrames >= 1.0f && frame.averagedFrames <= 1e6f))
+    return usage("averagedFrames is outside of 1 to 1e6");
   if (frame.averageAlbedo && !(*frame.averageAlbedo >= 0.0f && *frame.averageAlbedo <= 1.0f))
     return usage("averageAlbedo is outside of 0 to 1");
   if (!isFactor(frame.presence) || !isFactor(frame.bleeding))
@@ -162,7 +168,8 @@ Status RsmLight::update(const VoxelVolume& volume, const RsmFrame& frame) {
     // 2. The first bounce
     clearField(options_.bands, grid.cellCount(), first_);
     for (const std::uint32_t c : cells) first_.at(c)[first_.count()] = 1.0f;
-    const std::vector<RsmSample> samples = drawSamples(frame.images, options_.samples, frame.sampleSet);
+    std::vector<RsmSample> samples = drawSamples(frame.images, options_.samples, frame.sampleSet);
+    for (RsmSample& sample : samples) sample.softening /= frame.averagedFrames;
     CellOcclusion occlusion{grid, volume.bits(), options_.visibility, options_.marchSamples, places_};
     gatherFirstBounce(samples, occlusion, cells, volume.parallelFor(), first_);
     const double firstMs = watch.lap();
@@ -172,7 +179,8 @@ Status RsmLight::update(const VoxelVolume& volume, const RsmFrame& frame) {
     if (options_.bounces > 1) next_ = first_;
     occlusion.samples = options_.secondarySamples;
     const glm::ivec3 size = grid.voxels();
-    SecondaryRays rays{options_.secondaryRays, kFar * static_cast<float>(std::max({size.x, size.y, size.z})), 0.0f,
+    const float share = options_.visibility == CellVisibility::exact ? kAcross : kFar;
+    SecondaryRays rays{options_.secondaryRays, share * static_cast<float>(std::max({size.x, size.y, size.z})), 0.0f,
                        turnOfSet(frame.sampleSet)};
     if (options_.bounces > 1) rays.averageAlbedo = frame.averageAlbedo ? *frame.averageAlbedo : averageAlbedoOf(volume);
     for (int bounce = 1; bounce < options_.bounces; ++bounce) {

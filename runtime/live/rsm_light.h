@@ -51,11 +51,14 @@ struct RsmArea {
 };
 
 struct RsmFrame {
-  std::span<const RsmImage> images;        // of each light that is on
-  const DepthView* depth = nullptr;        // what the camera sees; read with CellOccupancy::depth alone
-  std::optional<float> averageAlbedo{};    // [0..1] of the level; empty = of the voxels' sides by area
-  float keep = 0.0f;                       // [0..1) share of last frame's light that stays: exp(-seconds / 0.15)
-  std::uint32_t sampleSet = 0;             // which samples are drawn: count the frames, or leave it for printed CRC
+  std::span<const RsmImage> images;      // of each light that is on
+  const DepthView* depth = nullptr;      // what the camera sees; read with CellOccupancy::depth alone
+  std::optional<float> averageAlbedo{};  // [0..1] of the level; empty = of the voxels' sides by area
+  float keep = 0.0f;                     // [0..1) share of last frame's light that stays: exp(-seconds / 0.15)
+  std::uint32_t sampleSet = 0;           // which samples are drawn: count the frames, or leave it for printed CRC
+  // [1..1e6] over how many frames of other samples the light is averaged: a sample then stands for so much less area,
+  // and light from near by is bounded less (RsmSample::softening).
+  float averagedFrames = 1.0f;
   float presence = 1.0f, bleeding = 1.0f;  // [0..100] factors on all cells, with those of the areas
   std::span<const RsmArea> areas{};
 };

@@ -314,6 +314,41 @@ TEST(RsmLight, sameBytesOnOneTwoAndSevenThreads) {
   }
 }
 
+TEST(RsmLight, extremesStayFinite) {
+  TwoRooms rooms(2.0f);
+  const VoxelVolume volume = volumeOf(rooms.level, coarse(8));
+  std::mt19937 random(7);
+  const auto any = [&](float most) {
+    return std::exp(std::log(1e-20f) +
+                    (std::log(most) - std::log(1e-20f)) * static_cast<float>(random() % 1000) / 999.0f);
+  };
+  for (const CellVisibility mode : {CellVisibility::none, CellVisibility::sampled, CellVisibility::exact}) {
+    LitPlate plate(16);
+    for (RsmTexel& t : plate.texel) {
+      t.flux = {any(9e29f), any(9e29f), any(9e29f)};
+      t.area = any(1e20f);
+      if (random() % 2 == 0) t.positionWorld = {any(9e8f), -any(9e8f), any(9e8f)};
+    }
+    const RsmImage image = plate.image();
+    RsmOptions options;
+    options.visibility = mode;
+    options.bounces = 64;
+    RsmFrame frame;
+    frame.images = {&image, 1};
+    frame.averageAlbedo = 1.0f;
+    frame.averagedFrames = 1e6f;
+    const std::vector<RsmArea> areas(8, {{-1, -1, -1}, {9, 9, 9}, 100.0f, 100.0f});
+    frame.areas = areas;
+    RsmLight light = lightBy(options);
+    ASSERT_TRUE(light.update(volume, frame));
+    for (const float number : light.field().numbers) ASSERT_TRUE(std::isfinite(number));
+    for (float x = 0.0f; x < 8.0f; x += 0.5f) {
+      const glm::vec3 e = light.irradiance({x, 0, 2}, {0, 1, 0});
+      EXPECT_TRUE(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f && std::isfinite(e.x + e.y + e.z));
+    }
+  }
+}
+
 TEST(RsmLight, whatIsRefusedKeepsLastFramesLight) {
   const auto refused = [](auto change) {
     RsmOptions options;
@@ -339,7 +374,7 @@ TEST(RsmLight, whatIsRefusedKeepsLastFramesLight) {
   ASSERT_TRUE(light.update(volume, good));
   const std::vector<float> before = light.field().numbers;
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::vector<RsmFrame> frames(6, good);
+  std::vector<RsmFrame> frames(7, good);
   frames[0].keep = 1.0f;
   frames[1].averageAlbedo = nan;
   frames[2].presence = -1.0f;
@@ -348,6 +383,7 @@ TEST(RsmLight, whatIsRefusedKeepsLastFramesLight) {
   frames[4].areas = {&area, 1};
   const RsmImage image{rooms.plates[0].texel, 31, 1};
   frames[5].images = {&image, 1};
+  frames[6].averagedFrames = 0.0f;
   for (const RsmFrame& frame : frames) EXPECT_FALSE(light.update(volume, frame));
   RsmOptions depth;
   depth.occupancy = CellOccupancy::depth;

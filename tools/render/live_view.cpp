@@ -111,6 +111,7 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
     frame.depth = &seen.view;
   }
   frame.images = images;
+  frame.averagedFrames = static_cast<float>(rsm.frames);
   frame.presence = rsm.presence;
   frame.bleeding = rsm.bleeding;
   frame.averageAlbedo = averageAlbedoOf(view.volume);
