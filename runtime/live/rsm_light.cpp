@@ -236,7 +236,15 @@ glm::vec3 RsmLight::irradiance(const glm::vec3& positionWorld, const glm::vec3& 
   FieldNumbers sum{};
   int missed = 0;
   if (!read(positionWorld, normal, sum, missed)) return glm::vec3(0.0f);
-  return glm::max(yCoCgToRgb(irradianceOf(shown_, sum, clampedLobe(normal))), glm::vec3(0.0f));
+  glm::vec3 e = irradianceOf(shown_, sum, clampedLobe(normal));
+  // Deviation: one band of chroma beside more of luma follows luma, as in baked caches (runtime/shared/resolve.h), so
+  // that a surface that faces away from the light is not all colour.
+  const std::size_t luma = shown_.lumaCount();
+  if (shown_.chromaCount() == 1 && luma > 1 && sum[0] > 0.0f) {
+    e.y = e.x * (sum[luma] / sum[0]);
+    e.z = e.x * (sum[luma + 1] / sum[0]);
+  }
+  return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
 }
 
 int RsmLight::missedReads(const glm::vec3& positionWorld, const glm::vec3& normal) const {

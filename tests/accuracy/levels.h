@@ -109,6 +109,7 @@ inline const std::vector<AccuracyBound> kAccuracyBounds{
     {"live", "sponza/cam_atrium__sun", "indirect", 0, 0.65, 0.25},
     {"live", "breakfast_room/cam_main__sun", "indirect", 0, 0.25, 0.12},
     {"live", "fortitude/cam_street__sun", "indirect", 0, 0.25, 0.15},
+    {"live_rsm", "cornell/cam_corner__spot__1bounce", "indirect", 0, 0.28, 0.10},
     {"best", "cornell/cam_corner__spot", "indirect", 0.02, 0, 0.01},
     {"best", "cornell/cam_corner__emissive", "bounced", 0.012, 0, 0.01},
     {"best", "cornell/cam_front__spot", "indirect", 0.035, 0, 0.01},

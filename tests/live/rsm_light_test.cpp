@@ -215,6 +215,29 @@ TEST(RsmLight, bandsAreTheFirstOfMore) {
   EXPECT_EQ(fieldTextures({3, 1}), 3u);
 }
 
+TEST(RsmLight, oneBandOfChromaKeepsTheSaturation) {
+  TwoRooms rooms(2.0f);
+  for (RsmTexel& t : rooms.plates[0].texel) t.flux *= glm::vec3(1, 0.5f, 0.25f);
+  const VoxelVolume volume = volumeOf(rooms.level, coarse(16));
+  RsmOptions options;
+  options.bands = {3, 1};
+  options.bounces = 1;
+  RsmLight light = lightBy(options);
+  RsmFrame frame;
+  frame.images = {rooms.images.data(), 1};
+  ASSERT_TRUE(light.update(volume, frame));
+  const glm::vec3 colour = rgbToYCoCg({1, 0.5f, 0.25f});
+  int lit = 0;
+  for (const glm::vec3& normal : {glm::vec3(0, -1, 0), glm::normalize(glm::vec3(1, -1, 0)), glm::vec3(0, 0, 1)}) {
+    const glm::vec3 e = rgbToYCoCg(light.irradiance({2, 3, 2}, normal));
+    if (e.x == 0.0f) continue;
+    ++lit;
+    EXPECT_NEAR(e.y / e.x, colour.y / colour.x, 1e-4f);
+    EXPECT_NEAR(e.z / e.x, colour.z / colour.x, 1e-4f);
+  }
+  EXPECT_GE(lit, 2);
+}
+
 TEST(RsmLight, twoBandsOfAllAreTwoBandsOfRgb) {
   // Y2Co2Cg2 is R2G2B2: the transform is linear.
   TwoRooms rooms(2.0f);

@@ -4,13 +4,13 @@
 
     python3 tests/measure/crc_tables.py FOLDER [table1|lab|fig4|fig5|fig6|fig8|fig9|fig10|error]...
 
-Runs build/release/tools/cli/relume, or the program that RELUME names, and build/release/tests/measure/bench_picture_error on the levels and references in
-RELUME_SHARED_DIR. Prints tables; FOLDER gets the pictures, crc_fig4.jpg to crc_fig8.jpg. Times are the least of TIMED
-last frames.
+Runs build/release/tools/cli/relume, or the program that RELUME names, and bench_picture_error beside it on the levels and references in
+RELUME_SHARED_DIR. Prints tables; FOLDER gets the pictures, crc_fig4.jpg to crc_fig8.jpg.
 """
 import json
 import os
 import pathlib
+import resource
 import struct
 import subprocess
 import sys
@@ -23,7 +23,7 @@ ERROR = ROOT / "build/release/tests/measure/bench_picture_error"
 SHARED = pathlib.Path(os.environ.get("RELUME_SHARED_DIR", ""))
 SPOTS = ROOT / "tests/measure/red_green_spots.json"
 FOLDER = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else None
-TIMED = 5
+CPU_MS = 2000  # of the frames that are timed
 FRAMES = 16  # of the pictures that are compared with each other
 PASSES = ("occupancy", "first bounce", "next bounces", "blend", "resolve")
 
@@ -39,6 +39,9 @@ ROWS = (
 
 def level_of(name):
     return SHARED / "scenes" / name / f"{name}.glb"
+
+
+OF_FIG10 = (level_of("sponza"), "--camera", "cam_atrium", "--lights", "sun", "--rsm-samples", 100, "--bands", "Y3Co1Cg1")
 
 
 def run(*words):
@@ -67,33 +70,34 @@ def occupancy(report, textures):
 
 
 def timed(*options):
-    """Least times of the last frame's passes [ms], reads by receivers for 1 MPixel, and the report."""
-    least = {}
-    for _ in range(TIMED):
-        report = render("timed", *options, "--size", "320x180", "--samples", 1, "--rsm-frames", 3, "--aov", "indirect")
-        for name in PASSES:
-            least[name] = min(least.get(name, 1e9), report["passMs"][name])
-    least["resolve"] *= 1e6 / (320 * 180)
-    return least, report
+    """CPU ms of a frame on all threads but for receivers' reads, and the report.
+
+    From the CPU time of a run with many frames less that of one with few: what else runs on the machine matters little."""
+    def cpu(frames):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        report = render("timed", *options, "--size", "320x180", "--samples", 1, "--rsm-frames", frames, "--aov", "indirect")
+        return 1000 * (resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before), report
+    few, report = min((cpu(2) for _ in range(2)), key=lambda run: run[0])
+    estimate = sum(report["passMs"][name] for name in PASSES)
+    frames = int(min(max(CPU_MS / estimate, 4), 1000))
+    return (cpu(2 + frames)[0] - few) / frames, report
 
 
 def table1():
-    print("| scene: print / ours | step | occupied % | caches ms | of all cells' | reads ms | all of all cells' | print |")
-    print("|---|---|---:|---:|---:|---:|---:|---:|")
+    print("| scene: print / ours | step | occupied % | CPU ms a frame | of all cells' | print |")
+    print("|---|---|---:|---:|---:|---:|")
     for scene, level, camera, lights, cells, samples, bounces, _, printed, share, _ in ROWS:
         occupied = "depth" if bounces == 1 else "voxels"
         steps = (("all cells", "none", "Y3Co3Cg3", 7), ("occupancy", occupied, "Y3Co3Cg3", 7),
                  ("Y3Co2Cg2", occupied, "Y3Co2Cg2", 5), ("Y3Co1Cg1", occupied, "Y3Co1Cg1", 3))
         first = None
         for (step, mode, bands, textures), ms in zip(steps, printed):
-            times, report = timed(level_of(level), "--camera", camera, "--lights", lights, "--live-cells", cells,
-                                  "--rsm-samples", samples, "--bounces", bounces, "--occupancy", mode, "--bands", bands)
-            caches, total = sum(times.values()) - times["resolve"], sum(times.values())
-            first = first or (caches, total)
+            cpu, report = timed(level_of(level), "--camera", camera, "--lights", lights, "--live-cells", cells,
+                                "--rsm-samples", samples, "--bounces", bounces, "--occupancy", mode, "--bands", bands)
+            first = first or cpu
             print(f"| {scene} / `{level}` {lights}, r {cells} | {step} | {occupancy(report, textures):.1f} | "
-                  f"{caches:.1f} | {caches / first[0]:.2f} | {times['resolve']:.0f} | {total / first[1]:.2f} | "
-                  f"{ms / printed[0]:.2f} |", flush=True)
-        print(f"| | print: {share} % occupied | | | | | | |")
+                  f"{cpu:.1f} | {cpu / first:.2f} | {ms / printed[0]:.2f} |", flush=True)
+        print(f"| | print: {share} % occupied | | | | |")
 
 
 def views_by_bands(prefix, level, modes, *options):
@@ -141,15 +145,14 @@ def camera_of(path, name):
 def fig5():
     path = level_of("fortitude")
     (street, ahead), (window, _) = camera_of(path, "cam_street"), camera_of(path, "cam_window")
-    print("| place on the way | occupied % | occupancy ms | first bounce ms |\n|---|---:|---:|---:|")
+    print("| place on the way | occupied % | CPU ms a frame |\n|---|---:|---:|")
     for step in range(5):
         eye = [a + (b - a) * step / 4 for a, b in zip(street, window)]
         target = [e + a for e, a in zip(eye, ahead)]
-        times, report = timed(path, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), "--fov", 60,
+        cpu, report = timed(path, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), "--fov", 60,
                               "--lights", "sun", "--live-cells", 32, "--bounces", 1, "--occupancy", "depth", "--bands",
                               "Y3Co1Cg1")
-        print(f"| p{step + 1} | {occupancy(report, 3):.1f} | {times['occupancy']:.2f} | {times['first bounce']:.1f} |",
-              flush=True)
+        print(f"| p{step + 1} | {occupancy(report, 3):.1f} | {cpu:.1f} |", flush=True)
 
 
 def fig6():
@@ -210,12 +213,11 @@ def fig9():
 
 
 def fig10():
-    print("| r | occupied % | occupancy | first bounce | next bounces | blend | resolve |\n" + "|---:" * 7 + "|")
+    print("| r | occupied % | one bounce: CPU ms a frame | two bounces |\n|---:|---:|---:|---:|")
     for cells in (8, 16, 24, 32):
-        times, report = timed(level_of("sponza"), "--camera", "cam_atrium", "--lights", "sun", "--live-cells", cells,
-                              "--rsm-samples", 100, "--bounces", 2, "--bands", "Y3Co1Cg1")
-        print(f"| {cells} | {occupancy(report, 3):.1f} | " + " | ".join(f"{times[p]:.2f}" for p in PASSES) + " |",
-              flush=True)
+        once, report = timed(*OF_FIG10, "--live-cells", cells, "--bounces", 1)
+        twice, _ = timed(*OF_FIG10, "--live-cells", cells, "--bounces", 2)
+        print(f"| {cells} | {occupancy(report, 3):.1f} | {once:.1f} | {twice:.1f} |", flush=True)
 
 
 def error():
