@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random numbers as functions of (seed, stage, item, index), never of a thread: counter-based hashes, and the Halton
-// sequence of PIC 4.2.
+// Random numbers as functions of (seed, stage, item, index), never of a thread: counter-based hashes.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -40,12 +39,5 @@ class RandomStream {
   std::uint64_t key_;
   std::uint64_t counter_ = 0;
 };
-
-// Radical inverse of index in a prime base: the Halton sequence (Halton and Smith 1964). [0, 1)
-constexpr double radicalInverse(std::uint32_t base, std::uint64_t index) {
-  double inverse = 1.0 / base, scale = inverse, value = 0.0;
-  for (; index > 0; index /= base, scale *= inverse) value += static_cast<double>(index % base) * scale;
-  return value;
-}
 
 }  // namespace relume

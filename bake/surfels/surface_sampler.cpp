@@ -5,6 +5,7 @@
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
 #include "bake/visibility/surface_parts.h"
+#include "formats/halton.h"
 
 #include <glm/geometric.hpp>
 

@@ -5,11 +5,11 @@
 #include "formats/limits.h"
 #include "formats/sh.h"
 #include "formats/sphere_points.h"
+#include "runtime/live/turn_of_set.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 
 #include <algorithm>
@@ -27,20 +27,6 @@ constexpr float kPi = std::numbers::pi_v<float>;
 
 Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
 
-// A turn of the sphere for a set of rays (Shoemake 1992), from the additive recurrence of Roberts' R3 sequence: as even
-// over time as directions are over the sphere.
-glm::mat3 turnOf(std::uint32_t set) {
-  if (set == 0) return glm::mat3(1.0f);
-  const auto part = [set](double step) {
-    const double v = 0.5 + step * set;
-    return v - std::floor(v);
-  };
-  const double u = part(0.8191725133961645), v = part(0.6710436067037893), w = part(0.5497004779019703);
-  const double a = std::sqrt(1.0 - u), b = std::sqrt(u), tau = 2.0 * std::numbers::pi;
-  const glm::dquat turn(b * std::cos(tau * w), a * std::sin(tau * v), a * std::cos(tau * v), b * std::sin(tau * w));
-  return glm::mat3(glm::mat3_cast(turn));
-}
-
 // A frame's rays, the same for all cells: their basis functions are computed once.
 struct FrameRays {
   std::vector<glm::vec3> direction, sky;
@@ -48,7 +34,7 @@ struct FrameRays {
 
   FrameRays(std::uint32_t count, std::uint32_t set, const LiveSky& map)
       : direction(count), sky(count), basis(std::size_t{kBasis} * count) {
-    const glm::mat3 turn = turnOf(set);
+    const glm::mat3 turn = turnOfSet(set);
     const float weight = 4.0f * kPi / static_cast<float>(count);
     for (std::uint32_t i = 0; i < count; ++i) {
       direction[i] = glm::normalize(turn * spherePoint(i, count));

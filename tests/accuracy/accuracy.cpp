@@ -106,6 +106,7 @@ std::vector<std::string> drawCommand(const Arguments& arguments, const AccuracyS
   };
   if (*setting.bake != 0) add({"--bake", bake.string()});
   if (*setting.bake == 0 && !preview) words.push_back("--live");
+  if (*setting.transport != 0) add({"--live-transport", setting.transport});
   if (preview) {
     add({"--source", setting.source});
     add(arguments.preview);
@@ -125,6 +126,8 @@ Status compareView(const Arguments& arguments, const AccuracyLevel& level, const
   if (!view) return view.error();
   std::vector<std::pair<std::string, std::vector<std::string>>> quantities{{"indirect", {"DiffInd"}}};
   if (view->emissive) quantities = {{"bounced", {"DiffInd"}}, {"indirect", {"DiffDir", "DiffInd"}}};
+  // Reflective shadow maps are of punctual lights.
+  if (*setting.transport != 0 && view->emissive) return done();
   // A preview reflects light once, or until it converges.
   if (*setting.source != 0 && (view->bounces != "converged") != (*setting.bake == 0)) return done();
 
@@ -256,7 +259,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--settings", arguments.settings,
          "how to bake and draw: paper, medium, web, high, best, preview, preview_surfels, preview_direct, live, "
-         "separated by commas")
+         "live_rsm, separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   app.add_option("--preview", arguments.preview, "more options of `relume preview`, separated by commas")

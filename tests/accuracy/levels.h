@@ -19,11 +19,12 @@ struct AccuracyLevel {
 
 // How levels are baked and drawn. Every setting has a table of its own.
 struct AccuracySetting {
-  const char* name;       // "paper", of a preset, or of a preview
-  const char* title;      // of the table
-  const char* bake;       // "paper" or a preset; empty: none, and by a preview light that is reflected once
-  const char* source;     // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
-  const char* pack = "";  // profile of `relume pack` that the bake goes through; empty: none
+  const char* name;            // "paper", of a preset, or of a preview
+  const char* title;           // of the table
+  const char* bake;            // "paper" or a preset; empty: none, and by a preview light that is reflected once
+  const char* source;          // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
+  const char* pack = "";       // profile of `relume pack` that the bake goes through; empty: none
+  const char* transport = "";  // of `relume render --live`; empty: its default
 };
 
 inline const std::vector<AccuracySetting> kAccuracySettings{
@@ -36,6 +37,7 @@ inline const std::vector<AccuracySetting> kAccuracySettings{
     {"preview_surfels", "`relume preview --source surfels` from preset `high`", "high", "surfels"},
     {"preview_direct", "`relume preview --source direct`, without a bake", "", "direct"},
     {"live", "`relume render --live`, without a bake", "", ""},
+    {"live_rsm", "`relume render --live --live-transport rsm`, without a bake", "", "", "", "rsm"},
 };
 
 // Options of `relume bake` for a level.
@@ -107,6 +109,7 @@ inline const std::vector<AccuracyBound> kAccuracyBounds{
     {"live", "sponza/cam_atrium__sun", "indirect", 0, 0.65, 0.25},
     {"live", "breakfast_room/cam_main__sun", "indirect", 0, 0.25, 0.12},
     {"live", "fortitude/cam_street__sun", "indirect", 0, 0.25, 0.15},
+    {"live_rsm", "cornell/cam_corner__spot__1bounce", "indirect", 0, 0.28, 0.10},
     {"best", "cornell/cam_corner__spot", "indirect", 0.02, 0, 0.01},
     {"best", "cornell/cam_corner__emissive", "bounced", 0.012, 0, 0.01},
     {"best", "cornell/cam_front__spot", "indirect", 0.035, 0, 0.01},

@@ -2,6 +2,7 @@
 // libFuzzer: any bytes as a level that is voxelised, moved, edited and lit live, on the CPU. Nothing may crash; what is
 // refused changes nothing; and every number that comes out is finite and not negative.
 #include "runtime/live/live_light.h"
+#include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
 
 #include <algorithm>
@@ -89,6 +90,28 @@ void lightAndRead(VoxelVolume& volume, LiveLight& live, Reader& in) {
   }
 }
 
+// The same from a map of any texels.
+void lightByMap(const VoxelVolume& volume, Reader& in) {
+  std::array<RsmTexel, 16> texels;
+  for (RsmTexel& t : texels) t = {in.vector(), in.number(), {0, 1, 0}, in.vector()};
+  const RsmImage image{texels, 4, 1};
+  const auto bits = in.take<std::uint8_t>();
+  RsmOptions options;
+  options.bands = {1 + bits % 3, 1 + bits / 3 % 3};
+  options.visibility = static_cast<CellVisibility>(bits % 3);
+  options.samples = 1 + bits;
+  auto light = RsmLight::create(options);
+  if (!light) return;
+  RsmFrame frame;
+  frame.images = {&image, 1};
+  frame.sampleSet = bits;
+  frame.keep = in.number();
+  const bool isUpdated = static_cast<bool>(light->update(volume, frame));
+  CHECK(!isUpdated || static_cast<bool>(checkRsm(frame.images)));
+  for (const float number : light->field().numbers) CHECK(std::isfinite(number));
+  CHECK(isLight(light->irradiance(in.vector(), in.vector())));
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -135,6 +158,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Result<LiveLight> live = LiveLight::create({8});
   CHECK(static_cast<bool>(live));
   lightAndRead(*volume, *live, in);
+  lightByMap(*volume, in);
   for (int step = 0; step < 3 && !in.empty(); ++step) {
     const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
     const glm::mat4x3 to = in.transform();

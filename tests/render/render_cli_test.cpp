@@ -118,6 +118,42 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
   expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
   expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
+  expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
+}
+
+TEST_F(RenderCommand, lightsALevelByReflectiveShadowMaps) {
+  const auto live = [&](std::vector<std::string> more) {
+    std::vector<std::string> words{
+        "render",   kLevel,         "--live",   "--live-transport", "rsm",     "--live-cells",
+        "16",       "--rsm-frames", "2",        "--rsm-size",       "64",      "--camera",
+        "cam_hall", "--lights",     "spot",     "--size",           "64x36",   "--samples",
+        "1",        "--aov",        "indirect", "--json",           "--force", "-o",
+        image()};
+    words.insert(words.end(), more.begin(), more.end());
+    return runProgram(words, folder_);
+  };
+  const auto lightOf = [&](const std::vector<std::string>& more) {
+    const ProgramResult drawn = live(more);
+    EXPECT_EQ(drawn.status, 0) << drawn.err;
+    for (const char* pass : {"occupancy", "first bounce", "next bounces", "blend", "resolve"})
+      EXPECT_NE(drawn.out.find(std::string("\"") + pass + "\""), std::string::npos) << drawn.out;
+    const auto picture = readExr(image());
+    double sum = 0.0;
+    for (const auto& [name, channel] : picture->channels) {
+      for (const float v : channel) sum += v;
+    }
+    return sum;
+  };
+  const double once = lightOf({"--bounces", "1", "--occupancy", "depth"}), all = lightOf({});
+  EXPECT_GT(once, 0.0);
+  EXPECT_GT(all, once);
+  EXPECT_NEAR(lightOf({"--bounces", "1", "--occupancy", "none", "--bands", "Y3Co3Cg3"}), once, 0.1 * once);
+  EXPECT_NEAR(lightOf({"--bounces", "1", "--presence", "2"}), 2.0 * once, 0.1 * once);
+  EXPECT_GT(lightOf({"--bounces", "1", "--live-visibility", "none"}), once);
+  EXPECT_NE(live({"--lights", "emissive"}).err.find("punctual lights"), std::string::npos);
+  expectRefused(live({"--occupancy", "depth"}), 1, {"--occupancy depth", "--bounces 1"});
+  expectRefused(live({"--bands", "Y4Co1Cg1"}), 1, {"--bands Y4Co1Cg1", "3 bands"});
+  expectRefused(live({"--rsm-samples", "0"}), 1, {"--rsm-samples"});
 }
 
 // Gloss by cones through voxels that live light or a bake lights, and how open the surroundings are.

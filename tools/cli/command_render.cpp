@@ -16,6 +16,7 @@
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/layer_files.h"
+#include "tools/cli/rsm_flags.h"
 #include "tools/cli/terminal.h"
 #include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
@@ -44,6 +45,7 @@ struct RenderArguments : PictureOptions {
   std::uint32_t samples = 4, shadowSize = 2048;
   LiveRequest liveRequest;
   float falloff = kOcclusionFalloff;
+  RsmFlags rsm;
   bool live = false;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
@@ -80,7 +82,13 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
 Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!arguments.live) return done();
   if (arguments.backend != "cpu") return usage("--live runs on the CPU: --backend cpu");
+  auto rsm = readRsm(arguments.rsm, request.bands, request.bounces);
+  if (!rsm) return rsm.error();
+  if (*rsm && (request.gloss || request.exponent))
+    return usage("--live-transport rsm has no glossy light: leave out --gloss and --exponent");
+  if (*rsm && !arguments.bake.empty()) return usage("--live-transport rsm lights without a bake: leave out --bake");
   request.live = arguments.liveRequest;
+  request.live->rsm = *rsm;
   return done();
 }
 
@@ -251,6 +259,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->check(CLI::Range(8, 4096))
       ->needs(live)
       ->capture_default_str();
+  addRsmFlags(*command, live, a->rsm);
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();
   command
@@ -279,7 +288,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--bands", a->bands,
                       "spherical harmonics bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake "
-                      "recommends, with --gloss at least Y4Co4Cg4");
+                      "recommends, with --gloss at least Y4Co4Cg4, with --live-transport rsm Y3Co2Cg2");
   command
       ->add_option(
           "--grid-lookup", a->gridLookup,

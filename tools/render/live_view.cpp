@@ -2,21 +2,28 @@
 // See live_view.h.
 #include "tools/render/live_view.h"
 
+#include "bake/base/parallel.h"
+#include "bake/rays/seen_surface.h"
 #include "formats/octahedron.h"
 #include "runtime/cones/surfel_voxels.h"
 #include "tools/render/context_threads.h"
 #include "tools/render/ray_shadows.h"
+#include "tools/render/rsm_maps.h"
 #include "tools/render/scene_bounds.h"
 #include "tools/render/voxel_scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace relume {
 namespace {
 
-constexpr int kSettling = 24;   // frames whose caches are not kept: bounces add up
-constexpr int kConverged = 64;  // frames in all, the others averaged
-constexpr int kOfABounce = 32;  // frames of each bounce, where they are counted
+constexpr int kSettling = 24;         // frames whose caches are not kept: bounces add up
+constexpr int kConverged = 64;        // frames in all, the others averaged
+constexpr int kOfABounce = 32;        // frames of each bounce, where they are counted
+constexpr int kBouncesOfMaps = 12;    // where they are not counted
+constexpr double kDepthPixels = 1e6;  // at least, of the picture whose depths tell which cells are seen
 constexpr std::uint32_t kSkySide = 32, kSkySamples = 4;
 
 // An octahedral map of the sky, a texel the mean of a few directions; empty where the sky is constant.
@@ -59,9 +66,112 @@ Status converge(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context&
   return done();
 }
 
+// One receiver a pixel, as a frame of a game reads: their time is a pass of its own.
+void resolvePixels(const RayTracer& tracer, const RenderRequest& request, RsmLight& light, Context& context) {
+  const CameraRays rays(request.camera, request.width, request.height);
+  std::vector<glm::vec3> position(std::size_t{request.width} * request.height), normal = position, light3 = position;
+  parallelChunks(context, "", request.height, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin * request.width; p < end * request.width; ++p) {
+      Ray ray;
+      rays.at(static_cast<float>(p % request.width) + 0.5f, static_cast<float>(p / request.width) + 0.5f, ray.origin,
+              ray.direction);
+      const Hit hit = tracer.trace(ray);
+      if (!hit) continue;
+      const SeenSurface seen = seenAt(tracer.scene(), ray, hit);
+      position[p] = seen.positionWorld;
+      normal[p] = seen.normal;
+    }
+  });
+  light.resolve(position, normal, light3);
+}
+
+// By reflective shadow maps: frames of other samples, averaged.
+Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& request, VoxelView voxels,
+                             Context& context) {
+  const RsmRequest& rsm = *request.live->rsm;
+  if (request.drawsEmission() || !request.sky.isDark())
+    context.message(Severity::warning,
+                    "light by reflective shadow maps is of punctual lights: emitting surfaces and the sky send none");
+  RsmOptions options = rsm.options;
+  options.bounces = request.bounces > 0 ? request.bounces : kBouncesOfMaps;
+  auto light = RsmLight::create(options);
+  if (!light) return light.error();
+  LiveView view{std::move(voxels)};
+  view.rsm.emplace(std::move(*light));
+
+  std::vector<RsmMap> maps;
+  for (const SceneLight& l : request.lights) maps.push_back(renderRsm(tracer, l, rsm.side, context));
+  std::vector<RsmImage> images;
+  for (const RsmMap& map : maps) images.push_back(map.image());
+  DepthPicture seen;
+  RsmFrame frame;
+  if (options.occupancy == CellOccupancy::depth) {
+    const auto scale = static_cast<std::uint32_t>(
+        std::ceil(std::sqrt(kDepthPixels / (static_cast<double>(request.width) * request.height))));
+    const std::uint32_t wide = std::max(scale, 1u);
+    seen = renderDepth(tracer, request.camera, wide * request.width, wide * request.height, context);
+    frame.depth = &seen.view;
+  }
+  frame.images = images;
+  frame.averagedFrames = static_cast<float>(rsm.frames);
+  frame.presence = rsm.presence;
+  frame.bleeding = rsm.bleeding;
+  frame.averageAlbedo = averageAlbedoOf(view.voxels.volume);
+  for (std::uint32_t f = 0; f < rsm.frames && !context.cancelled(); ++f) {
+    frame.sampleSet = f;
+    frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
+    if (Status ok = view.rsm->update(view.voxels.volume, frame); !ok) return ok.error();
+    ++view.frames;
+  }
+  resolvePixels(tracer, request, *view.rsm, context);
+  if (request.drawsCones()) {
+    if (Status ok = view.voxels.mips.update(view.voxels.volume); !ok) return ok.error();
+  }
+  return view;
+}
+
 }  // namespace
 
 LiveSky VoxelView::sky() const { return {skyRadiance, skyMap, skyMap.empty() ? 0 : kSkySide}; }
+
+LiveIrradiance LiveView::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  LiveIrradiance light;
+  if (rsm) {
+    light.all = rsm->irradiance(positionWorld, normal);
+    return light;
+  }
+  const CellStencil stencil = all->stencil(positionWorld, normal);
+  light.all = all->irradianceBy(stencil, normal);
+  if (straight) light.straight = straight->irradianceBy(stencil, normal);
+  return light;
+}
+
+std::string LiveView::name() const { return rsm ? "live light by reflective shadow maps" : "live light"; }
+
+std::vector<PassTime> VoxelView::passTimes() const {
+  std::vector<PassTime> times = volume.passTimes();
+  if (mips.levels() == 0) return times;
+  for (const PassTime& pass : mips.passTimes()) times.push_back(pass);
+  return times;
+}
+
+std::vector<std::pair<std::string, std::size_t>> VoxelView::bufferSizes() const {
+  auto sizes = volume.bufferSizes();
+  if (mips.levels() > 0) sizes.emplace_back("mips", mips.sizeBytes());
+  return sizes;
+}
+
+std::vector<PassTime> LiveView::passTimes() const {
+  std::vector<PassTime> times = voxels.passTimes();
+  for (const PassTime& pass : rsm ? rsm->passTimes() : all->passTimes()) times.push_back(pass);
+  return times;
+}
+
+std::vector<std::pair<std::string, std::size_t>> LiveView::bufferSizes() const {
+  auto sizes = voxels.bufferSizes();
+  for (const auto& buffer : rsm ? rsm->bufferSizes() : all->bufferSizes()) sizes.push_back(buffer);
+  return sizes;
+}
 
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
                                   Context& context) {
@@ -109,6 +219,7 @@ glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(reque
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   auto voxels = openView(tracer, request, context);
   if (!voxels) return voxels.error();
+  if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);
   const LiveOptions options{request.live->rays};
   auto light = LiveLight::create(options);
   if (!light) return light.error();
@@ -132,12 +243,12 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   if (Status ok = lightDirectly(tracer, request, volume, context); !ok) return ok.error();
   for (int bounce = 0; bounce < request.bounces; ++bounce) {
     frame.bounceScale = bounce > 0 ? 1.0f : 0.0f;
-    if (Status ok = gatherOnce(view.all, volume, frame, 0, kOfABounce, context); !ok) return ok.error();
+    if (Status ok = gatherOnce(*view.all, volume, frame, 0, kOfABounce, context); !ok) return ok.error();
     view.frames += kOfABounce;
   }
   if (request.bounces == 0) {
     frame.bounceScale = 1.0f;
-    if (Status ok = converge(view.all, volume, frame, context); !ok) return ok.error();
+    if (Status ok = converge(*view.all, volume, frame, context); !ok) return ok.error();
     view.frames = kConverged;
   }
   if (request.drawsCones()) {

@@ -110,9 +110,9 @@ class CpuRenderer {
 
   // Light of the caches in the volume's cells.
   void addLive(std::size_t pixel, const glm::vec3& reflected, const SeenSurface& seen) const {
-    const CellStencil stencil = live_->all.stencil(seen.positionWorld, seen.normal);
-    frame_.indirect[pixel] += reflected * live_->all.irradianceBy(stencil, seen.normal);
-    if (live_->straight) frame_.straight[pixel] += reflected * live_->straight->irradianceBy(stencil, seen.normal);
+    const LiveIrradiance light = live_->irradiance(seen.positionWorld, seen.normal);
+    frame_.indirect[pixel] += reflected * light.all;
+    if (request_.straight) frame_.straight[pixel] += reflected * light.straight;
   }
 
   void addCones(std::size_t pixel, float weight, const Ray& ray, const SeenSurface& seen) const {
@@ -179,7 +179,7 @@ class CpuRenderer {
     const SeenSurface seen = seenAt(scene, ray, hit);
     glm::vec3 irradiance = directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
     if (relit_.all) irradiance += linkIrradiance(scene, *request_.bake, *relit_.all, seen);
-    if (live_) irradiance += live_->all.irradiance(seen.positionWorld, seen.normal);
+    if (live_) irradiance += live_->irradiance(seen.positionWorld, seen.normal).all;
     return kInvPi * albedoAt(scene, seen.point) * irradiance + emissionOf(hit, seen);
   }
 
@@ -225,22 +225,6 @@ class CpuRenderer {
   std::optional<ConeTracer> cones_{};
 };
 
-// Append what the passes cost and hold.
-void describeVoxels(const VoxelView& voxels, RenderedFrame& frame) {
-  for (const PassTime& pass : voxels.volume.passTimes()) frame.passTimes.push_back(pass);
-  for (const auto& buffer : voxels.volume.bufferSizes()) frame.bufferBytes.push_back(buffer);
-  if (voxels.mips.levels() == 0) return;
-  for (const PassTime& pass : voxels.mips.passTimes()) frame.passTimes.push_back(pass);
-  frame.bufferBytes.emplace_back("mips", voxels.mips.sizeBytes());
-}
-
-void describeLive(const LiveView& live, RenderedFrame& frame) {
-  frame.frames = live.frames;
-  frame.bands = "live light";
-  for (const PassTime& pass : live.all.passTimes()) frame.passTimes.push_back(pass);
-  for (const auto& buffer : live.all.bufferSizes()) frame.bufferBytes.push_back(buffer);
-}
-
 }  // namespace
 
 Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& request, Context& context) {
@@ -280,8 +264,16 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
   }
-  if (live) describeLive(*live, frame);
-  if (voxels != nullptr) describeVoxels(*voxels, frame);
+  if (live) {
+    frame.frames = live->frames;
+    frame.bands = live->name();
+    frame.passTimes = live->passTimes();
+    frame.bufferBytes = live->bufferSizes();
+  }
+  if (byBake) {
+    for (const PassTime& pass : byBake->passTimes()) frame.passTimes.push_back(pass);
+    for (const auto& buffer : byBake->bufferSizes()) frame.bufferBytes.push_back(buffer);
+  }
   return frame;
 }
 

@@ -11,6 +11,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
+#include "runtime/live/rsm_light.h"
 #include "runtime/shared/bands.h"
 #include "tools/render/drive_scene.h"
 
@@ -48,11 +49,21 @@ const std::vector<std::string>& aovNames();
 // Whether it shows light that arrives over links, or without a bake live.
 bool needsBake(Aov aov);
 
+// Light without a bake as CRC prints it (runtime/live/rsm_light.h). The request's bounces take the place of the
+// options'.
+struct RsmRequest {
+  RsmOptions options;
+  std::uint32_t side = 256;                // [16..2048] texels along a map's side
+  std::uint32_t frames = 64;               // [1..1024] of other samples, averaged
+  float presence = 1.0f, bleeding = 1.0f;  // [0..100]
+};
+
 // Light without a bake (runtime/live/live_light.h).
 struct LiveRequest {
   std::uint32_t cells = 32;                                             // [8..64] of the volume's longest side
   std::uint32_t rays = 64;                                              // [8..4096] of a cell in each frame
   RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
+  std::optional<RsmRequest> rsm{};                                      // in place of rays through lit voxels
 };
 
 struct RenderRequest {
