@@ -4,8 +4,8 @@
 
     python3 tests/measure/crc_tables.py FOLDER [table1|lab|fig4|fig5|fig6|fig8|fig9|fig10|error]...
 
-Runs build/release/tools/cli/relume, or the program that RELUME names, and bench_picture_error beside it on the levels and references in
-RELUME_SHARED_DIR. Prints tables; FOLDER gets the pictures, crc_fig4.jpg to crc_fig8.jpg.
+Runs build/release/tools/cli/relume, or the program that RELUME names, and bench_picture_error on the levels and
+references in RELUME_SHARED_DIR. Prints tables; FOLDER gets the pictures, crc_fig4.jpg to crc_fig8.jpg.
 """
 import json
 import os
@@ -106,11 +106,9 @@ def views_by_bands(prefix, level, modes, *options):
                *options)
 
 
-def errors(exposure, prefix, modes, *, truth=None):
-    """Rows of bench_picture_error against the first mode, or another picture."""
-    images = [FOLDER / f"{prefix}_{bands}.exr" for bands in modes]
-    said = run(ERROR, exposure, truth or images[0], *(images if truth else images[1:]))
-    return said.replace(f"{prefix}_", "")
+def errors(exposure, prefix, modes):
+    """Rows of bench_picture_error against the first mode."""
+    return run(ERROR, exposure, *(FOLDER / f"{prefix}_{bands}.exr" for bands in modes)).replace(f"{prefix}_", "")
 
 
 def lab():
