@@ -121,18 +121,18 @@ TEST_F(Pages, bashCompletesFilesByWhatIsRead) {
 TEST_F(Pages, completionOfAovOffersWhatRenderDraws) {
   if (!has("bash")) GTEST_SKIP() << "no bash";
   const Words offers = complete({"relume", "render", "--aov", ""});
-  EXPECT_EQ(offers.size(), 11u);
+  EXPECT_EQ(offers.size(), 12u);
   std::string all;
   for (const std::string& offer : offers) {
-    if (offer != "voxels") all += (all.empty() ? "" : ",") + offer;
+    if (offer != "voxels" && offer != "occlusion") all += (all.empty() ? "" : ",") + offer;
   }
   bake(room_, out_);
   const ProgramResult result = run({"render", room_, "--bake", out_, "--aov", all, "--exponent", "4", "--size", "16x16",
                                     "--samples", "1", "-o", at("aov.exr")});
   EXPECT_EQ(result.status, 0) << result.err;
-  // Voxels are drawn without a bake.
+  // Voxels are drawn with --live, and what cones find in them.
   const ProgramResult voxels = run({"render", room_, "--live", "--live-cells", "8", "--live-rays", "8", "--aov",
-                                    "voxels", "--size", "16x16", "--samples", "1", "-o", at("aov.voxels.exr")});
+                                    "voxels,occlusion", "--size", "16x16", "--samples", "1", "-o", at("aov.exr")});
   EXPECT_EQ(voxels.status, 0) << voxels.err;
   for (const std::string& offer : offers) EXPECT_TRUE(fs::exists(at("aov." + offer + ".exr"))) << offer;
 }

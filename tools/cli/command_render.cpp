@@ -82,7 +82,7 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
 Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!arguments.live) return done();
   if (arguments.backend != "cpu") return usage("--live runs on the CPU: --backend cpu");
-  auto rsm = readRsm(arguments.rsm, request.bands, request.bounces);
+  auto rsm = readRsm(arguments.rsm, arguments.bake.empty() ? request.bands : Bands{}, request.bounces);
   if (!rsm) return rsm.error();
   if (*rsm && (request.gloss || request.exponent))
     return usage("--live-transport rsm has no glossy light: leave out --gloss and --exponent");
