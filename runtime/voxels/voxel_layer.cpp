@@ -30,6 +30,7 @@ using Moment = std::array<std::int64_t, 6>;
 
 struct SideSums {
   std::int64_t weight = 0, area = 0;
+  std::int64_t within = 0;              // triangles that do not merely touch the voxel
   std::int64_t facing = 0, across = 0;  // area of triangles that face the axis more or less, and that stand across
   std::int64_t emitting = 0, backEmitting = 0;  // weight of triangles that emit, from their front and their back
   std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
@@ -51,8 +52,17 @@ void improve(std::int64_t& best, std::int64_t value, const Better& better) {
   }
 }
 
-// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1) for each
-// pair.
+// Whether a triangle lies on faces between voxels: it overlaps those on both sides, and has its area on one.
+bool isOnFaces(const SnappedTriangle& t) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int at = t.corner[0][k];
+    if (at % kVoxelSteps == 0 && t.corner[1][k] == at && t.corner[2][k] == at) return true;
+  }
+  return false;
+}
+
+// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1, whether it
+// merely touches the voxel) for each pair.
 template <class Visit>
 void forPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               const Visit& visit) {
@@ -71,12 +81,14 @@ void forPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
                   parts.push_back({v, overlap.covered(v)});
                   sum += parts.back().covered;
                 });
+                const bool onFaces = isOnFaces(triangles[t]);
                 // Small triangles slip between the places: they give all their voxels the same.
                 const auto count = static_cast<std::uint32_t>(parts.size());
                 for (const Part& part : parts) {
                   const std::uint64_t share =
                       std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
-                  visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)));
+                  visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)),
+                        onFaces && sum > 0 && part.covered == 0);
                 }
               }
             });
@@ -172,8 +184,9 @@ VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triang
     const double plane =
         32.0 * kVoxelSteps * kVoxelSteps / std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
     const double walls = s.across > 0 ? std::min(static_cast<double>(s.facing + s.across), plane) : plane;
-    side.emission =
-        glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / std::max(0.8 * emitting, walls)));
+    // What lies on the face of a voxel has its area in the next one, and may be met here first.
+    const double all = s.within > 0 ? std::max(0.8 * emitting, walls) : emitting;
+    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / all));
   }
   if (!isBack) {
     const double step = double{grid.voxel} / kVoxelSteps;
@@ -230,7 +243,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
 
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
   std::vector<Moment> moment(layer.kept, Moment{});
-  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool) {
     const std::uint32_t number = layer.numberOf(grid, v);
     if (number >= layer.kept) return;
     const glm::ivec3 n = normalOf(t);
@@ -246,7 +259,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
 
   // 2. What faces each side
   std::vector<SideSums> sums(2 * std::size_t{layer.kept});
-  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share) {
+  const auto addTo = [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool touches) {
     const std::uint32_t number = layer.numberOf(grid, v);
     if (number >= layer.kept) return;
     const glm::ivec3 n = normalOf(t), axis = signedBytes(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
@@ -255,6 +268,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
     add(s.weight, weight);
     add(s.area, share);
+    if (!touches) add(s.within, 1);
     // Where two walls meet one hides nothing of the other; of a lamp's small triangles half are behind others.
     constexpr std::int64_t kWall = 4 * kVoxelSteps * kVoxelSteps;  // an eighth of a voxel's face
     const std::int64_t seen = share >= kWall ? share : weight;
@@ -283,7 +297,8 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
     improve(s.outermost, along, std::greater<>());
     improve(s.innermost, along, std::less<>());
-  });
+  };
+  forPairs(grid, triangles, parallelFor, addTo);
 
   // 3. Means
   forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels,

@@ -298,6 +298,30 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
   EXPECT_NEAR(volume->radianceAt(blue.voxel, {-1, 0, 0}).z, 2.0f, 0.7f);
 }
 
+// A wall on the face between two voxels is in both, its area in one: from either side it has its emission.
+TEST(VoxelSides, anEmitterBetweenTwoVoxelsShines) {
+  VoxelOptions options;
+  options.boxMin = glm::vec3(-8.0f);
+  options.boxMax = glm::vec3(8.0f);
+  options.cells = 16;
+  const float voxel = 16.0f / 63.0f, low = -8.0f - 0.5f * voxel;
+  for (const float at : {40.0f, 41.0f, 40.3f, 40.5f, 40.75f}) {
+    VoxelLevel level;
+    level.surfaces[0] = {glm::vec3(0.0f), glm::vec3(1.0f), 1.0f, true};
+    const float x = low + at * voxel;
+    level.addQuad({x, -9, -9}, {x, -9, 9}, {x, 9, 9}, {x, 9, -9});
+    auto volume = VoxelVolume::create(level.geometry(), options);
+    ASSERT_TRUE(volume);
+    volume->reflect({}, glm::vec3(1.0f));
+    for (const float towards : {1.0f, -1.0f}) {
+      const glm::vec3 direction(towards, 0, 0);
+      const MarchHit hit = volume->march({-7.0f * towards, 0.03f, 0.02f}, direction, 100.0f);
+      ASSERT_TRUE(hit.found);
+      EXPECT_NEAR(volume->radianceAt(hit.voxel, direction).x, 1.0f, 0.06f) << at << ' ' << towards;
+    }
+  }
+}
+
 TEST(VoxelSides, directLightIsThatOfTheSurface) {
   VoxelLevel level;
   level.addQuad({-4, 0, -4}, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4});
