@@ -2,6 +2,7 @@
 // See radiance_mips.h.
 #include "runtime/cones/radiance_mips.h"
 
+#include "formats/limits.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
@@ -261,6 +262,13 @@ glm::vec4 RadianceMips::read(const VoxelVolume& volume, float level, const glm::
 
 namespace {
 
+bool isUnit(const glm::vec3& v) { return std::abs(glm::dot(v, v) - 1.0f) < 0.01f; }
+
+bool isValid(const Cone& cone) {
+  return isWithin(cone.originWorld, kMaxCoordinate) && isUnit(cone.normal) && isUnit(cone.direction) &&
+         cone.spread >= 0.0f && cone.far > 0.0f && cone.falloff >= 0.0f;
+}
+
 // Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not.
 void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3& direction, float& begin, float& end) {
   for (int k = 0; k < 3; ++k) {
@@ -278,6 +286,7 @@ void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3
 }  // namespace
 
 ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const {
+  if (!isValid(cone)) return {};
   const VolumeGrid& grid = volume.grid();
   // Lengths are in voxels from here on.
   const float cosine = glm::dot(cone.direction, cone.normal);

@@ -28,7 +28,7 @@
 namespace relume {
 
 struct Cone {
-  glm::vec3 originWorld{0.0f};                         // [m] on a surface
+  glm::vec3 originWorld{0.0f};                         // [m] on a surface, within kMaxCoordinate
   glm::vec3 normal{0.0f, 1, 0};                        // unit: of the plane of that surface, toward the cone
   glm::vec3 direction{0.0f, 1, 0};                     // unit
   float spread = 0.0f;                                 // [0..8] tangent of the half angle
@@ -53,7 +53,8 @@ class RadianceMips {
   // empty.
   [[nodiscard]] Status update(const VoxelVolume& volume);
 
-  // Follow a cone; `volume` is the one of the last update(), and has not changed since.
+  // Follow a cone; `volume` is the one of the last update(), and has not changed since. A cone with a number that is
+  // not finite or out of its range finds nothing.
   [[nodiscard]] ConeLight trace(const VoxelVolume& volume, const Cone& cone) const;
 
   // Levels above the voxels; level 1 is the first.

@@ -5,6 +5,7 @@
 #include "runtime/shared/chunks.h"
 
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,9 @@ Error noMemory() { return {ErrorCode::memory, "voxels lit by a bake: memory ran 
 // passes through the edge of one may be in the next along the normal's longest axis alone.
 std::uint32_t sideAround(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& normal) {
   const VoxelLayer& layer = volume.standing();
+  const glm::vec3 end(volume.grid().voxels());
+  if (!glm::all(glm::greaterThanEqual(place, glm::vec3(-1.0f))) || !glm::all(glm::lessThan(place, end + 1.0f)))
+    return kNowhere;
   const glm::vec3 size = glm::abs(normal);
   const int axis = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
   const glm::ivec3 here(glm::floor(place));

@@ -9,6 +9,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -217,6 +219,31 @@ TEST(RadianceMips, aConeEndsWhereItIsTold) {
   EXPECT_NEAR(lit.trace(cone).occlusion, 1.0f / 5.0f, 0.02f);
   EXPECT_EQ(lit.trace({{0, 0, 0}, {-1, 0, 0}, {-1, 0, 0}, 0.1f}).clear, 1.0f);
   EXPECT_EQ(lit.trace({{500, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0.1f}).clear, 1.0f);
+}
+
+TEST(RadianceMips, aConeOfNonsenseFindsNothing) {
+  VoxelLevel level;
+  level.addBox({-3, -3, -3}, {3, 3, 3}, true);
+  const Lit lit(level, boxed({-4, -4, -4}, {4, 4, 4}), true);
+  const Cone good{{0, 0, 0}, {0, 1, 0}, {0, 1, 0}, 0.25f};
+  EXPECT_LT(lit.trace(good).clear, 0.01f);
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+  const std::vector<std::function<void(Cone&)>> changes{[&](Cone& c) { c.originWorld.x = nan; },
+                                                        [&](Cone& c) { c.originWorld.y = 1e30f; },
+                                                        [&](Cone& c) { c.direction = glm::vec3(0.0f); },
+                                                        [&](Cone& c) { c.direction.z = infinite; },
+                                                        [&](Cone& c) { c.normal = glm::vec3(nan); },
+                                                        [&](Cone& c) { c.spread = nan; },
+                                                        [&](Cone& c) { c.spread = -1.0f; },
+                                                        [&](Cone& c) { c.far = nan; },
+                                                        [&](Cone& c) { c.falloff = nan; }};
+  for (const auto& change : changes) {
+    Cone cone = good;
+    change(cone);
+    const ConeLight light = lit.trace(cone);
+    EXPECT_EQ(light.clear, 1.0f);
+    EXPECT_EQ(light.radiance, glm::vec3(0.0f));
+  }
 }
 
 TEST(RadianceMips, doNotDependOnThreads) {

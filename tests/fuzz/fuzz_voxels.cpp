@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer: any bytes as a level that is voxelised, moved, edited and lit live, on the CPU. Nothing may crash; what is
 // refused changes nothing; and every number that comes out is finite and not negative.
+#include "runtime/cones/cone_light.h"
 #include "runtime/live/live_light.h"
 #include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
@@ -112,6 +113,21 @@ void lightByMap(const VoxelVolume& volume, Reader& in) {
   CHECK(isLight(light->irradiance(in.vector(), in.vector())));
 }
 
+// Cones of any numbers through it.
+void followCones(const VoxelVolume& volume, Reader& in) {
+  RadianceMips mips(in.take<std::uint8_t>() % 2 == 0 ? RadianceMips::Directions::six : RadianceMips::Directions::one);
+  CHECK(static_cast<bool>(mips.update(volume)));
+  const ConeTracer cones(volume, mips, {});
+  for (int i = 0; i < 4; ++i) {
+    const Cone cone{in.vector(), in.vector(), in.vector(), in.number(), 1e6f, in.number()};
+    const ConeLight light = mips.trace(volume, cone);
+    CHECK(isLight(light.radiance) && light.clear >= 0.0f && light.clear <= 1.0f);
+    CHECK(isLight(cones.glossy(cone.originWorld, {0, 1, 0}, {0.6f, 0.8f, 0}, in.number())));
+    const Gathered around = cones.hemisphere(cone.originWorld, {0, 1, 0}, {0.6f, 0.8f, 0}, 1.0f);
+    CHECK(isLight(around.radiance) && around.occlusion >= 0.0f && around.occlusion <= 1.001f);
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -159,6 +175,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   CHECK(static_cast<bool>(live));
   lightAndRead(*volume, *live, in);
   lightByMap(*volume, in);
+  followCones(*volume, in);
   for (int step = 0; step < 3 && !in.empty(); ++step) {
     const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
     const glm::mat4x3 to = in.transform();
