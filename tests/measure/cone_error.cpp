@@ -4,7 +4,7 @@
 // without one live light. Prints the tables of errors of docs/notes/cones.md.
 //   bench_cone_error LEVEL.glb CAMERA LIGHTS [BAKE.relume|-] [PATHS] [CELLS]
 #include "runtime/cones/cone_light.h"
-#include "tests/accuracy/compare_images.h"
+#include "tests/measure/compare_frame.h"
 #include "tests/measure/open_view.h"
 #include "tests/measure/traced_light.h"
 #include "tools/render/reference_layers.h"
@@ -23,15 +23,6 @@ namespace {
 constexpr float kExponents[] = {4.0f, 16.0f, 64.0f, 650.0f};
 
 int fail(const std::string& message) { return std::fprintf(stderr, "%s\n", message.c_str()), 1; }
-
-auto compare(const ChannelImage& reference, const std::vector<std::string>& layers, const RenderedFrame& frame,
-             Aov aov) {
-  ChannelImage found{frame.width, frame.height, {}};
-  found.setLayer("", composeAov(frame, aov));
-  CompareOptions options;
-  options.layers = layers;
-  return compareImages(reference, found, options);
-}
 
 int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights, bool hasBake, std::uint32_t paths,
             std::uint32_t cells) {
@@ -60,7 +51,7 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
       const auto frame = renderCpu(view.tracer, request, context);
       if (!frame) return fail(frame.error().message);
       const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-      const auto d = compare(reference, {"GlossDir", "GlossInd"}, *frame, Aov::glossy);
+      const auto d = test::compareFrame(reference, {"GlossDir", "GlossInd"}, *frame, Aov::glossy);
       if (!d) return fail(d.error().message);
       double bytes = 0.0;
       for (const auto& [name, size] : frame->bufferBytes) bytes += name == "mips" ? static_cast<double>(size) : 0.0;

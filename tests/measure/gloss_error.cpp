@@ -3,7 +3,7 @@
 // caches, with the time of the caches' pass and of a look-up, and the runtime's memory (one thread). Prints the tables
 // of docs/notes/gloss.md.
 //   bench_gloss_error LEVEL.glb BAKE.relume CAMERA LIGHTS [PATHS]
-#include "tests/accuracy/compare_images.h"
+#include "tests/measure/compare_frame.h"
 #include "tests/measure/open_view.h"
 #include "tests/measure/traced_light.h"
 #include "tools/render/reference_layers.h"
@@ -72,11 +72,7 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
       request.bands = bands;
       const auto frame = renderCpu(view.tracer, request, context);
       if (!frame) return fail(frame.error().message);
-      ChannelImage found{frame->width, frame->height, {}};
-      found.setLayer("", composeAov(*frame, Aov::glossy));
-      CompareOptions compare;
-      compare.layers = {"GlossDir", "GlossInd"};
-      const auto d = compareImages(reference, found, compare);
+      const auto d = test::compareFrame(reference, {"GlossDir", "GlossInd"}, *frame, Aov::glossy);
       if (!d) return fail(d.error().message);
 
       auto relighter =

@@ -4,7 +4,7 @@
 // rows of docs/notes/sky.md.
 //   bench_sky_error LEVEL.glb BAKE.relume CAMERA [PATHS [DEGREES...]]
 #include "formats/equirectangular.h"
-#include "tests/accuracy/compare_images.h"
+#include "tests/measure/compare_frame.h"
 #include "tests/measure/open_view.h"
 #include "tools/render/reference_layers.h"
 #include "tools/render/render_cpu.h"
@@ -56,11 +56,8 @@ int measure(const std::string& level, const std::string& bakePath, const std::st
     if (!frame) return fail(frame.error().message);
     const auto truth = renderReference(view->tracer, view->camera, {}, options, context);
     if (!truth) return fail(truth.error().message);
-    ChannelImage found{frame->width, frame->height, {}};
-    found.setLayer("", composeAov(*frame, Aov::indirect));
-    CompareOptions compare;
-    compare.layers = {"DiffDir", "DiffInd"};
-    const auto d = compareImages(toChannels(*truth, radianceOf(*truth)), found, compare);
+    const auto d =
+        test::compareFrame(toChannels(*truth, radianceOf(*truth)), {"DiffDir", "DiffInd"}, *frame, Aov::indirect);
     if (!d) return fail(d.error().message);
     std::printf("| %g | %.1f | %.1f | %.3f | %.1f |\n", static_cast<double>(turn), 100 * d->rmseClean,
                 100 * d->rmseTrimmed, d->energy, 100 * d->noise);
