@@ -8,9 +8,9 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <new>
 #include <numbers>
@@ -121,12 +121,12 @@ glm::vec4 gathered(const Picture& picture, std::span<const glm::vec4> traced, st
 }
 
 // Along one axis: the inner pixels each, the outer ones by pairs.
-glm::vec4 blurred(const Picture& picture, std::span<const glm::vec4> from, int x, int y, int dx, int dy) {
+glm::vec4 blurred(const Picture& picture, std::span<const glm::vec4> from, int x, int y, const glm::ivec2& along) {
   const std::size_t here = picture.at(x, y);
   glm::vec4 sum = from[here];
   float weights = 1.0f;
   const auto add = [&](int i, float weight) {
-    const int px = x + i * dx, py = y + i * dy;
+    const int px = x + i * along.x, py = y + i * along.y;
     if (!picture.holds(px, py)) return;
     const std::size_t there = picture.at(px, py);
     if (!picture.same(here, there)) return;
@@ -235,8 +235,8 @@ Status PixelCones::update(const ConeTracer& cones, const PixelReceivers& pixels,
 
     // 2. Where surfaces end
     picture.forPixels(parallelFor, [&](int x, int y, std::size_t i) {
-      for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}, std::array{1, 1}}) {
-        if (picture.holds(x + dx, y + dy) && !picture.same(i, picture.at(x + dx, y + dy))) edge[i] = 1;
+      for (const glm::ivec2& d : {glm::ivec2(1, 0), glm::ivec2(0, 1), glm::ivec2(1, 1)}) {
+        if (picture.holds(x + d.x, y + d.y) && !picture.same(i, picture.at(x + d.x, y + d.y))) edge[i] = 1;
       }
     });
     edgeMs_ = watch.lap();
@@ -250,9 +250,9 @@ Status PixelCones::update(const ConeTracer& cones, const PixelReceivers& pixels,
     }
     gatherMs_ = watch.lap();
     if (options_.blur) {
-      for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}}) {
+      for (const glm::ivec2& along : {glm::ivec2(1, 0), glm::ivec2(0, 1)}) {
         picture.forPixels(parallelFor, [&](int x, int y, std::size_t i) {
-          other[i] = picture.seen(i) ? blurred(picture, light, x, y, dx, dy) : glm::vec4(0.0f);
+          other[i] = picture.seen(i) ? blurred(picture, light, x, y, along) : glm::vec4(0.0f);
         });
         light.swap(other);
       }

@@ -25,7 +25,6 @@ namespace {
 
 using namespace test;
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kY0 = 0.28209479f;
 
 RsmLight lightBy(const RsmOptions& options) {
