@@ -16,17 +16,24 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kSides = 256;  // of a chunk
+constexpr float kLeastCosine = 0.3f;   // of a surfel that counts for a side
 constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
 Error noMemory() { return {ErrorCode::memory, "voxels lit by a bake: memory ran out; fewer cells take less"}; }
 
+// A surface on a standing side.
+struct Placed {
+  std::uint32_t side = kNowhere;
+  float weight = 0.0f;  // the cosine between the two
+};
+
 // The standing side that a surface at a place [voxels] with a unit normal belongs to. Voxels are thin: a surface that
 // passes through the edge of one may be in the next along the normal's longest axis alone.
-std::uint32_t sideAround(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& normal) {
+Placed sideAround(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& normal) {
   const VoxelLayer& layer = volume.standing();
   const glm::vec3 end(volume.grid().voxels());
   if (!glm::all(glm::greaterThanEqual(place, glm::vec3(-1.0f))) || !glm::all(glm::lessThan(place, end + 1.0f)))
-    return kNowhere;
+    return {};
   const glm::vec3 size = glm::abs(normal);
   const int axis = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
   const glm::ivec3 here(glm::floor(place));
@@ -35,9 +42,11 @@ std::uint32_t sideAround(const VoxelVolume& volume, const glm::vec3& place, cons
   for (const glm::ivec3& v : {here, here + beside, here - beside}) {
     if (!volume.grid().holds(v) || !layer.has(volume.grid(), v)) continue;
     const std::uint32_t number = layer.numberOf(volume.grid(), v);
-    if (number < layer.kept) return 2 * number + (glm::dot(layer.axis[number], normal) >= 0.0f ? 0 : 1);
+    if (number >= layer.kept) continue;
+    const float cosine = glm::dot(layer.axis[number], normal);
+    return {2 * number + (cosine >= 0.0f ? 0 : 1), std::abs(cosine)};
   }
-  return kNowhere;
+  return {};
 }
 
 }  // namespace
@@ -46,20 +55,22 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
   try {
     SurfelVoxels lit;
     const std::uint32_t count = bake.surfels.count(), sides = volume.standingSides();
-    std::vector<std::uint32_t> side(count);
+    std::vector<Placed> placed(count);
     forChunks(volume.parallelFor(), count, kSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s)
-        side[s] = sideAround(volume, volume.grid().toGrid(bake.surfels.positionWorld[s]), bake.surfels.normal[s]);
+        placed[s] = sideAround(volume, volume.grid().toGrid(bake.surfels.positionWorld[s]), bake.surfels.normal[s]);
     });
     lit.first_.assign(sides + 1, 0);
-    for (const std::uint32_t s : side) {
-      if (s != kNowhere) ++lit.first_[s + 1];
+    // What stands across tells nothing of a side: bars of a window in the sun are dark from inside.
+    const auto counts = [](const Placed& p) { return p.side != kNowhere && p.weight >= kLeastCosine; };
+    for (const Placed& p : placed) {
+      if (counts(p)) ++lit.first_[p.side + 1];
     }
     for (std::uint32_t s = 0; s < sides; ++s) lit.first_[s + 1] += lit.first_[s];
-    lit.node_.resize(lit.first_[sides]);
+    lit.sender_.resize(lit.first_[sides]);
     std::vector<std::uint32_t> next(lit.first_.begin(), lit.first_.end() - 1);
     for (std::uint32_t s = 0; s < count; ++s) {
-      if (side[s] != kNowhere) lit.node_[next[side[s]]++] = bake.hierarchy.leafNode[s];
+      if (counts(placed[s])) lit.sender_[next[placed[s].side]++] = {bake.hierarchy.leafNode[s], placed[s].weight};
     }
     std::uint32_t with = 0, all = 0;
     for (std::uint32_t s = 0; s < sides; ++s) {
@@ -90,14 +101,18 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
       }
     });
     volume.reflect(bounced_, emissionScale);
-    // The mean of the surfels, which are all of one size
+    // The mean of the surfels, which are all of one size, by how squarely they face the side
     const std::vector<glm::vec3> radiosity = relighter.nodeRadiosity();
     forChunks(volume.parallelFor(), volume.standingSides(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s) {
         if (!hasSurfels(s)) continue;
         glm::vec3 sum(0.0f);
-        for (std::uint32_t i = first_[s]; i < first_[s + 1]; ++i) sum += radiosity[node_[i]];
-        volume.setRadiance(s, std::numbers::inv_pi_v<float> / static_cast<float>(first_[s + 1] - first_[s]) * sum);
+        float weights = 0.0f;
+        for (std::uint32_t i = first_[s]; i < first_[s + 1]; ++i) {
+          sum += sender_[i].weight * radiosity[sender_[i].node];
+          weights += sender_[i].weight;
+        }
+        volume.setRadiance(s, std::numbers::inv_pi_v<float> / weights * sum);
       }
     });
   } catch (const std::bad_alloc&) {

@@ -29,9 +29,15 @@ class SurfelVoxels {
   float covered() const { return covered_; }
 
  private:
-  std::vector<std::uint32_t> first_;  // [Size standing sides + 1] of each side in node_
-  std::vector<std::uint32_t> node_;   // the leaf of each surfel
-  std::vector<glm::vec3> bounced_;    // [W/m²] [Size sides]
+  // A surfel in a voxel: its leaf, and how squarely it faces the side.
+  struct Sender {
+    std::uint32_t node = 0;
+    float weight = 0.0f;
+  };
+
+  std::vector<std::uint32_t> first_;  // [Size standing sides + 1] of each side in sender_
+  std::vector<Sender> sender_;
+  std::vector<glm::vec3> bounced_;  // [W/m²] [Size sides]
   std::uint64_t standingVersion_ = 0;
   float covered_ = 0.0f;
 };
