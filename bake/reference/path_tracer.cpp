@@ -10,6 +10,7 @@
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
 #include "bake/reference/emitters.h"
+#include "formats/frame_about.h"
 #include "relume/glossy.h"
 
 #include <glm/common.hpp>
@@ -101,13 +102,12 @@ glm::vec3 fromEmitters(const Renderer& r, const Vertex& v, RandomStream& random)
   return c.radiance * (weight * c.cosine * c.cosEmitter / (kPi * c.distance * c.distance * c.density));
 }
 
-// The direction at a cosine and an angle about n, with the frame of Duff et al. 2017.
+// The direction at a cosine and an angle about n.
 glm::vec3 directionAbout(const glm::vec3& n, float cosine, float angle) {
   const float radius = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
   const float x = radius * std::cos(angle), y = radius * std::sin(angle);
-  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-  const glm::vec3 t(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x), s(b, sign + n.y * n.y * a, -n.y);
-  return glm::normalize(t * x + s * y + n * cosine);
+  const glm::mat3 frame = frameAbout(n);
+  return glm::normalize(frame[0] * x + frame[1] * y + n * cosine);
 }
 
 // A cosine-weighted direction about n (Malley).

@@ -2,6 +2,7 @@
 // See cone_light.h.
 #include "runtime/cones/cone_light.h"
 
+#include "formats/frame_about.h"
 #include "relume/glossy.h"
 
 #include <glm/geometric.hpp>
@@ -64,11 +65,6 @@ std::array<LocalCone, kLobeCones> lobeCones(float exponent) {
     cones[i] = coneAt(i, z, 2.0 * std::numbers::pi / ((n + 1.0) * std::pow(z, n) * kCount));
   }
   return cones;
-}
-
-glm::mat3 frameAbout(const glm::vec3& n) {
-  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-  return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
 Gathered ConeTracer::follow(const Cone& cone) const {

@@ -36,9 +36,6 @@ const std::array<LocalCone, kHemisphereCones>& hemisphereCones();
 // clamped]
 std::array<LocalCone, kLobeCones> lobeCones(float exponent);
 
-// A frame about a unit vector (Duff et al. 2017): its third column is the vector.
-glm::mat3 frameAbout(const glm::vec3& normal);
-
 // What one cone or several bring to a receiver.
 struct Gathered {
   glm::vec3 radiance{0.0f};  // [W/m²/sr] the mean; irradiance is pi times it
@@ -60,7 +57,7 @@ class ConeTracer {
   Gathered hemisphere(const glm::vec3& positionWorld, const glm::vec3& plane, const glm::vec3& normal,
                       float falloff) const;
 
-  // One of its cones; `frame` is frameAbout() the normal, turned about it or not.
+  // One of its cones; `frame` is frameAbout() the normal (formats/frame_about.h), turned about it or not.
   Gathered hemisphereCone(std::uint32_t which, const glm::vec3& positionWorld, const glm::vec3& plane,
                           const glm::mat3& frame, float falloff) const;
 

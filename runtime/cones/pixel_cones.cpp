@@ -2,6 +2,7 @@
 // See pixel_cones.h.
 #include "runtime/cones/pixel_cones.h"
 
+#include "formats/frame_about.h"
 #include "formats/limits.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"

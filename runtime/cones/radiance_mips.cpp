@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <new>
 
 namespace relume {
@@ -266,7 +267,7 @@ bool isUnit(const glm::vec3& v) { return std::abs(glm::dot(v, v) - 1.0f) < 0.01f
 
 bool isValid(const Cone& cone) {
   return isWithin(cone.originWorld, kMaxCoordinate) && isUnit(cone.normal) && isUnit(cone.direction) &&
-         cone.spread >= 0.0f && cone.far > 0.0f && cone.falloff >= 0.0f;
+         cone.spread >= 0.0f && cone.falloff >= 0.0f;
 }
 
 // Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not.
@@ -291,7 +292,7 @@ ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const
   // Lengths are in voxels from here on.
   const float cosine = glm::dot(cone.direction, cone.normal);
   const glm::vec3 origin = grid.toGrid(cone.originWorld);
-  float t = 0.0f, end = cone.far / grid.voxel;
+  float t = 0.0f, end = std::numeric_limits<float>::infinity();
   clipToGrid(grid, origin, cone.direction, t, end);
   const float widest = static_cast<float>(1u << levels_.size());
   const View view(directions_, cone.direction);

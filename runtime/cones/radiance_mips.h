@@ -22,17 +22,15 @@
 #include <glm/vec4.hpp>
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace relume {
 
 struct Cone {
-  glm::vec3 originWorld{0.0f};                         // [m] on a surface, within kMaxCoordinate
-  glm::vec3 normal{0.0f, 1, 0};                        // unit: of the plane of that surface, toward the cone
-  glm::vec3 direction{0.0f, 1, 0};                     // unit
-  float spread = 0.0f;                                 // [0..8] tangent of the half angle
-  float far = std::numeric_limits<float>::infinity();  // [m] > 0: where it ends
+  glm::vec3 originWorld{0.0f};      // [m] on a surface, within kMaxCoordinate
+  glm::vec3 normal{0.0f, 1, 0};     // unit: of the plane of that surface, toward the cone
+  glm::vec3 direction{0.0f, 1, 0};  // unit
+  float spread = 0.0f;              // [0..8] tangent of the half angle
   float falloff = 0.0f;  // [1/m] >= 0: what blocks the cone at distance d counts 1 / (1 + falloff d) in `occlusion`
 };
 

@@ -5,6 +5,7 @@
 #include "formats/limits.h"
 #include "formats/sh.h"
 #include "formats/sphere_points.h"
+#include "runtime/live/cell_field.h"
 #include "runtime/live/turn_of_set.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
@@ -65,14 +66,10 @@ Status checkFrame(const LiveFrame& frame) {
 // Irradiance from radiance coefficients by the clamped cosine, as much as light of one radiance from all sides at most.
 glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, const glm::vec3& normal) {
   if (!(brightest > 0.0f)) return glm::vec3(0.0f);
-  std::array<float, kBasis> y;
-  evaluateSh(3, normal, y);
-  constexpr std::array<float, 3> kBand{kPi, 2.0f / 3.0f * kPi, 0.25f * kPi};
+  const FieldLobe lobe = clampedLobe(normal);
   glm::vec3 e(0.0f);
-  for (std::uint32_t k = 0; k < kBasis; ++k) {
-    const float factor = kBand[k == 0 ? 0 : k < 4 ? 1 : 2] * y[k];
-    e += factor * glm::vec3(coefficients[k], coefficients[kBasis + k], coefficients[2 * kBasis + k]);
-  }
+  for (std::uint32_t k = 0; k < kBasis; ++k)
+    e += lobe[k] * glm::vec3(coefficients[k], coefficients[kBasis + k], coefficients[2 * kBasis + k]);
   return glm::clamp(e, glm::vec3(0.0f), glm::vec3(kPi * brightest));
 }
 

@@ -3,6 +3,7 @@
 #include "runtime/live/rsm_light.h"
 
 #include "formats/color.h"
+#include "formats/frame_about.h"
 #include "formats/limits.h"
 #include "runtime/live/cell_set.h"
 #include "runtime/live/rsm_bounces.h"
@@ -37,18 +38,14 @@ Status checkCount(const char* what, std::uint32_t found, std::uint32_t most) {
   return usage(std::to_string(found) + " " + what + ", expected 1 to " + std::to_string(most));
 }
 
-// Where a receiver reads, from its own place [cells]: half a cell along the
-// normal, and on a ring of half a cell around that. No move is longer than half
-// a cell along any axis, so that all cells that are read are the receiver's own
-// or neighbours of it, which dilation has made active.
+// Where a receiver reads, from its own place [cells]: half a cell along the normal, and on a ring of half a cell around
+// that. No move is longer than half a cell along any axis, so that all cells that are read are the receiver's own or
+// neighbours of it, which dilation has made active.
 //
-// Deviation: CRC 2.2 has a number of places in the hemisphere and Section 3
-// moves all by half a cell along the normal.
+// Deviation: CRC 2.2 has a number of places in the hemisphere and Section 3 moves all by half a cell along the normal.
 std::array<glm::vec3, kReads> readPlaces(const glm::vec3& normal) {
-  // A frame about the normal (Duff et al. 2017).
-  const float sign = std::copysign(1.0f, normal.z), a = -1.0f / (sign + normal.z), b = normal.x * normal.y * a;
-  const glm::vec3 t(1.0f + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
-      s(b, sign + normal.y * normal.y * a, -normal.y);
+  const glm::mat3 frame = frameAbout(normal);
+  const glm::vec3 &t = frame[0], &s = frame[1];
   const glm::vec3 up = 0.5f * normal;
   const auto near = [](const glm::vec3& move) { return glm::clamp(move, -0.5f, 0.5f); };
   return {near(up), near(up + 0.5f * t), near(up - 0.25f * t + 0.4330127f * s), near(up - 0.25f * t - 0.4330127f * s)};
@@ -133,9 +130,8 @@ std::vector<std::uint8_t> RsmLight::findCells(const VoxelVolume& volume, const R
       grid, options_.occupancy == CellOccupancy::depth ? seenCells(grid, *frame.depth) : occupiedCells(volume.bits()));
 }
 
-// Deviation: print receives anywhere in a cell, half of which may lie behind a
-// wall; sparse samples let light through to there. Where they are exact, a cell
-// receives at the free voxel from which the fewest backs are seen (cell_set.h).
+// Deviation: print receives anywhere in a cell, half of which may lie behind a wall; sparse samples let light through
+// to there. Where they are exact, a cell receives at the free voxel from which the fewest backs are seen (cell_set.h).
 void RsmLight::findPlaces(const VoxelVolume& volume) {
   if (options_.visibility != CellVisibility::exact) return;
   if (standingVersion_ == volume.standingVersion() && movingVersion_ == volume.movingVersion() && !places_.empty())
@@ -213,9 +209,7 @@ Status RsmLight::update(const VoxelVolume& volume, const RsmFrame& frame) {
     firstMs_ = firstMs;
     nextMs_ = nextMs;
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::memory,
-                 "live light by reflective shadow maps: "
-                 "memory ran out; fewer cells take less"};
+    return Error{ErrorCode::memory, "live light by reflective shadow maps: memory ran out; fewer cells take less"};
   }
   return done();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Light that receivers find by cones.
 #include "runtime/cones/cone_light.h"
+#include "formats/frame_about.h"
 #include "tests/live/lit_volumes.h"
 
 #include <gtest/gtest.h>

@@ -206,15 +206,13 @@ TEST(RadianceMips, sixDirectionsTakeFiveEighthsMoreThanOne) {
   EXPECT_NEAR(ratio, (1.0 + 6.0 / 7.0) / (8.0 / 7.0), 1e-3);
 }
 
-TEST(RadianceMips, aConeEndsWhereItIsTold) {
+TEST(RadianceMips, whatIsFartherOffHidesLess) {
   VoxelLevel level;
   level.surfaces = {sending(glm::vec3(1.0f))};
   addWall(level, 4.0f, 0);
   const Lit lit(level, boxed({-8, -8, -8}, {8, 8, 8}));
-  Cone cone{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0.1f, 3.2f};
-  EXPECT_EQ(lit.trace(cone).clear, 1.0f);
-  cone.far = 4.5f;
-  EXPECT_LE(lit.trace(cone).clear, 0.01f);
+  Cone cone{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0.1f};
+  EXPECT_NEAR(lit.trace(cone).occlusion, 1.0f, 0.01f);
   cone.falloff = 1.0f;
   EXPECT_NEAR(lit.trace(cone).occlusion, 1.0f / 5.0f, 0.02f);
   EXPECT_EQ(lit.trace({{0, 0, 0}, {-1, 0, 0}, {-1, 0, 0}, 0.1f}).clear, 1.0f);
@@ -235,7 +233,6 @@ TEST(RadianceMips, aConeOfNonsenseFindsNothing) {
                                                         [&](Cone& c) { c.normal = glm::vec3(nan); },
                                                         [&](Cone& c) { c.spread = nan; },
                                                         [&](Cone& c) { c.spread = -1.0f; },
-                                                        [&](Cone& c) { c.far = nan; },
                                                         [&](Cone& c) { c.falloff = nan; }};
   for (const auto& change : changes) {
     Cone cone = good;

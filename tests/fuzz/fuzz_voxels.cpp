@@ -119,7 +119,7 @@ void followCones(const VoxelVolume& volume, Reader& in) {
   CHECK(static_cast<bool>(mips.update(volume)));
   const ConeTracer cones(volume, mips, {});
   for (int i = 0; i < 4; ++i) {
-    const Cone cone{in.vector(), in.vector(), in.vector(), in.number(), 1e6f, in.number()};
+    const Cone cone{in.vector(), in.vector(), in.vector(), in.number(), in.number()};
     const ConeLight light = mips.trace(volume, cone);
     CHECK(isLight(light.radiance) && light.clear >= 0.0f && light.clear <= 1.0f);
     CHECK(isLight(cones.glossy(cone.originWorld, {0, 1, 0}, {0.6f, 0.8f, 0}, in.number())));

@@ -135,8 +135,9 @@ int run(int argc, char** argv) {
              h = static_cast<std::uint32_t>(argc > 6 ? std::atoi(argv[6]) : 180);
   const auto relit = relightByRays(view->tracer, request, context);
   if (!relit) return fail(relit.error().message);
-  const auto voxels = lightByBake(view->tracer, request, *relit->all, context);
+  auto voxels = lightByBake(view->tracer, request, *relit->all, context);
   if (!voxels) return fail(voxels.error().message);
+  if (Status ok = voxels->mips.update(voxels->volume); !ok) return fail(ok.error().message);
   const ConeTracer tracer(voxels->volume, voxels->mips, voxels->sky());
   const GBuffer g(*view, view->camera, w, h);
 

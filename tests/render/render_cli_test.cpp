@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // `relume render` as a user runs it: what it writes, and what it says when it cannot.
 #include "tests/cli/make_gltf.h"
-#include "tests/cli/run_program.h"
+#include "tests/render/render_command.h"
 #include "tools/images/image_io.h"
 
 #include <gtest/gtest.h>
@@ -23,43 +23,7 @@
 namespace relume {
 namespace {
 
-namespace fs = std::filesystem;
-const std::string kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
-
-class RenderCommand : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = fs::temp_directory_path() / ("relume_render_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-    bake_ = (folder_ / "level.relume").string();
-    const ProgramResult made = runProgram(
-        {"bake", kLevel, "-o", bake_, "--preset", "draft", "--surfels", "2000", "--progress", "none"}, folder_);
-    ASSERT_EQ(made.status, 0) << made.err;
-  }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
-
-  // Render the level with these further arguments, to image.exr unless they say otherwise.
-  static ProgramResult render(std::vector<std::string> more) {
-    std::vector<std::string> arguments{"render", kLevel, "--size", "32x18", "--samples", "1", "--progress", "none"};
-    if (std::find(more.begin(), more.end(), "-o") == more.end()) {
-      arguments.push_back("-o");
-      arguments.push_back(image());
-    }
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return runProgram(arguments, folder_);
-  }
-  static std::string image() { return (folder_ / "image.exr").string(); }
-  static void expectRefused(const ProgramResult& r, int status, const std::vector<std::string>& words) {
-    EXPECT_EQ(r.status, status) << r.err;
-    for (const std::string& word : words)
-      EXPECT_NE(r.err.find(word), std::string::npos) << "\"" << word << "\" in: " << r.err;
-  }
-
-  static fs::path folder_;
-  static std::string bake_;
-};
-fs::path RenderCommand::folder_;
-std::string RenderCommand::bake_;
+using namespace test;
 
 TEST_F(RenderCommand, writesOneFileALayerOrOneForAll) {
   ASSERT_EQ(render({"--bake", bake_, "--aov", "indirect,direct,depth"}).status, 0);
@@ -93,101 +57,6 @@ TEST_F(RenderCommand, drawsTheGlossOfMaterials) {
                 {"--exponent", "--gloss"});
   expectRefused(render({"--bake", bake_, "--aov", "glossy"}), 1, {"--exponent", "--gloss"});
   expectRefused(render({"--bake", bake_, "--gloss", "--aov", "unbounced"}), 1, {"--aov unbounced", "--gloss"});
-}
-
-TEST_F(RenderCommand, lightsALevelWithoutABake) {
-  const auto live = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
-                                   "16",     "--camera", "cam_hall", "--size",       "64x36", "--samples",
-                                   "1",      "--force",  "-o",       image()};
-    words.insert(words.end(), more.begin(), more.end());
-    return runProgram(words, folder_);
-  };
-  const ProgramResult drawn = live({"--lights", "spot,emissive", "--aov", "indirect,voxels,bounced", "--json"});
-  ASSERT_EQ(drawn.status, 0) << drawn.err;
-  EXPECT_NE(drawn.out.find("\"gather\""), std::string::npos) << drawn.out;
-  std::array<double, 3> light{};
-  const std::array<std::string, 3> names{"indirect", "voxels", "bounced"};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto picture = readExr(folder_ / ("image." + names[i] + ".exr"));
-    ASSERT_TRUE(picture) << picture.error().message;
-    for (const float v : picture->channels.begin()->second) light[i] += v;
-  }
-  EXPECT_GT(light[1], 0.0);
-  EXPECT_GT(light[2], 0.0);
-  EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
-  expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
-  expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
-  expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
-}
-
-TEST_F(RenderCommand, lightsALevelByReflectiveShadowMaps) {
-  const auto live = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{
-        "render",   kLevel,         "--live",   "--live-transport", "rsm",     "--live-cells",
-        "16",       "--rsm-frames", "2",        "--rsm-size",       "64",      "--camera",
-        "cam_hall", "--lights",     "spot",     "--size",           "64x36",   "--samples",
-        "1",        "--aov",        "indirect", "--json",           "--force", "-o",
-        image()};
-    words.insert(words.end(), more.begin(), more.end());
-    return runProgram(words, folder_);
-  };
-  const auto lightOf = [&](const std::vector<std::string>& more) {
-    const ProgramResult drawn = live(more);
-    EXPECT_EQ(drawn.status, 0) << drawn.err;
-    for (const char* pass : {"occupancy", "first bounce", "next bounces", "blend", "resolve"})
-      EXPECT_NE(drawn.out.find(std::string("\"") + pass + "\""), std::string::npos) << drawn.out;
-    const auto picture = readExr(image());
-    double sum = 0.0;
-    for (const auto& [name, channel] : picture->channels) {
-      for (const float v : channel) sum += v;
-    }
-    return sum;
-  };
-  const double once = lightOf({"--bounces", "1", "--occupancy", "depth"}), all = lightOf({});
-  EXPECT_GT(once, 0.0);
-  EXPECT_GT(all, once);
-  EXPECT_NEAR(lightOf({"--bounces", "1", "--occupancy", "none", "--bands", "Y3Co3Cg3"}), once, 0.1 * once);
-  EXPECT_NEAR(lightOf({"--bounces", "1", "--presence", "2"}), 2.0 * once, 0.1 * once);
-  EXPECT_GT(lightOf({"--bounces", "1", "--live-visibility", "none"}), once);
-  EXPECT_NE(live({"--lights", "emissive"}).err.find("punctual lights"), std::string::npos);
-  expectRefused(live({"--occupancy", "depth"}), 1, {"--occupancy depth", "--bounces 1"});
-  expectRefused(live({"--bands", "Y4Co1Cg1"}), 1, {"--bands Y4Co1Cg1", "3 bands"});
-  expectRefused(live({"--rsm-samples", "0"}), 1, {"--rsm-samples"});
-}
-
-// Gloss by cones through voxels that live light or a bake lights, and how open the surroundings are.
-TEST_F(RenderCommand, followsConesThroughALevel) {
-  const auto draw = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
-                                   "16",     "--camera", "cam_hall", "--size",       "48x27", "--samples",
-                                   "1",      "--lights", "spot",     "--force",      "-o",    image()};
-    words.insert(words.end(), more.begin(), more.end());
-    return runProgram(words, folder_);
-  };
-  const auto meanOf = [&](const std::string& name) {
-    const auto picture = readExr(folder_ / ("image." + name + ".exr"));
-    EXPECT_TRUE(picture);
-    double sum = 0.0;
-    for (const glm::vec3& p : picture->layer("")) sum += p.y / (48.0 * 27.0);
-    return sum;
-  };
-  ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64"}).status, 0);
-  const double live = meanOf("glossy"), open = meanOf("occlusion");
-  EXPECT_GT(open, 0.3);
-  EXPECT_LT(open, 1.0);
-  ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64", "--occlusion-falloff", "100"}).status, 0);
-  EXPECT_GT(meanOf("occlusion"), open);
-  const ProgramResult baked =
-      draw({"--bake", bake_, "--aov", "glossy,indirect,occlusion", "--exponent", "64", "--json"});
-  ASSERT_EQ(baked.status, 0) << baked.err;
-  EXPECT_NE(baked.out.find("\"mips\""), std::string::npos) << baked.out;
-  EXPECT_NEAR(meanOf("glossy"), live, 0.35 * live);
-  ASSERT_EQ(draw({"--gloss", "--aov", "full,glossy"}).status, 0);
-  EXPECT_GT(meanOf("glossy"), 0.0);
-  expectRefused(draw({"--bake", "none.relume"}), 2, {"none.relume"});
-  expectRefused(draw({"--aov", "occlusion,direct", "--occlusion-falloff", "-1"}), 1, {"--occlusion-falloff"});
-  expectRefused(render({"--bake", bake_, "--aov", "occlusion"}), 1, {"--aov occlusion", "--live"});
 }
 
 TEST_F(RenderCommand, referenceHasTheSameGloss) {

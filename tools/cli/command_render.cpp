@@ -75,6 +75,9 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
   }
   if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
+  if (request.live)
+    request.live->lit =
+        std::any_of(aovs->begin(), aovs->end(), [](Aov aov) { return needsBake(aov) || aov == Aov::voxels; });
   return aovs;
 }
 

@@ -124,9 +124,6 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
     ++view.frames;
   }
   resolvePixels(tracer, request, *view.rsm, context);
-  if (request.drawsCones()) {
-    if (Status ok = view.voxels.mips.update(view.voxels.volume); !ok) return ok.error();
-  }
   return view;
 }
 
@@ -140,6 +137,7 @@ LiveIrradiance LiveView::irradiance(const glm::vec3& positionWorld, const glm::v
     light.all = rsm->irradiance(positionWorld, normal);
     return light;
   }
+  if (!all) return light;
   const CellStencil stencil = all->stencil(positionWorld, normal);
   light.all = all->irradianceBy(stencil, normal);
   if (straight) light.straight = straight->irradianceBy(stencil, normal);
@@ -163,13 +161,17 @@ std::vector<std::pair<std::string, std::size_t>> VoxelView::bufferSizes() const 
 
 std::vector<PassTime> LiveView::passTimes() const {
   std::vector<PassTime> times = voxels.passTimes();
-  for (const PassTime& pass : rsm ? rsm->passTimes() : all->passTimes()) times.push_back(pass);
+  if (rsm || all) {
+    for (const PassTime& pass : rsm ? rsm->passTimes() : all->passTimes()) times.push_back(pass);
+  }
   return times;
 }
 
 std::vector<std::pair<std::string, std::size_t>> LiveView::bufferSizes() const {
   auto sizes = voxels.bufferSizes();
-  for (const auto& buffer : rsm ? rsm->bufferSizes() : all->bufferSizes()) sizes.push_back(buffer);
+  if (rsm || all) {
+    for (const auto& buffer : rsm ? rsm->bufferSizes() : all->bufferSizes()) sizes.push_back(buffer);
+  }
   return sizes;
 }
 
@@ -219,6 +221,7 @@ glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(reque
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   auto voxels = openView(tracer, request, context);
   if (!voxels) return voxels.error();
+  if (!request.live->lit) return LiveView{std::move(*voxels)};
   if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);
   const LiveOptions options{request.live->rays};
   auto light = LiveLight::create(options);
@@ -251,21 +254,17 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
     if (Status ok = converge(*view.all, volume, frame, context); !ok) return ok.error();
     view.frames = kConverged;
   }
-  if (request.drawsCones()) {
-    if (Status ok = view.voxels.mips.update(volume); !ok) return ok.error();
-  }
   return view;
 }
 
 Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& request, const Relighter& relighter,
                               Context& context) {
   auto view = openView(tracer, request, context);
-  if (!view) return view.error();
+  if (!view || !request.live->lit) return view;
   if (Status ok = lightDirectly(tracer, request, view->volume, context); !ok) return ok.error();
   auto lit = SurfelVoxels::create(view->volume, *request.bake);
   if (!lit) return lit.error();
   if (Status ok = lit->light(view->volume, relighter, emissionScaleOf(request)); !ok) return ok.error();
-  if (Status ok = view->mips.update(view->volume); !ok) return ok.error();
   return view;
 }
 

@@ -23,7 +23,7 @@ namespace relume {
 // Lit voxels, for cones.
 struct VoxelView {
   VoxelVolume volume;
-  RadianceMips mips{};  // where cones are wanted
+  RadianceMips mips{};  // empty until it is updated
   glm::vec3 skyRadiance{0.0f};
   std::vector<glm::vec3> skyMap{};  // octahedral; empty = skyRadiance from everywhere
 
@@ -39,7 +39,7 @@ struct LiveIrradiance {
 
 struct LiveView {
   VoxelView voxels;
-  std::optional<LiveLight> all{};       // one of this and `rsm`
+  std::optional<LiveLight> all{};       // one of this and `rsm`; neither where no light is wanted
   std::optional<LiveLight> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
   std::optional<RsmLight> rsm{};
   int frames = 0;

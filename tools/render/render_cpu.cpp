@@ -246,11 +246,15 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
     live.emplace(std::move(*lit));
   }
 
+  VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
+  if (request.drawsCones()) {
+    if (Status ok = voxels->mips.update(voxels->volume); !ok) return ok.error();
+  }
+
   // Draw, a row of pixels at a time
   RenderedFrame frame;
   frame.renderer = "cpu";
   frame.resize(request);
-  const VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
   const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, voxels, frame);
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;

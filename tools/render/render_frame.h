@@ -64,6 +64,7 @@ struct LiveRequest {
   std::uint32_t rays = 64;                                              // [8..4096] of a cell in each frame
   RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
   std::optional<RsmRequest> rsm{};                                      // in place of rays through lit voxels
+  bool lit = true;  // false: what is wanted does not depend on light, so the voxels stay dark
 };
 
 struct RenderRequest {

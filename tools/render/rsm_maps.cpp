@@ -2,6 +2,8 @@
 // See rsm_maps.h.
 #include "tools/render/rsm_maps.h"
 
+#include "formats/frame_about.h"
+
 #include "bake/base/parallel.h"
 #include "bake/rays/seen_surface.h"
 #include "bake/reference/path_tracer.h"
@@ -25,10 +27,9 @@ struct Face {
   glm::vec3 right, up, forward;
 };
 
-// Two unit vectors across a unit one (Duff et al. 2017).
-Face acrossTo(const glm::vec3& n) {
-  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-  return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+Face acrossTo(const glm::vec3& forward) {
+  const glm::mat3 frame = frameAbout(forward);
+  return {frame[0], frame[1], frame[2]};
 }
 
 Face cubeFace(std::uint32_t face) {
