@@ -144,7 +144,9 @@ LiveIrradiance LiveView::irradiance(const glm::vec3& positionWorld, const glm::v
   return light;
 }
 
-std::string LiveView::name() const { return rsm ? "live light by reflective shadow maps" : "live light"; }
+std::string LiveView::name() const {
+  return rsm ? "live light by reflective shadow maps" : all ? "live light" : "voxels without light";
+}
 
 std::vector<PassTime> VoxelView::passTimes() const {
   std::vector<PassTime> times = volume.passTimes();

@@ -60,7 +60,7 @@ class Command:
 
     def finish(self, context, run):
         if run.cancelled:
-            self.report({"WARNING"}, "cancelled; nothing was written")
+            self.report({"WARNING"}, "cancelled; this run of relume wrote nothing")
             return {"CANCELLED"}
         for text in run.warnings:
             self.report({"WARNING"}, text)
