@@ -30,11 +30,17 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& options, Context&
   if (const Status status = placeReceivers(*placed, context); !status) return status.error();
 
   // 5. Hand over
+  const TestRays test = std::move(placed->test);
   Result<Bake> bake = handOver(scene, options, std::move(*placed), std::move(traced->links), context);
   if (!bake) return bake;
 
   // 6. Check: a bake that a reader would refuse is an error here
   if (const Status valid = checkBaked(*bake, context); !valid) return valid.error();
+
+  // 7. Certify: how far what a game reads is from what rays have found
+  auto certificate = certifyBaked(*bake, test, context);
+  if (!certificate) return certificate.error();
+  bake->certificate = std::move(*certificate);
   return bake;
 }
 

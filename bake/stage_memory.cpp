@@ -4,6 +4,7 @@
 #include "bake/stage_memory.h"
 
 #include "bake/base/memory_budget.h"
+#include "bake/certificate/test_lights.h"
 #include "bake/links/share_links.h"
 #include "bake/surfels/surface_sampler.h"
 
@@ -23,7 +24,10 @@ constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 8 + 2 
 constexpr double kSampledSideBytes = 16 + 8 + 8;        // a side of the sampler and of the surfel map
 constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, tiles of the map
 constexpr double kClusterBytes = 420.0;                 // a surfel, clustered
-constexpr double kWorkerNodeBytes = 48.0;               // a node, in each thread that links
+constexpr double kTestSurfelBytes = 4.0 * (kTestSuns + kTestLamps);
+// A relighter, by surfel, node, link and cache: docs/PERFORMANCE.md.
+constexpr double kReadSurfelBytes = 64.0, kReadNodeBytes = 24.0, kReadLinkBytes = 8.0, kReadCacheBytes = 512.0;
+constexpr double kWorkerNodeBytes = 48.0;  // a node, in each thread that links
 
 double tracedTriangles(const Scene& scene, RayGeometry geometry, double& instances) {
   double count = 0.0;
@@ -99,6 +103,20 @@ Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const Link
       2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
       number(links) + " links of " + number(share * caches.count()) + " caches",
       options.linksTotal > 0 ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
+}
+
+Status reserveTestRays(const Surfels& surfels, Context& context) {
+  return reserveMemory(context, "test rays", kTestSurfelBytes * surfels.count(),
+                       number(surfels.count()) + " surfels under each light", "lower --surfels");
+}
+
+Status reserveCertificate(const Bake& bake, Context& context) {
+  const double links = bake.links.count(), caches = bake.caches.count();
+  return reserveMemory(context, "certificate",
+                       kReadSurfelBytes * bake.surfels.count() + kReadNodeBytes * bake.hierarchy.nodeCount() +
+                           kReadLinkBytes * links + kReadCacheBytes * caches,
+                       number(links) + " links of " + number(caches) + " caches, read as a game does",
+                       "lower --links, --lightmap-caches or --grid-caches");
 }
 
 }  // namespace relume

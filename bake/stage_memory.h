@@ -6,6 +6,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
+#include "relume/bake_data.h"
 #include "relume/caches.h"
 #include "relume/hierarchy.h"
 #include "relume/result.h"
@@ -21,5 +22,9 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
 // share [0..1]: of the caches, that are traced here.
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,
                     double share = 1.0);
+
+// The lights of the test rays; what reads the bake for its certificate.
+Status reserveTestRays(const Surfels& surfels, Context& context);
+Status reserveCertificate(const Bake& bake, Context& context);
 
 }  // namespace relume

@@ -4,6 +4,7 @@
 
 #include "bake/base/memory_budget.h"
 #include "bake/caches/caches.h"
+#include "bake/certificate/certify.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/scene/check_limits.h"
 #include "bake/stage_memory.h"
@@ -18,6 +19,8 @@
 
 namespace relume {
 namespace {
+
+constexpr std::uint64_t kLinkRaysPerTestRay = 96;
 
 bool hasFixedTriangles(const Scene& scene) {
   return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
@@ -82,7 +85,18 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, C
   auto caches =
       runStage(context, "caches", [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
   if (!caches) return caches.error();
-  return PlacedLevel{std::move(*tracer), std::move(*placed), std::move(*hierarchy), std::move(*caches)};
+
+  // 3. What rays find, for the certificate: one for every so many that links are traced with
+  auto test = runStage(context, "test rays", [&] {
+    return needs(reserveTestRays(placed->surfels, context), [&] {
+      return traceTestRays(*tracer, *space, placed->surfels, placed->map, *hierarchy,
+                           std::uint64_t{caches->count()} * options.links.raysPerCache / kLinkRaysPerTestRay,
+                           options.seed, context);
+    });
+  });
+  if (!test) return test.error();
+  return PlacedLevel{std::move(*tracer), std::move(*placed), std::move(*hierarchy), std::move(*caches),
+                     std::move(*test)};
 }
 
 Status placeReceivers(PlacedLevel& placed, Context& context) {
@@ -104,8 +118,9 @@ Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLeve
   Result<Bake> bake = runStage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, placed.tracer.description());
-    return Bake{std::move(s.surfels), std::move(placed.hierarchy), std::move(placed.caches), std::move(links),
-                std::move(instances), std::move(provenance),       describeShapes(scene),    std::move(s.emitters)};
+    return Bake{std::move(s.surfels),  std::move(placed.hierarchy), std::move(placed.caches),
+                std::move(links),      std::move(instances),        std::move(provenance),
+                describeShapes(scene), std::move(s.emitters),       Certificate{}};
   });
   if (context.cancelled()) return cancelledError();
   return bake;
@@ -118,6 +133,16 @@ Status checkBaked(const Bake& bake, Context& context) {
         return Error{ErrorCode::failed, "the bake is not valid, a fault of the baker: " + toString(finding)};
     }
     return done();
+  });
+}
+
+Result<Certificate> certifyBaked(const Bake& bake, const TestRays& test, Context& context) {
+  return runStage(context, "certificate", [&] {
+    return needs(reserveCertificate(bake, context), [&] {
+      Result<Certificate> certificate = certify(bake, test, context);
+      if (certificate) context.figure("certified_error", static_cast<double>(certifiedError(*certificate)));
+      return certificate;
+    });
   });
 }
 

@@ -3,6 +3,7 @@
 // in common. bake.cpp reads as their list.
 #pragma once
 
+#include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake/context.h"
@@ -37,12 +38,14 @@ std::invoke_result_t<Work> needs(const Status& reserved, Work&& work) {
   return work();
 }
 
-// Senders and receivers of a level, and its rays: all that links are traced with.
+// Senders and receivers of a level, and its rays: all that links are traced with. And what its bake is to be held
+// against.
 struct PlacedLevel {
   RayTracer tracer;
   PlacedSurfels surfels;
   Hierarchy hierarchy;
   Caches caches;
+  TestRays test;
 };
 
 // What every way to bake begins with, and how its errors end: options and scene checked, the scene named in messages,
@@ -54,7 +57,7 @@ std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& opti
 // The ray tracer over the fixed part of the level.
 Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context);
 
-// Rays, the surfaces that receivers can see, surfels, hierarchy, caches.
+// Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays.
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context);
 
 // Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
@@ -68,6 +71,9 @@ Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLeve
 
 // A bake that a reader would refuse is an error here.
 Status checkBaked(const Bake& bake, Context& context);
+
+// What a valid bake says of its own error: Bake::certificate.
+Result<Certificate> certifyBaked(const Bake& bake, const TestRays& test, Context& context);
 
 template <class Work>
 std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& options, Context& context, Work&& work) {

@@ -79,6 +79,15 @@ function(relume_reuse_test_headers target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>)
 endfunction()
 
+# How command lines are compiled: what takes their time is the library that reads options, and none of it is worth much
+# optimisation. Its headers are parsed once for the whole program, by the same rule as those of tests.
+function(relume_command_line target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    target_precompile_headers(${target} PRIVATE <CLI/CLI.hpp> ${ARGN})
+  endif()
+endfunction()
+
 # A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them but those of
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the

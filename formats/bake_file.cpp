@@ -66,6 +66,16 @@ void forEachEmitterArray(EmittersType& e, Visitor&& visit) {
   visit("emit.width", e.tapWidth);
 }
 
+// The same for the arrays of a certificate.
+template <class CertificateType, class Visitor>
+void forEachCertificateArray(CertificateType& c, Visitor&& visit) {
+  visit("cert.kind", c.lightKind);
+  visit("cert.error", c.squaredError);
+  visit("cert.deviation", c.standardError);
+  visit("cert.receivers", c.partReceivers);
+  visit("cert.part", c.partError);
+}
+
 constexpr const char* kScalars = "scalars";
 constexpr const char* kMaterials = "emit.material";
 constexpr const char* kInstances = "instances";
@@ -124,12 +134,13 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
     chunks.push_back(chunkOf<T>(name, array.span(), columnsOf<T>(name, bake.links.bands)));
   };
   forEachArray(bake, addArray);
-  if (formatVersionOf(bake) > kOldestBakeFormatVersion) {
+  if (!bake.emitters.materials.empty()) {
     addArchive(kMaterials, archives[1]);
     forEachEmitterArray(bake.emitters, addArray);
   }
   addArchive(kInstances, archives[2]);
   addArchive(kProvenance, archives[3]);
+  if (!bake.certificate.empty()) forEachCertificateArray(bake.certificate, addArray);
   return chunks;
 }
 
@@ -154,6 +165,7 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
   }
   reader.takeArchive(kInstances, bake.instances, memory);
   reader.takeArchive(kProvenance, bake.provenance);
+  if (reader.isNext("cert.kind")) forEachCertificateArray(bake.certificate, takeArray);
   reader.finish();
   if (reader.failed()) return reader.error();
   return bake;
@@ -165,10 +177,12 @@ Result<Bake> assemblePlain(std::span<const std::byte> file, std::span<const Chun
   if (!bake) return bake;
   // A bake has one file: the version is the least that has what is in it.
   if (const std::uint32_t version = versionOf(file); version != formatVersionOf(*bake)) {
-    return Error{ErrorCode::invalidFile, "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
-                                             (bake->emitters.materials.empty() ? ", of a bake without emitters, found "
-                                                                               : ", of a bake with emitters, found ") +
-                                             std::to_string(version)};
+    return Error{ErrorCode::invalidFile,
+                 "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
+                     (!bake->certificate.empty()         ? ", of a bake with a certificate, found "
+                      : bake->emitters.materials.empty() ? ", of a bake without emitters, found "
+                                                         : ", of a bake with emitters, found ") +
+                     std::to_string(version)};
   }
   return bake;
 }
@@ -198,7 +212,7 @@ class FileChunks {
     FileChunks file;
     Result<std::vector<Chunk>> chunks = chunksOf(bake, file.archives_);
     if (!chunks) return chunks.error();
-    file.version_ = packedFrom ? kPackedFormatVersion : formatVersionOf(bake);
+    file.version_ = packedFrom ? packedVersionOf(bake) : formatVersionOf(bake);
     file.packedFrom_ = packedFrom.value_or(0);
     if (packedFrom)
       file.chunks_ = packChunks(*chunks, bake.links.kind);

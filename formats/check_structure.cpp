@@ -216,6 +216,18 @@ void checkGridComesFirst(const Caches& c, Findings& findings) {
   check("grid.fine", c.grid.fine);
 }
 
+void checkCertificate(const Bake& bake, Findings& findings) {
+  const Certificate& c = bake.certificate;
+  const std::size_t lights = c.lightKind.size(), parts = c.empty() ? 0 : bake.instances.size();
+  const auto sized = [&](const char* name, std::size_t expected, std::size_t size) {
+    if (size != expected) findings.add(Check::certificateArraySize, name, expected, size);
+  };
+  sized("cert.error", lights, c.squaredError.size());
+  sized("cert.deviation", lights, c.standardError.size());
+  sized("cert.receivers", parts, c.partReceivers.size());
+  sized("cert.part", parts, c.partError.size());
+}
+
 void checkShapes(const Bake& bake, Findings& findings) {
   const std::uint64_t blocks = bake.shapes.size() / kShapeWords;
   for (std::size_t i = 0; i < bake.instances.size(); ++i) {
@@ -349,6 +361,7 @@ void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_r
   checkCacheArrays(bake, findings);
   if (checkLinkArrays(bake, findings)) checkLinkNodes(bake, findings);
   checkEmitters(bake, findings, memory);
+  checkCertificate(bake, findings);
   checkBands(bake, findings);
 }
 

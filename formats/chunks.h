@@ -20,10 +20,10 @@
 
 namespace relume {
 
-// Files that need nothing of version 4 say 3, as they always did.
-inline constexpr std::uint32_t kBakeFormatVersion = 4, kOldestBakeFormatVersion = 3;
-// Of bakes of any of these whose chunks are packed (packed_chunks.h).
-inline constexpr std::uint32_t kPackedFormatVersion = 5;
+// Files say the least version that has what is in them: 3, 4 with emitters, 6 with a certificate and with or without
+// emitters; and where their chunks are packed (packed_chunks.h) 5 in place of 3 and 4, and 7 in place of 6.
+inline constexpr std::uint32_t kOldestBakeFormatVersion = 3, kEmitterFormatVersion = 4, kBakeFormatVersion = 6;
+inline constexpr std::uint32_t kOldestPackedFormatVersion = 5, kPackedFormatVersion = 7;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 
@@ -31,15 +31,20 @@ inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M',
 struct ChunkFileType {
   std::array<unsigned char, 8> magic;
   std::uint32_t oldestVersion, version;
-  const char* name;                 // as messages have it
-  std::uint32_t packedVersion = 0;  // whose chunks are coded; 0 = none
+  const char* name;                                   // as messages have it
+  std::array<std::uint32_t, 2> packedVersions{0, 0};  // whose chunks are coded; 0 = none
 
-  bool isPacked(std::uint32_t itsVersion) const { return packedVersion != 0 && itsVersion == packedVersion; }
+  bool isPacked(std::uint32_t itsVersion) const {
+    return itsVersion != 0 && (itsVersion == packedVersions[0] || itsVersion == packedVersions[1]);
+  }
 };
-inline constexpr ChunkFileType kBakeFileType{kBakeMagic, kOldestBakeFormatVersion, kPackedFormatVersion,
-                                             "a Relume bake", kPackedFormatVersion};
+inline constexpr ChunkFileType kBakeFileType{kBakeMagic,
+                                             kOldestBakeFormatVersion,
+                                             kPackedFormatVersion,
+                                             "a Relume bake",
+                                             {kOldestPackedFormatVersion, kPackedFormatVersion}};
 inline constexpr ChunkFileType kPlanFileType{
-    {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 1, 1, "the plan of a bake (relume bake --plan)"};
+    {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 2, 2, "the plan of a bake (relume bake --plan)"};
 inline constexpr ChunkFileType kShardFileType{
     {0x89, 'R', 'L', 'S', '\r', '\n', 0x1A, '\n'}, 1, 1, "a shard of a bake (relume bake --shard)"};
 

@@ -10,7 +10,13 @@
 namespace relume {
 
 inline std::uint32_t formatVersionOf(const Bake& bake) {
-  return bake.emitters.materials.empty() ? kOldestBakeFormatVersion : kBakeFormatVersion;
+  if (!bake.certificate.empty()) return kBakeFormatVersion;
+  return bake.emitters.materials.empty() ? kOldestBakeFormatVersion : kEmitterFormatVersion;
+}
+
+// Of its packed form.
+inline std::uint32_t packedVersionOf(const Bake& bake) {
+  return bake.certificate.empty() ? kOldestPackedFormatVersion : kPackedFormatVersion;
 }
 
 }  // namespace relume

@@ -5,6 +5,8 @@
 #include "formats/findings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace relume {
 namespace {
@@ -22,6 +24,23 @@ void checkProvenance(const Bake& bake, Findings& findings) {
     findings.add(Check::toolVersionMissing, "provenance", "a semantic version", "nothing");
   for (std::size_t i = 0; i < bake.instances.size(); ++i) {
     if (bake.instances[i].node.empty()) findings.add(Check::instanceUnnamed, At{"instances", i}, "a name", "nothing");
+  }
+}
+
+void checkCertificate(const Bake& bake, Findings& findings) {
+  const Certificate& c = bake.certificate;
+  const auto each = [&](const Array<float>& values, const char* name, const char* expected, float least) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!(std::isfinite(values[i]) && values[i] >= least))
+        findings.add(Check::certificateNumber, At{name, i}, expected, values[i]);
+    }
+  };
+  each(c.squaredError, "cert.error", "a finite number", -std::numeric_limits<float>::max());
+  each(c.standardError, "cert.deviation", "0 or more", 0.0f);
+  each(c.partError, "cert.part", "a finite number", -std::numeric_limits<float>::max());
+  for (std::size_t i = 0; i < c.lightKind.size(); ++i) {
+    if (c.lightKind[i] > static_cast<std::uint32_t>(TestLightKind::lamp))
+      findings.add(Check::certificateNumber, At{"cert.kind", i}, "0 to 2", c.lightKind[i]);
   }
 }
 
@@ -54,6 +73,7 @@ std::vector<Finding> validateBake(const Bake& bake) {
   checkCaches(bake, findings);
   checkLinks(bake, findings);
   checkProvenance(bake, findings);
+  checkCertificate(bake, findings);
   return findings.takeSorted();
 }
 

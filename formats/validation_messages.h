@@ -49,6 +49,7 @@ enum class Check : std::uint16_t {
   emitterArraySize = 136,
   emitterEntries = 137,
   emitterSurfel = 138,
+  certificateArraySize = 139,
   shapeRange = 150,
 
   // 201 and 401 were positions that are not finite: 135 says so.
@@ -89,6 +90,7 @@ enum class Check : std::uint16_t {
   optionsMissing = 601,
   toolVersionMissing = 602,
   instanceUnnamed = 603,
+  certificateNumber = 604,
 };
 
 struct ValidationMessage {
@@ -137,6 +139,8 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::emitterArraySize, FindingSeverity::error, "emitter array has another size than emit.surfel"},
     {Check::emitterEntries, FindingSeverity::error, "entries of drivable materials do not follow one another"},
     {Check::emitterSurfel, FindingSeverity::error, "emitter entry names no surfel, or one that another entry names"},
+    {Check::certificateArraySize, FindingSeverity::error,
+     "certificate array has another size than its lights or parts"},
 
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
     {Check::surfelAlbedo, FindingSeverity::error, "surfel albedo is not within 0 to 1"},
@@ -179,6 +183,8 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::optionsMissing, FindingSeverity::warning, "the bake does not say with which options it was made"},
     {Check::toolVersionMissing, FindingSeverity::warning, "the bake does not say by which version it was made"},
     {Check::instanceUnnamed, FindingSeverity::warning, "instance has no node name"},
+    {Check::certificateNumber, FindingSeverity::error,
+     "number of the certificate is not finite or not positive, or its light of no known kind"},
 };
 
 }  // namespace relume

@@ -43,6 +43,7 @@ Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Cont
   plan.minKey = *minKey;
 
   if (const Status status = placeReceivers(*placed, context); !status) return status.error();
+  plan.test = std::move(placed->test);
   plan.map = std::move(placed->surfels.map);
   if (!placed->surfels.bakedEmission.empty()) plan.tracedEmission = placed->surfels.surfels.emission.toVector();
   Links links = noLinks(placed->caches, options.links);

@@ -132,6 +132,9 @@ Result<Bake> mergeStages(BakePlan plan, std::vector<NamedShard> given, Context& 
   if (!joined) return joined.error();
   if (const Status status = checkBaked(bake, context); !status)
     return Error{ErrorCode::invalidFile, "the shards make no valid bake: " + status.error().message};
+  auto certificate = certifyBaked(bake, plan.test, context);
+  if (!certificate) return certificate.error();
+  bake.certificate = std::move(*certificate);
   return bake;
 }
 

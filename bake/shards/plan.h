@@ -3,6 +3,7 @@
 // processes on any machines. formats/README.md documents its file.
 #pragma once
 
+#include "bake/certificate/test_rays.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
@@ -27,6 +28,7 @@ struct BakePlan {
   SurfelMap map;
   std::vector<glm::vec3> tracedEmission;  // [W/m²/sr] [Size 0 or n_S] where materials are drivable: the emission that
                                           // links reckon with, which is not the bake's (PlacedSurfels::bakedEmission)
+  TestRays test;                          // what the merged bake is certified with; of its lights without SceneLight
   float minKey = -1.0f;                   // CutLimit::minKey of all caches
   std::uint64_t identity = 0;  // of its file, which parsePlan() and readPlan() find. Same level, options and program:
                                // same file

@@ -21,9 +21,11 @@ namespace relume {
 namespace {
 
 constexpr const char *kBake = "bake", *kThreshold = "link.threshold", *kSide = "surfel.side", *kTile = "surfel.tile",
-                     *kEmission = "surfel.traced";
+                     *kEmission = "surfel.traced", *kTestKind = "test.kind", *kTestLight = "test.light",
+                     *kTestReceiver = "test.receiver", *kTestFound = "test.found";
 constexpr std::uint64_t kSideWords = 2;
-constexpr int kMaxNesting = 16;  // of tiles: a grid in a tile has 4 x 4
+constexpr float kMaxTestLight = 1e30f;  // [W/m²]
+constexpr int kMaxNesting = 16;         // of tiles: a grid in a tile has 4 x 4
 
 // A side: the first tile; then columns, nested, rows and corner in 15, 1, 14 and 2 bits.
 std::array<std::uint32_t, kSideWords> packSide(const SurfelMap::Side& side) {
@@ -43,7 +45,9 @@ SurfelMap::Side unpackSide(std::uint32_t first, std::uint32_t bits) {
 
 struct PlanArrays {
   std::vector<std::byte> bake;
-  std::vector<std::uint32_t> side;
+  std::vector<std::uint32_t> side, testKind;
+  std::vector<float> testLight;      // of each light but the sky, one after another
+  std::vector<glm::vec3> testFound;  // the first set of rays, then the other
 };
 
 Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
@@ -55,10 +59,21 @@ Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
     const auto words = packSide(side);
     arrays.side.insert(arrays.side.end(), words.begin(), words.end());
   }
-  return std::vector<Chunk>{archiveChunk(kBake, arrays.bake), chunkOf<float>(kThreshold, std::span(&plan.minKey, 1)),
+  const TestRays& test = plan.test;
+  for (const TestLight& light : test.lights) {
+    arrays.testKind.push_back(static_cast<std::uint32_t>(light.kind));
+    arrays.testLight.insert(arrays.testLight.end(), light.surfelIrradiance.begin(), light.surfelIrradiance.end());
+  }
+  for (const auto& set : test.irradiance) arrays.testFound.insert(arrays.testFound.end(), set.begin(), set.end());
+  return std::vector<Chunk>{archiveChunk(kBake, arrays.bake),
+                            chunkOf<float>(kThreshold, std::span(&plan.minKey, 1)),
                             chunkOf<std::uint32_t>(kSide, arrays.side, kSideWords),
                             chunkOf<std::uint32_t>(kTile, plan.map.tile),
-                            chunkOf<glm::vec3>(kEmission, plan.tracedEmission)};
+                            chunkOf<glm::vec3>(kEmission, plan.tracedEmission),
+                            chunkOf<std::uint32_t>(kTestKind, arrays.testKind),
+                            chunkOf<float>(kTestLight, arrays.testLight),
+                            chunkOf<std::uint32_t>(kTestReceiver, test.receiver),
+                            chunkOf<glm::vec3>(kTestFound, arrays.testFound)};
 }
 
 Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
@@ -125,6 +140,52 @@ Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
   return done();
 }
 
+constexpr std::size_t kMaxTestLights = 64;
+
+// The test rays of these arrays. invalidFile: sizes or numbers that do not fit the bake.
+Result<TestRays> takeTestRays(std::span<const std::uint32_t> kind, std::span<const float> light,
+                              std::span<const std::uint32_t> receiver, std::span<const glm::vec3> found,
+                              std::size_t surfels) {
+  TestRays test;
+  if (kind.size() > kMaxTestLights)
+    return invalid("chunk test.kind: expected at most " + std::to_string(kMaxTestLights) + " lights, found " +
+                   std::to_string(kind.size()));
+  std::span<const float> left = light;
+  for (std::size_t i = 0; i < kind.size(); ++i) {
+    TestLight& one = test.lights.emplace_back();
+    if (kind[i] > static_cast<std::uint32_t>(TestLightKind::lamp))
+      return invalid(element(kTestKind, i) + "expected 0 to 2, found " + std::to_string(kind[i]));
+    one.kind = static_cast<TestLightKind>(kind[i]);
+    if (one.kind == TestLightKind::sky) continue;
+    if (left.size() < surfels) return invalid("chunk test.light: expected a number for each surfel and light");
+    one.surfelIrradiance.assign(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(surfels));
+    left = left.subspan(surfels);
+  }
+  if (!left.empty()) return invalid("chunk test.light: expected a number for each surfel and light");
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    if (!(light[i] >= 0.0f && light[i] <= kMaxTestLight))
+      return invalid(element(kTestLight, i) + "expected 0 to 1e30 W/m²");
+  }
+  for (std::size_t i = 0; i < receiver.size(); ++i) {
+    if (receiver[i] >= surfels)
+      return invalid(element(kTestReceiver, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
+                     std::to_string(receiver[i]));
+  }
+  test.receiver.assign(receiver.begin(), receiver.end());
+  const std::size_t each = receiver.size() * kind.size();
+  if (found.size() != 2 * each)
+    return invalid("chunk test.found: expected " + std::to_string(2 * each) + " rows, found " +
+                   std::to_string(found.size()));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const glm::vec3& e = found[i];
+    if (!(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f && std::max({e.x, e.y, e.z}) <= kMaxTestLight))
+      return invalid(element(kTestFound, i) + "expected 0 to 1e30 W/m²");
+  }
+  test.irradiance[0].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(each));
+  test.irradiance[1].assign(found.begin() + static_cast<std::ptrdiff_t>(each), found.end());
+  return test;
+}
+
 Status checkPlan(BakePlan& plan) {
   if (const Status status = checkBake(plan.bake); !status)
     return Error{status.error().code, "chunk bake: " + status.error().message};
@@ -150,6 +211,10 @@ Result<BakePlan> assemble(std::span<const std::byte> bytes, const std::shared_pt
   const auto side = reader.takeArray<std::uint32_t>(kSide, owner, kSideWords);
   const auto tile = reader.takeArray<std::uint32_t>(kTile, owner);
   const auto emission = reader.takeArray<glm::vec3>(kEmission, owner);
+  const auto testKind = reader.takeArray<std::uint32_t>(kTestKind, owner);
+  const auto testLight = reader.takeArray<float>(kTestLight, owner);
+  const auto testReceiver = reader.takeArray<std::uint32_t>(kTestReceiver, owner);
+  const auto testFound = reader.takeArray<glm::vec3>(kTestFound, owner);
   reader.finish();
   if (reader.failed()) return reader.error();
   if (threshold.size() != 1)
@@ -165,6 +230,10 @@ Result<BakePlan> assemble(std::span<const std::byte> bytes, const std::shared_pt
   plan.map.tile = tile.toVector();
   plan.tracedEmission = emission.toVector();
   plan.identity = identityOf(bytes);
+  Result<TestRays> test =
+      takeTestRays(testKind.span(), testLight.span(), testReceiver.span(), testFound.span(), plan.bake.surfels.count());
+  if (!test) return test.error();
+  plan.test = std::move(*test);
   if (const Status status = checkPlan(plan); !status) return status.error();
   return plan;
 }

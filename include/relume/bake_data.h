@@ -4,6 +4,7 @@
 #pragma once
 
 #include "relume/caches.h"
+#include "relume/certificate.h"
 #include "relume/emitters.h"
 #include "relume/hierarchy.h"
 #include "relume/links.h"
@@ -50,6 +51,7 @@ struct Bake {
   Array<std::uint32_t> shapes;  // [Size kShapeWords * blocks] weighted sums over blocks of a mesh's vertices, from
                                 // which the baker tells exporters' noise from change (bake/shape_sums.h)
   Emitters emitters;            // what a frame may light in another way
+  Certificate certificate;      // how far its light is from the level's
 };
 
 inline constexpr std::uint32_t kShapeWords = 6;

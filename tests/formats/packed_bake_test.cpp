@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Packed bakes: nothing is lost, the bytes are those that formats/README.md describes, and damage is refused by name.
+#include "formats/format_version.h"
 #include "formats/chunks.h"
 #include "formats/direction_coding.h"
 #include "formats/field_coding.h"
@@ -135,10 +136,10 @@ TEST(DirectionCoding, anyNumbersAreSafeAndGiveTheShapesBack) {
 
 TEST(PackedBake, isTheSameBake) {
   for (const LinkKind kind : kLinkKinds) {
-    for (const Bake& bake : {makeSmallBake(kind), makeSmallDrivableBake(kind)}) {
+    for (const Bake& bake : {makeSmallBake(kind), makeSmallDrivableBake(kind), makeSmallCertifiedBake(kind)}) {
       const Bytes plain = *serializeBake(bake);
       const Bytes packed = *serializePackedBake(bake, 42);
-      EXPECT_EQ(getAt<std::uint32_t>(packed, 8), kPackedFormatVersion);
+      EXPECT_EQ(getAt<std::uint32_t>(packed, 8), packedVersionOf(bake));
       EXPECT_TRUE(isPacked(packed));
       EXPECT_FALSE(isPacked(plain));
       EXPECT_EQ(identityOf(packed), 42u);
@@ -197,7 +198,7 @@ TEST(PackedBake, damageIsRefusedByName) {
       {"header: reserved bytes are not zero", [](Bytes& f) { putAt<std::uint64_t>(f, 48, 1); }},
       {"header: reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3); }},
       {"reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3), putAt<std::uint64_t>(f, 40, 0); }},
-      {"format version 6, this program reads versions 3 to 5", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 6); }},
+      {"format version 8, this program reads versions 3 to 7", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 8); }},
   };
   for (const Damage& damage : list) {
     Bytes file = good;

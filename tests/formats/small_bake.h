@@ -157,6 +157,17 @@ inline Bake makeSmallDrivableBake(LinkKind kind = LinkKind::cone) {
   return bake;
 }
 
+// That with a certificate, as files of version 6 have it.
+inline Bake makeSmallCertifiedBake(LinkKind kind = LinkKind::cone) {
+  Bake bake = makeSmallDrivableBake(kind);
+  bake.certificate.lightKind = std::vector<std::uint32_t>{0, 1, 2};
+  bake.certificate.squaredError = std::vector<float>{0.25f, -0.0625f, 0.015625f};
+  bake.certificate.standardError = std::vector<float>{0.125f, 0.0625f, 0.0f};
+  bake.certificate.partReceivers = std::vector<std::uint32_t>{30, 2};
+  bake.certificate.partError = std::vector<float>{0.0625f, 0.0f};
+  return bake;
+}
+
 // Change one instance in place.
 template <class Edit>
 void editInstance(Bake& bake, std::size_t index, const Edit& edit) {

@@ -144,6 +144,17 @@ const std::vector<Corruption>& corruptions() {
       {Check::emitterTapWidth, "nan", cone, [](Bake& b) { set(b.emitters.tapWidth, 0, kNan); }},
       {Check::emitterTapWidth, "negative", cone, [](Bake& b) { set(b.emitters.tapWidth, 0, -1.0f); }},
       {Check::emitterTapWidth, "huge", cone, [](Bake& b) { set(b.emitters.tapWidth, 1, 1e6f); }},
+      {Check::certificateArraySize, "errors", cone, [](Bake& b) { shorten(b.certificate.squaredError); }},
+      {Check::certificateArraySize, "deviations", cone, [](Bake& b) { shorten(b.certificate.standardError); }},
+      {Check::certificateArraySize, "receivers", cone, [](Bake& b) { shorten(b.certificate.partReceivers); }},
+      {Check::certificateArraySize, "parts of no lights", cone, [](Bake& b) {
+         b.certificate.lightKind = {};
+         b.certificate.squaredError = b.certificate.standardError = {};
+       }},
+      {Check::certificateNumber, "nan", cone, [](Bake& b) { set(b.certificate.squaredError, 1, kNan); }},
+      {Check::certificateNumber, "infinite", cone, [](Bake& b) { set(b.certificate.partError, 0, kInfinity); }},
+      {Check::certificateNumber, "negative", cone, [](Bake& b) { set(b.certificate.standardError, 2, -1.0f); }},
+      {Check::certificateNumber, "kind", cone, [](Bake& b) { set(b.certificate.lightKind, 2, 3u); }},
       {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
       {Check::coordinate, "surfel nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},
@@ -234,13 +245,14 @@ TEST(Validate, smallBakeHasNoFindings) {
   for (const LinkKind kind : kLinkKinds) {
     EXPECT_EQ(textOf(validateBake(makeSmallBake(kind))), "");
     EXPECT_EQ(textOf(validateBake(makeSmallDrivableBake(kind))), "");
+    EXPECT_EQ(textOf(validateBake(makeSmallCertifiedBake(kind))), "");
   }
 }
 
 TEST(Validate, eachCorruptionGivesItsFinding) {
   for (const Corruption& c : corruptions()) {
     SCOPED_TRACE(std::to_string(static_cast<int>(c.check)) + " " + c.name);
-    Bake bake = makeSmallDrivableBake(c.kind);
+    Bake bake = makeSmallCertifiedBake(c.kind);
     c.corrupt(bake);
     const std::vector<Finding> findings = validateBake(bake);
     EXPECT_TRUE(has(findings, c.check)) << textOf(findings);
@@ -255,7 +267,7 @@ TEST(Validate, eachCorruptionGivesItsFinding) {
 TEST(Validate, structureCheckRefusesExactlyTheHundreds) {
   for (const Corruption& c : corruptions()) {
     SCOPED_TRACE(std::to_string(static_cast<int>(c.check)) + " " + c.name);
-    Bake bake = makeSmallDrivableBake(c.kind);
+    Bake bake = makeSmallCertifiedBake(c.kind);
     c.corrupt(bake);
     const Status status = checkStructure(bake);
     const bool structural = static_cast<int>(c.check) < 200;

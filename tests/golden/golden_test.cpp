@@ -73,11 +73,24 @@ TEST(GoldenPacked, version5LoadsAsTheBakeItWasPackedFrom) {
   EXPECT_EQ(*serializePackedBake(small, *identifyBakeFile(path)), readBytes(path));
 }
 
+TEST(GoldenCertified, versions6And7LoadWithTheirCertificate) {
+  const std::string plain = kFolder + "v6_cone.relume", packed = kFolder + "v7_oct6.relume";
+  for (const std::string& path : {plain, packed}) {
+    const Result<Bake> bake = mapBake(path);
+    ASSERT_TRUE(bake) << bake.error().message;
+    EXPECT_TRUE(validateBake(*bake).empty());
+    EXPECT_FLOAT_EQ(certifiedError(bake->certificate), 0.125f) << "the root of the middle one";
+    EXPECT_EQ(bake->certificate.partReceivers[1], 2u);
+  }
+  EXPECT_EQ(*serializeBake(makeSmallCertifiedBake()), readBytes(plain));
+  EXPECT_EQ(*serializePackedBake(makeSmallCertifiedBake(LinkKind::oct6), *identifyBakeFile(packed)), readBytes(packed));
+}
+
 TEST(GoldenOld, earlierVersionsAreRefusedByName) {
   const Result<Bake> bake = mapBake(kFolder + "v1_oct6.relume");
   ASSERT_FALSE(bake);
   EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 to 5"), std::string::npos)
+  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 to 7"), std::string::npos)
       << bake.error().message;
 }
 

@@ -28,9 +28,11 @@ ProgressPlan planBake(const BakeOptions& o, bool verify) {
                                                 {"surfels", 4e-5 * o.surfels.count},
                                                 {"hierarchy", 1.4e-5 * o.surfels.count},
                                                 {"caches", 0.1 + 1e-4 * caches},
+                                                {"test rays", 0.02 + 1.5e-6 * o.surfels.count + 1e-8 * rays},
                                                 {"links", 0.05 + 4e-7 * rays},
                                                 {"receivers", 1e-7 * o.surfels.count},
-                                                {"provenance", 0.001}};
+                                                {"provenance", 0.001},
+                                                {"certificate", 0.02 + 2e-6 * o.surfels.count + 5e-6 * caches}};
   ProgressPlan plan{{{"import", 0.05}}};
   plan.parts.insert(plan.parts.end(), bake.begin(), bake.end());
   for (const ProgressPlan::Part& part : bake) {

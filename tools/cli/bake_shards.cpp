@@ -120,10 +120,10 @@ int runPlan(const BakeArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const Result<BakeOptions> options = chooseOptions(arguments, presetOptions(arguments.preset));
   if (!options) return fail(options.error());
-  Terminal terminal(
-      arguments.terminal,
-      stagesOf(*options, {"import", "rays", "play space", "surfels", "hierarchy", "caches", "receivers", "provenance"},
-               0.0));
+  Terminal terminal(arguments.terminal, stagesOf(*options,
+                                                 {"import", "rays", "play space", "surfels", "hierarchy", "caches",
+                                                  "test rays", "receivers", "provenance"},
+                                                 0.0));
   Context& context = terminal.context();
   CommandFiles files = filesOf(arguments);
   files.write("--plan", arguments.plan, FileKind::plan);

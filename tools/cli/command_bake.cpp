@@ -11,6 +11,7 @@
 #include "tools/base/printable.h"
 #include "tools/cli/bake_arguments.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/describe.h"
 #include "tools/cli/verify_bake.h"
 #include "tools/compare/staleness.h"
 
@@ -160,9 +161,11 @@ int runBake(const BakeArguments& arguments) {
       describeRun(context, *options, baked->provenance.rayTracer, countsOf(*baked), secondsSince(begin), false);
   if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
     return fail(status.error());
-  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s\n",
+  const std::string certified = certificateText(*baked);
+  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s%s\n",
               printable(arguments.output).c_str(), baked->surfels.count(), baked->caches.count(), baked->links.count(),
-              secondsSince(begin), peakMemoryMiB(), arguments.verify ? ", verified" : "");
+              secondsSince(begin), peakMemoryMiB(), arguments.verify ? ", verified" : "",
+              certified.empty() ? "" : (", " + certified).c_str());
   return 0;
 }
 

@@ -15,6 +15,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -56,6 +57,22 @@ void printChunks(const Json& chunks) {
     std::printf("%-16s %-12s %12s %4s %12s %12s  %s\n", plain(c["name"]).c_str(), plain(c["type"]).c_str(),
                 plain(c["shape"][0]).c_str(), plain(c["shape"][1]).c_str(), plain(c["offset"]).c_str(),
                 plain(c["bytes"]).c_str(), plain(c["xxh3"]).c_str());
+}
+
+// The parts that add most to the certified error.
+void printCertificate(const Json& certificate) {
+  constexpr std::size_t kParts = 8;
+  std::printf("certified error          %.1f %%\n", 100.0 * certificate["error"].get<double>());
+  for (const Json& light : certificate["lights"]) {
+    const double squared = light["squaredError"], deviation = light["standardError"];
+    std::printf("  under a %-14s %.1f %%, squared %.4f, standard error %.4f\n", plain(light["kind"]).c_str(),
+                100.0 * std::sqrt(std::max(squared, 0.0)), squared, deviation);
+  }
+  for (std::size_t i = 0; i < std::min(kParts, certificate["parts"].size()); ++i) {
+    const Json& part = certificate["parts"][i];
+    std::printf("  %5.1f %% of it on node \"%s\", %s receivers\n", 100.0 * part["share"].get<double>(),
+                plain(part["node"]).c_str(), plain(part["receivers"]).c_str());
+  }
 }
 
 void printMeshReport(const Json& report) {
@@ -116,10 +133,13 @@ int runInfo(const InfoArguments& arguments) {
     return 0;
   }
   const Json text = printableStrings(*info);
-  printFields(text, 0);
+  Json fields = text;
+  fields.erase("certificate");
+  printFields(fields, 0);
   if (text.contains("instances") && text["instances"].is_array())
     std::printf("%-24s %zu\n", "instances", text["instances"].size());
   if (text.contains("lights") && !text["lights"].empty()) printLights(text["lights"]);
+  if (text.contains("certificate") && text["certificate"].is_object()) printCertificate(text["certificate"]);
   if (text.contains("chunks")) printChunks(text["chunks"]);
   if (text.contains("meshReport")) printMeshReport(text["meshReport"]);
   return 0;

@@ -5,6 +5,7 @@
 #include "relume/bake_file.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/describe.h"
 #include "tools/cli/reserve_bake.h"
 #include "tools/cli/terminal.h"
 
@@ -39,6 +40,7 @@ int validateJson(const std::string& file, const Result<Bake>& bake, const std::v
                     {"count", f.count}});
   Json report = {{"file", file}, {"valid", status == 0}, {"findings", list}};
   if (!bake) report["unreadable"] = bake.error().message;
+  if (bake && status == 0) report["certificate"] = describeCertificate(*bake);
   std::printf("%s\n", jsonText(report).c_str());
   return status;
 }
@@ -57,6 +59,7 @@ int runValidate(const ValidateArguments& arguments) {
   for (const Finding& f : findings) std::printf("%s\n", printable(toString(f)).c_str());
   std::printf("%s: %s, %zu finding%s\n", printable(arguments.file).c_str(), broken ? "invalid" : "valid",
               findings.size(), findings.size() == 1 ? "" : "s");
+  if (const std::string text = broken ? "" : certificateText(*bake); !text.empty()) std::printf("%s\n", text.c_str());
   return status;
 }
 

@@ -2,6 +2,7 @@
 // See describe.h.
 #include "tools/cli/describe.h"
 
+#include "bake/base/printed.h"
 #include "bake/base/read_json.h"
 #include "bake/import/check_mesh.h"
 #include "formats/format_version.h"
@@ -226,6 +227,59 @@ SpacingStatistics surfelSpacing(const Surfels& surfels) {
   return s;
 }
 
+namespace {
+
+// [%] of a squared error, with its sign.
+double percentOf(double squared) { return 100.0 * (squared < 0.0 ? -std::sqrt(-squared) : std::sqrt(squared)); }
+
+const char* testLightName(std::uint32_t kind) {
+  switch (static_cast<TestLightKind>(kind)) {
+    case TestLightKind::sky:
+      return "sky";
+    case TestLightKind::sun:
+      return "sun";
+    case TestLightKind::lamp:
+      return "lamp";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+Json describeCertificate(const Bake& bake) {
+  const Certificate& c = bake.certificate;
+  if (c.empty()) return {};
+  Json lights = Json::array(), parts = Json::array();
+  double mean = 0.0;
+  for (std::size_t i = 0; i < c.lightKind.size(); ++i) {
+    mean += static_cast<double>(c.squaredError[i]) / static_cast<double>(c.lightKind.size());
+    lights.push_back({{"kind", testLightName(c.lightKind[i])},
+                      {"squaredError", c.squaredError[i]},
+                      {"standardError", c.standardError[i]}});
+  }
+  std::vector<std::uint32_t> order(c.partError.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return c.partError[a] > c.partError[b]; });
+  for (const std::uint32_t i : order) {
+    if (c.partReceivers[i] == 0) continue;
+    parts.push_back({{"node", bake.instances[i].node},
+                     {"receivers", c.partReceivers[i]},
+                     {"share", mean > 0.0 ? static_cast<double>(c.partError[i]) / mean : 0.0}});
+  }
+  return {{"error", certifiedError(c)}, {"lights", lights}, {"parts", parts}};
+}
+
+std::string certificateText(const Bake& bake) {
+  const Certificate& c = bake.certificate;
+  if (c.empty()) return {};
+  std::string text = printed("certified error %.1f %% (", 100.0 * static_cast<double>(certifiedError(c)));
+  for (std::size_t i = 0; i < c.lightKind.size(); ++i)
+    text += printed("%s%s %.1f", i > 0 ? ", " : "", testLightName(c.lightKind[i]),
+                    percentOf(static_cast<double>(c.squaredError[i])));
+  return text + ")";
+}
+
 Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed) {
   const Provenance& p = bake.provenance;
   const Result<Json> options = readJson(p.optionsJson);
@@ -235,7 +289,7 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
   for (const BakedInstance& i : bake.instances)
     instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
   return {{"kind", "bake"},
-          {"formatVersion", packed ? kPackedFormatVersion : formatVersionOf(bake)},
+          {"formatVersion", packed ? packedVersionOf(bake) : formatVersionOf(bake)},
           {"bytes", bytes},
           {"hash", hex(fileHash)},
           {"provenance",
@@ -255,6 +309,7 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
             {"skyPatches", bake.hierarchy.skyDirection.size()}}},
           {"caches", describeCaches(bake.caches)},
           {"links", describeLinks(bake.links)},
+          {"certificate", describeCertificate(bake)},
           {"instances", instances},
           {"chunks", describeChunks(chunks)}};
 }

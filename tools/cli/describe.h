@@ -23,6 +23,11 @@ SpacingStatistics surfelSpacing(const Surfels& surfels);
 
 // What exported levels call the bake (identifyBakeFile()), sizes, chunk table, options, statistics of surfels,
 // hierarchy, caches and links. packed: isPackedFile().
+// What a bake says of its own error: {"error", "lights", "parts"}, parts that have receivers by what they add, worst
+// first; null where it says nothing.
+nlohmann::json describeCertificate(const Bake& bake);
+// "certified error 12.3 % (sky 8.1, sun 14.0, sun 12.3, lamp 20.9)"; empty where there is none.
+std::string certificateText(const Bake& bake);
 nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed);
 
 // Meshes, instances, materials, cameras, lights, volumes, bounds, and the mesh report (check_mesh.h).

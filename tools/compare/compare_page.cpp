@@ -175,6 +175,8 @@ std::string arraysPanel(const Json& arrays) {
            textOf(s["same"]) + " / " + textOf(s["moved"]) + " / " + textOf(s["elsewhere"])}) +
       row({"cost of the clusters",
            fixed(number(arrays["clusterCost"]["a"]), 4) + " &rarr; " + fixed(number(arrays["clusterCost"]["b"]), 4)}) +
+      row({"certified error",
+           percent(arrays["certifiedError"]["a"]) + " &rarr; " + percent(arrays["certifiedError"]["b"])}) +
       row({"caches", both(c["count"])}) +
       row({"matched / only in A / only in B",
            textOf(c["matched"]) + " / " + textOf(c["onlyInA"]) + " / " + textOf(c["onlyInB"])}) +

@@ -313,6 +313,7 @@ Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifferenc
           {"arrays",
            {{"surfels", compareSurfels(a.bake.surfels, b.bake.surfels)},
             {"clusterCost", pairOf(clusterCost(a.bake), clusterCost(b.bake))},
+            {"certifiedError", pairOf(certifiedError(a.bake.certificate), certifiedError(b.bake.certificate))},
             {"caches", compareCaches(a.bake, b.bake, light.match)},
             {"links", compareLinks(a.bake, b.bake, light.match)}}},
           {"light", describeLight(light)},

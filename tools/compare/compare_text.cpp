@@ -63,6 +63,8 @@ void printArrays(std::string& text, const Json& arrays) {
        textOf(surfels["moved"]).c_str(), number(surfels["meanMoveM"]), textOf(surfels["elsewhere"]).c_str());
   line(text, "  %-22s %.4f -> %.4f", "cluster cost", number(arrays["clusterCost"]["a"]),
        number(arrays["clusterCost"]["b"]));
+  line(text, "  %-22s %.1f %% -> %.1f %%", "certified error", 100 * number(arrays["certifiedError"]["a"]),
+       100 * number(arrays["certifiedError"]["b"]));
   both(text, "caches", caches["count"]);
   line(text, "  %-22s %s matched, %s moved (mean %.4f m, most %.4f m), %s only in A, %s only in B", "",
        textOf(caches["matched"]).c_str(), textOf(caches["moved"]).c_str(), number(caches["meanMoveM"]),

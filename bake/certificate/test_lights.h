@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// The lights that a bake is tried with: its sky, suns that shine into the level, lamps where players can be. Chosen
+// from seed and level, never from the level's own lights, which may change while a bake stays what it is.
+#pragma once
+
+#include "bake/rays/ray_tracer.h"
+#include "bake/visibility/play_space.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
+#include "relume/certificate.h"
+#include "relume/hierarchy.h"
+#include "relume/surfels.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace relume {
+
+// White, and alone.
+struct TestLight {
+  TestLightKind kind = TestLightKind::lamp;
+  SceneLight light;                     // of suns and lamps
+  std::vector<float> surfelIrradiance;  // [W/m²] [Size n_S] direct, with shadows; empty for the sky, of 1 W/m²/sr
+};
+
+inline constexpr std::uint32_t kTestSuns = 2, kTestLamps = 3;
+
+// The sky where the bake has one, and at most kTestSuns and kTestLamps: fewer where nothing is reached.
+std::vector<TestLight> chooseTestLights(const RayTracer& tracer, const PlaySpace& space, const Surfels& surfels,
+                                        const Hierarchy& hierarchy, std::uint64_t seed, Context& context);
+
+}  // namespace relume
