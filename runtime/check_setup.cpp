@@ -123,4 +123,17 @@ void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& nor
   }
 }
 
+LightSetup withoutFunctions(const LightSetup& setup) {
+  LightSetup copy;
+  copy.surfelIrradiance = setup.surfelIrradiance;
+  copy.surfelIrradianceOnGpu = setup.surfelIrradianceOnGpu;
+  copy.emissionScale = setup.emissionScale;
+  copy.surfelEmission = setup.surfelEmission;
+  copy.materialEmissions = setup.materialEmissions;
+  copy.skyRadiance = setup.skyRadiance;
+  copy.skyPatches = setup.skyPatches;
+  copy.bounceScale = setup.bounceScale;
+  return copy;
+}
+
 }  // namespace relume

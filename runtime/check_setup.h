@@ -19,4 +19,7 @@ Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t 
 // The lights of a setup that passes, with directions of length 1. `normalised` keeps its memory from frame to frame.
 void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& normalised);
 
+// A setup without its lights and the host's functions, whose copies may allocate.
+LightSetup withoutFunctions(const LightSetup& setup);
+
 }  // namespace relume

@@ -2,10 +2,8 @@
 // The entry point of the runtime: checks what comes in and hands it to a backend. See relighter.h.
 #include "relume/relighter.h"
 
-#include "formats/decimal.h"
-#include "formats/sh.h"
-#include "formats/validate.h"
 #include "runtime/backend.h"
+#include "runtime/check_options.h"
 #include "runtime/check_setup.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/driven_emission.h"
@@ -81,57 +79,18 @@ struct Relighter::State {
 
 namespace {
 
-// The parts a frame needs; names and the rest of the provenance stay with the host.
-Bake shareArrays(const Bake& bake) {
-  Bake shared;
-  shared.surfels = bake.surfels;
-  shared.hierarchy = bake.hierarchy;
-  shared.caches = bake.caches;
-  shared.caches.lightmap.parts = {};
-  shared.caches.lightmap.cornerUv = shared.caches.lightmap.backCornerUv = {};
-  shared.links = bake.links;
-  shared.emitters = bake.emitters;
-  shared.provenance.sceneHash = bake.provenance.sceneHash;
-  return shared;
-}
-
 Error usage(const std::string& message) { return Error{ErrorCode::usage, message}; }
-
-// Bands to light with: what was asked for, or what the bake recommends, held against each other and the links.
-Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, int& chroma) {
-  const bool sh = bake.links.kind == LinkKind::sh;
-  const int max = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
-  if (options.lumaBands < 0 || options.lumaBands > max) {
-    return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(max) +
-                 (sh ? ", the bands of the bake's SH links," : "") + " or 0 for the bake's choice");
-  }
-  const auto recommended = [](std::uint32_t bands, int limit) {
-    return bands < 1 ? 1 : (bands > static_cast<std::uint32_t>(limit) ? limit : static_cast<int>(bands));
-  };
-  luma = options.lumaBands > 0 ? options.lumaBands : recommended(bake.provenance.lumaBands, max);
-  if (options.chromaBands < 0 || options.chromaBands > luma) {
-    return usage("chromaBands is " + std::to_string(options.chromaBands) +
-                 ", expected 1 to lumaBands = " + std::to_string(luma) + " or 0 for the bake's choice");
-  }
-  chroma = options.chromaBands > 0 ? options.chromaBands : recommended(bake.provenance.chromaBands, luma);
-  return done();
-}
 
 }  // namespace
 
 Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) try {
   std::pmr::memory_resource* host = memoryOr(options.memory);
-  if (const Status ok = checkBake(bake, host); !ok) {
-    return Error{ok.error().code, "bake cannot be lit: " + ok.error().message};
-  }
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
-  if (Status ok = chooseBands(bake, options, state->bands.lumaBands, state->bands.chromaBands); !ok) return ok.error();
-  const Bake shared = shareArrays(bake);
+  Result<CheckedOptions> checked = checkOptions(bake, options, &state->memory);
+  if (!checked) return checked.error();
+  const Bake& shared = checked->bake;
+  state->bands = checked->bands;
   state->caches = shared.caches;
-  state->bands.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
-  state->bands.glossy = options.glossy;
-  if (!(options.gridTrust >= 0.0f && options.gridTrust <= 1.0f))
-    return usage("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
   state->sceneHash = bake.provenance.sceneHash;
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
@@ -139,9 +98,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
   state->emitters = bake.emitters;
-  Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, &state->memory);
-  if (!sizes) return sizes.error();
-  state->imageSizes = std::move(*sizes);
+  state->imageSizes = std::move(checked->images);
   const BackendRequest request{state->bands, options, &state->memory, state->imageSizes};
   Result<Owned<Backend>> backend =
       options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
@@ -209,17 +166,9 @@ Relighter::~Relighter() = default;
 Status Relighter::relight(const LightSetup& setup) {
   if (Status ok = check(setup); !ok) return ok;
   // The host's functions by reference: copies of them would allocate in every frame.
-  LightSetup applied;
+  LightSetup applied = withoutFunctions(setup);
   if (setup.visibility) applied.visibility = std::cref(setup.visibility);
   if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
-  applied.surfelIrradiance = setup.surfelIrradiance;
-  applied.surfelIrradianceOnGpu = setup.surfelIrradianceOnGpu;
-  applied.emissionScale = setup.emissionScale;
-  applied.surfelEmission = setup.surfelEmission;
-  applied.materialEmissions = setup.materialEmissions;
-  applied.skyRadiance = setup.skyRadiance;
-  applied.skyPatches = setup.skyPatches;
-  applied.bounceScale = setup.bounceScale;
   const bool handsOver = setup.bounceScale > 0.0f && !state_->inherited.radiance.empty();
   if (handsOver) applied.surfelEmission = state_->inherited.radiance;
   // Take all memory before any light changes.

@@ -13,7 +13,7 @@ layout(std430, binding = RELUME_SLOT_GRIDDED) readonly buffer Gridded { uint gri
 #endif
 layout(std430, binding = RELUME_SLOT_NODES) writeonly buffer Nodes { uint node[]; };
 
-uniform uint relumeFirstSurfel, relumeEndSurfel;
+RELUME_PARAMETERS(RELUME_BOUNCE_PARAMETERS)
 
 #if RELUME_BOUNCE_GRID
 // relumeIrradianceGrid() with weights made beforehand.

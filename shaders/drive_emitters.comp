@@ -10,10 +10,9 @@ layout(local_size_x = RELUME_SURFEL_GROUP) in;
 layout(std430, binding = RELUME_SLOT_EMITTERS) readonly buffer Emitters { RelumeEmitter emitter[]; };
 layout(std430, binding = RELUME_SLOT_EMISSION) writeonly buffer Emission { uint emissionColor[]; };
 
-uniform sampler2D relumeImage;
-uniform uint relumeFirstEntry, relumeEndEntry;
-uniform uint relumeDrivenBy;  // kRelumeBaked, kRelumeColor or kRelumeImage
-uniform vec3 relumeFactor;    // on it; of a colour, the colour [W/m²/sr]
+layout(binding = RELUME_UNIT_EMISSION) uniform sampler2D relumeImage;
+
+RELUME_PARAMETERS(RELUME_DRIVE_PARAMETERS)
 
 vec3 imageAt(RelumeEmitter e) {
   vec2 size = vec2(textureSize(relumeImage, 0));

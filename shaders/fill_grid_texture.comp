@@ -11,7 +11,7 @@ layout(local_size_x = RELUME_FILL_GROUP) in;
 #define RELUME_CHROMA_LAYERS RELUME_LAYERS(RELUME_CHROMA_BANDS)
 #define RELUME_CACHE_WORDS (RELUME_LUMA_LAYERS + 2 * RELUME_CHROMA_LAYERS)
 
-uniform uint relumeFirst, relumeEnd;
+RELUME_PARAMETERS(RELUME_FILL_PARAMETERS)
 
 #if RELUME_FILL_TEXELS == 0
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
@@ -97,7 +97,6 @@ layout(std430, binding = RELUME_SLOT_SHARES) readonly buffer RelumeShares { uint
 layout(std430, binding = RELUME_SLOT_VECTORS) readonly buffer RelumeVectors { vec4 relumeVector[]; };
 layout(rgba16f, binding = RELUME_IMAGE_GRID_VECTORS) uniform writeonly image3D relumeTexels;
 layout(rg16f, binding = RELUME_IMAGE_GRID_CHROMA) uniform writeonly image3D relumeTexelChroma;
-uniform uvec3 relumeResolution;
 
 void main() {
   uint texel = relumeFirst + gl_GlobalInvocationID.x;

@@ -14,7 +14,16 @@
 
 #define RELUME_LUMA_WORDS RELUME_SH_WORDS
 
+#ifdef RELUME_VULKAN
+layout(constant_id = 0) const uint RELUME_THREADS = 1u;
+layout(constant_id = 1) const uint RELUME_CACHES = 1u;
+layout(constant_id = 2) const int RELUME_NODE_STEPS = 0;
+layout(local_size_x_id = 0) in;
+#else
 layout(local_size_x = RELUME_THREADS) in;
+#endif
+
+RELUME_PARAMETERS(RELUME_CACHE_PARAMETERS)
 
 #if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
 #define RELUME_ROW_WORDS (1 + (RELUME_NODE_STEPS + 1) / 2)
@@ -34,15 +43,6 @@ layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uint node[];
 #else
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) writeonly buffer Caches { uvec2 cacheWord[]; };
 #endif
-
-// A batch: the caches and links that one binding of the link buffers covers.
-uniform uint relumeFirstCache;
-uniform uint relumeEndCache;
-uniform uint relumeFirstLink;   // link at the start of the batch
-uniform uint relumeWordOffset;  // its first word in `linkWord`
-uniform uint relumeHalfOffset;  // its first half in `shapeWord`
-uniform uint relumeShapeStride; // SH links: coefficients of a link
-uniform uint relumeGridLinks;   // irradiance links: how many have a shape, counted from the bake's first
 
 #if RELUME_LANES > 1
 shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
@@ -142,15 +142,18 @@ void addLink(uint link) {
 }
 
 #elif RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+// Of this thread's row, the links from which on nodes step.
+uint nodeStep[RELUME_NODE_STEPS + 1];
+
 // Four links, the first of which is number `at` of its row.
-void addFour(uint four, uint at, uint step_[RELUME_NODE_STEPS + 1]) {
+void addFour(uint four, uint at) {
   uvec4 word = linkWords[(relumeWordOffset >> 2) + four];
   uint transfers = shapeWord[(relumeHalfOffset >> 1) + four];
   // The eight bits of f are bits 6 to 13 of a half.
   uvec2 halves = uvec2((transfers & 0xFFu) << 6 | (transfers & 0xFF00u) << 14, (transfers & 0xFF0000u) >> 10 | (transfers >> 24) << 22);
   vec4 f = vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
   uvec4 sender = word & 0xFFFFu, index = at + uvec4(0u, 1u, 2u, 3u);
-  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(index, uvec4(step_[k]))) << 16;
+  for (int k = 0; k < RELUME_NODE_STEPS; ++k) sender += uvec4(greaterThanEqual(index, uvec4(nodeStep[k]))) << 16;
   for (int i = 0; i < 4; ++i) {
     uint bits = word[i] >> 16;
     addCone(sender[i], f[i], relumeUnpackCone(bits, 12, 4), relumeUnpackDirection(bits, 6));
@@ -202,9 +205,8 @@ void main() {
   uint end = inside ? rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink : 0u;
   uint begin = inside ? rowWord[record] - relumeFirstLink : 0u;
 #if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
-  uint step_[RELUME_NODE_STEPS + 1];
-  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) step_[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
-  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin), step_);
+  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) nodeStep[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
+  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin));
 #else
   for (uint link = begin + lane; link < end; link += uint(RELUME_LANES)) addLink(link);
 #endif

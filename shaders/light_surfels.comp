@@ -21,25 +21,12 @@ layout(std430, binding = RELUME_SLOT_TEXELS) readonly buffer Texels { uint texel
 layout(std430, binding = RELUME_SLOT_EMISSION) readonly buffer Emission { uint emissionColor[]; };
 layout(std430, binding = RELUME_SLOT_SURFEL_LIGHT) readonly buffer SurfelLight { vec4 surfelLight[]; };
 
-uniform bool relumeEmits;  // as baked or driven; then beside what the host hands over
-uniform bool relumeLitOnGpu;  // by the host's shader: surfelLight
-uniform vec3 relumeBoxOrigin;  // [m] of positions
-uniform vec3 relumeBoxStep;
-uniform uint relumeFlatEnd;    // up to here, surfels read texelColor
-uniform uint relumeSurfelEnd;
-uniform uint relumeSenderEnd;
-uniform uint relumeLightCount;
-uniform uvec2 relumeMapSize;
-// First colour of the host's irradiance, emission and sky patches in `host`; kRelumeNone = not handed over.
-uniform uvec3 relumeHostOffset;
-uniform vec3 relumeEmissionScale;
-uniform vec3 relumeSkyRadiance;  // [W/m²/sr]
-uniform float relumeBounceScale;  // 0 also in the first frame
+RELUME_PARAMETERS(RELUME_SURFEL_PARAMETERS)
 
 const float kPi = 3.14159265;
 
 vec3 direct(uint s, vec3 position, vec3 normal) {
-  if (relumeLitOnGpu) {
+  if (relumeLitOnGpu != 0u) {
     // A number that is not finite would never leave the bounces.
     vec3 e = surfelLight[s].rgb;
     return any(isnan(e)) || any(isinf(e)) ? vec3(0.0) : clamp(e, 0.0, 1e20);
@@ -78,7 +65,7 @@ vec3 radiosityOfSurfel(uint s, uint leaf) {
     e += relumeBounceScale * (s < relumeFlatEnd ? flatBounce(relumeUnpackUnorm16x2(word.w)) : relumeUnpackColor(node[leaf]));
   }
   vec3 emission = vec3(0.0);
-  if (relumeEmits) emission = relumeUnpackColor(emissionColor[s]) * relumeEmissionScale;
+  if (relumeEmits != 0u) emission = relumeUnpackColor(emissionColor[s]) * relumeEmissionScale;
   if (relumeHostOffset.y != kRelumeNone) emission += host[relumeHostOffset.y + s].rgb;
   return albedo * e + kPi * emission;
 }

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Step 3: radiosity averaged up the hierarchy (PIC 4.1, 4.3; runtime/gl/pull_schedule.h). A work group pulls whole
+// Step 3: radiosity averaged up the hierarchy (PIC 4.1, 4.3; runtime/passes/pull_schedule.h). A work group pulls whole
 // subtrees, a run of nodes after the other; then, with RELUME_PULL_TOP 1, one group pulls what is above them in rounds.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 
+#ifdef RELUME_VULKAN
+layout(constant_id = 0) const uint RELUME_PULL_THREADS = 1u;
+layout(local_size_x_id = 0) in;
+#else
 layout(local_size_x = RELUME_PULL_THREADS) in;
+#endif
 
 layout(std430, binding = RELUME_SLOT_PULL) readonly buffer Pull { uint pull[]; };
 layout(std430, binding = RELUME_SLOT_RUNS) readonly buffer Runs { uvec2 run[]; };
 layout(std430, binding = RELUME_SLOT_ROUNDS) readonly buffer Rounds { uint begin[]; };
 layout(std430, binding = RELUME_SLOT_NODES) coherent buffer Nodes { uint node[]; };
 
-uniform uint relumeFirst;  // group; of the top, round
-uniform uint relumeEndRound;
+RELUME_PARAMETERS(RELUME_PULL_PARAMETERS)
 
 const uint kNodeMask = (1u << kRelumePullNodeBits) - 1u;
 

@@ -4,8 +4,8 @@
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 
-layout(std430, binding = RELUME_SURFELS_SLOT_WORDS) readonly buffer RelumeSurfelWords { uvec4 relumeSurfelWord[]; };
-layout(std430, binding = RELUME_SURFELS_SLOT_LIGHT) writeonly buffer RelumeSurfelLight { vec4 relumeSurfelLight[]; };
+layout(std430, RELUME_AT(RELUME_SURFELS_SET, RELUME_SURFELS_SLOT_WORDS)) readonly buffer RelumeSurfelWords { uvec4 relumeSurfelWord[]; };
+layout(std430, RELUME_AT(RELUME_SURFELS_SET, RELUME_SURFELS_SLOT_LIGHT)) writeonly buffer RelumeSurfelLight { vec4 relumeSurfelLight[]; };
 
 const uint relumeSurfelSlots = RELUME_SURFEL_SLOTS;
 

@@ -2,21 +2,19 @@
 // See gl_backend.h.
 #include "runtime/gl/gl_backend.h"
 
-#include "formats/decimal.h"
 #include "formats/pack.h"
 #include "runtime/gl/saved_state.h"
+#include "runtime/passes/pack_textures.h"
 #include "runtime/shared/pack_color.h"
+#include "runtime/shared/resolve_defines.h"
+#include "runtime/shared/shader_text.h"
 #include "shaders/shared/layout.h"
 
 #include <array>
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace relume::gl {
 namespace {
-
-void storageBarrier(const Functions& gl) { gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
 
 // All layers of an array of RGBA16F. State must be saved.
 void readTexture(const Functions& gl, GLuint texture, std::uint16_t* halves) {
@@ -38,123 +36,99 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                            std::string_view visibilityGlsl, const ImageSizes& images,
                                            GridTexture texture, std::pmr::memory_resource* memory,
-                                           std::optional<GroupThreads> wanted) {
-  const GroupThreads threads =
+                                           std::optional<gpu::GroupThreads> wanted) {
+  const gpu::GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const SavedState saved(gl);
-  Owned<GlBackend> backend = makeOwned<GlBackend>(memory, gl, bake, bands, images, std::move(texture), memory);
-  Result<GpuBake> gpu = uploadBake(backend->gl_, bake, backend->texture_, bands, threads, memory);
-  if (!gpu) return gpu.error();
-  backend->gpu_ = std::move(*gpu);
-  Result<BouncePass> bounce = BouncePass::create(backend->gl_, bands);
-  if (!bounce) return bounce.error();
-  backend->bounce_ = std::move(*bounce);
-  Result<DrivePass> drive = DrivePass::create(backend->gl_, bake.emitters, images, memory);
-  if (!drive) return drive.error();
-  backend->drive_ = std::move(*drive);
-  Result<SurfelPass> surfels = SurfelPass::create(backend->gl_, visibilityGlsl, memory);
-  if (!surfels) return surfels.error();
-  backend->surfels_ = std::move(*surfels);
-  Result<PullPass> pull = PullPass::create(backend->gl_, backend->gpu_.pullGroup);
-  if (!pull) return pull.error();
-  backend->pull_ = std::move(*pull);
-  Result<CachePass> caches = CachePass::create(backend->gl_, bands, bake.links.kind, backend->gpu_.nodeSteps, threads);
-  if (!caches) return caches.error();
-  backend->caches_ = std::move(*caches);
+  Result<Owned<gpu::FramePlan>> plan =
+      gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory);
+  if (!plan) return plan.error();
+  Owned<GlBackend> backend =
+      makeOwned<GlBackend>(memory, gl, bake, bands, images, std::move(texture), std::move(*plan), memory);
+  if (Status ok = backend->objects_.make(visibilityGlsl); !ok) return ok.error();
+  backend->plan_->forgetContents();
   if (!backend->texture_.empty()) {
-    Result<GridTexturePass> fill = GridTexturePass::create(backend->gl_, bands);
-    if (!fill) return fill.error();
-    backend->fill_ = std::move(*fill);
-    backend->fill_.run(backend->gl_, backend->gpu_, backend->texture_, storageBarrier);
+    backend->run(backend->plan_->fill(), false);
     backend->gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
   }
   Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands, !backend->texture_.empty()));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
-  const auto text = [](const glm::vec3& v) {
-    return "vec3(" + decimalGlsl(v.x) + ", " + decimalGlsl(v.y) + ", " + decimalGlsl(v.z) + ")";
-  };
-  const std::array<std::pair<std::string, std::string>, 4> defines{
-      {{"RELUME_SURFEL_SLOTS", std::to_string(backend->gpu_.surfelEnd) + "u"},
-       {"RELUME_SURFEL_ORIGIN", text(backend->gpu_.box.origin)},
-       {"RELUME_SURFEL_STEP", text(backend->gpu_.box.step)},
-       {"RELUME_SURFEL_RADIUS", decimalGlsl(std::sqrt(bake.surfels.areaEach / std::numbers::pi_v<float>))}}};
-  Result<std::string> surfelGlsl = expandShader("surfels.glsl", defines);
+  Result<std::string> surfelGlsl = backend->plan_->surfelGlsl(false);
   if (!surfelGlsl) return surfelGlsl.error();
   backend->surfelGlsl_ = std::move(*surfelGlsl);
   return backend;
 }
 
 void GlBackend::bindSurfels() const {
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_WORDS, gpu_.surfels.get());
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_SURFELS_SLOT_LIGHT, surfels_.lightBuffer(gl_, gpu_));
+  objects_.makeSurfelLight();
+  objects_.bind(plan_->surfelBindings());
 }
 
 void GlBackend::reserve(const LightSetup& setup) {
-  if (!setup.materialEmissions.empty()) {
-    const SavedState saved(gl_);
-    drive_.reserve(gl_, setup, driven_);
+  const SavedState saved(gl_);
+  for (const MaterialEmission& emission : setup.materialEmissions) {
+    if (!emission.image.empty()) objects_.makeDrivenImage(*plan_->drivenImage(emission.material));
   }
-  surfels_.reserve(gl_, gpu_, bake_, setup);
-}
-
-// Write the emission of this frame, where it is not that of the frame before.
-void GlBackend::driveEmitters(const LightSetup& setup) {
-  const bool drives = !setup.materialEmissions.empty();
-  if (!drives && !drove_) return;
-  driven_.begin(setup.materialEmissions, {});
-  // Light of surfels that is handed over has their baked emission already.
-  const glm::vec3 undriven =
-      !drives ? glm::vec3(1.0f) : (setup.surfelEmission.empty() ? setup.emissionScale : glm::vec3(0.0f));
-  drive_.run(gl_, gpu_, driven_, undriven);
-  driven_.end();
-  drove_ = drives;
-  storageBarrier(gl_);
+  if (setup.surfelIrradianceOnGpu) objects_.makeSurfelLight();
+  plan_->reserve(setup);
 }
 
 std::vector<std::pair<std::string, std::size_t>> GlBackend::bufferSizes() const {
-  auto sizes = gpu_.bufferSizes();
-  sizes.emplace_back("emission", driven_.bytes() + drive_.textureBytes());
+  const auto bytes = [this](std::initializer_list<std::uint32_t> buffers) {
+    std::size_t sum = 0;
+    for (const std::uint32_t each : buffers) sum += objects_.bufferBytes(each);
+    return sum;
+  };
+  const std::size_t grid = texture_.empty() ? 0 : objects_.gridTextureBytes();
+  std::vector<std::pair<std::string, std::size_t>> sizes{
+      {"surfels", bytes({gpu::kSurfelWords, gpu::kEmission, gpu::kEmitters}) + plan_->orderBytes()},
+      {"hierarchy", bytes({gpu::kPullNode, gpu::kPullRuns, gpu::kPullRounds, gpu::kLeafNode})},
+      {"radiosity", bytes({gpu::kNodes})},
+      {"links", bytes({gpu::kRows, gpu::kLinks, gpu::kLinkShape})},
+      {"caches", bytes({gpu::kCacheLight})},
+      {"bounce", bytes({gpu::kTexelColors, gpu::kGridded})},
+      {"index", bytes({gpu::kMapTexels, gpu::kGrid, gpu::kResolve})},
+      {"lightmap", objects_.textureBytes(GpuUse::light) + objects_.textureBytes(GpuUse::constant) - grid}};
+  if (grid > 0)
+    sizes.emplace_back("grid texture", grid + bytes({gpu::kGridFactors, gpu::kGridShares, gpu::kGridVectors}));
+  sizes.emplace_back("emission", plan_->drivenBytes() + objects_.textureBytes(GpuUse::frame));
   return sizes;
+}
+
+void GlBackend::run(const GpuFrame& frame, bool mark) {
+  objects_.upload(frame.uploads);
+  // The passes of step 2 are one to the timer.
+  std::size_t marked = static_cast<std::size_t>(GpuPass::surfels);
+  for (std::size_t i = 0; i < frame.dispatches.size(); ++i) {
+    const auto pass = static_cast<std::size_t>(frame.dispatches[i].pass);
+    for (; mark && marked < pass; ++marked) timer_.mark(marked);
+    objects_.run(i, frame.dispatches[i]);
+  }
+  for (; mark && marked < static_cast<std::size_t>(GpuPass::gridTexture); ++marked) timer_.mark(marked);
 }
 
 void GlBackend::relight(const LightSetup& setup) {
   const SavedState saved(gl_);
   timer_.mark(0);
-  if (setup.surfelIrradianceOnGpu) storageBarrier(gl_);  // what the host's shader has written
-  driveEmitters(setup);
-  const bool bounces = lit_ && setup.bounceScale > 0.0f;
-  if (bounces && bounce_.run(gl_, gpu_)) storageBarrier(gl_);
-  surfels_.run(gl_, gpu_, bake_, setup, bounces);
-  storageBarrier(gl_);
-  timer_.mark(1);
-  pull_.run(gl_, gpu_, storageBarrier);
-  storageBarrier(gl_);
-  timer_.mark(2);
-  caches_.run(gl_, gpu_, bake_.links);
-  timer_.mark(3);
-  if (!texture_.empty()) {
-    storageBarrier(gl_);
-    fill_.run(gl_, gpu_, texture_, storageBarrier);
-  }
+  run(plan_->frame(setup), true);
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
   gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
                     GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   timer_.mark(4);
   timer_.endFrame();
-  lit_ = true;
   readBack_ = texelsReadBack_ = false;
 }
 
 void GlBackend::reset() {
   const SavedState saved(gl_);
-  clearLight(gl_, bake_, bands_, gpu_, memory_);
+  objects_.clearLight(bake_);
   if (!texture_.empty()) {
     // The texture of caches without light.
-    fill_.run(gl_, gpu_, texture_, storageBarrier);
+    run(plan_->fill(), false);
     gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
   }
-  lit_ = false;
+  plan_->reset();
   readBack_ = texelsReadBack_ = false;
 }
 
@@ -166,26 +140,28 @@ std::span<const float> GlBackend::coefficients() const {
   coefficients_.assign(perCache * bake_.caches.count(), 0.0f);
 
   // Of the grid's caches, the buffer.
-  const std::size_t stride = cacheBytes(bands_) / sizeof(std::uint16_t);
-  const auto halves = readBuffer<std::uint16_t>(gl_, gpu_.caches, stride * gpu_.firstMapCache, memory_);
-  for (std::size_t cache = 0; cache < gpu_.firstMapCache; ++cache) {
+  const std::size_t stride = gpu::cacheBytes(bands_) / sizeof(std::uint16_t);
+  const auto halves =
+      readBuffer<std::uint16_t>(gl_, objects_.buffer(gpu::kCacheLight), stride * bake_.caches.firstMapCache(), memory_);
+  for (std::size_t cache = 0; cache < bake_.caches.firstMapCache(); ++cache) {
     const std::uint16_t* from = halves.data() + stride * cache;
     float* to = coefficients_.data() + perCache * cache;
     for (const int l : bands) {
       unpackChannel(l, from, kWordHalves, to);
-      from += kWordHalves * static_cast<std::size_t>(wordsOf(l));
+      from += kWordHalves * static_cast<std::size_t>(gpu::wordsOf(l));
       to += l * l;
     }
   }
 
   // Of the light map's caches, one of the texels that hold them.
   const Array<std::uint32_t>& map = bake_.caches.lightmap.cache;
-  const std::array<GLuint, 3> textures = {gpu_.mapY.get(), gpu_.mapCo.get(), gpu_.mapCg.get()};
+  const std::array<GLuint, 3> textures = {objects_.texture(gpu::kMapY).get(), objects_.texture(gpu::kMapCo).get(),
+                                          objects_.texture(gpu::kMapCg).get()};
   std::size_t channel = 0;  // its first coefficient in a cache
   for (std::size_t k = 0; k < bands.size() && !map.empty(); ++k) {
     const int held = bands_.onMap(bands[k]);
     const std::size_t layer = kWordHalves * map.size();
-    std::pmr::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(wordsOf(held)), memory_);
+    std::pmr::vector<std::uint16_t> texels(layer * static_cast<std::size_t>(gpu::wordsOf(held)), memory_);
     readTexture(gl_, textures[k], texels.data());
     for (std::size_t t = 0; t < map.size(); ++t) {
       if (map[t] != kNoCache)
@@ -197,19 +173,24 @@ std::span<const float> GlBackend::coefficients() const {
   return coefficients_;
 }
 
+GLuint GlBackend::gridImage(std::uint32_t number) const {
+  const std::optional<std::uint32_t> first = plan_->gridImages();
+  return first ? objects_.texture(*first + number).get() : 0;
+}
+
 std::span<const float> GlBackend::gridTexels() const {
   if (texelsReadBack_ || texture_.empty()) return texels_;
   const SavedState saved(gl_);
   const glm::uvec3 r = texture_.resolution;
   const std::size_t slab = std::size_t{r.x} * r.y, texels = slab * static_cast<std::size_t>(textureDepth(r.z));
   std::pmr::vector<std::uint16_t> luma(4 * texels, memory_), chroma(2 * texels, memory_);
-  const auto read = [this](const Texture& texture, GLenum format, std::uint16_t* to) {
+  const auto read = [this](GLuint texture, GLenum format, std::uint16_t* to) {
     gl_.ActiveTexture(GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y);
-    gl_.BindTexture(GL_TEXTURE_3D, texture.get());
+    gl_.BindTexture(GL_TEXTURE_3D, texture);
     gl_.GetTexImage(GL_TEXTURE_3D, 0, format, GL_HALF_FLOAT, to);
   };
-  read(gpu_.gridTexels, GL_RGBA, luma.data());
-  read(gpu_.gridChroma, GL_RG, chroma.data());
+  read(gridImage(0), GL_RGBA, luma.data());
+  read(gridImage(1), GL_RG, chroma.data());
   texels_.assign(kTexelFloats * 6 * texture_.points(), 0.0f);
   for (std::size_t half = 0; half < 6; ++half) {
     for (std::size_t point = 0; point < texture_.points(); ++point) {
@@ -223,13 +204,11 @@ std::span<const float> GlBackend::gridTexels() const {
   return texels_;
 }
 
-void GlBackend::bind() const {
-  bindResolve(gl_, gpu_);
-  if (!texture_.empty()) bindGridTextures(gl_, gpu_);
-}
+void GlBackend::bind() const { objects_.bind(plan_->resolveBindings()); }
 
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
-  const auto packed = readBuffer<std::uint32_t>(gl_, gpu_.nodes, bake_.hierarchy.nodeCount(), memory_);
+  const auto packed =
+      readBuffer<std::uint32_t>(gl_, objects_.buffer(gpu::kNodes), bake_.hierarchy.nodeCount(), memory_);
   std::vector<glm::vec3> radiosity;
   radiosity.reserve(packed.size());
   for (const std::uint32_t node : packed) radiosity.push_back(unpackColor(node));
@@ -244,8 +223,18 @@ std::vector<PassTime> GlBackend::passTimes() const {
 }
 
 GlResolveInputs GlBackend::inputs() const {
-  return {gpu_.mapY.get(),      gpu_.mapCo.get(),   gpu_.mapCg.get(),      gpu_.mapNormal.get(),  gpu_.caches.get(),
-          gpu_.gridCache.get(), gpu_.resolve.get(), gpu_.gridTexels.get(), gpu_.gridChroma.get(), gpu_.gridOpen.get()};
+  const auto buffer = [this](std::uint32_t index) { return objects_.buffer(index).get(); };
+  const auto texture = [this](std::uint32_t index) { return objects_.texture(index).get(); };
+  return {texture(gpu::kMapY),
+          texture(gpu::kMapCo),
+          texture(gpu::kMapCg),
+          texture(gpu::kMapNormal),
+          buffer(gpu::kCacheLight),
+          buffer(gpu::kGrid),
+          buffer(gpu::kResolve),
+          gridImage(0),
+          gridImage(1),
+          gridImage(2)};
 }
 
 }  // namespace relume::gl
@@ -255,9 +244,10 @@ namespace relume {
 Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& request) {
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
-  GridTexture texture = makeGridTexture(bake, request, gl::max3dSide(*functions));
+  const GpuDevice device = gl::deviceOf(*functions, gpu::GroupThreads::parallel);
+  GridTexture texture = makeGridTexture(bake, request, device.volumeSide);
   // Where the driver cannot bind its shares receivers read the caches around.
-  if (sizeof(std::uint32_t) * (texture.begin.size() + texture.shares.size()) > gl::maxStorageBytes(*functions))
+  if (sizeof(std::uint32_t) * (texture.begin.size() + texture.shares.size()) > device.storageBytes)
     texture = GridTexture(request.memory);
   Result<Owned<gl::GlBackend>> made =
       gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.images,

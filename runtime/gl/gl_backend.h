@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The OpenGL backend: steps 2 to 5 in order, and the only place with barriers.
+// The OpenGL backend: runs the plan of a frame's passes (runtime/passes/frame_plan.h), and reads back.
 #pragma once
 
 #include "runtime/backend.h"
-#include "runtime/gl/drive_pass.h"
+#include "runtime/gl/check_textures.h"
 #include "runtime/gl/functions.h"
-#include "runtime/gl/passes.h"
+#include "runtime/gl/plan_objects.h"
 #include "runtime/gl/timer.h"
+#include "runtime/passes/frame_plan.h"
 
 #include <memory>
 #include <optional>
@@ -17,30 +18,29 @@ namespace relume::gl {
 class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
-  // call. unsupported: buffers too large; failed: a shader's log. images: declared, by
-  // drivable material. texture: of the grid, may be empty. wanted: what work groups are to suit; nothing = the
-  // driver that runs here. memory: keeps all of this.
+  // call. unsupported: buffers too large; failed: a shader's log. images: declared, by drivable material. texture: of
+  // the grid, may be empty. wanted: what work groups are to suit; nothing = the driver that runs here. memory: keeps
+  // all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                          std::string_view visibilityGlsl, const ImageSizes& images, GridTexture texture,
-                                         std::pmr::memory_resource* memory, std::optional<GroupThreads> wanted = {});
+                                         std::pmr::memory_resource* memory,
+                                         std::optional<gpu::GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
   GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, const ImageSizes& images,
-            GridTexture texture, std::pmr::memory_resource* memory)
+            GridTexture texture, Owned<gpu::FramePlan> plan, std::pmr::memory_resource* memory)
       : memory_(memory),
         gl_(gl),
         bake_(bake),
         bands_(bands),
-        gpu_(memory),
         imageSizes_(images, memory),
-        driven_(bake.emitters, images, memory),
-        drive_(memory),
-        surfels_(memory),
         texture_(std::move(texture)),
+        plan_(std::move(plan)),
+        objects_(gl_, *plan_, memory),
         timer_(gl_),
         coefficients_(memory),
         texels_(memory) {}
 
-  Status checkTextures(const LightSetup& setup) const override { return drive_.check(gl_, setup, imageSizes_); }
+  Status checkTextures(const LightSetup& setup) const override { return gl::checkTextures(gl_, setup, imageSizes_); }
   void reserve(const LightSetup& setup) override;
   void relight(const LightSetup& setup) override;
   void reset() override;
@@ -55,31 +55,26 @@ class GlBackend final : public Backend, public GlResolve {
   GlResolveInputs inputs() const override;
   const std::string& glsl() const override { return resolveGlsl_; }
   void bind() const override;
-  std::uint32_t surfelProgram() const override { return surfels_.program(); }
+  std::uint32_t surfelProgram() const override { return objects_.program("light_surfels.comp"); }
   const std::string& surfelGlsl() const override { return surfelGlsl_; }
-  std::uint32_t surfelSlots() const override { return gpu_.surfelEnd; }
+  std::uint32_t surfelSlots() const override { return plan_->surfelSlots(); }
   void bindSurfels() const override;
 
  private:
-  void driveEmitters(const LightSetup& setup);
+  // All of a plan's frame. mark: whether its passes are timed.
+  void run(const GpuFrame& frame, bool mark);
+  // Vectors, chroma or open cells of the grid's texture; 0 = none.
+  GLuint gridImage(std::uint32_t number) const;
 
   std::pmr::memory_resource* memory_;
   Functions gl_;  // before all that deletes by it
   Bake bake_;     // shares the arrays
   CacheBands bands_;
-  GpuBake gpu_;
-  BouncePass bounce_;
   ImageSizes imageSizes_;  // of the images that were declared
-  DrivenEmission driven_;
-  DrivePass drive_;
-  bool drove_ = false;          // whether the emission on the GPU is not the baked one
-  mutable SurfelPass surfels_;  // makes the buffer for the host's light when it is first bound
-  PullPass pull_;
-  CachePass caches_;
   GridTexture texture_;
-  GridTexturePass fill_;
+  Owned<gpu::FramePlan> plan_;
+  mutable PlanObjects objects_;  // makes the buffer for the host's light when it is first bound
   std::string resolveGlsl_, surfelGlsl_;
-  bool lit_ = false;  // whether the caches hold a frame
   mutable FrameTimer<4> timer_;
   mutable std::pmr::vector<float> coefficients_;  // read back
   mutable bool readBack_ = false;                 // whether coefficients_ are this frame's

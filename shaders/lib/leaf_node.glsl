@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Leaves of the senders, in blocks of a work group: a word that is the least node, then 16 bits a sender that lead on
-// from it (runtime/gl/upload.cpp).
+// from it (runtime/passes/leaf_blocks.h).
 layout(std430, binding = RELUME_SLOT_LEAF_NODE) readonly buffer LeafNode { uint leafNode[]; };
 
 // Node of a sender's leaf; kRelumeNone where a block has no more senders.

@@ -11,9 +11,6 @@ layout(binding = RELUME_IMAGE_Y, rgba16f) writeonly uniform image2DArray mapY;
 layout(binding = RELUME_IMAGE_CO, rgba16f) writeonly uniform image2DArray mapCo;
 layout(binding = RELUME_IMAGE_CG, rgba16f) writeonly uniform image2DArray mapCg;
 
-uniform uint relumeFirstMapCache;
-uniform uint relumeMapWidth;
-
 ivec2 mapTexelAt(uint i) { return ivec2(mapTexel[i] & 0xFFFFu, mapTexel[i] >> 16); }
 
 // Word `w` of a cache: its layers of Y, then of Co, then of Cg.

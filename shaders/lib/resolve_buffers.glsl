@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What resolve.glsl reads, in the buffers and textures of the OpenGL backend: slots of shared/layout.h.
-layout(binding = RELUME_RESOLVE_UNIT_Y) uniform sampler2DArray relumeLightmapY;
-layout(binding = RELUME_RESOLVE_UNIT_CO) uniform sampler2DArray relumeLightmapCo;
-layout(binding = RELUME_RESOLVE_UNIT_CG) uniform sampler2DArray relumeLightmapCg;
-layout(binding = RELUME_RESOLVE_UNIT_NORMAL) uniform sampler2D relumeLightmapNormal;
-layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
-layout(std430, binding = RELUME_RESOLVE_SLOT_GRID) readonly buffer RelumeGrid { uint relumeGrid[]; };
-layout(std140, binding = RELUME_RESOLVE_SLOT_UNIFORMS) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
+// What resolve.glsl reads, in buffers and textures: slots of shared/layout.h.
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_Y)) uniform sampler2DArray relumeLightmapY;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_CO)) uniform sampler2DArray relumeLightmapCo;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_CG)) uniform sampler2DArray relumeLightmapCg;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_NORMAL)) uniform sampler2D relumeLightmapNormal;
+layout(std430, RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_SLOT_CACHES)) readonly buffer RelumeCaches { uvec2 relumeCache[]; };
+layout(std430, RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_SLOT_GRID)) readonly buffer RelumeGrid { uint relumeGrid[]; };
+layout(std140, RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_SLOT_UNIFORMS)) uniform RelumeResolveBlock { RelumeResolve relumeResolve; };
 #if defined(RELUME_GRID_TEXTURE) && RELUME_GRID_TEXTURE
-layout(binding = RELUME_RESOLVE_UNIT_GRID_VECTORS) uniform sampler3D relumeGridVectors;
-layout(binding = RELUME_RESOLVE_UNIT_GRID_CHROMA) uniform sampler3D relumeGridChroma;
-layout(binding = RELUME_RESOLVE_UNIT_GRID_OPEN) uniform usampler3D relumeGridOpen;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_GRID_VECTORS)) uniform sampler3D relumeGridVectors;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_GRID_CHROMA)) uniform sampler3D relumeGridChroma;
+layout(RELUME_AT(RELUME_RESOLVE_SET, RELUME_RESOLVE_UNIT_GRID_OPEN)) uniform usampler3D relumeGridOpen;
 
 uint relumeOpenBits(ivec3 cell) { return texelFetch(relumeGridOpen, cell, 0).x; }
 #endif

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What C++ and GLSL must agree on: slots, sizes and structs of the OpenGL backend. Valid as both. Slots are macros
-// because GLSL 4.30 takes only literals in layout qualifiers; no pass uses more than the 8 storage blocks every driver
-// has.
+// What C++ and GLSL must agree on: slots, sizes and structs of the passes. Valid as both. Slots are macros because GLSL
+// 4.30 takes only literals in layout qualifiers; no pass uses more than the 8 storage blocks every driver has.
+//
+// RELUME_VULKAN: the GLSL is for Vulkan. Slots are then bindings of one descriptor set, where those of images follow
+// those of buffers, and parameters are push constants; in OpenGL they are plain uniforms.
 #ifndef RELUME_LAYOUT_H
 #define RELUME_LAYOUT_H
 
@@ -19,25 +21,36 @@
 #define RELUME_SLOT_EMISSION 6      // surfels: packed emission of each, if any emits
 #define RELUME_SLOT_EMITTERS 0      // emitters (out: RELUME_SLOT_EMISSION): RelumeEmitter[]
 #define RELUME_SLOT_SURFEL_LIGHT 7  // surfels: irradiance of each by the host's own shader
-#define RELUME_SLOT_PULL 0          // pull: a word an inner node (runtime/gl/pull_schedule.h)
+#define RELUME_SLOT_PULL 0          // pull: a word an inner node (runtime/passes/pull_schedule.h)
 #define RELUME_SLOT_RUNS 1          // pull: runs of them, two words each
 #define RELUME_SLOT_ROUNDS 2        // pull: first run of each work group, then of each round of the top
 #define RELUME_SLOT_ROWS 0          // caches: first link of each cache; repacked links: and where its nodes step
 #define RELUME_SLOT_LINKS 1         // caches: cone links, nodes of SH links, heads of compact ones, or repacked words
 #define RELUME_SLOT_LINK_SHAPE \
   2  // caches: coefficients of SH links, halves; shapes of compact links; or repacked transfers
-#define RELUME_SLOT_FACTORS 0     // grid texture: bands to vectors (runtime/gl/upload.cpp)
+#define RELUME_SLOT_FACTORS 0     // grid texture: bands to vectors (runtime/passes/pack_textures.cpp)
 #define RELUME_SLOT_SHARES 1      // grid texture: first share of each texel, then all shares
 #define RELUME_SLOT_VECTORS 2     // grid texture (out, then in): vectors of each cache
 #define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
 
-// Images that caches of the light map write.
+// Image units of OpenGL follow the slots of buffers in Vulkan.
+#define RELUME_VULKAN_IMAGES 8
+// Images that caches of the light map write, and those that the fill of the grid's texture writes.
+#ifdef RELUME_VULKAN
+#define RELUME_IMAGE_Y 8
+#define RELUME_IMAGE_CO 9
+#define RELUME_IMAGE_CG 10
+#define RELUME_IMAGE_GRID_VECTORS 8
+#define RELUME_IMAGE_GRID_CHROMA 9
+#else
 #define RELUME_IMAGE_Y 0
 #define RELUME_IMAGE_CO 1
 #define RELUME_IMAGE_CG 2
-// Images that the fill of the grid's texture writes.
 #define RELUME_IMAGE_GRID_VECTORS 0
 #define RELUME_IMAGE_GRID_CHROMA 1
+#endif
+
+#define RELUME_UNIT_EMISSION 12  // emitters: texture unit of the image that drives a material
 
 // Resolve: in the host's shaders and in the bounce. A host may define these before GlResolve::glsl().
 #ifndef RELUME_RESOLVE_UNIT_Y
@@ -72,6 +85,19 @@
 #define RELUME_RESOLVE_SLOT_UNIFORMS 7  // uniform buffer: RelumeResolve
 #endif
 
+// Descriptor sets of both in Vulkan.
+#ifndef RELUME_RESOLVE_SET
+#define RELUME_RESOLVE_SET 0
+#endif
+#ifndef RELUME_SURFELS_SET
+#define RELUME_SURFELS_SET 0
+#endif
+#ifdef RELUME_VULKAN
+#define RELUME_AT(set_, slot) set = set_, binding = slot
+#else
+#define RELUME_AT(set_, slot) binding = slot
+#endif
+
 // Surfels: in the host's shader that lights them. A host may define these before GlResolve::surfelGlsl().
 #ifndef RELUME_SURFELS_SLOT_WORDS
 #define RELUME_SURFELS_SLOT_WORDS 0  // storage buffer: packed surfels
@@ -96,6 +122,7 @@
 #define RELUME_FILL_GROUP 64
 
 #ifdef __cplusplus
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
@@ -104,6 +131,7 @@
 
 namespace relume::gl {
 using uint = std::uint32_t;
+using glm::uvec2;
 using glm::uvec3;
 using glm::uvec4;
 using glm::vec3;
@@ -161,7 +189,88 @@ struct RelumeResolve {
   uint unused2;
 };
 
+// Parameters of a pass's dispatches, P(type, name) each: vectors begin where both std430 and C++ put them.
+#define RELUME_BOUNCE_PARAMETERS(P) P(uint, relumeFirstSurfel) P(uint, relumeEndSurfel)
+
+// relumeDrivenBy: kRelumeBaked, kRelumeColor or kRelumeImage; relumeFactor on it, of a colour the colour [W/m²/sr]
+#define RELUME_DRIVE_PARAMETERS(P) \
+  P(vec3, relumeFactor) P(uint, relumeDrivenBy) P(uint, relumeFirstEntry) P(uint, relumeEndEntry)
+
+// relumeBoxOrigin, relumeBoxStep [m]: SurfelBox. relumeFlatEnd: up to here, surfels read texelColor.
+// relumeHostOffset: first colour of the host's irradiance, emission and sky patches in its buffer; kRelumeNone = not
+// handed over. relumeSkyRadiance [W/m²/sr]. relumeBounceScale: 0 also in the first frame. relumeMapSize [texel].
+// relumeEmits: as baked or driven; then beside what the host hands over. relumeLitOnGpu: by the host's shader.
+#define RELUME_SURFEL_PARAMETERS(P) \
+  P(vec3, relumeBoxOrigin)          \
+  P(uint, relumeFlatEnd)            \
+  P(vec3, relumeBoxStep)            \
+  P(uint, relumeSurfelEnd)          \
+  P(uvec3, relumeHostOffset)        \
+  P(uint, relumeSenderEnd)          \
+  P(vec3, relumeEmissionScale)      \
+  P(uint, relumeLightCount)         \
+  P(vec3, relumeSkyRadiance)        \
+  P(float, relumeBounceScale)       \
+  P(uvec2, relumeMapSize)           \
+  P(uint, relumeEmits)              \
+  P(uint, relumeLitOnGpu)
+
+// relumeFirst: group; of the top, round.
+#define RELUME_PULL_PARAMETERS(P) P(uint, relumeFirst) P(uint, relumeEndRound)
+
+// A batch: the caches and links that one binding of the link buffers covers. relumeFirstLink: link at its start;
+// relumeWordOffset, relumeHalfOffset: its first word and half within the bindings. relumeShapeStride: coefficients of
+// an SH link. relumeGridLinks: how many irradiance links have a shape, counted from the bake's first. The last two: of
+// the light map alone.
+#define RELUME_CACHE_PARAMETERS(P) \
+  P(uint, relumeFirstCache)        \
+  P(uint, relumeEndCache)          \
+  P(uint, relumeFirstLink)         \
+  P(uint, relumeWordOffset)        \
+  P(uint, relumeHalfOffset)        \
+  P(uint, relumeShapeStride)       \
+  P(uint, relumeGridLinks)         \
+  P(uint, relumeFirstMapCache)     \
+  P(uint, relumeMapWidth)
+
+#define RELUME_FILL_PARAMETERS(P) P(uvec3, relumeResolution) P(uint, relumeFirst) P(uint, relumeEnd)
+
+// RELUME_PARAMETERS(list) declares them in GLSL.
+#ifndef __cplusplus
+#ifdef RELUME_VULKAN
+#define RELUME_DECLARE(type, name) type name;
+#define RELUME_PARAMETERS(list) layout(push_constant) uniform RelumeParameters{list(RELUME_DECLARE)};
+#else
+#define RELUME_DECLARE(type, name) uniform type name;
+#define RELUME_PARAMETERS(list) list(RELUME_DECLARE)
+#endif
+#endif
+
 #ifdef __cplusplus
+#define RELUME_DECLARE(type, name) type name;
+struct RelumeBounceParameters {
+  RELUME_BOUNCE_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumeDriveParameters {
+  RELUME_DRIVE_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumeSurfelParameters {
+  RELUME_SURFEL_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumePullParameters {
+  RELUME_PULL_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumeCacheParameters {
+  RELUME_CACHE_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumeFillParameters {
+  RELUME_FILL_PARAMETERS(RELUME_DECLARE)
+};
+#undef RELUME_DECLARE
+static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParameters) == 96 &&
+              sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
+static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
+              offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);

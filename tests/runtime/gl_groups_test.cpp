@@ -13,7 +13,7 @@ namespace {
 
 class GlGroups : public test::GlTest {};
 
-Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThreads threads) {
+Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gpu::GroupThreads threads) {
   const Result<gl::Functions> functions = gl::loadFunctions(EglContext::getProcAddress);
   EXPECT_TRUE(functions) << (functions ? "" : functions.error().message);
   if (!functions) return nullptr;
@@ -26,8 +26,8 @@ Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gl::GroupThrea
 
 // Two frames on both, so that bounces read what the first has written.
 void expectSame(const Bake& bake, int luma, int chroma) {
-  const auto software = make(bake, luma, chroma, gl::GroupThreads::serial),
-             hardware = make(bake, luma, chroma, gl::GroupThreads::parallel);
+  const auto software = make(bake, luma, chroma, gpu::GroupThreads::serial),
+             hardware = make(bake, luma, chroma, gpu::GroupThreads::parallel);
   ASSERT_TRUE(software && hardware);
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;

@@ -117,7 +117,8 @@ TEST_F(GlMemory, aFrameWithoutMemoryIsNoFrame) {
     EXPECT_EQ(relighter->cacheCoefficients(), after) << "request " << n;
     if (enough) break;
   }
-  EXPECT_EQ(n, 5u);  // lights twice; the surfels' order, read from the GPU and kept; what the host hands over
+  // Lights twice; the surfels' kinds, slots and order, of which the last is kept; what the host hands over.
+  EXPECT_EQ(n, 6u);
 }
 
 TEST_F(GlMemory, readersAndResetsSayWhenThereIsNone) {

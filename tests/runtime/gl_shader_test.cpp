@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The shaders' libraries against their C++ twins, and all shaders against the reference compiler.
-#include "runtime/gl/passes.h"
+#include "runtime/passes/programs.h"
 #include "runtime/shared/pack_color.h"
+#include "runtime/shared/resolve_defines.h"
+#include "runtime/shared/shader_text.h"
 #include "runtime/shared/texture_resolve.h"
 #include "tests/runtime/gl_test_support.h"
 
@@ -219,15 +221,14 @@ TEST(Shaders, passTheReferenceCompiler) {
       }
     }
     for (const LinkKind kind : kLinkKinds) {
-      for (const auto threads : {gl::GroupThreads::serial, gl::GroupThreads::parallel}) {
-        const gl::CacheGroup group = gl::chooseCacheGroup(threads, {luma, chroma});
+      for (const auto threads : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel}) {
+        const CacheBands bands{luma, chroma, kind == LinkKind::irradiance};
+        const gpu::CacheGroup group = gpu::chooseCacheGroup(threads, bands);
         for (const bool map : {false, true}) {
-          add("light_caches.comp", "comp",
-              gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, -1, map));
+          add("light_caches.comp", "comp", gpu::cacheProgram(bands, kind, group, -1, map).allDefines());
           if (kind != LinkKind::oct6) continue;
           for (const int steps : {0, 5})
-            add("light_caches.comp", "comp",
-                gl::cacheDefines({luma, chroma, kind == LinkKind::irradiance}, kind, group, steps, map));
+            add("light_caches.comp", "comp", gpu::cacheProgram(bands, kind, group, steps, map).allDefines());
         }
       }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The order in which the GPU pulls: every inner node once, after its children, whatever the tree's shape.
-#include "runtime/gl/pull_schedule.h"
+#include "runtime/passes/pull_schedule.h"
 
 #include "tests/runtime/random_tree.h"
 
@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace relume::gl {
+namespace relume::gpu {
 namespace {
 
 struct Case {
@@ -97,4 +97,4 @@ TEST(PullSchedule, groupsKeepToTheirSizeAndEndOnlyWhenFullOrBelowTheTop) {
 }
 
 }  // namespace
-}  // namespace relume::gl
+}  // namespace relume::gpu

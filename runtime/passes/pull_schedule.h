@@ -15,7 +15,7 @@
 #include <memory_resource>
 #include <vector>
 
-namespace relume::gl {
+namespace relume::gpu {
 
 struct PullSchedule {
   explicit PullSchedule(std::pmr::memory_resource* memory)
@@ -26,7 +26,7 @@ struct PullSchedule {
     std::uint32_t firstInner, count, firstNode;
   };
   std::pmr::vector<std::uint32_t>
-      word;  // [Size inner nodes] by number: weight of the first child over kRelumePullWeightOne,
+      word;  // [Size inner nodes] by number: weight of the first child over gl::kRelumePullWeightOne,
              // and above it the node's distance from firstNode (0 at the top)
   // Deepest runs of a group first: each depends on those before it. Then the runs of one node each of the top, which
   // depend on all groups.
@@ -41,18 +41,18 @@ struct PullSchedule {
 };
 
 // Nodes of a hierarchy and inner nodes of a group at most, so that a run fits 8 bytes.
-constexpr std::uint32_t kMaxPulledNodes = 1u << kRelumePullNodeBits;
-constexpr std::uint32_t kMaxGroupNodes = (1u << (64 - 2 * kRelumePullNodeBits)) - 1;
+constexpr std::uint32_t kMaxPulledNodes = 1u << gl::kRelumePullNodeBits;
+constexpr std::uint32_t kMaxGroupNodes = (1u << (64 - 2 * gl::kRelumePullNodeBits)) - 1;
 
 // As pull.comp reads it.
 inline std::array<std::uint32_t, 2> packRun(const PullSchedule::Run& run) {
-  constexpr std::uint32_t kLow = 32 - kRelumePullNodeBits, kMask = (1u << kLow) - 1;
-  return {run.firstNode | (run.count & kMask) << kRelumePullNodeBits,
-          run.firstInner | run.count >> kLow << kRelumePullNodeBits};
+  constexpr std::uint32_t kLow = 32 - gl::kRelumePullNodeBits, kMask = (1u << kLow) - 1;
+  return {run.firstNode | (run.count & kMask) << gl::kRelumePullNodeBits,
+          run.firstInner | run.count >> kLow << gl::kRelumePullNodeBits};
 }
 
 // [nodesPerGroup 1..kMaxGroupNodes] inner nodes that a group gets at most. memory: keeps the schedule.
 PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPerGroup,
                               std::pmr::memory_resource* memory);
 
-}  // namespace relume::gl
+}  // namespace relume::gpu

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // See pull_schedule.h. What is above the groups' subtrees goes in rounds by the nodes' height over them, not by depth:
 // a good half of what is left is ready each time (docs/notes/gpu.md).
-#include "runtime/gl/pull_schedule.h"
+#include "runtime/passes/pull_schedule.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-namespace relume::gl {
+namespace relume::gpu {
 namespace {
 
 // Per node: inner nodes from it downward; the longest way down to a leaf; inner nodes before it.
@@ -71,7 +71,7 @@ PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPer
   const Shape shape = measure(hierarchy, memory);
   for (std::uint32_t node = 0; node < hierarchy.nodeCount(); ++node) {
     if (hierarchy.isLeaf(node)) continue;
-    const float weight = hierarchy.firstWeight[node] * float{kRelumePullWeightOne};
+    const float weight = hierarchy.firstWeight[node] * float{gl::kRelumePullWeightOne};
     schedule.word.push_back(static_cast<std::uint32_t>(std::lrint(weight)));
   }
 
@@ -104,4 +104,4 @@ PullSchedule makePullSchedule(const Hierarchy& hierarchy, std::uint32_t nodesPer
   return schedule;
 }
 
-}  // namespace relume::gl
+}  // namespace relume::gpu

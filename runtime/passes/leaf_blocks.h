@@ -9,12 +9,12 @@
 #include <span>
 #include <vector>
 
-namespace relume::gl {
+namespace relume::gpu {
 
 // A sender's slot on the GPU.
 struct SenderSlot {
-  // A surfel or a patch of the sky, and its leaf; kRelumeNone = an empty slot.
-  std::uint32_t surfel = kRelumeNone, node = kRelumeNone;
+  // A surfel or a patch of the sky, and its leaf; gl::kRelumeNone = an empty slot.
+  std::uint32_t surfel = gl::kRelumeNone, node = gl::kRelumeNone;
   std::uint32_t dither = 0;
 };
 
@@ -22,6 +22,7 @@ struct SenderSlot {
 class LeafBlocks {
  public:
   explicit LeafBlocks(std::pmr::memory_resource* memory) : slots_(memory) {}
+  void reserve(std::size_t slots) { slots_.reserve(slots); }
   void add(const SenderSlot& sender) {
     const std::size_t inBlock = slots_.size() % kBlock;
     if (inBlock > 0 && sender.node - slots_[slots_.size() - inBlock].node >= kEmpty) endBlock();
@@ -38,7 +39,7 @@ class LeafBlocks {
     for (std::size_t i = 0; i < slots_.size(); i += 2) {
       if (i % kBlock == 0) words.push_back(slots_[i].node);
       const auto step = [&](const SenderSlot& p) {
-        return p.node == kRelumeNone ? kEmpty : p.node - slots_[i / kBlock * kBlock].node;
+        return p.node == gl::kRelumeNone ? kEmpty : p.node - slots_[i / kBlock * kBlock].node;
       };
       words.push_back(step(slots_[i]) | step(slots_[i + 1]) << 16);
     }
@@ -51,4 +52,4 @@ class LeafBlocks {
   std::pmr::vector<SenderSlot> slots_;
 };
 
-}  // namespace relume::gl
+}  // namespace relume::gpu

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// See relume/gpu_passes.h: checks what comes in, and shows the plan of a level's passes.
+#include "relume/gpu_passes.h"
+
+#include "runtime/check_options.h"
+#include "runtime/check_setup.h"
+#include "runtime/passes/frame_plan.h"
+#include "runtime/passes/spirv.h"
+#include "runtime/shared/memory.h"
+#include "runtime/shared/resolve_defines.h"
+#include "runtime/shared/shader_text.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace relume {
+
+struct GpuPasses::State {
+  explicit State(std::pmr::memory_resource* host) : memory(host), imageSizes(&memory), lights(&memory) {}
+
+  AlignedMemory memory;  // of all that follows
+  CacheBands bands;
+  ImageSizes imageSizes;
+  std::size_t surfelCount = 0, skyPatchCount = 0;
+  Emitters emitters;  // shares the bake's arrays
+  GpuDevice device;
+  Owned<gpu::FramePlan> plan;
+  std::vector<GpuProgram> programs;
+  std::string resolveGlsl, surfelGlsl;
+  std::pmr::vector<Light> lights;  // this frame's, with directions of length 1
+};
+
+namespace {
+
+Error usage(const std::string& message) { return Error{ErrorCode::usage, message}; }
+
+Status checkDevice(const GpuDevice& device) {
+  const std::pair<const char*, std::size_t> least[] = {{"storageBytes", device.storageBytes},
+                                                       {"storageAlignment", device.storageAlignment},
+                                                       {"imageSide", device.imageSide},
+                                                       {"volumeSide", device.volumeSide},
+                                                       {"groups", device.groups}};
+  for (const auto& [name, value] : least) {
+    if (value == 0) return usage(std::string("GpuDevice::") + name + " is 0, expected a limit of the device");
+  }
+  if ((device.storageAlignment & (device.storageAlignment - 1)) != 0) {
+    return usage("GpuDevice::storageAlignment is " + std::to_string(device.storageAlignment) +
+                 ", expected a power of 2");
+  }
+  return done();
+}
+
+GpuProgram describe(const gpu::ProgramSource& source) {
+  GpuProgram program;
+  program.name = gpu::spirvKey(source);
+  program.parameterBytes = source.parameterBytes();
+  for (const gpu::ProgramConstant& each : source.constants) program.constants.push_back({each.id, each.value});
+  const std::span<const gpu::EmbeddedSpirv> all = gpu::embeddedSpirv();
+  const auto found = std::lower_bound(all.begin(), all.end(), program.name,
+                                      [](const gpu::EmbeddedSpirv& a, const std::string& key) { return a.key < key; });
+  if (found != all.end() && found->key == program.name) program.spirv = found->words;
+  return program;
+}
+
+}  // namespace
+
+GpuPasses::GpuPasses(std::unique_ptr<State, Destroy> state) : state_(std::move(state)) {}
+GpuPasses::GpuPasses(GpuPasses&&) noexcept = default;
+GpuPasses& GpuPasses::operator=(GpuPasses&&) noexcept = default;
+GpuPasses::~GpuPasses() = default;
+
+void GpuPasses::Destroy::operator()(State* state) const noexcept {
+  std::pmr::memory_resource* host = state->memory.host();
+  state->~State();
+  host->deallocate(state, sizeof(State), alignof(State));
+}
+
+Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& options, const GpuDevice& device) try {
+  if (Status ok = checkDevice(device); !ok) return ok.error();
+  if (!options.visibilityGlsl.empty())
+    return usage("visibilityGlsl is for the OpenGL backend; GpuPasses::surfelGlsl() is for shadows here");
+  std::pmr::memory_resource* host = memoryOr(options.memory);
+  std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
+  Result<CheckedOptions> checked = checkOptions(bake, options, &state->memory);
+  if (!checked) return checked.error();
+  state->bands = checked->bands;
+  state->imageSizes = std::move(checked->images);
+  state->surfelCount = bake.surfels.count();
+  state->skyPatchCount = bake.hierarchy.skyDirection.size();
+  state->emitters = bake.emitters;
+  state->device = device;
+  GridTexture texture(&state->memory);
+  if (options.gridTexture) {
+    texture = makeGridTexture(bake.caches, {options.gridTrust, options.gridTextureBytes, device.volumeSide},
+                              options.parallelFor, &state->memory);
+    if (texture.bytes() > device.storageBytes) texture = GridTexture(&state->memory);
+  }
+  Result<Owned<gpu::FramePlan>> plan =
+      gpu::FramePlan::create(checked->bake, texture, state->bands, state->imageSizes, device, &state->memory);
+  if (!plan) return plan.error();
+  state->plan = std::move(*plan);
+  for (const gpu::ProgramSource& source : state->plan->programs()) state->programs.push_back(describe(source));
+  auto defines = resolveDefines(state->bands, !texture.empty());
+  defines.emplace_back("RELUME_VULKAN", "1");
+  Result<std::string> resolve = expandShader("resolve.glsl", defines);
+  if (!resolve) return resolve.error();
+  state->resolveGlsl = std::move(*resolve);
+  if (device.hasSurfelShader) {
+    Result<std::string> surfels = state->plan->surfelGlsl(true);
+    if (!surfels) return surfels.error();
+    state->surfelGlsl = std::move(*surfels);
+  }
+  return GpuPasses(std::move(state));
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+std::span<const GpuBuffer> GpuPasses::buffers() const { return state_->plan->buffers(); }
+std::span<const GpuImage> GpuPasses::images() const { return state_->plan->images(); }
+std::span<const GpuProgram> GpuPasses::programs() const { return state_->programs; }
+std::span<const GpuBindingSet> GpuPasses::bindingSets() const { return state_->plan->bindingSets(); }
+
+Result<std::string> GpuPasses::programGlsl(std::size_t i) const {
+  if (i >= state_->programs.size()) {
+    return Error{ErrorCode::failed,
+                 "there is no program " + std::to_string(i) + ", there are " + std::to_string(state_->programs.size())};
+  }
+  return gpu::vulkanGlsl(state_->plan->programs()[i]);
+}
+
+void GpuPasses::forgetContents() { state_->plan->forgetContents(); }
+
+Result<GpuFrame> GpuPasses::frame(const LightSetup& setup) try {
+  const GpuDevice& device = state_->device;
+  if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok.error();
+  if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, BackendKind::cpu); !ok) return ok.error();
+  if (setup.lights.size() > device.maxLights) {
+    return usage("light setup: " + std::to_string(setup.lights.size()) + " lights, expected at most the " +
+                 std::to_string(device.maxLights) + " of GpuDevice::maxLights");
+  }
+  if (!device.hasSurfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty()))
+    return usage("light setup: surfelIrradiance or surfelEmission without GpuDevice::hasSurfelArrays");
+  if (!device.hasSurfelShader && setup.surfelIrradianceOnGpu)
+    return usage("light setup: surfelIrradianceOnGpu without GpuDevice::hasSurfelShader");
+  normaliseLights(setup.lights, state_->lights);
+  LightSetup applied = withoutFunctions(setup);
+  applied.lights = state_->lights;
+  state_->plan->reserve(applied);
+  return state_->plan->frame(applied);
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
+}
+
+void GpuPasses::reset() { state_->plan->reset(); }
+
+const std::string& GpuPasses::resolveGlsl() const { return state_->resolveGlsl; }
+std::span<const GpuBinding> GpuPasses::resolveBindings() const { return state_->plan->resolveBindings(); }
+const std::string& GpuPasses::surfelGlsl() const { return state_->surfelGlsl; }
+
+std::span<const GpuBinding> GpuPasses::surfelBindings() const {
+  return state_->device.hasSurfelShader ? state_->plan->surfelBindings() : std::span<const GpuBinding>();
+}
+
+std::uint32_t GpuPasses::surfelSlots() const {
+  return state_->device.hasSurfelShader ? state_->plan->surfelSlots() : 0;
+}
+int GpuPasses::lumaBands() const { return state_->bands.lumaBands; }
+int GpuPasses::chromaBands() const { return state_->bands.chromaBands; }
+
+}  // namespace relume

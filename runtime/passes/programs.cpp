@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+// See programs.h.
+#include "runtime/passes/programs.h"
+
+#include "runtime/passes/pack_textures.h"
+#include "runtime/shared/shader_text.h"
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+#include <set>
+#include <type_traits>
+
+namespace relume::gpu {
+namespace {
+
+template <class T>
+constexpr ParameterType typeOf() {
+  if constexpr (std::is_same_v<T, float>) return ParameterType::float1;
+  if constexpr (std::is_same_v<T, glm::vec3>) return ParameterType::float3;
+  if constexpr (std::is_same_v<T, glm::uvec2>) return ParameterType::uint2;
+  if constexpr (std::is_same_v<T, glm::uvec3>) return ParameterType::uint3;
+  return ParameterType::uint1;
+}
+
+// The parameters of a struct of shaders/shared/layout.h.
+#define RELUME_PARAMETER(type, name) {#name, typeOf<decltype(Struct::name)>(), offsetof(Struct, name)},
+#define RELUME_PARAMETER_TABLE(table, structure, list)         \
+  constexpr auto table = [] {                                  \
+    using Struct = structure;                                  \
+    return std::to_array<Parameter>({list(RELUME_PARAMETER)}); \
+  }();
+RELUME_PARAMETER_TABLE(kBounce, gl::RelumeBounceParameters, RELUME_BOUNCE_PARAMETERS)
+RELUME_PARAMETER_TABLE(kDrive, gl::RelumeDriveParameters, RELUME_DRIVE_PARAMETERS)
+RELUME_PARAMETER_TABLE(kSurfels, gl::RelumeSurfelParameters, RELUME_SURFEL_PARAMETERS)
+RELUME_PARAMETER_TABLE(kPull, gl::RelumePullParameters, RELUME_PULL_PARAMETERS)
+RELUME_PARAMETER_TABLE(kCaches, gl::RelumeCacheParameters, RELUME_CACHE_PARAMETERS)
+RELUME_PARAMETER_TABLE(kFill, gl::RelumeFillParameters, RELUME_FILL_PARAMETERS)
+#undef RELUME_PARAMETER_TABLE
+#undef RELUME_PARAMETER
+
+std::size_t bytesOf(ParameterType type) {
+  return type == ParameterType::uint2 ? 8 : type == ParameterType::uint3 || type == ParameterType::float3 ? 12 : 4;
+}
+
+// Passes know no bands but those that their own caches have.
+DefineList bandsOf(int luma, int chroma, bool irradianceOnMap) {
+  return {{"RELUME_LUMA_BANDS", std::to_string(luma)},
+          {"RELUME_CHROMA_BANDS", std::to_string(chroma)},
+          {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
+}
+
+constexpr std::uint32_t kRepackedKind = 6;  // RELUME_LINKS_REPACKED of shaders/lib/link_sums.glsl
+
+}  // namespace
+
+CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::size_t sharedBytes) {
+  // Shared memory holds all sums of a group.
+  constexpr std::size_t kLanes = 32;
+  const std::size_t bytesPerCache = kLanes * 2 * cacheBytes(bands);
+  if (threads == GroupThreads::serial || bytesPerCache > sharedBytes) return {1, 64};
+  return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 4))};
+}
+
+PullGroup choosePullGroup(GroupThreads threads) {
+  return threads == GroupThreads::serial ? PullGroup{8, 4096} : PullGroup{128, 1024};
+}
+
+std::size_t ProgramSource::parameterBytes() const {
+  return parameters.empty() ? 0 : parameters.back().offset + bytesOf(parameters.back().type);
+}
+
+DefineList ProgramSource::allDefines() const {
+  DefineList all = defines;
+  for (const ProgramConstant& each : constants) all.emplace_back(each.name, std::to_string(each.value));
+  return all;
+}
+
+ProgramSource bounceProgram(const CacheBands& bands, bool grid) {
+  DefineList defines = bandsOf(bands.lumaBands, bands.chromaBands, !grid && bands.irradianceOnMap);
+  defines.emplace_back("RELUME_BOUNCE_GRID", grid ? "1" : "0");
+  return {"bounce_surfels.comp", std::move(defines), {}, kBounce};
+}
+
+ProgramSource driveProgram() { return {"drive_emitters.comp", {}, {}, kDrive}; }
+
+ProgramSource surfelProgram() { return {"light_surfels.comp", {}, {}, kSurfels}; }
+
+ProgramSource pullProgram(const PullGroup& group, bool top) {
+  return {"pull.comp",
+          {{"RELUME_PULL_TOP", top ? "1" : "0"}},
+          {{"RELUME_PULL_THREADS", 0, static_cast<std::uint32_t>(group.threads)}},
+          kPull};
+}
+
+ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map) {
+  const CacheBands own = map ? bands.ofMap() : bands;
+  DefineList defines = bandsOf(own.lumaBands, own.chromaBands, map && bands.irradianceOnMap);
+  defines.emplace_back("RELUME_MAP", map ? "1" : "0");
+  defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
+  // Links packed again are a kind of the shader's own.
+  defines.emplace_back("RELUME_LINK_KIND",
+                       std::to_string(nodeSteps < 0 ? static_cast<std::uint32_t>(kind) : kRepackedKind));
+  return {"light_caches.comp",
+          std::move(defines),
+          {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
+           {"RELUME_CACHES", 1, static_cast<std::uint32_t>(group.caches)},
+           {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))}},
+          kCaches};
+}
+
+ProgramSource fillProgram(const CacheBands& bands, bool texels) {
+  // Texels are sums of vectors, whatever the bands.
+  DefineList defines = texels ? bandsOf(1, 1, false) : bandsOf(bands.lumaBands, bands.chromaBands, false);
+  defines.emplace_back("RELUME_FILL_TEXELS", texels ? "1" : "0");
+  return {"fill_grid_texture.comp", std::move(defines), {}, kFill};
+}
+
+Result<std::string> vulkanGlsl(const ProgramSource& source) {
+  DefineList defines = source.defines;
+  defines.emplace_back("RELUME_VULKAN", "1");
+  Result<std::string> text = expandShader(source.path, defines);
+  if (!text) return text.error();
+  return "#version 450\n" + *text;
+}
+
+std::string spirvKey(const ProgramSource& source) {
+  std::string key = source.path;
+  for (const auto& [name, value] : source.defines) key += " " + name + "=" + value;
+  return key;
+}
+
+std::vector<ProgramSource> programsOf(std::span<const CacheBands> bands) {
+  std::vector<ProgramSource> programs;
+  std::set<std::string> keys;
+  const auto add = [&](ProgramSource source) {
+    if (keys.insert(spirvKey(source)).second) programs.push_back(std::move(source));
+  };
+  add(driveProgram());
+  add(surfelProgram());
+  for (const bool top : {false, true}) add(pullProgram({}, top));
+  for (CacheBands each : bands) {
+    for (const bool grid : {false, true}) {
+      add(bounceProgram(each, grid));
+      add(fillProgram(each, grid));
+    }
+    for (const LinkKind kind : kLinkKinds) {
+      each.irradianceOnMap = kind == LinkKind::irradiance;
+      for (const CacheGroup& group : {CacheGroup{1, 64}, CacheGroup{32, 2}}) {
+        for (const bool map : {false, true}) {
+          add(cacheProgram(each, kind, group, -1, map));
+          if (kind == LinkKind::oct6) add(cacheProgram(each, kind, group, 0, map));
+        }
+      }
+    }
+  }
+  return programs;
+}
+
+}  // namespace relume::gpu
