@@ -2,6 +2,7 @@
 // See relume/gpu_passes.h: checks what comes in, and shows the plan of a level's passes.
 #include "relume/gpu_passes.h"
 
+#include "formats/sh.h"
 #include "runtime/check_options.h"
 #include "runtime/check_setup.h"
 #include "runtime/passes/frame_plan.h"
@@ -27,7 +28,7 @@ struct GpuPasses::State {
   GpuDevice device;
   Owned<gpu::FramePlan> plan;
   std::vector<GpuProgram> programs;
-  std::string resolveGlsl, surfelGlsl;
+  std::string resolveGlsl;
   std::pmr::vector<Light> lights;  // this frame's, with directions of length 1
 };
 
@@ -63,7 +64,30 @@ GpuProgram describe(const gpu::ProgramSource& source) {
   return program;
 }
 
+constexpr std::pair<const char*, const char*> kForVulkan{"RELUME_VULKAN", "1"};
+
+Result<std::string> resolveText(const CacheBands& bands, bool gridTexture) {
+  auto defines = resolveDefines(bands, gridTexture);
+  defines.emplace_back(kForVulkan);
+  return expandShader("resolve.glsl", defines);
+}
+
 }  // namespace
+
+Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind) {
+  if (options.chromaBands < 1 || options.chromaBands > options.lumaBands || options.lumaBands > kMaxBands) {
+    return usage("lumaBands is " + std::to_string(options.lumaBands) + " and chromaBands " +
+                 std::to_string(options.chromaBands) + ", expected 1 to " + std::to_string(kMaxBands) +
+                 ", chroma at most luma: no bake is here to recommend them");
+  }
+  return resolveText({options.lumaBands, options.chromaBands, kind == LinkKind::irradiance, options.glossy},
+                     options.gridTexture);
+}
+
+Result<std::string> gpuSurfelGlsl() {
+  const std::pair<std::string, std::string> define = kForVulkan;
+  return expandShader("surfels.glsl", {&define, 1});
+}
 
 GpuPasses::GpuPasses(std::unique_ptr<State, Destroy> state) : state_(std::move(state)) {}
 GpuPasses::GpuPasses(GpuPasses&&) noexcept = default;
@@ -79,7 +103,7 @@ void GpuPasses::Destroy::operator()(State* state) const noexcept {
 Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& options, const GpuDevice& device) try {
   if (Status ok = checkDevice(device); !ok) return ok.error();
   if (!options.visibilityGlsl.empty())
-    return usage("visibilityGlsl is for the OpenGL backend; GpuPasses::surfelGlsl() is for shadows here");
+    return usage("visibilityGlsl is for the OpenGL backend; gpuSurfelGlsl() is for shadows here");
   std::pmr::memory_resource* host = memoryOr(options.memory);
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
   Result<CheckedOptions> checked = checkOptions(bake, options, &state->memory);
@@ -101,16 +125,9 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
   if (!plan) return plan.error();
   state->plan = std::move(*plan);
   for (const gpu::ProgramSource& source : state->plan->programs()) state->programs.push_back(describe(source));
-  auto defines = resolveDefines(state->bands, !texture.empty());
-  defines.emplace_back("RELUME_VULKAN", "1");
-  Result<std::string> resolve = expandShader("resolve.glsl", defines);
+  Result<std::string> resolve = resolveText(state->bands, !texture.empty());
   if (!resolve) return resolve.error();
   state->resolveGlsl = std::move(*resolve);
-  if (device.hasSurfelShader) {
-    Result<std::string> surfels = state->plan->surfelGlsl(true);
-    if (!surfels) return surfels.error();
-    state->surfelGlsl = std::move(*surfels);
-  }
   return GpuPasses(std::move(state));
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
@@ -156,7 +173,6 @@ void GpuPasses::reset() { state_->plan->reset(); }
 
 const std::string& GpuPasses::resolveGlsl() const { return state_->resolveGlsl; }
 std::span<const GpuBinding> GpuPasses::resolveBindings() const { return state_->plan->resolveBindings(); }
-const std::string& GpuPasses::surfelGlsl() const { return state_->surfelGlsl; }
 
 std::span<const GpuBinding> GpuPasses::surfelBindings() const {
   return state_->device.hasSurfelShader ? state_->plan->surfelBindings() : std::span<const GpuBinding>();

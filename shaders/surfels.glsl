@@ -7,7 +7,16 @@
 layout(std430, RELUME_AT(RELUME_SURFELS_SET, RELUME_SURFELS_SLOT_WORDS)) readonly buffer RelumeSurfelWords { uvec4 relumeSurfelWord[]; };
 layout(std430, RELUME_AT(RELUME_SURFELS_SET, RELUME_SURFELS_SLOT_LIGHT)) writeonly buffer RelumeSurfelLight { vec4 relumeSurfelLight[]; };
 
+#ifdef RELUME_VULKAN
+// Of the level, so that a shader can be compiled before there is one.
+layout(std140, RELUME_AT(RELUME_SURFELS_SET, RELUME_SURFELS_SLOT_UNIFORMS)) uniform RelumeSurfelsBlock { RelumeSurfels relumeSurfels; };
+#define relumeSurfelSlots relumeSurfels.slots
+#define RELUME_SURFEL_ORIGIN relumeSurfels.origin
+#define RELUME_SURFEL_STEP relumeSurfels.step_
+#define RELUME_SURFEL_RADIUS relumeSurfels.radius
+#else
 const uint relumeSurfelSlots = RELUME_SURFEL_SLOTS;
+#endif
 
 // [m] world
 vec3 relumeSurfelPosition(uint i) {

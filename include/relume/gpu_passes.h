@@ -176,14 +176,14 @@ class GpuPasses {
   void reset();
 
   // Step 6 for a shader of the host's: GLSL to put after its #version 450, with the functions of GlResolve::glsl(), in
-  // descriptor set RELUME_RESOLVE_SET, which is 0 unless the host defines it before; and what is bound there.
+  // descriptor set RELUME_RESOLVE_SET, which is 0 unless the host defines it before; and what is bound there. Same as
+  // gpuResolveGlsl() for the bands and the texture that came to be.
   [[nodiscard]] const std::string& resolveGlsl() const;
   [[nodiscard]] std::span<const GpuBinding> resolveBindings() const;
 
-  // Direct light by a compute shader of the host's, for its shadows: GlResolve::surfelGlsl(), in descriptor set
-  // RELUME_SURFELS_SET. Dispatch it for surfelSlots() threads before a frame with LightSetup::surfelIrradianceOnGpu;
-  // the frame's first dispatch waits. Empty, as the bindings, without GpuDevice::hasSurfelShader.
-  [[nodiscard]] const std::string& surfelGlsl() const;
+  // Direct light by a compute shader of the host's, for its shadows, with gpuSurfelGlsl(). Dispatch it for
+  // surfelSlots() threads before a frame with LightSetup::surfelIrradianceOnGpu; that frame's first dispatch waits.
+  // Empty without GpuDevice::hasSurfelShader.
   [[nodiscard]] std::span<const GpuBinding> surfelBindings() const;
   [[nodiscard]] std::uint32_t surfelSlots() const;
 
@@ -198,5 +198,13 @@ class GpuPasses {
   explicit GpuPasses(std::unique_ptr<State, Destroy> state);
   std::unique_ptr<State, Destroy> state_;
 };
+
+// GpuPasses::resolveGlsl() where there is no bake: for shaders that are compiled when the game is built. options: its
+// bands, glossy and gridTexture; kind: of the bakes' links. usage: bands that are not given, or out of range.
+[[nodiscard]] Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind);
+
+// GLSL to put after #version 450 of a shader that lights the surfels itself: what GlResolve::surfelGlsl() defines, in
+// descriptor set RELUME_SURFELS_SET, 0 unless it is defined before. The same for all bakes.
+[[nodiscard]] Result<std::string> gpuSurfelGlsl();
 
 }  // namespace relume

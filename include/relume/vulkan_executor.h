@@ -67,7 +67,7 @@ class VulkanExecutor {
     barrier(commands, kCompute, kAll);
   }
 
-  // For GpuPasses::resolveGlsl() in any stage, and for surfelGlsl(); null where there is none.
+  // For GpuPasses::resolveGlsl() in any stage, and for gpuSurfelGlsl(); null where there is none.
   VkDescriptorSetLayout resolveLayout() const { return resolveLayout_; }
   VkDescriptorSet resolveSet() const { return resolveSet_; }
   VkDescriptorSetLayout surfelLayout() const { return surfelLayout_; }

@@ -54,7 +54,7 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
   Result<std::string> resolve = expandShader("resolve.glsl", resolveDefines(bands, !backend->texture_.empty()));
   if (!resolve) return resolve.error();
   backend->resolveGlsl_ = std::move(*resolve);
-  Result<std::string> surfelGlsl = backend->plan_->surfelGlsl(false);
+  Result<std::string> surfelGlsl = backend->plan_->surfelGlsl();
   if (!surfelGlsl) return surfelGlsl.error();
   backend->surfelGlsl_ = std::move(*surfelGlsl);
   return backend;
@@ -62,7 +62,8 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
 
 void GlBackend::bindSurfels() const {
   objects_.makeSurfelLight();
-  objects_.bind(plan_->surfelBindings());
+  // The box of the surfels is in the text: no uniform buffer of the host's is touched.
+  objects_.bind(plan_->surfelBindings().first(2));
 }
 
 void GlBackend::reserve(const LightSetup& setup) {

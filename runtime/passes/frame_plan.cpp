@@ -26,6 +26,14 @@ std::span<const std::byte> bytesOf(const T& array) {
   return std::as_bytes(std::span(array.data(), array.size()));
 }
 
+GpuBinding uniform(std::uint32_t slot, BufferIndex buffer) {
+  GpuBinding binding;
+  binding.binding = slot;
+  binding.kind = GpuBindingKind::uniformBuffer;
+  binding.resource = buffer;
+  return binding;
+}
+
 GpuBinding storage(std::uint32_t slot, BufferIndex buffer, bool isWritten = false) {
   GpuBinding binding;
   binding.binding = slot;
@@ -213,7 +221,8 @@ void FramePlan::makeBuffers(const GridTexture& texture) {
   tiltedEnd_ = senders.tiltedEnd;
   surfelEnd_ = senders.surfelEnd;
   senderEnd_ = senders.senderEnd;
-  box_ = senders.box;
+  surfelBox_ = {senders.box.origin, senders.surfelEnd, senders.box.step,
+                std::sqrt(bake_.surfels.areaEach / std::numbers::pi_v<float>)};
   emits_ = senders.emits;
   skyOrder_ = std::move(senders.skyOrder);
   addBuffer(kSurfelWords, "surfels", GpuUse::constant, keep(std::move(senders.surfels)));
@@ -231,7 +240,9 @@ void FramePlan::makeBuffers(const GridTexture& texture) {
   addBuffer(kGrid, "grid", GpuUse::constant, keep(packGrid(bake_.caches, grid, memory_)));
   std::pmr::vector<gl::RelumeResolve> resolve(1, grid.resolve, memory_);
   addBuffer(kResolve, "resolve", GpuUse::constant, keep(std::move(resolve)));
-  buffers_[kResolve].isUniform = true;
+  std::pmr::vector<gl::RelumeSurfels> box(1, surfelBox_, memory_);
+  addBuffer(kSurfelBox, "surfels' box", GpuUse::constant, keep(std::move(box)));
+  buffers_[kResolve].isUniform = buffers_[kSurfelBox].isUniform = true;
   const std::size_t colors = (device_.hasSurfelArrays ? 2 * std::size_t{surfelEnd_} : 0) + (senderEnd_ - surfelEnd_);
   addBuffer(kLights, "lights", GpuUse::frame, {}, device_.maxLights * sizeof(gl::RelumeLight));
   addBuffer(kHost, "colours of the host", GpuUse::frame, {}, colors * sizeof(glm::vec4));
@@ -315,9 +326,8 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
   resolve_ = {{sampled(RELUME_RESOLVE_UNIT_Y, kMapY), sampled(RELUME_RESOLVE_UNIT_CO, kMapCo),
                sampled(RELUME_RESOLVE_UNIT_CG, kMapCg), sampled(RELUME_RESOLVE_UNIT_NORMAL, kMapNormal),
                storage(RELUME_RESOLVE_SLOT_CACHES, kCacheLight), storage(RELUME_RESOLVE_SLOT_GRID, kGrid),
-               storage(RELUME_RESOLVE_SLOT_UNIFORMS, kResolve)},
+               uniform(RELUME_RESOLVE_SLOT_UNIFORMS, kResolve)},
               memory_};
-  resolve_.back().kind = GpuBindingKind::uniformBuffer;
   makeDriveSets();
   const std::array<GpuBinding, 3> bounce{storage(RELUME_SLOT_SURFELS, kSurfelWords),
                                          storage(RELUME_SLOT_LEAF_NODE, kLeafNode),
@@ -332,7 +342,8 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
   set_.surfels = addSet(addProgram(surfelProgram()), {bounce, light});
   makePull(threads);
   surfelBindings_ = {
-      {storage(RELUME_SURFELS_SLOT_WORDS, kSurfelWords), storage(RELUME_SURFELS_SLOT_LIGHT, kSurfelLight, true)},
+      {storage(RELUME_SURFELS_SLOT_WORDS, kSurfelWords), storage(RELUME_SURFELS_SLOT_LIGHT, kSurfelLight, true),
+       uniform(RELUME_SURFELS_SLOT_UNIFORMS, kSurfelBox)},
       memory_};
   if (texture.empty()) return;
   const std::array<GpuBinding, 3> vectors{storage(RELUME_RESOLVE_SLOT_CACHES, kCacheLight),
@@ -399,16 +410,14 @@ std::optional<std::uint32_t> FramePlan::drivenImage(std::uint32_t material) cons
   return image == kRelumeNone ? std::nullopt : std::optional(image);
 }
 
-Result<std::string> FramePlan::surfelGlsl(bool vulkan) const {
+Result<std::string> FramePlan::surfelGlsl() const {
   const auto text = [](const glm::vec3& v) {
     return "vec3(" + decimalGlsl(v.x) + ", " + decimalGlsl(v.y) + ", " + decimalGlsl(v.z) + ")";
   };
-  DefineList defines{
-      {"RELUME_SURFEL_SLOTS", std::to_string(surfelEnd_) + "u"},
-      {"RELUME_SURFEL_ORIGIN", text(box_.origin)},
-      {"RELUME_SURFEL_STEP", text(box_.step)},
-      {"RELUME_SURFEL_RADIUS", decimalGlsl(std::sqrt(bake_.surfels.areaEach / std::numbers::pi_v<float>))}};
-  if (vulkan) defines.emplace_back("RELUME_VULKAN", "1");
+  const DefineList defines{{"RELUME_SURFEL_SLOTS", std::to_string(surfelEnd_) + "u"},
+                           {"RELUME_SURFEL_ORIGIN", text(surfelBox_.origin)},
+                           {"RELUME_SURFEL_STEP", text(surfelBox_.step_)},
+                           {"RELUME_SURFEL_RADIUS", decimalGlsl(surfelBox_.radius)}};
   return expandShader("surfels.glsl", defines);
 }
 

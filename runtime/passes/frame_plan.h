@@ -43,6 +43,7 @@ enum BufferIndex : std::uint32_t {
   kLights,
   kHost,
   kSurfelLight,
+  kSurfelBox,
   kGridFactors,  // the last three where there is a grid's texture
   kGridShares,
   kGridVectors,
@@ -74,8 +75,8 @@ class FramePlan {
   // The image of a drivable material; nothing where none was declared.
   std::optional<std::uint32_t> drivenImage(std::uint32_t material) const;
   std::uint32_t surfelSlots() const { return surfelEnd_; }
-  // surfels.glsl for this level; vulkan: with descriptor sets.
-  Result<std::string> surfelGlsl(bool vulkan) const;
+  // surfels.glsl for this level in OpenGL.
+  Result<std::string> surfelGlsl() const;
   // Bytes that are kept on the host's side: the surfels' order, and what drives materials.
   std::size_t orderBytes() const { return surfelOrder_.size() * sizeof(surfelOrder_[0]); }
   std::size_t drivenBytes() const { return driven_.bytes(); }
@@ -147,7 +148,7 @@ class FramePlan {
   std::uint32_t shapeStride_ = 0, shapedLinks_ = 0;  // RELUME_CACHE_PARAMETERS
   std::uint32_t gridCachesPerGroup_ = 1, mapCachesPerGroup_ = 1;
   std::uint32_t flatEnd_ = 0, tiltedEnd_ = 0, surfelEnd_ = 0, senderEnd_ = 0;
-  SurfelBox box_;
+  gl::RelumeSurfels surfelBox_{};
   bool emits_ = false;
   std::uint32_t pullGroupCount_ = 0, pullRoundCount_ = 0;
   std::uint32_t firstMapCache_ = 0;

@@ -36,9 +36,6 @@ std::optional<std::vector<CacheBands>> readBands(const std::string& text) {
       return std::nullopt;
     }
     bands.push_back(each);
-    // Caches of the light map have fewer, and may have all for glossy receivers.
-    const CacheBands map = each.ofMap();
-    if (map.lumaBands != each.lumaBands || map.chromaBands != each.chromaBands) bands.push_back(map);
   }
   return bands;
 }

@@ -138,8 +138,8 @@ void FramePlan::addSurfels(const LightSetup& setup, bool bounces, bool waits) {
   const bool drives = !setup.materialEmissions.empty();
   parameters.relumeLitOnGpu = setup.surfelIrradianceOnGpu ? 1 : 0;
   parameters.relumeEmits = emits_ && (drives || setup.surfelEmission.empty()) ? 1 : 0;
-  parameters.relumeBoxOrigin = box_.origin;
-  parameters.relumeBoxStep = box_.step;
+  parameters.relumeBoxOrigin = surfelBox_.origin;
+  parameters.relumeBoxStep = surfelBox_.step_;
   parameters.relumeFlatEnd = flatEnd_;
   const Lightmap& map = bake_.caches.lightmap;
   parameters.relumeMapSize = map.cache.empty() ? glm::uvec2(1u) : glm::uvec2(map.width, map.height);

@@ -146,9 +146,11 @@ std::vector<ProgramSource> programsOf(std::span<const CacheBands> bands) {
     for (const LinkKind kind : kLinkKinds) {
       each.irradianceOnMap = kind == LinkKind::irradiance;
       for (const CacheGroup& group : {CacheGroup{1, 64}, CacheGroup{32, 2}}) {
-        for (const bool map : {false, true}) {
-          add(cacheProgram(each, kind, group, -1, map));
-          if (kind == LinkKind::oct6) add(cacheProgram(each, kind, group, 0, map));
+        // The light map has other bands where glossy receivers read it.
+        for (int variant = 0; variant < 3; ++variant) {
+          each.glossy = variant == 2;
+          add(cacheProgram(each, kind, group, -1, variant > 0));
+          if (kind == LinkKind::oct6) add(cacheProgram(each, kind, group, 0, variant > 0));
         }
       }
     }

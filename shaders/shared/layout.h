@@ -105,6 +105,9 @@
 #ifndef RELUME_SURFELS_SLOT_LIGHT
 #define RELUME_SURFELS_SLOT_LIGHT 1  // storage buffer, written: irradiance of each
 #endif
+#ifndef RELUME_SURFELS_SLOT_UNIFORMS
+#define RELUME_SURFELS_SLOT_UNIFORMS 2  // uniform buffer, in Vulkan: RelumeSurfels
+#endif
 
 // What receivers may have: formats/limits.h, runtime/shared/resolve.h.
 #define RELUME_MAX_COORDINATE 1e9f  // [m]
@@ -189,6 +192,14 @@ struct RelumeResolve {
   uint unused2;
 };
 
+// std140
+struct RelumeSurfels {
+  vec3 origin;   // [m] SurfelBox
+  uint slots;    // how many there are
+  vec3 step_;    // [m]
+  float radius;  // [m] of a disc of a surfel's area
+};
+
 // Parameters of a pass's dispatches, P(type, name) each: vectors begin where both std430 and C++ put them.
 #define RELUME_BOUNCE_PARAMETERS(P) P(uint, relumeFirstSurfel) P(uint, relumeEndSurfel)
 
@@ -271,6 +282,7 @@ static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParamete
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
+static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);

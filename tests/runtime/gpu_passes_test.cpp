@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// The passes as data, without any graphics API: what they hand out holds together, what cannot be is refused by name,
+// and no memory is leaked or taken in a frame.
+#include "relume/gpu_passes.h"
+
+#include "tests/runtime/driven_bake.h"
+#include "tests/runtime/some_lights.h"
+#include "tests/runtime/synthetic_bake.h"
+#include "tests/runtime/tracking_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+#include <string>
+
+namespace relume {
+namespace {
+
+Bake bakeOf(LinkKind kind) {
+  return test::makeDrivenBake(
+      {.surfels = 900, .skyPatches = 8, .lightmapCaches = 40, .linksPerCache = 160, .kind = kind, .bands = 4});
+}
+
+RelightOptions everything() {
+  RelightOptions options;
+  options.gridTexture = true;
+  options.gridTrust = 1.0f;
+  options.drivenImages = {{"screen", 45, 32}};
+  return options;
+}
+
+std::string messageOf(const Result<GpuPasses>& refused, ErrorCode code) {
+  if (refused) return "made";
+  EXPECT_EQ(refused.error().code, code) << refused.error().message;
+  return refused.error().message;
+}
+
+bool has(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
+
+TEST(GpuPasses, bindingsStayInsideTheirResourcesAndTheDevicesLimits) {
+  for (const LinkKind kind : kLinkKinds) {
+    const Bake bake = bakeOf(kind);
+    for (const std::size_t limit : {std::size_t{40000}, std::size_t{1} << 27}) {
+      SCOPED_TRACE(std::string(linkKindName(kind)) + " " + std::to_string(limit));
+      GpuDevice device;
+      device.storageBytes = limit;
+      device.groups = limit == 40000 ? 20 : 65535;
+      const Result<GpuPasses> made = GpuPasses::create(bake, everything(), device);
+      ASSERT_TRUE(made) << made.error().message;
+      std::size_t batches = 0;
+      for (const GpuBindingSet& set : made->bindingSets()) {
+        std::set<std::uint32_t> numbers;
+        ASSERT_LT(set.program, made->programs().size());
+        for (const GpuBinding& each : set.bindings) {
+          EXPECT_TRUE(numbers.insert(each.binding).second) << each.binding;
+          const bool isImage = each.kind == GpuBindingKind::sampledImage || each.kind == GpuBindingKind::storageImage;
+          if (isImage) {
+            ASSERT_LT(each.resource, made->images().size());
+            continue;
+          }
+          const GpuBuffer& buffer = made->buffers()[each.resource];
+          const std::size_t bytes = each.bytes ? each.bytes : buffer.bytes;
+          EXPECT_LE(each.offset + bytes, buffer.bytes) << buffer.name;
+          EXPECT_LE(bytes, limit) << buffer.name;
+          EXPECT_EQ(each.offset % device.storageAlignment, 0u) << buffer.name;
+          EXPECT_EQ(buffer.isUniform, each.kind == GpuBindingKind::uniformBuffer);
+          EXPECT_TRUE(!each.isWritten || buffer.use == GpuUse::light) << buffer.name;
+        }
+        batches += has(made->programs()[set.program].name, "light_caches") ? 1 : 0;
+      }
+      EXPECT_GE(batches, limit == 40000 ? 3u : 2u);
+      for (const GpuBuffer& buffer : made->buffers()) {
+        EXPECT_GE(buffer.bytes, 16u) << buffer.name;
+        EXPECT_EQ(buffer.bytes % 4, 0u) << buffer.name;
+        EXPECT_LE(buffer.contents.size(), buffer.bytes) << buffer.name;
+      }
+      for (const GpuImage& image : made->images()) {
+        const std::size_t bytes = std::size_t{image.size.x} * image.size.y * image.size.z * texelBytes(image.format);
+        EXPECT_TRUE(image.contents.empty() || image.contents.size() == bytes) << image.name;
+      }
+    }
+  }
+}
+
+TEST(GpuPasses, everyProgramHasGlslAndThoseOfUsualBandsSpirv) {
+  for (const LinkKind kind : kLinkKinds) {
+    for (const bool isSerial : {false, true}) {
+      GpuDevice device;
+      device.isSerial = isSerial;
+      RelightOptions options = everything();
+      options.lumaBands = 4;
+      options.chromaBands = 2;
+      const Result<GpuPasses> made = GpuPasses::create(bakeOf(kind), options, device);
+      ASSERT_TRUE(made) << made.error().message;
+      bool any = false;
+      for (std::size_t i = 0; i < made->programs().size(); ++i) {
+        const GpuProgram& program = made->programs()[i];
+        const Result<std::string> glsl = made->programGlsl(i);
+        ASSERT_TRUE(glsl) << glsl.error().message;
+        EXPECT_TRUE(has(*glsl, "#version 450") && has(*glsl, "void main()")) << program.name;
+        EXPECT_LE(program.parameterBytes, kGpuParameterBytes);
+        any = any || !program.spirv.empty();
+        // 0x07230203 opens every SPIR-V. All of them are there, or the build has none.
+        EXPECT_TRUE(program.spirv.empty() || program.spirv[0] == 0x07230203u) << program.name;
+      }
+      for (const GpuProgram& program : made->programs()) EXPECT_EQ(any, !program.spirv.empty()) << program.name;
+      EXPECT_FALSE(made->programGlsl(made->programs().size()));
+    }
+  }
+}
+
+TEST(GpuPasses, dispatchesCoverWhatTheDeviceCutsThemInto) {
+  const Bake bake = bakeOf(LinkKind::oct6);
+  GpuDevice device;
+  device.groups = 20;
+  Result<GpuPasses> cut = GpuPasses::create(bake, everything(), device),
+                    whole = GpuPasses::create(bake, everything(), {});
+  ASSERT_TRUE(cut && whole);
+  LightSetup setup;
+  const Result<GpuFrame> few = whole->frame(setup), many = cut->frame(setup);
+  ASSERT_TRUE(few && many);
+  const auto groups = [](const GpuFrame& frame, GpuPass pass) {
+    std::size_t sum = 0;
+    for (const GpuDispatch& each : frame.dispatches) sum += each.pass == pass ? each.groups : 0;
+    return sum;
+  };
+  EXPECT_GT(many->dispatches.size(), few->dispatches.size());
+  for (const GpuDispatch& each : many->dispatches) EXPECT_LE(each.groups, 20u);
+  for (const GpuPass pass : {GpuPass::surfels, GpuPass::pull, GpuPass::caches, GpuPass::gridTexture})
+    EXPECT_EQ(groups(*many, pass), groups(*few, pass)) << static_cast<int>(pass);
+  // The first frame has no light to bounce, the next ones have; after a reset they have none again.
+  const std::size_t first = few->dispatches.size();
+  EXPECT_GT(whole->frame(setup)->dispatches.size(), first);
+  whole->reset();
+  EXPECT_EQ(whole->frame(setup)->dispatches.size(), first);
+}
+
+TEST(GpuPasses, whatCannotBeIsRefused) {
+  const Bake bake = bakeOf(LinkKind::cone);
+  GpuDevice device;
+  const auto with = [&](const auto& change) {
+    GpuDevice changed;
+    change(changed);
+    return GpuPasses::create(bake, everything(), changed);
+  };
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.storageBytes = 0; }), ErrorCode::usage), "storageBytes is 0"));
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.storageAlignment = 48; }), ErrorCode::usage), "power of 2"));
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.groups = 0; }), ErrorCode::usage), "groups is 0"));
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.groups = 3; }), ErrorCode::unsupported), "slots of senders"));
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.imageSide = 8; }), ErrorCode::unsupported), "largest image, 8"));
+  EXPECT_TRUE(has(messageOf(with([](GpuDevice& d) { d.storageBytes = 64; }), ErrorCode::unsupported), "64"));
+  RelightOptions options;
+  options.visibilityGlsl = "float relumeVisibility(uint l, vec3 p, vec3 n) { return 1.0; }";
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "gpuSurfelGlsl"));
+  options = {};
+  options.lumaBands = 9;
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "lumaBands is 9"));
+  options = {};
+  options.drivenImages = {{"nothing", 8, 8}};
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "no such drivable material"));
+  Bake damaged = bake;
+  damaged.links.rowBegin = std::vector<std::uint32_t>(damaged.links.rowBegin.size(), 7u);
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(damaged, {}, device), ErrorCode::invalidFile), "bake cannot be lit"));
+}
+
+TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {
+  const Bake bake = bakeOf(LinkKind::oct6);
+  GpuDevice device;
+  device.maxLights = 2;
+  Result<GpuPasses> made = GpuPasses::create(bake, everything(), device),
+                    same = GpuPasses::create(bake, everything(), device);
+  ASSERT_TRUE(made && same);
+  const std::vector<Light> lights = test::someLights();
+  const std::vector<glm::vec3> colors(bake.surfels.count(), glm::vec3(0.5f)), few(3, glm::vec3(1.0f));
+  MaterialEmission texture;
+  texture.texture = 4;
+  const auto refused = [&](const auto& change, const char* words) {
+    LightSetup setup;
+    change(setup);
+    const Result<GpuFrame> frame = made->frame(setup);
+    ASSERT_FALSE(frame) << words;
+    EXPECT_EQ(frame.error().code, ErrorCode::usage);
+    EXPECT_TRUE(has(frame.error().message, words)) << frame.error().message;
+  };
+  refused([&](LightSetup& s) { s.lights = lights; }, "at most the 2 of GpuDevice::maxLights");
+  refused([&](LightSetup& s) { s.surfelIrradiance = colors; }, "GpuDevice::hasSurfelArrays");
+  refused([&](LightSetup& s) { s.surfelEmission = colors; }, "GpuDevice::hasSurfelArrays");
+  refused([&](LightSetup& s) { s.surfelIrradianceOnGpu = true; }, "GpuDevice::hasSurfelShader");
+  refused([&](LightSetup& s) { s.skyPatches = few; }, "skyPatches");
+  refused([&](LightSetup& s) { s.materialEmissions = {&texture, 1}; }, "texture");
+  refused([&](LightSetup& s) { s.skyRadiance.x = std::numeric_limits<float>::quiet_NaN(); }, "skyRadiance");
+  LightSetup setup;
+  setup.lights = {lights.data(), 2};
+  for (int i = 0; i < 2; ++i) {
+    const Result<GpuFrame> a = made->frame(setup), b = same->frame(setup);
+    ASSERT_TRUE(a && b);
+    ASSERT_EQ(a->dispatches.size(), b->dispatches.size());
+    for (std::size_t k = 0; k < a->dispatches.size(); ++k)
+      EXPECT_EQ(a->dispatches[k].parameters, b->dispatches[k].parameters);
+  }
+}
+
+TEST(GpuPasses, memoryComesFromTheHostGoesBackAndMayBeRefused) {
+  test::TrackingMemory memory;
+  const Bake bake = bakeOf(LinkKind::oct6);
+  RelightOptions options = everything();
+  options.memory = &memory;
+  GpuDevice device;
+  device.hasSurfelArrays = true;
+  const std::vector<Light> lights = test::someLights();
+  const std::vector<glm::vec3> colors(bake.surfels.count(), glm::vec3(0.5f));
+  LightSetup byLights, byHost;
+  byLights.lights = lights;
+  byHost.surfelIrradiance = colors;
+  std::size_t requests = 0;
+  {
+    Result<GpuPasses> made = GpuPasses::create(bake, options, device);
+    ASSERT_TRUE(made) << made.error().message;
+    requests = memory.requests();
+    const std::size_t bytes = memory.bytes();
+    made->forgetContents();
+    EXPECT_LT(2 * memory.bytes(), bytes);
+    for (int i = 0; i < 2; ++i) ASSERT_TRUE(made->frame(byLights) && made->frame(byHost));
+    const std::size_t before = memory.requests();
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(made->frame(byLights) && made->frame(byHost));
+    EXPECT_EQ(memory.requests(), before);
+  }
+  EXPECT_EQ(memory.blocks(), 0u);
+  for (std::size_t n = 0; n < requests; ++n) {
+    memory.refuse(n);
+    const Result<GpuPasses> refused = GpuPasses::create(bake, options, device);
+    ASSERT_FALSE(refused) << "request " << n;
+    EXPECT_EQ(refused.error().code, ErrorCode::memory) << refused.error().message;
+    EXPECT_EQ(memory.blocks(), 0u) << "request " << n;
+  }
+}
+
+}  // namespace
+}  // namespace relume
