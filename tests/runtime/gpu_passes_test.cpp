@@ -19,7 +19,7 @@ namespace {
 
 Bake bakeOf(LinkKind kind) {
   return test::makeDrivenBake(
-      {.surfels = 900, .skyPatches = 8, .lightmapCaches = 40, .linksPerCache = 160, .kind = kind, .bands = 4});
+      {.surfels = 900, .skyPatches = 8, .lightmapCaches = 40, .linksPerCache = 400, .kind = kind, .bands = 4});
 }
 
 RelightOptions everything() {

@@ -28,16 +28,18 @@ bool fails() {
 }
 
 // Functions that make and destroy one object, which all have these parameters but for pipelines.
-#define RELUME_MADE(X)                                                                                           \
-  X(CreateBuffer)                                                                                                \
-  X(CreateCommandPool)                                                                                           \
-  X(CreateDescriptorPool) X(CreateDescriptorSetLayout) X(CreateImage) X(CreateImageView) X(CreatePipelineLayout) \
-      X(CreateSampler) X(CreateShaderModule) X(AllocateMemory)
+#define RELUME_MADE(X)                                                                                    \
+  X(CreateBuffer)                                                                                         \
+  X(CreateCommandPool)                                                                                    \
+  X(CreateDescriptorPool)                                                                                 \
+  X(CreateDescriptorSetLayout) X(CreateImage) X(CreateImageView) X(CreatePipelineLayout) X(CreateSampler) \
+      X(CreateShaderModule) X(AllocateMemory)
 #define RELUME_DESTROYED(X)                                                                                     \
   X(DestroyBuffer)                                                                                              \
   X(DestroyCommandPool)                                                                                         \
-  X(DestroyDescriptorPool) X(DestroyDescriptorSetLayout) X(DestroyImage) X(DestroyImageView) X(DestroyPipeline) \
-      X(DestroyPipelineLayout) X(DestroySampler) X(DestroyShaderModule) X(FreeMemory)
+  X(DestroyDescriptorPool)                                                                                      \
+  X(DestroyDescriptorSetLayout) X(DestroyImage) X(DestroyImageView) X(DestroyPipeline) X(DestroyPipelineLayout) \
+      X(DestroySampler) X(DestroyShaderModule) X(FreeMemory)
 
 #define RELUME_COUNT_MADE(name)                                        \
   template <class... Arguments>                                        \

@@ -26,6 +26,7 @@ class VulkanHost {
   bool isValidated() const { return messenger_ != VK_NULL_HANDLE; }
   // What the validation layer has said, one line each.
   const std::vector<std::string>& complaints() const { return complaints_; }
+  void forgetComplaints() { complaints_.clear(); }
 
   // Objects, memory included, by way of device() since the process began. Of all hosts.
   static int objectsMade();

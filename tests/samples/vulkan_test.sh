@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# samples/06_vulkan_headless: its indirect light is that of `relume render`, wrong input is refused. Exits with 77 where
+# there is no Vulkan device.
+#   vulkan_test.sh RELUME VULKAN_HEADLESS SOURCE FOLDER      FOLDER: of this test alone, made anew
+set -euo pipefail
+relume=$1 headless=$2 source=$3 folder=$4
+rm -rf "$folder"
+mkdir -p "$folder"
+cd "$folder"
+cp "$source/samples/level/two_rooms.glb" level.glb
+"$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none 2>/dev/null
+expect() { # STATUS WORDS COMMAND...: the command exits with STATUS and says WORDS
+  local status=$1 words=$2 rc=0
+  shift 2
+  "$@" 2>log.txt >/dev/null || rc=$?
+  [ "$rc" -eq "$status" ] && grep -q "$words" log.txt || { echo "$*: exit $rc, expected $status and '$words':"; cat log.txt; exit 1; }
+}
+
+rc=0
+"$headless" game.glb level.relume indirect.png 30 indirect 2>log.txt || rc=$?
+[ "$rc" -ne 5 ] || { cat log.txt; echo "skipped"; exit 77; }
+[ "$rc" -eq 0 ] || { cat log.txt; exit 1; }
+"$headless" game.glb level.relume one.png 1 indirect
+"$headless" game.glb level.relume all.png
+"$relume" render level.glb --bake level.relume --lights sun,lamp,emissive --aov indirect --exposure 0 --size 480x270 \
+  --samples 1 --bands Y3Co1Cg1 -o truth.png --progress none >/dev/null
+"$relume" diff indirect.png truth.png --json >indirect.json
+"$relume" diff one.png truth.png --json >one.json
+"$relume" diff all.png truth.png --json >all.json
+python3 - <<'PYTHON'
+import json
+
+read = lambda name: json.load(open(name + ".json"))
+indirect, one, everything = read("indirect"), read("one"), read("all")
+assert abs(indirect["energy"] - 1) < 0.005 and indirect["relativeRmse"] < 0.01 and indirect["flip"] < 0.015, indirect
+assert one["energy"] < 0.9, one  # later frames bounce
+assert everything["relativeRmse"] > 0.1, everything
+PYTHON
+
+"$relume" bake level.glb -o irradiance.relume --preset draft --link-kind irradiance --progress none 2>/dev/null
+cp "$source/samples/blender/cabin.glb" cabin.glb
+"$relume" bake cabin.glb -o cabin.relume --preset draft --progress none 2>/dev/null
+head -c 300000 level.relume >cut.relume
+expect 1 "usage: vulkan_headless" "$headless" game.glb level.relume
+expect 1 "usage: vulkan_headless" "$headless" game.glb level.relume out.png 0
+expect 1 "irradiance links" "$headless" game.glb irradiance.relume out.png 1
+expect 3 "cut.relume" "$headless" game.glb cut.relume out.png 1
+expect 3 "is not the bake" "$headless" game.glb cabin.relume out.png 1
+expect 2 "could not be written" "$headless" game.glb level.relume /no/such/folder/out.png 1
+expect 2 "nothing.glb" "$headless" nothing.glb level.relume out.png 1
+expect 5 "no Vulkan" env VK_ICD_FILENAMES=/no/driver.json VK_DRIVER_FILES=/no/driver.json "$headless" game.glb level.relume out.png 1
+[ ! -e out.png ]
+cd ..
+rm -rf "$folder"
