@@ -6,6 +6,7 @@
 #include "runtime/passes/programs.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +16,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 
 namespace relume::gpu {
 namespace {
@@ -47,16 +49,16 @@ struct Tools {
   std::filesystem::path folder;
 };
 
-// The words of a program; nothing, and said why, where it does not compile.
-std::optional<std::vector<std::uint32_t>> compile(const Tools& tools, const ProgramSource& source) {
+// The words of a program; nothing, and said why, where it does not compile. number: of its files.
+std::optional<std::vector<std::uint32_t>> compile(const Tools& tools, const ProgramSource& source, std::size_t number) {
   const Result<std::string> text = vulkanGlsl(source);
   const auto failed = [&](const std::string& what) {
     std::fprintf(stderr, "%s: %s\n", spirvKey(source).c_str(), what.c_str());
     return std::nullopt;
   };
   if (!text) return failed(text.error().message);
-  const auto shader = tools.folder / "program.comp", spirv = tools.folder / "program.spv",
-             log = tools.folder / "program.log";
+  const auto file = [&](const char* kind) { return tools.folder / (std::to_string(number) + kind); };
+  const auto shader = file(".comp"), spirv = file(".spv"), log = file(".log");
   std::ofstream(shader) << *text;
   const auto run = [&](const std::string& command) {
     return std::system((command + " > " + inQuotes(log) + " 2>&1").c_str()) == 0;
@@ -87,14 +89,23 @@ int makeSpirv(const std::filesystem::path& output, const Tools& tools, const std
   std::sort(programs.begin(), programs.end(),
             [](const ProgramSource& a, const ProgramSource& b) { return spirvKey(a) < spirvKey(b); });
   std::filesystem::create_directories(tools.folder);
+  std::vector<std::optional<std::vector<std::uint32_t>>> compiled(programs.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < programs.size(); i = next++) compiled[i] = compile(tools, programs[i], i);
+  };
+  std::vector<std::thread> threads;
+  for (unsigned i = 1; i < std::max(std::thread::hardware_concurrency(), 1u); ++i) threads.emplace_back(work);
+  work();
+  for (std::thread& each : threads) each.join();
   std::ostringstream text, table;
-  text << "// Made from shaders/ by relume_make_spirv.\n#include \"runtime/passes/spirv.h\"\n\n#include <array>\n\n"
+  text << "// Made from shaders/ by relume_make_spirv.\n#include \"runtime/passes/spirv.h\"\n\n"
           "namespace relume::gpu {\nnamespace {\n\n";
   for (std::size_t i = 0; i < programs.size(); ++i) {
-    const auto words = compile(tools, programs[i]);
-    if (!words) return 1;
+    if (!compiled[i]) return 1;
     text << "constexpr std::uint32_t kWords" << i << "[] = {";
-    for (std::size_t k = 0; k < words->size(); ++k) text << (k % 20 == 0 ? "\n" : "") << (*words)[k] << "u,";
+    for (std::size_t k = 0; k < compiled[i]->size(); ++k)
+      text << (k % 20 == 0 ? "\n" : "") << (*compiled[i])[k] << "u,";
     text << "};\n";
     table << "    {\"" << spirvKey(programs[i]) << "\", kWords" << i << "},\n";
   }

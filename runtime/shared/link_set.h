@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The links as both backends keep them (the GPU four to a unit, runtime/passes/pack_links.h). oct6 links are packed once
-// more, into 5 bytes: nodes ascend within a row, so that 16 bits of a node do, with the indices in the row where the
-// rest of it grows; and rows hand rounding errors of f from link to link, so that 8 bits of it do. All other kinds stay
-// the bake's own arrays.
+// The links as both backends keep them (the GPU four to a unit, runtime/passes/pack_links.h). oct6 links are packed
+// once more, into 5 bytes: nodes ascend within a row, so that 16 bits of a node do, with the indices in the row where
+// the rest of it grows; and rows hand rounding errors of f from link to link, so that 8 bits of it do. All other kinds
+// stay the bake's own arrays.
 #pragma once
 
 #include "relume/links.h"

@@ -52,7 +52,8 @@ def check_same(name, found, expected):
 
 
 def check_headers(include, baker):
-    """Nothing private is installed, nothing that is needs what is not, and none but GLM of other people's libraries."""
+    """Nothing private is installed, nothing that is needs what is not, and none but GLM of other people's libraries;
+    in those that are for Vulkan alone, Vulkan's."""
     installed = {os.path.relpath(f, include) for f in glob.glob(include + '/**/*', recursive=True) if os.path.isfile(f)}
     check('relume/relume.h' in installed and 'relume/relighter.h' in installed, f'headers are missing: {installed}')
     bakers = {header for header in installed if header.startswith('relume/bake/')}
@@ -65,12 +66,13 @@ def check_headers(include, baker):
             check(target in installed, f'{header} includes "{target}", which is not installed')
             check(header in bakers or target not in bakers, f'{header}, of the runtime, includes "{target}", of the baker')
         for target in re.findall(r'^\s*#\s*include\s*<([^>]+)>', text, re.M):
-            check(re.match(r'glm/|[a-z_]+$|[a-z]+\.h$', target), f'{header} includes <{target}>')
+            vulkan = header.startswith('relume/vulkan_') and target == 'vulkan/vulkan_core.h'
+            check(vulkan or re.match(r'glm/|[a-z_]+$|[a-z]+\.h$', target), f'{header} includes <{target}>')
 
 
 def check_linked(where, library):
-    """Neither the library nor what says how to link it has anything of OpenGL."""
-    graphics = re.compile(r'epoxy|lib(Open)?GLX?\b|libGLESv|libGLdispatch|libEGL|glfw|-lGL|-lEGL|OpenGL::', re.I)
+    """Neither the library nor what says how to link it has anything of OpenGL or Vulkan."""
+    graphics = re.compile(r'epoxy|lib(Open)?GLX?\b|libGLESv|libGLdispatch|libEGL|glfw|vulkan|-lGL|-lEGL|OpenGL::', re.I)
     needed = [line for line in run('objdump', '-p', library).split('\n') if line.split()[:1] == ['NEEDED']]
     check(any('libstdc++' in line for line in needed), f'librelume.so needs {needed}')
     found = [line for line in needed if graphics.search(line)]

@@ -28,18 +28,14 @@ bool fails() {
 }
 
 // Functions that make and destroy one object, which all have these parameters but for pipelines.
-#define RELUME_MADE(X)                                                                                    \
-  X(CreateBuffer)                                                                                         \
-  X(CreateCommandPool)                                                                                    \
-  X(CreateDescriptorPool)                                                                                 \
-  X(CreateDescriptorSetLayout) X(CreateImage) X(CreateImageView) X(CreatePipelineLayout) X(CreateSampler) \
-      X(CreateShaderModule) X(AllocateMemory)
-#define RELUME_DESTROYED(X)                                                                                     \
-  X(DestroyBuffer)                                                                                              \
-  X(DestroyCommandPool)                                                                                         \
-  X(DestroyDescriptorPool)                                                                                      \
-  X(DestroyDescriptorSetLayout) X(DestroyImage) X(DestroyImageView) X(DestroyPipeline) X(DestroyPipelineLayout) \
-      X(DestroySampler) X(DestroyShaderModule) X(FreeMemory)
+// clang-format off
+#define RELUME_MADE(X) \
+  X(CreateBuffer) X(CreateCommandPool) X(CreateDescriptorPool) X(CreateDescriptorSetLayout) X(CreateImage) \
+  X(CreateImageView) X(CreatePipelineLayout) X(CreateSampler) X(CreateShaderModule) X(AllocateMemory)
+#define RELUME_DESTROYED(X) \
+  X(DestroyBuffer) X(DestroyCommandPool) X(DestroyDescriptorPool) X(DestroyDescriptorSetLayout) X(DestroyImage) \
+  X(DestroyImageView) X(DestroyPipeline) X(DestroyPipelineLayout) X(DestroySampler) X(DestroyShaderModule) X(FreeMemory)
+// clang-format on
 
 #define RELUME_COUNT_MADE(name)                                        \
   template <class... Arguments>                                        \
@@ -105,7 +101,7 @@ int VulkanHost::objectsMade() { return made; }
 int VulkanHost::objectsDestroyed() { return destroyed; }
 void VulkanHost::failAt(int n) { failing = n; }
 
-std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why) {
+std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why, bool validates) {
   std::unique_ptr<VulkanHost> host(new VulkanHost);
   VkApplicationInfo application{};
   application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
@@ -114,7 +110,7 @@ std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why) {
   instance.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
   instance.pApplicationInfo = &application;
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-  const bool validates = hasLayer();
+  validates = validates && hasLayer();
   if (validates) {
     instance.enabledLayerCount = instance.enabledExtensionCount = 1;
     instance.ppEnabledLayerNames = &kLayer;

@@ -14,8 +14,8 @@ namespace relume::test {
 
 class VulkanHost {
  public:
-  // The first device with compute; nothing, and said why, where there is none.
-  static std::unique_ptr<VulkanHost> open(std::string& why);
+  // The first device with compute; nothing, and said why, where there is none. validates: with the layer, if any.
+  static std::unique_ptr<VulkanHost> open(std::string& why, bool validates = true);
   ~VulkanHost();
   VulkanHost(const VulkanHost&) = delete;
   VulkanHost& operator=(const VulkanHost&) = delete;
