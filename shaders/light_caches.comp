@@ -18,6 +18,8 @@
 layout(constant_id = 0) const uint RELUME_THREADS = 1u;
 layout(constant_id = 1) const uint RELUME_CACHES = 1u;
 layout(constant_id = 2) const int RELUME_NODE_STEPS = 0;
+layout(constant_id = 3) const uint RELUME_LANES = 1u;
+layout(constant_id = 4) const uint RELUME_SHARED_CACHES = 1u;
 layout(local_size_x_id = 0) in;
 #else
 layout(local_size_x = RELUME_THREADS) in;
@@ -44,9 +46,8 @@ layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uint node[];
 layout(std430, binding = RELUME_RESOLVE_SLOT_CACHES) writeonly buffer Caches { uvec2 cacheWord[]; };
 #endif
 
-#if RELUME_LANES > 1
-shared vec4 partial[RELUME_CACHES][RELUME_WORDS][RELUME_LANES];
-#endif
+// Of RELUME_SHARED_CACHES caches: those of the group where threads share one, else one that nobody uses.
+shared vec4 partial[RELUME_SHARED_CACHES][RELUME_WORDS][RELUME_LANES];
 
 // The sums of this thread.
 vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
@@ -195,32 +196,8 @@ vec4 rounded(vec4 v) {
   return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
 }
 
-void main() {
-  uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
-  uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
-  bool inside = cache < relumeEndCache;
-  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = vec4(0.0);
-  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) co[w] = cg[w] = vec4(0.0);
-  uint record = cache * uint(RELUME_ROW_WORDS);
-  uint end = inside ? rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink : 0u;
-  uint begin = inside ? rowWord[record] - relumeFirstLink : 0u;
-#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
-  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) nodeStep[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
-  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin));
-#else
-  for (uint link = begin + lane; link < end; link += uint(RELUME_LANES)) addLink(link);
-#endif
-#if RELUME_MONIC
-  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] *= kMonicScale[w];
-  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
-    co[w] *= kMonicScale[w];
-    cg[w] *= kMonicScale[w];
-  }
-#endif
-  co[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
-  cg[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
-
-#if RELUME_LANES > 1
+// Store the sums of a group whose threads share caches.
+void storeShared(uint cache, uint row, uint lane, bool inside) {
   // Add up the lanes, a word each.
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) partial[row][w][lane] = y[w];
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
@@ -251,8 +228,10 @@ void main() {
                   partial[row][RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS][0]);
   }
 #endif
-#else
-  if (!inside) return;
+}
+
+// Store the sums of a thread that has a cache to itself.
+void store(uint cache) {
 #if RELUME_MAP
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = rounded(y[w]);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
@@ -278,5 +257,33 @@ void main() {
     cacheWord[first + uint(RELUME_CHROMA_WORDS + w)] = pack(cg[w]);
   }
 #endif
+}
+
+void main() {
+  uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
+  uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
+  bool inside = cache < relumeEndCache;
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = vec4(0.0);
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) co[w] = cg[w] = vec4(0.0);
+  uint record = cache * uint(RELUME_ROW_WORDS);
+  uint end = inside ? rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink : 0u;
+  uint begin = inside ? rowWord[record] - relumeFirstLink : 0u;
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+  for (uint k = 0u; inside && k < uint(RELUME_NODE_STEPS); ++k) nodeStep[k] = (rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu;
+  for (uint four = begin + lane; four < end; four += uint(RELUME_LANES)) addFour(four, 4u * (four - begin));
+#else
+  for (uint link = begin + lane; link < end; link += uint(RELUME_LANES)) addLink(link);
 #endif
+#if RELUME_MONIC
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] *= kMonicScale[w];
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
+    co[w] *= kMonicScale[w];
+    cg[w] *= kMonicScale[w];
+  }
+#endif
+  co[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
+  cg[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
+
+  if (uint(RELUME_LANES) > 1u) storeShared(cache, row, lane, inside);
+  else if (inside) store(cache);
 }

@@ -96,7 +96,6 @@ ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGr
   const CacheBands own = map ? bands.ofMap() : bands;
   DefineList defines = bandsOf(own.lumaBands, own.chromaBands, map && bands.irradianceOnMap);
   defines.emplace_back("RELUME_MAP", map ? "1" : "0");
-  defines.emplace_back("RELUME_LANES", std::to_string(group.lanes));
   // Links packed again are a kind of the shader's own.
   defines.emplace_back("RELUME_LINK_KIND",
                        std::to_string(nodeSteps < 0 ? static_cast<std::uint32_t>(kind) : kRepackedKind));
@@ -104,7 +103,9 @@ ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGr
           std::move(defines),
           {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
            {"RELUME_CACHES", 1, static_cast<std::uint32_t>(group.caches)},
-           {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))}},
+           {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))},
+           {"RELUME_LANES", 3, static_cast<std::uint32_t>(group.lanes)},
+           {"RELUME_SHARED_CACHES", 4, static_cast<std::uint32_t>(group.lanes > 1 ? group.caches : 1)}},
           kCaches};
 }
 
@@ -145,13 +146,11 @@ std::vector<ProgramSource> programsOf(std::span<const CacheBands> bands) {
     }
     for (const LinkKind kind : kLinkKinds) {
       each.irradianceOnMap = kind == LinkKind::irradiance;
-      for (const CacheGroup& group : {CacheGroup{1, 64}, CacheGroup{32, 2}}) {
-        // The light map has other bands where glossy receivers read it.
-        for (int variant = 0; variant < 3; ++variant) {
-          each.glossy = variant == 2;
-          add(cacheProgram(each, kind, group, -1, variant > 0));
-          if (kind == LinkKind::oct6) add(cacheProgram(each, kind, group, 0, variant > 0));
-        }
+      // The light map has other bands where glossy receivers read it.
+      for (int variant = 0; variant < 3; ++variant) {
+        each.glossy = variant == 2;
+        add(cacheProgram(each, kind, {}, -1, variant > 0));
+        if (kind == LinkKind::oct6) add(cacheProgram(each, kind, {}, 0, variant > 0));
       }
     }
   }
