@@ -142,7 +142,7 @@ struct GpuUpload {
   std::span<const std::byte> bytes = {};
 };
 
-// Valid until the next call of frame().
+// Valid until the next call of frame(), and while the images of its setup are.
 struct GpuFrame {
   std::span<const GpuUpload> uploads = {};
   std::span<const GpuDispatch> dispatches = {};

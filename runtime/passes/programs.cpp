@@ -22,20 +22,32 @@ constexpr ParameterType typeOf() {
   return ParameterType::uint1;
 }
 
-// The parameters of a struct of shaders/shared/layout.h.
+// The parameters of the structs of shaders/shared/layout.h.
 #define RELUME_PARAMETER(type, name) {#name, typeOf<decltype(Struct::name)>(), offsetof(Struct, name)},
-#define RELUME_PARAMETER_TABLE(table, structure, list)         \
-  constexpr auto table = [] {                                  \
-    using Struct = structure;                                  \
-    return std::to_array<Parameter>({list(RELUME_PARAMETER)}); \
-  }();
-RELUME_PARAMETER_TABLE(kBounce, gl::RelumeBounceParameters, RELUME_BOUNCE_PARAMETERS)
-RELUME_PARAMETER_TABLE(kDrive, gl::RelumeDriveParameters, RELUME_DRIVE_PARAMETERS)
-RELUME_PARAMETER_TABLE(kSurfels, gl::RelumeSurfelParameters, RELUME_SURFEL_PARAMETERS)
-RELUME_PARAMETER_TABLE(kPull, gl::RelumePullParameters, RELUME_PULL_PARAMETERS)
-RELUME_PARAMETER_TABLE(kCaches, gl::RelumeCacheParameters, RELUME_CACHE_PARAMETERS)
-RELUME_PARAMETER_TABLE(kFill, gl::RelumeFillParameters, RELUME_FILL_PARAMETERS)
-#undef RELUME_PARAMETER_TABLE
+constexpr auto kBounce = [] {
+  using Struct = gl::RelumeBounceParameters;
+  return std::to_array<Parameter>({RELUME_BOUNCE_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kDrive = [] {
+  using Struct = gl::RelumeDriveParameters;
+  return std::to_array<Parameter>({RELUME_DRIVE_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kSurfels = [] {
+  using Struct = gl::RelumeSurfelParameters;
+  return std::to_array<Parameter>({RELUME_SURFEL_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kPull = [] {
+  using Struct = gl::RelumePullParameters;
+  return std::to_array<Parameter>({RELUME_PULL_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kCaches = [] {
+  using Struct = gl::RelumeCacheParameters;
+  return std::to_array<Parameter>({RELUME_CACHE_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kFill = [] {
+  using Struct = gl::RelumeFillParameters;
+  return std::to_array<Parameter>({RELUME_FILL_PARAMETERS(RELUME_PARAMETER)});
+}();
 #undef RELUME_PARAMETER
 
 std::size_t bytesOf(ParameterType type) {
@@ -126,7 +138,7 @@ Result<std::string> vulkanGlsl(const ProgramSource& source) {
 
 std::string spirvKey(const ProgramSource& source) {
   std::string key = source.path;
-  for (const auto& [name, value] : source.defines) key += " " + name + "=" + value;
+  for (const auto& [name, value] : source.defines) key.append(" ").append(name).append("=").append(value);
   return key;
 }
 

@@ -137,6 +137,10 @@ def check_games(prefix, bake, expected, root='', baker=False):
         if game == 'c_shared':  # all of it in the game's memory, and all of that given back
             check(re.search(r'^memory: [1-9]\d* KiB at most, 0 bytes left$', said, re.M), f'{game} leaks:\n{said}')
 
+    # Passes as data, for a renderer of the game's own.
+    said = {run(os.path.join(games, game), bake, env=environment) for game in ('passes_runtime', 'passes_shared')}
+    check(len(said) == 1 and re.fullmatch(r'[5-9] programs, [5-9] dispatches\n', said.pop()), f'passes: {said}')
+
     # In OpenGL, whose functions the game hands over.
     for game in glob.glob(games + '/gl_*'):
         done = subprocess.run([game, bake], env=environment, capture_output=True, text=True, check=False)

@@ -90,6 +90,12 @@ write_png(sys.argv[3], width // 2, height // 2,
           bytes(mean(x, y, c) for y in range(0, height, 2) for x in range(0, width, 2) for c in range(3)))
 PYTHON
 fi
+# In Vulkan: the sample without a window
+if is_wanted vulkan; then
+  cp samples/level/two_rooms.glb "$scratch/vulkan.glb"
+  "$relume" bake "$scratch/vulkan.glb" -o "$scratch/vulkan.relume" --preset draft --export-glb "$scratch/vulkan_game.glb" --progress none
+  "$tools/../samples/06_vulkan_headless/vulkan_headless" "$scratch/vulkan_game.glb" "$scratch/vulkan.relume" "$here/vulkan.png"
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
