@@ -53,6 +53,9 @@ class LiveLight {
   [[nodiscard]] CellStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
   [[nodiscard]] glm::vec3 irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const;
 
+  // Cells as of the last update(), and of each active one the largest channel of its brightest ray [W/m²/sr].
+  const CellSet& cells() const { return cells_; }
+  std::span<const float> brightest() const { return brightest_; }
   std::uint32_t activeCells() const { return static_cast<std::uint32_t>(cells_.active.size()); }
   // Coefficients [W/m²/sr] of the active cells: 9 of red, 9 of green, 9 of blue.
   std::span<const float> coefficients() const { return coefficients_; }

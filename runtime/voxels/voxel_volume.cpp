@@ -214,17 +214,21 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
   return done();
 }
 
-Status VoxelVolume::edit(std::uint32_t part, const glm::mat4x3& toWorld, bool present) {
-  if (part >= parts_.size())
-    return usage("edit() of part " + std::to_string(part) + " of " + std::to_string(parts_.size()));
-  if (parts_[part].part.moves)
-    return usage("edit() of part " + std::to_string(part) + ", which moves: move() places it");
-  if (Status ok = checkTransform(toWorld, part); !ok) return ok;
+Status VoxelVolume::edit(std::span<const PartEdit> edits) {
+  for (const PartEdit& e : edits) {
+    if (e.part >= parts_.size())
+      return usage("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts_.size()));
+    if (parts_[e.part].part.moves)
+      return usage("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
+    if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok;
+  }
   Stopwatch watch;
   try {
     std::vector<Part> parts = parts_;
-    parts[part].part.toWorld = toWorld;
-    parts[part].present = present;
+    for (const PartEdit& e : edits) {
+      parts[e.part].part.toWorld = e.toWorld;
+      parts[e.part].present = e.present;
+    }
     if (Status ok = place(false, std::move(parts)); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();

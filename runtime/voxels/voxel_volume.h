@@ -4,7 +4,7 @@
 //
 //   create()  voxelise what stands and what moves
 //   move()    a frame: moving parts alone, voxelised where they are now
-//   edit()    the editor: a standing part placed elsewhere, taken away or put back
+//   edit()    the editor: standing parts placed elsewhere, taken away or put back
 //   lightDirectly()  direct light of punctual lights on each side
 //   reflect() radiance of each side from direct light, light of the caches, and emission
 //
@@ -44,6 +44,13 @@ struct VoxelStats {
   std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
 };
 
+// Where a standing part is from now on, and whether it is there at all.
+struct PartEdit {
+  std::uint32_t part = 0;
+  glm::mat4x3 toWorld{1.0f};
+  bool present = true;
+};
+
 // What rays read of an occupied voxel, in half a cache line.
 struct alignas(32) VoxelRadiance {
   glm::vec3 front{0.0f};              // [W/m²/sr]
@@ -61,7 +68,7 @@ class VoxelVolume {
   // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
   // usage: no such part, one that moves, a transform that is not finite; memory.
-  [[nodiscard]] Status edit(std::uint32_t part, const glm::mat4x3& toWorld, bool present);
+  [[nodiscard]] Status edit(std::span<const PartEdit> edits);
 
   // Irradiance of each side by the setup's lights, with its visibility. usage: as Relighter::check().
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);

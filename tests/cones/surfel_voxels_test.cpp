@@ -71,7 +71,7 @@ TEST(SurfelVoxels, sendOutWhatSurfelsOrTheGridHave) {
   ASSERT_TRUE(f.volume.move(std::vector<glm::mat4x3>{glm::mat4x3(1.0f)}));
   EXPECT_TRUE(lit->light(f.volume, f.relighter, glm::vec3(1.0f)));
   const float before = f.volume.radiance()[0].front.x + f.volume.radiance()[0].back.x;
-  ASSERT_TRUE(f.volume.edit(0, glm::mat4x3(1.0f), true));
+  ASSERT_TRUE(f.volume.edit(std::vector<PartEdit>{{0}}));
   const Status refused = lit->light(f.volume, f.relighter, glm::vec3(1.0f));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::usage);

@@ -180,7 +180,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
     const glm::mat4x3 to = in.transform();
     const auto kind = in.take<std::uint8_t>();
-    const Status ok = kind % 2 == 0 ? volume->move({&to, 1}) : volume->edit(kind / 2 % 4, to, kind < 128);
+    const PartEdit edit{kind / 2u % 4u, to, kind < 128};
+    const Status ok = kind % 2 == 0 ? volume->move({&to, 1}) : volume->edit({&edit, 1});
     if (!ok) CHECK(std::equal(before.begin(), before.end(), volume->bits().begin()));
     lightAndRead(*volume, *live, in);
   }

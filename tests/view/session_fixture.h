@@ -59,6 +59,7 @@ class ViewerSession : public testing::Test {
     options_.lights = {"lamp"};
     options_.view = "links";
     options_.shadowSize = 128;
+    options_.draft = true;
   }
   void TearDown() override {
     session_.reset();
@@ -92,7 +93,7 @@ class ViewerSession : public testing::Test {
     auto state = initialState(scene(), options_);
     ASSERT_TRUE(state) << state.error().message;
     session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
-    session_->begin({kLevel, bakeFile, {}, false});
+    session_->begin({kLevel, bakeFile, {}, false, {}, bakeFile.empty() && options_.draft});
   }
   // Frames until is(), for half a minute; the frame is drawn, and its mean brightness noted.
   template <class Condition>

@@ -120,7 +120,7 @@ TEST_F(ViewerSession, aBakeCanBeCancelled) {
   EXPECT_TRUE(says("cancelled"));
   EXPECT_EQ(session_->level, nullptr);
   // A window that is closed meanwhile waits for nothing longer than a step of the work.
-  session_->begin({kLevel, "", {}, false});
+  session_->begin({kLevel, "", {}, false, {}, true});
   session_.reset();
 }
 

@@ -98,7 +98,7 @@ class WindowLevel : public testing::Test {
 bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
 
 TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
-  if (!show({kLevel, "--camera", "cam_living", "--lights", "lamp"})) {
+  if (!show({kLevel, "--draft", "--camera", "cam_living", "--lights", "lamp"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   }
   screen_.settled();

@@ -417,11 +417,11 @@ TEST(VoxelVolume, anEditedPartGoesAndComesBack) {
   const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
   const auto seesBox = [&] { return volume->march({0, 0, 3}, {0, 0, -1}, 3.0f).found; };
   EXPECT_TRUE(seesBox());
-  ASSERT_TRUE(volume->edit(1, glm::mat4x3(1.0f), false));
+  ASSERT_TRUE(volume->edit(std::vector<PartEdit>{{1, glm::mat4x3(1.0f), false}}));
   EXPECT_FALSE(seesBox());
-  ASSERT_TRUE(volume->edit(1, glm::mat4x3(1.0f), true));
+  ASSERT_TRUE(volume->edit(std::vector<PartEdit>{{1}}));
   EXPECT_TRUE(std::equal(before.begin(), before.end(), volume->bits().begin()));
-  EXPECT_FALSE(volume->edit(2, glm::mat4x3(1.0f), true));
+  EXPECT_FALSE(volume->edit(std::vector<PartEdit>{{2}}));
 }
 
 TEST(VoxelVolume, aLevelFarAwayHasTheSameVoxels) {

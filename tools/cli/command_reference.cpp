@@ -15,6 +15,7 @@
 #include "tools/images/image_io.h"
 #include "tools/render/drive_scene.h"
 #include "tools/render/exposure.h"
+#include "tools/render/move_nodes.h"
 #include "tools/render/reference_layers.h"
 #include "tools/render/view_options.h"
 
@@ -38,7 +39,7 @@ struct ReferenceArguments {
   ViewOptions view;
   SceneOptions sceneOptions;
   ReferenceOptions options;
-  std::vector<std::string> emissions;
+  std::vector<std::string> emissions, moves;
   DynamicParts dynamic = DynamicParts::solid;
   float falloff = kOcclusionFalloff;
   bool half = false, force = false;
@@ -128,6 +129,7 @@ int runReference(const ReferenceArguments& arguments) {
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+  if (Status ok = moveNodes(arguments.moves, MovedParts::all, *scene); !ok) return fail(ok.error());
 
   const auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
@@ -152,6 +154,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
       app.add_subcommand("reference", "Path-trace a camera's view: ground truth for the accuracy tests");
   command->add_option("SCENE", a->scene, "glTF scene (.glb, .gltf)")->type_name("FILE")->required();
   addViewOptions(*command, a->view);
+  addMoveOption(*command, a->moves);
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   static const std::map<std::string, DynamicParts> kDynamic = {

@@ -21,6 +21,7 @@
 #include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
 #include "tools/render/exposure.h"
+#include "tools/render/move_nodes.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/render_pictures.h"
@@ -47,6 +48,7 @@ struct RenderArguments : PictureOptions {
   float falloff = kOcclusionFalloff;
   RsmFlags rsm;
   bool live = false;
+  std::vector<std::string> moves;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
@@ -216,6 +218,8 @@ int runRender(const RenderArguments& arguments) {
                                              "with --sky-patches 64");
   }
 
+  if (Status ok = moveNodes(arguments.moves, bake ? MovedParts::dynamic : MovedParts::all, *scene); !ok)
+    return fail(ok.error());
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   if (Status ok = driveScene(*scene, *driven, request.emissive || driven->empty()); !ok) return fail(ok.error());
@@ -248,6 +252,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
                     "render with a bake of another state of the scene: parts are found by name, the others read the "
                     "grid; a warning says so");
   addViewOptions(*command, a->view);
+  addMoveOption(*command, a->moves);
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   CLI::Option* const live = command->add_flag(

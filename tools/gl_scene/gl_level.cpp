@@ -195,11 +195,13 @@ std::vector<std::uint32_t> movingOf(const Scene& scene, const std::vector<Moving
 
 }  // namespace
 
-std::vector<MovingNode> movingNodes(const Scene& scene) {
+std::vector<MovingNode> movingNodes(const Scene& scene, Movable movable) {
   std::vector<MovingNode> nodes;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
-    if (instance.mode != BakeMode::dynamic) continue;
+    const bool moves =
+        instance.mode == BakeMode::dynamic || (movable == Movable::all && instance.mode != BakeMode::ignore);
+    if (!moves) continue;
     // A node's instances follow one another.
     const bool more = !nodes.empty() && nodes.back().firstInstance + nodes.back().instanceCount == i &&
                       scene.instances[i - 1].nodeIndex == instance.nodeIndex &&
@@ -211,7 +213,7 @@ std::vector<MovingNode> movingNodes(const Scene& scene) {
   return nodes;
 }
 
-Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
+Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Movable movable) {
   GlLevel level;
   level.materials_ = scene.materials;
   level.materials_.emplace_back();
@@ -221,7 +223,7 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap) {
     const std::uint32_t m = scene.meshes[scene.instances[i].mesh].material;
     return m == kNone ? static_cast<std::uint32_t>(scene.materials.size()) : m;
   };
-  const std::vector<std::uint32_t> moving = movingOf(scene, movingNodes(scene));
+  const std::vector<std::uint32_t> moving = movingOf(scene, movingNodes(scene, movable));
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].mode != BakeMode::ignore) order.push_back(i);

@@ -22,23 +22,26 @@
 
 namespace relume {
 
-// What moves together: the dynamic instances of one node, or of one of its GPU instances.
+// What moves together: the instances of one node, or of one of its GPU instances.
 struct MovingNode {
   std::string name;
   std::uint32_t firstInstance = 0, instanceCount = 0;
   glm::vec3 centreWorld{0.0f};  // [m] of its bounds, where the level has it
 };
-std::vector<MovingNode> movingNodes(const Scene& scene);
+// The dynamic nodes of a level, or all that it draws.
+enum class Movable { dynamic, all };
+std::vector<MovingNode> movingNodes(const Scene& scene, Movable movable = Movable::dynamic);
 
 class GlLevel {
  public:
-  // Uploads the level. `lightmap` may be null: everything is lit by the grid. failed: out of GPU memory.
-  static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap);
+  // Uploads the level. `lightmap` may be null: everything is lit by the grid. movable: what drawDynamic() draws.
+  // failed: out of GPU memory.
+  static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap, Movable movable = Movable::dynamic);
 
-  // Draw the fixed instances with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
+  // Draw what stands with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
   // textures and samplers on kMaterialUnits. `gloss`: levelNormal() bends normals by normal maps.
   void draw(const glm::mat4& clipFromWorld, bool gloss = false) const;
-  // Draw the dynamic instances, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
+  // Draw what moves, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
   // [Size moved: theirs, or 0 = they are where the level has them]
   void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss = false) const;
 

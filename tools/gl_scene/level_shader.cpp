@@ -4,6 +4,7 @@
 
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/gl_program.h"
+#include "tools/gl_scene/live_field.h"
 #include "tools/gl_scene/shadow_maps.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -112,6 +113,10 @@ const char* kNoLinks =
     "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
     "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return vec3(0.0); }\n";
 
+const char* kLiveLinks =
+    "vec3 levelLinks(vec3 p, vec3 n) { return liveIrradiance(p, n); }\n"
+    "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return liveGlossy(p, n, r, exponent); }\n";
+
 std::string gridDefine(GridLookup lookup) {
   const char* const function = lookup == GridLookup::smooth    ? "relumeIrradianceGridSmooth"
                                : lookup == GridLookup::texture ? "relumeIrradianceGridTexture"
@@ -119,14 +124,23 @@ std::string gridDefine(GridLookup lookup) {
   return std::string("#define levelGrid ") + function + "\n";
 }
 
+// resolve: what reads indirect light; links: levelLinks() and levelGlossy() by it.
+Result<GlProgram> linkLevel(const std::string& resolve, const std::string& links, const std::string& mainGlsl) {
+  const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
+  const std::string fragment =
+      "#version 430\n" + resolve + ShadowMaps::glsl() + levelMaterialGlsl() + kLights + kGloss + links + mainGlsl;
+  return linkProgram("level", vertex, fragment);
+}
+
 }  // namespace
 
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl, GridLookup lookup) {
-  const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
-  const std::string fragment = "#version 430\n" + (relighter ? relighter->gl()->glsl() : std::string()) +
-                               ShadowMaps::glsl() + levelMaterialGlsl() + kLights + kGloss +
-                               (relighter ? gridDefine(lookup) + kLinks : kNoLinks) + mainGlsl;
-  return linkProgram("level", vertex, fragment);
+  if (!relighter) return linkLevel("", kNoLinks, mainGlsl);
+  return linkLevel(relighter->gl()->glsl(), gridDefine(lookup) + kLinks, mainGlsl);
+}
+
+Result<GlProgram> makeLiveProgram(const std::string& mainGlsl) {
+  return linkLevel(LiveField::glsl(), kLiveLinks, mainGlsl);
 }
 
 void setLevelLights(GLuint program, std::span<const Light> lights) {

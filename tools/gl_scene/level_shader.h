@@ -26,6 +26,9 @@ namespace relume {
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl,
                                    GridLookup lookup = GridLookup::stencil);
 
+// The same without a relighter: levelLinks() and levelGlossy() read what LiveField has bound.
+Result<GlProgram> makeLiveProgram(const std::string& mainGlsl);
+
 // Set the lights of such a program; at most ShadowMaps::kMaxLights.
 void setLevelLights(GLuint program, std::span<const Light> lights);
 

@@ -2,6 +2,7 @@
 // See live_view.h.
 #include "tools/render/live_view.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/base/parallel.h"
 #include "bake/rays/seen_surface.h"
 #include "formats/octahedron.h"
@@ -12,6 +13,8 @@
 #include "tools/render/scene_bounds.h"
 #include "tools/render/voxel_scene.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -19,30 +22,12 @@
 namespace relume {
 namespace {
 
-constexpr int kSettling = 24;         // frames whose caches are not kept: bounces add up
-constexpr int kConverged = 64;        // frames in all, the others averaged
-constexpr int kOfABounce = 32;        // frames of each bounce, where they are counted
-constexpr int kBouncesOfMaps = 12;    // where they are not counted
-constexpr double kDepthPixels = 1e6;  // at least, of the picture whose depths tell which cells are seen
-constexpr std::uint32_t kSkySide = 32, kSkySamples = 4;
-
-// An octahedral map of the sky, a texel the mean of a few directions; empty where the sky is constant.
-std::vector<glm::vec3> mapOf(const Sky& sky) {
-  std::vector<glm::vec3> map;
-  if (sky.isConstant()) return map;
-  map.reserve(std::size_t{kSkySide} * kSkySide);
-  constexpr float kStep = 2.0f / static_cast<float>(kSkySide * kSkySamples);
-  for (std::uint32_t t = 0; t < kSkySide * kSkySide; ++t) {
-    glm::vec3 sum(0.0f);
-    for (std::uint32_t s = 0; s < kSkySamples * kSkySamples; ++s) {
-      const glm::vec2 at(static_cast<float>(t % kSkySide * kSkySamples + s % kSkySamples),
-                         static_cast<float>(t / kSkySide * kSkySamples + s / kSkySamples));
-      sum += sky.along(fromOctahedron((at + 0.5f) * kStep - 1.0f));
-    }
-    map.push_back(sum / static_cast<float>(kSkySamples * kSkySamples));
-  }
-  return map;
-}
+constexpr int kSettling = 24;             // frames whose caches are not kept: bounces add up
+constexpr int kConverged = 64;            // frames in all, the others averaged
+constexpr int kOfABounce = 32;            // frames of each bounce, where they are counted
+constexpr int kBouncesOfMaps = 12;        // where they are not counted
+constexpr double kDepthPixels = 1e6;      // at least, of the picture whose depths tell which cells are seen
+constexpr std::uint32_t kSkySamples = 4;  // along a texel's side
 
 // Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
 // rays is `set`.
@@ -129,7 +114,24 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
 
 }  // namespace
 
-LiveSky VoxelView::sky() const { return {skyRadiance, skyMap, skyMap.empty() ? 0 : kSkySide}; }
+std::vector<glm::vec3> liveSkyMap(const Sky& sky) {
+  std::vector<glm::vec3> map;
+  if (sky.isConstant()) return map;
+  map.reserve(std::size_t{kLiveSkySide} * kLiveSkySide);
+  constexpr float kStep = 2.0f / static_cast<float>(kLiveSkySide * kSkySamples);
+  for (std::uint32_t t = 0; t < kLiveSkySide * kLiveSkySide; ++t) {
+    glm::vec3 sum(0.0f);
+    for (std::uint32_t s = 0; s < kSkySamples * kSkySamples; ++s) {
+      const glm::vec2 at(static_cast<float>(t % kLiveSkySide * kSkySamples + s % kSkySamples),
+                         static_cast<float>(t / kLiveSkySide * kSkySamples + s / kSkySamples));
+      sum += sky.along(fromOctahedron((at + 0.5f) * kStep - 1.0f));
+    }
+    map.push_back(sum / static_cast<float>(kSkySamples * kSkySamples));
+  }
+  return map;
+}
+
+LiveSky VoxelView::sky() const { return {skyRadiance, skyMap, skyMap.empty() ? 0 : kLiveSkySide}; }
 
 LiveIrradiance LiveView::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
   LiveIrradiance light;
@@ -177,6 +179,30 @@ std::vector<std::pair<std::string, std::size_t>> LiveView::bufferSizes() const {
   return sizes;
 }
 
+namespace {
+
+// Pieces, the triangles that they are cut into, and the sides of the voxels that they overlap: as many as the area has
+// room for, and a few of each triangle.
+Status reserveVoxels(const Scene& scene, float voxel, Context& context) {
+  constexpr double kPieceBytes = 84.0, kTriangleBytes = 32.0, kVoxelBytes = 2 * 360.0, kVoxels = 2.0;
+  double triangles = 0.0, area = 0.0;
+  for (const Instance& instance : scene.instances) {
+    const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
+    triangles += count;
+    for (std::uint32_t t = 0; t < count; ++t) {
+      const auto corner = scene.corners(instance, t);
+      const double twice = glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
+      if (std::isfinite(twice)) area += 0.5 * twice;
+    }
+  }
+  const double faces = area / (static_cast<double>(voxel) * static_cast<double>(voxel)), pieces = triangles + faces;
+  const double bytes = pieces * (kPieceBytes + kTriangleBytes) + kVoxels * faces * kVoxelBytes;
+  return reserveMemory(context, "voxels", bytes, std::to_string(static_cast<std::uint64_t>(pieces)) + " pieces",
+                       "use fewer cells");
+}
+
+}  // namespace
+
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
                                   Context& context) {
   const SceneBounds bounds = boundsOf(scene);
@@ -186,6 +212,7 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
   options.cells = cells;
   options.parallelFor = parallelFor;
   constexpr float kVoxels = 2.0f;  // of a piece's longest edge
+  if (Status ok = reserveVoxels(scene, fitGrid(bounds.min, bounds.max, cells).voxel, context); !ok) return ok.error();
   const auto pieces = VoxelScene::create(scene, kVoxels * fitGrid(bounds.min, bounds.max, cells).voxel, context);
   if (!pieces) return pieces.error();
   auto volume = VoxelVolume::create(pieces->geometry(), options);
@@ -204,7 +231,7 @@ Result<VoxelView> openView(const RayTracer& tracer, const RenderRequest& request
   if (!volume) return volume.error();
   VoxelView view{std::move(*volume), RadianceMips(request.live->directions)};
   view.skyRadiance = request.sky.radiance;
-  view.skyMap = mapOf(request.sky);
+  view.skyMap = liveSkyMap(request.sky);
   return view;
 }
 

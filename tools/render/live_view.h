@@ -51,6 +51,10 @@ struct LiveView {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 };
 
+inline constexpr std::uint32_t kLiveSkySide = 32;  // [texel]
+// An octahedral map of a sky, a texel the mean of a few directions; empty where the sky is constant. [Size 0 or side²]
+std::vector<glm::vec3> liveSkyMap(const Sky& sky);
+
 // A level's volume with so many cells on its longest side. Errors of VoxelScene and VoxelVolume.
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
                                   Context& context);

@@ -63,10 +63,16 @@ void timeTable(const TimeHistory& times) {
   ImGui::Text("%-14s %7.2f %7.2f", "sum", static_cast<double>(total), static_cast<double>(totalMean));
 }
 
+// What the last frame of live light cost, on threads of its own, and what was done once.
+void liveTable(const LitFrame& frame) {
+  ImGui::TextDisabled("%-14s %7s", "live light", "ms");
+  for (const PassTime& pass : frame.times) ImGui::Text("%-14s %7.1f", pass.pass, pass.ms);
+}
+
 void memoryTable(const Viewer& viewer) {
   ImGui::TextDisabled("%-22s %7s", "memory", "KiB");
   std::size_t total = 0;
-  for (const auto& [name, bytes] : viewer.relighter().bufferSizes()) {
+  for (const auto& [name, bytes] : viewer.live() ? viewer.live()->last().bytes : viewer.relighter().bufferSizes()) {
     ImGui::Text("%-22.22s %7.0f", name.c_str(), static_cast<double>(bytes) / 1024.0);
     total += bytes;
   }
@@ -85,8 +91,18 @@ void drawCosts(Session& session) {
     timeTable(session.times);
   }
   ImGui::Separator();
+  const LiveShading* const live = session.viewer->live();
+  if (live) {
+    liveTable(live->last());
+    ImGui::Separator();
+  }
   memoryTable(*session.viewer);
   ImGui::Separator();
+  if (live) {
+    ImGui::Text("%u voxels, %u caches", live->last().voxels, live->last().caches);
+    ImGui::Text("frame %llu", static_cast<unsigned long long>(live->last().number));
+    return;
+  }
   const Bake& bake = session.level->bake;
   ImGui::Text("%u surfels, %u nodes", bake.surfels.count(), bake.hierarchy.nodeCount());
   ImGui::Text("%u caches, %u links", bake.caches.count(), bake.links.count());

@@ -72,6 +72,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
     if (Status ok = viewer->makeRecords(); !ok) return ok;
   }
   std::printf("bands %s\n", viewer->bands().c_str());
+  if (viewer->live()) state->liveStep = kSecondsAFrame;
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);
   const GlTexture color = GlTexture::make(), depth = GlTexture::make();
   glBindTexture(GL_TEXTURE_2D, color.name());
@@ -101,6 +102,9 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
     if (Status ok = writePng(path, options.width, options.height, pixels); !ok) return ok;
     std::printf("%s ", printable(path.string()).c_str());
     for (const auto& [pass, ms] : viewer->times()) std::printf("  %s %.2f ms", pass.c_str(), ms);
+    if (const LiveShading* live = viewer->live()) {
+      for (const PassTime& pass : live->last().times) std::printf("  %s %.2f ms", pass.pass, pass.ms);
+    }
     std::printf("\n");
   }
   return done();

@@ -96,10 +96,14 @@ void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& ligh
   for (std::size_t i = 0; i < lights.size(); ++i) drawIcon(list, lights[i], view, editor.selected() == i);
   const auto gizmo = editor.gizmo(lights, view);
   if (!gizmo) return;
-  const Handle bright = editor.handleAt(lights, view, mouse);
+  drawGizmo(*gizmo, editor.handleAt(lights, view, mouse), view);
+}
+
+void drawGizmo(const Gizmo& gizmo, Handle bright, const PixelView& view) {
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
   // Axes last: a ring that is seen edge on would hide one.
   for (auto handle = kHandles.rbegin(); handle != kHandles.rend(); ++handle) {
-    if (gizmo->has(*handle)) drawHandle(list, *gizmo, *handle, view, *handle == bright);
+    if (gizmo.has(*handle)) drawHandle(list, gizmo, *handle, view, *handle == bright);
   }
 }
 

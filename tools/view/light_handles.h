@@ -12,4 +12,7 @@ namespace relume {
 void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& lights, const PixelView& view,
                       const glm::vec2& mouse);
 
+// Draw a gizmo, one of its handles bright.
+void drawGizmo(const Gizmo& gizmo, Handle bright, const PixelView& view);
+
 }  // namespace relume

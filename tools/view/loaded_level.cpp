@@ -27,10 +27,13 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
   level->bakeFile = files.bake;
   level->hasGloss = files.sceneOptions.gloss;
   if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
-  auto baked = files.bake.empty() ? bake(level->scene, presetOptions(Preset::draft), context)
-                                  : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
-  if (!baked) return baked.error();
-  level->bake = std::move(*baked);
+  level->isBaked = files.hasBake();
+  if (level->isBaked) {
+    auto baked = files.bake.empty() ? bake(level->scene, presetOptions(Preset::draft), context)
+                                    : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
+    if (!baked) return baked.error();
+    level->bake = std::move(*baked);
+  }
   level->materials = level->scene.materials;
   if (Status ok = driveScene(level->scene, files.driven, true); !ok) return ok.error();
   return LevelPtr(std::move(level));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A level with its bake, as the viewer shows it: read from files, or baked here at preset draft.
+// A level as the viewer shows it: with a bake from a file or made here at preset draft, or without one.
 #pragma once
 
 #include "relume/bake/context.h"
@@ -7,6 +7,7 @@
 #include "relume/bake_data.h"
 #include "relume/result.h"
 #include "tools/base/scene_options.h"
+#include "tools/gl_scene/gl_level.h"
 #include "tools/render/drive_scene.h"
 #include "tools/view/file_watch.h"
 #include "tools/view/view_state.h"
@@ -22,10 +23,14 @@ struct LoadedLevel {
   Scene scene;
   std::vector<Material> materials;  // of the scene, as they were before any was driven
   Bake bake;
+  bool isBaked = true;    // else there is nothing in `bake`, and the level is lit by LiveJob
   bool hasGloss = false;  // whether the scene has what its materials mirror: --gloss
   std::string sceneFile;
   std::string bakeFile;  // empty: the bake is in memory alone
   FileStamp bakeStamp;   // of the file, from before it was read
+
+  // What can be moved: all of a level that no bake knows.
+  Movable movable() const { return isBaked ? Movable::dynamic : Movable::all; }
 };
 using LevelPtr = std::shared_ptr<const LoadedLevel>;
 
@@ -39,10 +44,12 @@ ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, st
 // Where a level comes from.
 struct LevelFiles {
   std::string scene;
-  std::string bake;  // empty: bake it at preset draft
+  std::string bake;  // empty: none, or one of preset draft
   SceneOptions sceneOptions;
   bool allowStale = false;               // take a bake of another state of the scene
   std::vector<DrivenMaterial> driven{};  // what its materials emit instead, once the bake is known to be of the level
+  bool draft = false;                    // bake it here
+  bool hasBake() const { return draft || !bake.empty(); }
 };
 
 // Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: cancelled.

@@ -38,16 +38,17 @@ int main(int argc, char** argv) {
   auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
   if (!scene) return fail(scene.error());
   // A window bakes by itself, and shows how far it is.
-  if (options->bake.empty() && options->headlessFrames == 0) {
+  if (options->bake.empty() && options->draft && options->headlessFrames == 0) {
     const Status status = runWindow(std::move(*scene), nullptr, *options);
     return status ? 0 : fail(status.error());
   }
-  auto level =
-      loadBake(std::move(*scene),
-               {options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven}, context);
+  auto level = loadBake(
+      std::move(*scene),
+      {options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven, options->draft},
+      context);
   if (!level) return fail(level.error());
   const Bake& bake = (*level)->bake;
-  if (!options->skyMap.empty() && bake.hierarchy.skyDirection.empty())
+  if (!options->skyMap.empty() && (*level)->isBaked && bake.hierarchy.skyDirection.empty())
     say(Severity::warning, options->bake +
                                ": has no patches of sky, so the sky map lights nothing here; bake with "
                                "--sky-patches 64");

@@ -38,10 +38,21 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
                  "glTF scene (.glb, .gltf) the bake was made from; others can be dropped on the window")
       ->type_name("FILE")
       ->required();
-  app.add_option("--bake", o.bake,
-                 "bake of that scene (.relume), loaded again whenever the file changes; default: the scene is baked at "
-                 "preset draft, in memory alone")
+  app.add_option(
+         "--bake", o.bake,
+         "bake of that scene (.relume), loaded again whenever the file changes; default: none, light comes from "
+         "caches in a grid of voxels, coarser and at once")
       ->type_name("FILE");
+  app.add_flag(
+      "--draft", o.draft,
+      "without --bake: bake the scene at preset draft, in memory alone; so do --bands, --records, --overlay and "
+      "--view texels or grid, which show a bake");
+  app.add_option("--live-cells", o.live.cells, "cells on the longest side of a level without a bake")
+      ->check(CLI::Range(kMinCells, kMaxCells))
+      ->capture_default_str();
+  app.add_option("--live-rays", o.live.rays, "rays that a cell gathers by in each frame")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
   app.add_option("--camera", o.camera,
                  "camera to start from; default: the scene's first, or one that frames the level when it has none");
   app.add_option("--lights", o.lights,
@@ -118,6 +129,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};
     o.bands = *named;
   }
+  if (o.bake.empty() && (!bands.empty() || o.records || !o.overlays.empty() || o.view == "texels" || o.view == "grid"))
+    o.draft = true;
   Context context;
   auto driven = readEmissions(emissions, context);
   if (!driven) return driven.error();

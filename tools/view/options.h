@@ -6,8 +6,10 @@
 #include "runtime/shared/bands.h"
 #include "tools/base/scene_options.h"
 #include "tools/render/drive_scene.h"
+#include "tools/render/live_level.h"
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,6 +29,8 @@ struct ViewerOptions {
   SceneOptions sceneOptions;
   std::vector<DrivenMaterial> driven;    // --emission, as `relume render`
   std::vector<std::string> drivenFiles;  // that it names
+  bool draft = false;                    // without a bake: make one at preset draft
+  LiveLevelOptions live;                 // else
   bool allowStale = false;               // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;
@@ -41,7 +45,11 @@ struct ViewerOptions {
   bool records = false;               // light over links by records of the view
   std::string view = "full";          // a name of kViewNames
   std::vector<std::string> overlays;  // of kOverlayNames
-  bool exitNow = false;               // --help or --version were printed
+  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();  // of the program
+  bool exitNow = false;                                                            // --help or --version were printed
+
+  // Whether the level of the command line is lit without a bake.
+  bool isLive() const { return bake.empty() && !draft; }
 };
 
 // usage: unknown options, values out of their ranges.

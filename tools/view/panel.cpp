@@ -30,24 +30,50 @@ void bandControls(const Viewer& viewer, ViewState& state) {
   if (luma != now.luma || chroma != now.chroma) state.relightBy.bands = {luma, chroma};
 }
 
-// What every light is relit by.
-void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState& state) {
+// What of the light is shown, and how often it is reflected.
+void bounceControls(ViewState& state) {
   ImGui::Checkbox("direct", &state.direct);
   ImGui::SameLine();
   ImGui::Checkbox("indirect", &state.indirect);
   ImGui::SliderInt("bounces", &state.bounces, 0, kMaxBounces, state.bounces > 0 ? "%d" : "all",
                    ImGuiSliderFlags_AlwaysClamp);
   ImGui::SliderFloat("of each", &state.bounceScale, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
-  bandControls(viewer, state);
-  int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
-  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
-    state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
-  ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
+}
+
+// What surfaces mirror.
+void glossControls(bool hasGloss, ViewState& state) {
   if (hasGloss) ImGui::Checkbox("gloss of the materials", &state.gloss);
   ImGui::BeginDisabled(state.gloss);
   ImGui::SliderFloat("gloss", &state.reflectance, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   ImGui::SliderFloat("roughness", &state.roughness, 0.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   ImGui::EndDisabled();
+}
+
+// Light without a bake.
+void liveControls(Session& session) {
+  ViewState& state = session.state;
+  bounceControls(state);
+  int cells = static_cast<int>(state.live.cells), rays = static_cast<int>(state.live.rays);
+  if (ImGui::SliderInt("cells", &cells, kMinCells, kMaxCells, "%d", ImGuiSliderFlags_AlwaysClamp))
+    state.live.cells = static_cast<std::uint32_t>(cells);
+  constexpr auto kFlags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
+  if (ImGui::SliderInt("rays", &rays, 8, 1024, "%d", kFlags)) state.live.rays = static_cast<std::uint32_t>(rays);
+  glossControls(session.level->hasGloss, state);
+  ImGui::Checkbox("relight", &state.relight);
+  ImGui::BeginDisabled(session.job.has_value());
+  if (ImGui::Button("bake a draft")) session.bakeDraft();
+  ImGui::EndDisabled();
+}
+
+// What every light is relit by.
+void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState& state) {
+  bounceControls(state);
+  bandControls(viewer, state);
+  int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
+  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
+    state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
+  ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
+  glossControls(hasGloss, state);
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
@@ -78,8 +104,12 @@ void emitterControls(ViewState& state) {
   }
 }
 
-void objectControls(ViewState& state) {
+// Of a level without a bake, which may have thousands, the one that is picked.
+void objectControls(const Session& session, ViewState& state) {
+  const bool isLive = session.viewer->live() != nullptr;
+  if (isLive && !session.objects.selected()) ImGui::TextDisabled("left mouse: pick an object");
   for (std::size_t i = 0; i < state.objects.size(); ++i) {
+    if (isLive && session.objects.selected() != i) continue;
     ViewedObject& object = state.objects[i];
     ImGui::PushID(static_cast<int>(i));
     ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f");
@@ -108,12 +138,12 @@ void overlayControls(const Bake& bake, ViewState& state) {
   if (state.shows(Overlay::caches)) ImGui::TextDisabled("orange: moved, red: off");
 }
 
-void viewControls(const Scene& scene, const Bake& bake, ViewState& state) {
+void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState& state) {
   int mode = static_cast<int>(state.mode);
   if (ImGui::Combo("show", &mode, kViewModeNames, static_cast<int>(std::size(kViewModeNames))))
     state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
-  overlayControls(bake, state);
+  if (hasBake) overlayControls(bake, state);
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
@@ -126,7 +156,7 @@ void viewControls(const Scene& scene, const Bake& bake, ViewState& state) {
 void help() {
   constexpr const char* kKeys[][2] = {{"right mouse", "look around"},
                                       {"W A S D Q E", "fly; Shift: fast"},
-                                      {"left mouse", "pick, drag lights"},
+                                      {"left mouse", "pick, drag lights, objects"},
                                       {"Del  Ctrl+D", "remove, duplicate"},
                                       {"Ctrl+Z  +Y", "undo, redo"},
                                       {"Ctrl+S  +O", "save, load lights"},
@@ -239,7 +269,7 @@ void drawProgress(Session& session) {
   ImGui::Begin("progress", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   const std::string name = std::filesystem::path(files.bake.empty() ? files.scene : files.bake).filename().string();
-  ImGui::TextWrapped("%s %s", files.bake.empty() ? "Baking a draft of" : "Loading", printable(name).c_str());
+  ImGui::TextWrapped("%s %s", files.draft ? "Baking a draft of" : "Loading", printable(name).c_str());
   char text[96];
   if (session.job->isCancelled()) {
     std::snprintf(text, sizeof text, "stopping");
@@ -270,17 +300,21 @@ void drawPanel(Session& session) {
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
   if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen))
-    viewControls(session.level->scene, session.level->bake, session.state);
+    viewControls(session.level->scene, session.level->bake, session.level->isBaked, session.state);
   // A light that is picked shows its controls.
   if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
   session.shownLight = session.editor.selected();
   if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
   if (ImGui::CollapsingHeader("Emitters, sky, objects")) {
     emitterControls(session.state);
-    if (!session.state.objects.empty()) objectControls(session.state);
+    if (!session.state.objects.empty()) objectControls(session, session.state);
   }
   if (ImGui::CollapsingHeader("Relight")) {
-    relightControls(*session.viewer, session.level->bake, session.level->hasGloss, session.state);
+    if (session.viewer->live()) {
+      liveControls(session);
+    } else {
+      relightControls(*session.viewer, session.level->bake, session.level->hasGloss, session.state);
+    }
     if (ImGui::Button("compare with path tracing")) session.compareWithReference();
   }
   if (ImGui::CollapsingHeader("Costs")) drawCosts(session);

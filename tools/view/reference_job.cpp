@@ -28,7 +28,7 @@ Scene shownScene(const LoadedLevel& level, const ViewState& state) {
     scene.materials[m].emission = shown.radiance;
     scene.materials[m].emissionTexture = shown.texture;
   }
-  const std::vector<MovingNode> nodes = movingNodes(scene);
+  const std::vector<MovingNode> nodes = movingNodes(scene, level.movable());
   for (std::size_t k = 0; k < nodes.size() && k < state.objects.size(); ++k) {
     const glm::mat4 moved = glm::translate(glm::mat4(1.0f), state.objects[k].position - state.objects[k].home);
     for (std::uint32_t i = 0; i < nodes[k].instanceCount; ++i) {

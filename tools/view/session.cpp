@@ -31,6 +31,7 @@ Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress g
     : state(std::move(first)),
       lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
       options_(options),
+      bakesDropped_(options.draft),
       getProcAddress_(std::move(getProcAddress)),
       capture_(options.output.empty() ? "." : options.output) {
   editor.begin(state.lights);
@@ -42,14 +43,17 @@ Status Session::show(LevelPtr next) {
   const bool isFirst = !level && next->sceneFile == options_.scene;
   ViewState wanted = state;
   pick_.reset();
+  objects.select({});
   if (isSame) {
-    wanted.objects = keptObjects(state.objects, objectsOf(next->scene));
+    wanted.objects = keptObjects(state.objects, objectsOf(next->scene, next->movable()));
   } else if (!isFirst) {
     // Names of the first level's cameras and lights say nothing of this one.
     options_.camera.clear();
     options_.lights = {"all"};
     options_.lightsFile.clear();
     options_.driven.clear();
+    options_.bake.clear();
+    options_.draft = next->isBaked;
     auto fresh = initialState(next->scene, options_);
     if (!fresh) return fresh.error();
     wanted = std::move(*fresh);
@@ -65,15 +69,26 @@ Status Session::show(LevelPtr next) {
         counted(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
   }
   if (!isSame) editor.begin(state.lights);
-  if (state.sky.map && level->bake.hierarchy.skyDirection.empty())
+  if (state.sky.map && level->isBaked && level->bake.hierarchy.skyDirection.empty())
     say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
   return done();
 }
 
 LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
   // --emission names materials of the level of the command line.
-  return {scene, bake, options_.sceneOptions, options_.allowStale,
-          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>()};
+  return {scene,
+          bake,
+          options_.sceneOptions,
+          options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>(),
+          bake.empty() && bakesDropped_};
+}
+
+void Session::bakeDraft() {
+  if (!level || job) return;
+  LevelFiles files = filesOf(level->sceneFile, "");
+  files.draft = true;
+  begin(std::move(files));
 }
 
 // Make the relighter that the state asks for; one that cannot be had is told, and the choice taken back.
@@ -120,10 +135,11 @@ void Session::finishJob() {
   if (const Status shown = show(std::move(**result)); !shown) return say(Severity::error, shown.error().message + kept);
   const std::string noted =
       warnings.empty() ? "" : "; " + std::to_string(warnings.size()) + " warnings about the level are in the terminal";
-  say(Severity::info,
-      (files.bake.empty() ? "\"" + files.scene + "\" baked at preset draft, in memory alone; relume bake writes a bake"
-                          : "\"" + files.bake + "\" loaded") +
-          noted);
+  say(Severity::info, (!files.hasBake() ? "\"" + files.scene + "\" is lit without a bake"
+                       : files.bake.empty()
+                           ? "\"" + files.scene + "\" baked at preset draft, in memory alone; relume bake writes a bake"
+                           : "\"" + files.bake + "\" loaded") +
+                          noted);
 }
 
 void Session::compareWithReference() {
@@ -177,7 +193,9 @@ void Session::run(Command command) {
     case Command::duplicateLight:
       return duplicateLight();
     case Command::cancel:
+      if (objects.isDragging()) return objects.cancelDrag(state.objects);
       if (editor.isDragging()) return editor.cancelDrag(state.lights);
+      objects.select({});
       return editor.select({});
     case Command::togglePanel:
       state.panel = !state.panel;
@@ -224,16 +242,23 @@ void Session::loadLights() {
 void Session::press(const glm::vec2& pixel) {
   mouse = pixel;
   if (std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); })) return;
+  if (state.handles && objects.press(state.objects, pixels_, pixel)) return;
   const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
-  if (!isLight && state.shows(Overlay::links)) pick_ = pixel;
+  if (isLight) objects.select({});
+  const bool picks = state.shows(Overlay::links) || (state.handles && viewer && viewer->live());
+  if (!isLight && picks) pick_ = pixel;
 }
 
 void Session::move(const glm::vec2& pixel) {
   mouse = pixel;
   editor.move(state.lights, pixels_, pixel);
+  objects.move(state.objects, pixels_, pixel);
 }
 
-void Session::release() { editor.release(state.lights); }
+void Session::release() {
+  editor.release(state.lights);
+  objects.release();
+}
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
   animation_ += capture_.isFilming() ? Capture::kFrameSeconds : now - now_;
@@ -266,8 +291,21 @@ void Session::takePictures(std::uint32_t width, std::uint32_t height) {
   say(Severity::info, "\"" + path->string() + "\" written");
 }
 
+// The point of the links, or the object that is there.
+void Session::pick(const glm::vec3& pointWorld) {
+  if (!viewer->live()) {
+    state.picked = pointWorld;
+    return;
+  }
+  const std::vector<MovingNode> nodes = movingNodes(level->scene, level->movable());
+  objects.select(objectAt(level->scene, nodes, state.objects, pointWorld));
+}
+
 void Session::endControls(bool isHeld) {
-  if (!isHeld) editor.commit(state.lights);
+  if (isHeld) return;
+  editor.commit(state.lights);
+  LiveShading* const live = viewer ? viewer->live() : nullptr;
+  if (live && live->options() != state.live) live->choose(state.live);
 }
 
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
@@ -277,7 +315,11 @@ void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height
     messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
     if (pick_) {
       const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;
-      if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) state.picked = point;
+      if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) {
+        pick(*point);
+      } else {
+        objects.select({});
+      }
     }
     pick_.reset();
     times.add(viewer->times());

@@ -10,6 +10,7 @@
 #include "tools/view/light_editor.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/messages.h"
+#include "tools/view/object_editor.h"
 #include "tools/view/options.h"
 #include "tools/view/reference_job.h"
 #include "tools/view/time_history.h"
@@ -57,6 +58,9 @@ class Session {
   // A file that was dropped on the window: a level to bake, a bake of the level that is shown, a list of lights.
   void drop(const std::string& path);
 
+  // Begin to bake the level that is shown at preset draft, in memory; its light is shown until that is done.
+  void bakeDraft();
+
   // Begin to hold the view against a path-traced one; `heat` has it when it is done.
   void compareWithReference();
 
@@ -89,6 +93,7 @@ class Session {
   GlTexture heatTexture;                  // that shows it
   ViewState state;
   LightEditor editor;
+  ObjectEditor objects;  // of a level without a bake
   Messages messages;
   TimeHistory times;                  // of the last frames' passes
   std::vector<std::string> warnings;  // about levels, for the terminal: too many for the window
@@ -108,13 +113,15 @@ class Session {
   void finishReference();
   void watchBake();
 
+  void pick(const glm::vec3& pointWorld);
   void toggleFilm();
   void takePictures(std::uint32_t width, std::uint32_t height);
 
   ViewerOptions options_;  // for levels that are yet to come
+  bool bakesDropped_;      // whether levels that are dropped are baked, and not lit without a bake
   GetProcAddress getProcAddress_;
   FileWatch watch_;
-  std::optional<glm::vec2> pick_;  // [pixel] whose surface is to be picked in the next frame
+  std::optional<glm::vec2> pick_;  // [pixel] whose surface, or object, is to be picked in the next frame
   PixelView pixels_;
   double now_ = 0.0, animation_ = 0.0;  // [s]
   Capture capture_;

@@ -84,9 +84,10 @@ std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<Driv
   return emitters;
 }
 
-std::vector<ViewedObject> objectsOf(const Scene& scene) {
+std::vector<ViewedObject> objectsOf(const Scene& scene, Movable movable) {
   std::vector<ViewedObject> objects;
-  for (const MovingNode& node : movingNodes(scene)) objects.push_back({node.name, node.centreWorld, node.centreWorld});
+  for (const MovingNode& node : movingNodes(scene, movable))
+    objects.push_back({node.name, node.centreWorld, node.centreWorld});
   return objects;
 }
 
@@ -97,7 +98,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.camera = *camera;
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
-  state.objects = objectsOf(scene);
+  state.objects = objectsOf(scene, options.isLive() ? Movable::all : Movable::dynamic);
   if (!options.skyMap.empty()) {
     auto map = readSkyMap(options.skyMap);
     if (!map) return map.error();
@@ -106,6 +107,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   }
   state.emitters = emittersOf(scene, options.driven);
   state.relightBy.bands = options.bands;
+  state.live = options.live;
   state.records = options.records;
   state.exposure = options.exposure;
   state.gloss = options.sceneOptions.gloss;

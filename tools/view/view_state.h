@@ -9,7 +9,9 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/shared/bands.h"
+#include "tools/gl_scene/gl_level.h"
 #include "tools/render/drive_scene.h"
+#include "tools/render/live_level.h"
 #include "tools/view/fly_camera.h"
 #include "tools/view/options.h"
 
@@ -36,7 +38,7 @@ struct ViewedLight {
   bool operator==(const ViewedLight& other) const;
 };
 
-// A dynamic node of the scene as it stands now.
+// A node of the scene that can be moved, as it stands now.
 struct ViewedObject {
   std::string name;
   glm::vec3 home{0.0f};      // [m] centre of its bounds, where the level has it
@@ -89,6 +91,7 @@ struct ViewState {
   Sky sky;                // its map, where it has one, is the one that the viewer was made with
   std::vector<ViewedEmitter> emitters;
   RelightChoice relightBy;
+  LiveLevelOptions live;  // of a level without a bake
   float bounceScale = 1.0f;
   int bounces =
       0;  // [0..kMaxBounces] light is reflected so often, from reset in each frame; 0 = one more in each frame
@@ -104,6 +107,7 @@ struct ViewState {
   int clusterLevel = 6;             // [0..] of the hierarchy, of Overlay::clusters
   std::optional<glm::vec3> picked;  // [m] point of Overlay::links; nothing: the middle of the view
   bool relight = true;              // false freezes the light over links
+  double liveStep = 0.0;  // [s] > 0: without a bake each frame waits for light of its own, so long after the one before
   std::vector<ViewedObject> objects;
   bool panel = true;    // whether the panel is shown
   bool handles = true;  // and the lights' icons and gizmos
@@ -116,8 +120,8 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
 // Its drivable materials, of which those of `driven` are driven.
 std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven);
 
-// The dynamic nodes of a level, where it has them.
-std::vector<ViewedObject> objectsOf(const Scene& scene);
+// The nodes of a level that can be moved, where it has them.
+std::vector<ViewedObject> objectsOf(const Scene& scene, Movable movable);
 
 // Move the lights that orbit to where they are at `seconds`.
 void animate(ViewState& state, double seconds);

@@ -82,6 +82,8 @@ void main() {
 }
 )";
 
+std::string viewerGlsl() { return displayGlsl() + ViewRecords::glsl() + kMain; }
+
 constexpr const char* kRecordsPass = "records";
 
 double nowMs() {
@@ -122,7 +124,14 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
 Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSize, const ViewState& state,
                               const GetProcAddress& getProcAddress, const Viewer* previous) {
   const Bake& bake = loaded.bake;
-  auto level = GlLevel::create(loaded.scene, &bake.caches.lightmap);
+  // The thread of live light has work to do while all else is made ready.
+  std::optional<LiveShading> live;
+  if (!loaded.isBaked) {
+    auto made = LiveShading::create(loaded, state.live);
+    if (!made) return made.error();
+    live.emplace(std::move(*made));
+  }
+  auto level = GlLevel::create(loaded.scene, loaded.isBaked ? &bake.caches.lightmap : nullptr, loaded.movable());
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
@@ -136,10 +145,18 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   }
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
-  if (Status ok = viewer.build(state.relightBy, previous ? &previous->relighter() : nullptr); !ok) return ok.error();
-  auto overlays = Overlays::create(bake);
-  if (!overlays) return overlays.error();
-  viewer.overlays_.emplace(std::move(*overlays));
+  if (live) {
+    auto program = makeLiveProgram(viewerGlsl());
+    if (!program) return program.error();
+    viewer.program_ = std::move(*program);
+    viewer.live_.emplace(std::move(*live));
+  } else {
+    const bool inherits = previous && !previous->live();
+    if (Status ok = viewer.build(state.relightBy, inherits ? &previous->relighter() : nullptr); !ok) return ok.error();
+    auto overlays = Overlays::create(bake);
+    if (!overlays) return overlays.error();
+    viewer.overlays_.emplace(std::move(*overlays));
+  }
   if (state.sky.map) {
     auto backdrop = Backdrop::create(*state.sky.map);
     if (!backdrop) return backdrop.error();
@@ -150,19 +167,22 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
 
 Status Viewer::makeRecords() {
   if (records_) return done();
+  if (live_) return Error{ErrorCode::unsupported, "records read a bake, and there is none"};
   auto made = ViewRecords::create(*loaded_);
   if (!made) return made.error();
   records_ = std::move(*made);
   return done();
 }
 
-Status Viewer::choose(const RelightChoice& choice) { return choice == choice_ ? done() : build(choice, &relighter()); }
+Status Viewer::choose(const RelightChoice& choice) {
+  return live_ || choice == choice_ ? done() : build(choice, &relighter());
+}
 
 // Relighter and program of a choice, in place of those that are there.
 Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
   auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
   if (!relighter) return relighter.error();
-  auto program = makeLevelProgram(&*relighter, displayGlsl() + ViewRecords::glsl() + kMain);
+  auto program = makeLevelProgram(&*relighter, viewerGlsl());
   if (!program) return program.error();
   std::optional<CpuLight> cpu;
   if (choice.backend == BackendKind::cpu) {
@@ -227,13 +247,21 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const double begin = nowMs();
   const std::vector<Light> lights = activeLights(state);
   const std::vector<glm::mat4> moved = movesOf(state);
-  if (Status ok = shadows_.update(level_, lights, &moved); !ok) return ok;
+  if (!shadowed_ || !areSame(shadowed_->first, lights) || shadowed_->second != moved) {
+    shadowed_.reset();
+    if (Status ok = shadows_.update(level_, lights, &moved); !ok) return ok;
+    shadowed_.emplace(lights, moved);
+  }
   glFinish();
   const double shadowed = nowMs();
 
   // Light over links
   Status lit = done();
-  if (state.relight) lit = relight(state, lights);
+  if (live_) {
+    lit = live_->update(state, lights);
+  } else if (state.relight) {
+    lit = relight(state, lights);
+  }
   setEmissions(state);
 
   const double linked = nowMs();
@@ -268,10 +296,14 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   // Until a point is picked, the links are those of the middle of the view.
   std::optional<glm::vec3> picked = state.picked;
   if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
-  overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {clip, width, height, encode});
+  if (overlays_) overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {clip, width, height, encode});
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
-  for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  if (live_) {
+    times_.emplace_back("take light", linked - shadowed);
+  } else {
+    for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
+  }
   if (isByRecords) times_.emplace_back(kRecordsPass, relit - linked);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
@@ -328,7 +360,12 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   const glm::uvec2 mapSize(bake_->caches.lightmap.width, bake_->caches.lightmap.height);
   glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
   glUniform1i(28, state.gloss ? 1 : 0);
-  gl_->gl()->bind();
+  if (live_) {
+    live_->field().setUniforms(program_.name());
+    live_->field().bind();
+  } else {
+    gl_->gl()->bind();
+  }
   shadows_.bind();
   ViewRecords::bind(state.records ? records_.get() : nullptr);
   level_.draw(clip, state.gloss);

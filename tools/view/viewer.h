@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the viewer draws, in a window or without: one frame of shadow maps, relighting, the level and its overlays into
-// whatever framebuffer is bound. Needs a current OpenGL 4.3 context for its lifetime.
+// whatever framebuffer is bound. A level without a bake has live light in place of the relighter's, and no overlays.
+// Needs a current OpenGL 4.3 context for its lifetime.
 #pragma once
 
 #include "relume/bake/scene.h"
@@ -12,6 +13,7 @@
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
 #include "tools/view/cpu_light.h"
+#include "tools/view/live_shading.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/overlays.h"
 #include "tools/view/view_records.h"
@@ -35,10 +37,12 @@ class Viewer {
                                const GetProcAddress& getProcAddress, const Viewer* previous = nullptr);
 
   // Relight by other bands or another backend, beginning with the light that there is. On an error nothing changes.
+  // Without a bake it does nothing.
   Status choose(const RelightChoice& choice);
   const RelightChoice& relightBy() const { return choice_; }
 
-  // Get ready for ViewState::records, without which draw() takes no notice of it. Errors of ViewRecords.
+  // Get ready for ViewState::records, without which draw() takes no notice of it. Errors of ViewRecords; unsupported:
+  // there is no bake.
   Status makeRecords();
   const ViewRecords* records() const { return records_.get(); }  // null until then
 
@@ -59,11 +63,14 @@ class Viewer {
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
-  // What lights: of the backend that was chosen.
+  // What lights a level without a bake; null where there is one.
+  LiveShading* live() { return live_ ? &*live_ : nullptr; }
+  const LiveShading* live() const { return live_ ? &*live_ : nullptr; }
+  // What lights with a bake: of the backend that was chosen. [live() is null]
   Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
   const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
   // The bands it lights with, as "Y4Co2Cg2".
-  std::string bands() const { return bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
+  std::string bands() const { return live_ ? "Y3Co3Cg3" : bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
 
  private:
   Viewer(const LoadedLevel& level, GlLevel drawn, ShadowMaps shadows)
@@ -78,10 +85,12 @@ class Viewer {
   const Bake* bake_;
   GlLevel level_;
   ShadowMaps shadows_;
-  RelightOptions options_;       // of the GL relighter
-  std::optional<Relighter> gl_;  // draws by what it holds; there from create() on
-  std::optional<CpuLight> cpu_;  // that fills it, where the CPU was chosen
+  RelightOptions options_;           // of the GL relighter
+  std::optional<LiveShading> live_;  // one of this and gl_ from create() on
+  std::optional<Relighter> gl_;      // draws by what it holds
+  std::optional<CpuLight> cpu_;      // that fills it, where the CPU was chosen
   RelightChoice choice_;
+  std::optional<std::pair<std::vector<Light>, std::vector<glm::mat4>>> shadowed_;  // what the shadow maps are of
   GlProgram program_;
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;

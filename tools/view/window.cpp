@@ -15,6 +15,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <optional>
 #include <set>
@@ -185,7 +186,20 @@ void handle(const InputEvent& event, Session& session) {
   }
 }
 
-void loop(Window& window, Session& session) {
+// Once, when the first frame that a level without a bake lights is on the screen: what it took.
+void tellFirstLight(const Session& session, std::chrono::steady_clock::time_point begin, bool& isTold) {
+  const LiveShading* const live = session.viewer ? session.viewer->live() : nullptr;
+  if (isTold || !live || live->last().number == 0) return;
+  isTold = true;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::printf("indirect light %.2f s after the start; ms:", seconds);
+  for (const PassTime& pass : live->last().times) std::printf("  %s %.0f", pass.pass, pass.ms);
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void loop(Window& window, Session& session, std::chrono::steady_clock::time_point begin) {
+  bool isTold = false;
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
   glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
@@ -209,11 +223,16 @@ void loop(Window& window, Session& session) {
     ImGui::NewFrame();
     drawPanel(session);
     session.endControls(ImGui::IsAnyItemActive());
-    if (state.handles && session.level) drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
+    if (state.handles && session.level) {
+      drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
+      if (const auto gizmo = session.objects.gizmo(state.objects, session.pixels()))
+        drawGizmo(*gizmo, session.objects.handleAt(state.objects, session.pixels(), session.mouse), session.pixels());
+    }
     if (width > 0 && height > 0) session.draw(0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     glfwSwapBuffers(window.get());
+    tellFirstLight(session, begin, isTold);
   }
 }
 
@@ -231,9 +250,10 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
     std::printf("bands %s\n", session.viewer->bands().c_str());
   } else {
-    session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven}, std::move(scene));
+    session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven, true},
+                  std::move(scene));
   }
-  loop(window, session);
+  loop(window, session, options.begin);
   return done();
 }
 

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+// Light without a bake while the level changes: held against path tracing of the level as it is by then.
+#include "tools/render/live_level.h"
+#include "bake/reference/path_tracer.h"
+#include "tests/rays/make_scene.h"
+#include "tools/render/move_nodes.h"
+#include "tools/render/render_frame.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+using test::addInstance;
+using test::addMaterial;
+using test::box;
+using test::finish;
+
+constexpr std::uint32_t kWall = 1, kBall = 2;
+
+// A room of 8 x 4 x 4 m, a wall across it at x = 0, and a dynamic box in the lamp's half.
+struct Rooms {
+  Scene scene;
+  Context context;
+
+  Rooms() {
+    const std::uint32_t grey = addMaterial(scene, glm::vec3(0.6f)), red = addMaterial(scene, {0.7f, 0.2f, 0.1f});
+    addInstance(scene, box({-4, 0, -2}, {4, 4, 2}, true, grey));
+    addInstance(scene, box({-0.3f, 0, -2}, {0.3f, 4, 2}, false, red));
+    addInstance(scene, box({-3.4f, 0.2f, -1.4f}, {-3.0f, 0.6f, -1.0f}, false, grey));
+    scene.instances[kBall].mode = BakeMode::dynamic;
+    finish(scene);
+  }
+  static std::vector<SceneLight> lamps() {
+    SceneLight lamp;
+    lamp.positionWorld = {-2.0f, 3.0f, 0.3f};
+    lamp.intensity = glm::vec3(20.0f);
+    return {lamp};
+  }
+  LiveScene lit() const {
+    LiveScene frame;
+    for (const SceneLight& lamp : lamps()) frame.lights.push_back(toRuntimeLight(lamp));
+    return frame;
+  }
+  std::vector<glm::mat4> places() const {
+    std::vector<glm::mat4> to;
+    for (const Instance& instance : scene.instances) to.push_back(instance.toWorld);
+    return to;
+  }
+  LiveLevel level(const Scene& of) {
+    auto made = LiveLevel::create(of, {16, 64, 2}, context);
+    EXPECT_TRUE(made) << made.error().message;
+    return std::move(*made);
+  }
+};
+
+glm::mat4 by(const glm::vec3& offset) { return glm::translate(glm::mat4(1.0f), offset); }
+
+void run(LiveLevel& level, const LiveScene& frame, int frames) {
+  for (int f = 0; f < frames; ++f) {
+    const Status ok = level.update(frame, 1.0 / 15.0);
+    ASSERT_TRUE(ok) << ok.error().message;
+  }
+}
+
+// Means of traced and of live irradiance over a view, and of the size of their difference.
+struct Compared {
+  double traced = 0.0, live = 0.0, difference = 0.0;
+};
+
+Compared compare(const LiveLevel& level, const Scene& scene, const Camera& camera, Context& context) {
+  auto tracer = RayTracer::create(scene, "", context, RayStructure::quick, RayGeometry::drawn);
+  EXPECT_TRUE(tracer);
+  ReferenceOptions options;
+  options.width = 48;
+  options.height = 32;
+  options.samplesPerPixel = 256;
+  const auto image = renderReference(*tracer, camera, Rooms::lamps(), options, context);
+  EXPECT_TRUE(image);
+  Compared sums;
+  for (std::size_t i = 0; i < image->indirect.size(); ++i) {
+    if (image->depth[i] == 0.0f) continue;
+    const double traced = std::numbers::pi * static_cast<double>(image->indirect[i].g);
+    const double live = static_cast<double>(level.light().irradiance(image->position[i], image->normal[i]).g);
+    sums.traced += traced;
+    sums.live += live;
+    sums.difference += std::abs(live - traced);
+  }
+  return sums;
+}
+
+// A wall that is moved shuts the light out where it stands, and lets it through where it stood: as a path tracer has
+// it, and within a few frames.
+TEST(LiveLevel, followsAMovedWallAsPathTracingHasIt) {
+  Rooms rooms;
+  LiveLevel level = rooms.level(rooms.scene);
+  LiveScene frame = rooms.lit();
+  const Camera right = test::lookAt({0.6f, 2.0f, 1.5f}, {2.6f, 1.0f, -1.0f});
+  run(level, frame, 40);
+  const Compared dark = compare(level, rooms.scene, right, rooms.context);
+  EXPECT_EQ(dark.traced, 0.0);
+
+  frame.toWorld = rooms.places();
+  frame.toWorld[kWall] = by({3.3f, 0, 0});
+  Scene moved = rooms.scene;
+  moved.instances[kWall].toWorld = frame.toWorld[kWall];
+  run(level, frame, 20);
+  const double soon = compare(level, moved, right, rooms.context).live;
+  run(level, frame, 60);
+  const Compared lit = compare(level, moved, right, rooms.context);
+  EXPECT_LT(dark.live, 0.01 * lit.live) << "light behind the wall before it was moved";
+  EXPECT_NEAR(lit.live, lit.traced, 0.1 * lit.traced);
+  EXPECT_LT(lit.difference, 0.2 * lit.traced);
+  EXPECT_NEAR(soon, lit.live, 0.05 * lit.live) << "20 frames after the move";
+
+  // And back: the room is dark again, all of it.
+  run(level, rooms.lit(), 60);
+  EXPECT_LT(compare(level, rooms.scene, right, rooms.context).live, 0.01 * lit.live);
+}
+
+// Edits leave nothing behind: the same caches as of a level that has its parts there from the start.
+TEST(LiveLevel, aMovedLevelIsTheLevelThatHasItsPartsThere) {
+  Rooms rooms;
+  LiveScene frame = rooms.lit();
+  frame.bounces = 2;
+  LiveLevel edited = rooms.level(rooms.scene);
+  run(edited, frame, 2);
+  LiveScene moved = frame;
+  moved.toWorld = rooms.places();
+  moved.toWorld[kWall] = by({1.1f, 0, 0});
+  moved.toWorld[kBall] = by({0.7f, 0.4f, 0.3f});
+  run(edited, moved, 1);
+
+  Scene there = rooms.scene;
+  ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there));
+  LiveLevel made = rooms.level(there);
+  run(made, frame, 1);
+  const auto a = edited.light().coefficients(), b = made.light().coefficients();
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
+  EXPECT_TRUE(std::any_of(a.begin(), a.end(), [](float c) { return c > 0.0f; }));
+}
+
+TEST(LiveLevel, isTheSameOnAnyNumberOfThreads) {
+  Rooms rooms;
+  LiveScene moved = rooms.lit();
+  moved.toWorld = rooms.places();
+  moved.toWorld[kWall] = by({1.1f, 0, 0});
+  std::vector<float> first;
+  for (const unsigned threads : {1u, 3u}) {
+    auto level = LiveLevel::create(rooms.scene, {16, 32, threads}, rooms.context);
+    ASSERT_TRUE(level);
+    run(*level, rooms.lit(), 3);
+    run(*level, moved, 3);
+    const auto now = level->light().coefficients();
+    if (first.empty()) first.assign(now.begin(), now.end());
+    EXPECT_TRUE(std::equal(first.begin(), first.end(), now.begin(), now.end()));
+  }
+}
+
+// A light that moves is followed; at rest the light settles, and stays.
+TEST(LiveLevel, followsALampAndSettles) {
+  Rooms rooms;
+  LiveLevel level = rooms.level(rooms.scene);
+  LiveScene frame = rooms.lit();
+  const glm::vec3 floor(-1.0f, 0.0f, 1.0f), up(0, 1, 0);
+  run(level, frame, 90);
+  const float before = level.light().irradiance(floor, up).g;
+  EXPECT_TRUE(level.isSettled());
+  run(level, frame, 1);
+  EXPECT_NEAR(level.light().irradiance(floor, up).g, before, 0.01f * before);
+  frame.lights[0].positionWorld = {2.0f, 3.0f, 0.0f};
+  run(level, frame, 1);
+  EXPECT_FALSE(level.isSettled());
+  run(level, frame, 40);
+  EXPECT_LT(level.light().irradiance(floor, up).g, 0.01f * before) << "the lamp is behind the wall";
+}
+
+TEST(LiveLevel, whatIsRefusedLeavesLightAndParts) {
+  Rooms rooms;
+  LiveLevel level = rooms.level(rooms.scene);
+  LiveScene frame = rooms.lit();
+  run(level, frame, 4);
+  const std::vector<float> before(level.light().coefficients().begin(), level.light().coefficients().end());
+  const std::vector<std::uint64_t> bits(level.volume().bits().begin(), level.volume().bits().end());
+  const auto refuse = [&](const LiveScene& wrong, const std::string& named) {
+    const Status refused = level.update(wrong, 0.1);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find(named), std::string::npos) << refused.error().message;
+    EXPECT_TRUE(std::equal(before.begin(), before.end(), level.light().coefficients().begin()));
+    EXPECT_TRUE(std::equal(bits.begin(), bits.end(), level.volume().bits().begin()));
+  };
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const std::uint32_t part : {kWall, kBall}) {
+    LiveScene wrong = frame;
+    wrong.toWorld = rooms.places();
+    wrong.toWorld[part] = by({kNan, 0, 0});
+    refuse(wrong, "part " + std::to_string(part));
+  }
+  LiveScene wrong = frame;
+  wrong.toWorld.resize(2);
+  refuse(wrong, "2 transforms for 3 instances");
+  wrong = frame;
+  wrong.lights[0].intensity.x = -1.0f;
+  refuse(wrong, "light");
+  run(level, frame, 1);
+}
+
+TEST(LiveLevel, aLevelWithoutTrianglesIsDark) {
+  Scene nothing;
+  Context context;
+  auto level = LiveLevel::create(nothing, {8, 8, 1}, context);
+  ASSERT_TRUE(level) << level.error().message;
+  LiveScene frame = Rooms().lit();
+  run(*level, frame, 2);
+  EXPECT_EQ(level->light().irradiance({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+}
+
+TEST(LiveLevel, moreThanTheMemoryAllowsIsRefusedByName) {
+  Rooms rooms;
+  Context context;
+  context.maxMemory = 1;
+  const auto level = LiveLevel::create(rooms.scene, {32, 8, 1}, context);
+  ASSERT_FALSE(level);
+  EXPECT_EQ(level.error().code, ErrorCode::failed);
+  EXPECT_NE(level.error().message.find("fewer cells"), std::string::npos) << level.error().message;
+}
+
+TEST(MoveNodes, refusesWhatItCannotMove) {
+  Rooms rooms;
+  const auto refuse = [&](const std::string& move, MovedParts parts, const std::string& named) {
+    const Status refused = moveNodes({move}, parts, rooms.scene);
+    ASSERT_FALSE(refused) << move;
+    EXPECT_EQ(refused.error().code, ErrorCode::usage);
+    EXPECT_NE(refused.error().message.find(named), std::string::npos) << refused.error().message;
+  };
+  refuse("wall=1,2,3", MovedParts::all, "no node \"wall\"");
+  refuse("wall=1,2,3", MovedParts::all, "\"node0\", \"node1\", \"node2\"");
+  for (const char* wrong : {"node1", "node1=", "node1=1,2", "node1=nan,0,0", "node1=1e9,0,0", "=1,2,3"})
+    refuse(wrong, MovedParts::all, "expected");
+  refuse("node1=1,2,3", MovedParts::dynamic, "part of the bake");
+  EXPECT_TRUE(moveNodes({"node2=1,2,3"}, MovedParts::dynamic, rooms.scene));
+  EXPECT_EQ(glm::vec3(rooms.scene.instances[kBall].toWorld[3]), glm::vec3(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace relume

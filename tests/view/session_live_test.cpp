@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// A level without a bake in the viewer: lit at once, as the CPU has it, and after what is dragged; until a bake of it
+// is there.
+#include "bake/reference/path_tracer.h"
+#include "tests/view/session_fixture.h"
+#include "tools/render/view_options.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+class LiveSession : public ViewerSession {
+ protected:
+  void SetUp() override {
+    ViewerSession::SetUp();
+    options_.draft = false;
+    options_.live = {16, 32, 2};
+  }
+  // Shown, each frame with light of its own.
+  void show(int settle) {
+    start("");
+    session_->state.liveStep = 1.0 / 15.0;
+    ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+    for (int i = 0; i < settle; ++i) frame();
+  }
+  std::size_t objectNamed(const std::string& name) const {
+    const auto& objects = session_->state.objects;
+    return static_cast<std::size_t>(
+        std::find_if(objects.begin(), objects.end(), [&](const ViewedObject& o) { return o.name == name; }) -
+        objects.begin());
+  }
+};
+
+// Fragments read the caches as LiveLight::irradiance() does.
+TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
+  show(0);
+  constexpr int kFrames = 6;
+  for (int i = 0; i < kFrames; ++i) frame();
+  ViewState state = session_->state;
+  state.direct = false;
+  const std::vector<glm::vec3> shown = session_->viewer->irradiance(state, kWidth, kHeight);
+
+  // The same frames by the library alone
+  const Scene level = scene();
+  Context context;
+  auto live = LiveLevel::create(level, options_.live, context);
+  ASSERT_TRUE(live);
+  LiveScene lit;
+  for (const ViewedLight& light : state.lights) {
+    if (light.on) lit.lights.push_back(light.light);
+  }
+  lit.emission = state.emission;
+  const auto drawn = static_cast<std::uint64_t>(session_->viewer->live()->last().number);
+  for (std::uint64_t i = 0; i < drawn; ++i) ASSERT_TRUE(live->update(lit, state.liveStep));
+
+  auto tracer = RayTracer::create(level, "", context, RayStructure::quick, RayGeometry::drawn);
+  ASSERT_TRUE(tracer);
+  ReferenceOptions options;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.samplesPerPixel = 1;
+  options.maxBounces = 0;
+  const Camera camera =
+      lookAt(state.camera.position, state.camera.position + state.camera.forward(), state.camera.yfovRad);
+  const auto image = renderReference(*tracer, camera, {}, options, context);
+  ASSERT_TRUE(image);
+  std::size_t pixels = 0, off = 0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    if (image->depth[i] == 0.0f) continue;
+    const glm::vec3 expected =
+        std::numbers::inv_pi_v<float> * live->light().irradiance(image->position[i], image->normal[i]);
+    ++pixels;
+    sum += static_cast<double>(expected.g);
+    if (glm::distance(shown[i], expected) > 0.01f * glm::length(expected) + 1e-4f) ++off;
+  }
+  EXPECT_GT(sum / static_cast<double>(pixels), 0.01);
+  // Along edges, and where a ray runs along the face of a voxel, the two may go different ways.
+  EXPECT_LT(static_cast<double>(off), 0.03 * static_cast<double>(pixels));
+}
+
+TEST_F(LiveSession, aWindowThatDoesNotWaitIsLitAsWell) {
+  start("");
+  ASSERT_TRUE(frames([&] { return session_->viewer && session_->viewer->live()->last().number > 20; }));
+  EXPECT_FALSE(session_->job.has_value()) << "nothing is baked unless it is asked for";
+  const double free = brightness_;
+  EXPECT_GT(free, 0.01);
+  EXPECT_TRUE(says("without a bake"));
+  // Waiting for each frame comes to the same light.
+  session_->state.liveStep = 1.0 / 15.0;
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_NEAR(brightness_, free, 0.1 * free);
+}
+
+TEST_F(LiveSession, lightFollowsALamp) {
+  show(40);
+  const auto meanLight = [&] {
+    ViewState state = session_->state;
+    state.direct = false;
+    double sum = 0.0;
+    for (const glm::vec3& e : session_->viewer->irradiance(state, kWidth, kHeight)) sum += static_cast<double>(e.g);
+    return sum / (kWidth * kHeight);
+  };
+  const double before = meanLight();
+  const LitFrame& last = session_->viewer->live()->last();
+  EXPECT_GT(last.voxels, 100u);
+  EXPECT_GT(last.caches, 100u);
+  for (ViewedLight& light : session_->state.lights) {
+    if (light.on) light.light.intensity *= 3.0f;
+  }
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_NEAR(meanLight(), 3.0 * before, 0.05 * before);
+}
+
+TEST_F(LiveSession, anObjectIsPickedAndDragged) {
+  options_.view = "full";
+  show(10);
+  ASSERT_GT(session_->state.objects.size(), 20u);
+  // A click on the table picks it.
+  const std::size_t table = objectNamed("table");
+  ASSERT_LT(table, session_->state.objects.size());
+  const glm::vec3 home = session_->state.objects[table].home;
+  const auto at = session_->pixels().project(home + glm::vec3(0, 0.02f, 0));
+  ASSERT_TRUE(at);
+  session_->press(*at);
+  session_->release();
+  frame();
+  ASSERT_TRUE(session_->objects.selected().has_value());
+  const std::size_t picked = *session_->objects.selected();
+  const glm::vec3 start = session_->state.objects[picked].position;
+
+  // Its vertical axis lifts it, and lifts it alone.
+  const auto gizmo = session_->objects.gizmo(session_->state.objects, session_->pixels());
+  ASSERT_TRUE(gizmo);
+  const auto axis = gizmo->outline(Handle::axisY);
+  const glm::vec2 handle = *session_->pixels().project(0.3f * axis[0] + 0.7f * axis[1]);
+  const double before = frame();
+  session_->press(handle);
+  session_->move(handle + glm::vec2(0, -12));
+  session_->release();
+  const ViewedObject& lifted = session_->state.objects[picked];
+  EXPECT_EQ(lifted.position.x, start.x);
+  EXPECT_EQ(lifted.position.z, start.z);
+  EXPECT_GT(lifted.position.y, start.y + 0.05f);
+  for (int i = 0; i < 5; ++i) frame();
+  EXPECT_NE(brightness_, before);
+  // What is dragged goes back by Escape.
+  session_->press(*session_->pixels().project(lifted.position + 0.7f * (axis[1] - axis[0])));
+  session_->move(handle + glm::vec2(0, -30));
+  const float there = session_->state.objects[picked].position.y;
+  session_->run(Command::cancel);
+  EXPECT_LT(session_->state.objects[picked].position.y, there);
+  session_->run(Command::cancel);
+  EXPECT_FALSE(session_->objects.selected());
+}
+
+TEST_F(LiveSession, whatCannotBeLitIsToldAndTheLightStays) {
+  show(10);
+  const double before = brightness_;
+  session_->state.objects[0].position.x = std::numeric_limits<float>::quiet_NaN();
+  frame();
+  EXPECT_TRUE(says("toWorld"));
+  session_->state.objects[0].position = session_->state.objects[0].home;
+  EXPECT_NEAR(frame(), before, 0.1 * before);
+}
+
+TEST_F(LiveSession, otherCellsTakeOverWithoutADarkFrame) {
+  show(20);
+  const double before = brightness_;
+  const std::uint32_t caches = session_->viewer->live()->last().caches;
+  session_->state.liveStep = 0.0;
+  session_->state.live.cells = 24;
+  session_->endControls(true);
+  EXPECT_EQ(session_->viewer->live()->options().cells, 16u) << "a slider that is held changes nothing";
+  session_->endControls(false);
+  EXPECT_NEAR(frame(), before, 0.1 * before);
+  ASSERT_TRUE(frames([&] { return session_->viewer->live()->last().caches > caches; }));
+}
+
+TEST_F(LiveSession, aBakeReplacesIt) {
+  show(10);
+  EXPECT_EQ(session_->level->isBaked, false);
+  session_->bakeDraft();
+  ASSERT_TRUE(session_->job.has_value());
+  const double before = brightness_;
+  EXPECT_NEAR(frame(), before, 0.1 * before) << "live light goes on meanwhile";
+  ASSERT_TRUE(frames([&] { return session_->level->isBaked; }));
+  EXPECT_EQ(session_->viewer->live(), nullptr);
+  for (int i = 0; i < 30; ++i) frame();
+  EXPECT_NEAR(brightness_, before, 0.35 * before);
+  EXPECT_TRUE(says("preset draft"));
+}
+
+}  // namespace
+}  // namespace relume

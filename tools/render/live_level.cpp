@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// See live_level.h.
+#include "tools/render/live_level.h"
+
+#include "runtime/shared/stopwatch.h"
+#include "tools/render/live_view.h"
+#include "tools/render/ray_shadows.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <thread>
+
+namespace relume {
+namespace {
+
+constexpr double kHistorySeconds = 0.15;  // time constant of the blend with frames before
+
+bool isSame(const Light& a, const Light& b) {
+  return a.kind == b.kind && a.intensity == b.intensity && a.positionWorld == b.positionWorld &&
+         a.direction == b.direction && a.range == b.range && a.innerConeRad == b.innerConeRad &&
+         a.outerConeRad == b.outerConeRad;
+}
+
+bool isSame(const Sky& a, const Sky& b) {
+  return a.radiance == b.radiance && a.below == b.below && a.map == b.map && a.rotationDeg == b.rotationDeg;
+}
+
+// What rays need of a scene: its geometry, and the images whose alpha lets them through.
+std::unique_ptr<Scene> shadowScene(const Scene& scene) {
+  auto copy = std::make_unique<Scene>();
+  copy->meshes = scene.meshes;
+  copy->instances = scene.instances;
+  copy->materials = scene.materials;
+  copy->solid = scene.solid;
+  copy->images.resize(scene.images.size());
+  for (const Material& material : scene.materials) {
+    const std::uint32_t image = material.albedoTexture.image;
+    if (material.alphaMode == AlphaMode::mask && image < scene.images.size()) copy->images[image] = scene.images[image];
+  }
+  return copy;
+}
+
+void put(Instance& instance, const glm::mat4& toWorld) {
+  instance.toWorld = toWorld;
+  instance.flipped = glm::determinant(glm::mat3(toWorld)) < 0.0f;
+}
+
+}  // namespace
+
+bool areSame(const std::vector<Light>& a, const std::vector<Light>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Light& x, const Light& y) { return isSame(x, y); });
+}
+
+bool isSame(const LiveScene& a, const LiveScene& b) {
+  return areSame(a.lights, b.lights) && a.emission == b.emission && isSame(a.sky, b.sky) &&
+         a.bounceScale == b.bounceScale && a.bounces == b.bounces && a.toWorld == b.toWorld;
+}
+
+Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& options, Context& context) {
+  const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  auto workers = std::make_unique<WorkerThreads>(threads);
+  const ParallelFor parallelFor = [pool = workers.get()](std::uint32_t tasks,
+                                                         const std::function<void(std::uint32_t)>& body) {
+    pool->run(tasks, body);
+  };
+  auto light = LiveLight::create({options.rays});
+  if (!light) return light.error();
+  Stopwatch watch;
+  auto volume = voxeliseScene(scene, options.cells, parallelFor, context);
+  if (!volume) return volume.error();
+  const double voxelsMs = watch.lap();
+  LiveLevel level(scene, std::move(workers), std::move(*volume), std::move(*light));
+  if (Status ok = level.trace(scene); !ok) return ok.error();
+  level.piecesMs_ = voxelsMs - level.volume_.passTimes().front().ms;
+  return level;
+}
+
+// Rays against a scene from now on.
+Status LiveLevel::trace(const Scene& scene) {
+  Stopwatch watch;
+  auto tracer = RayTracer::create(scene, "", *context_, RayStructure::quick, RayGeometry::drawn);
+  if (!tracer) return tracer.error();
+  tracer_.emplace(std::move(*tracer));
+  traceMs_ = watch.lap();
+  return done();
+}
+
+// Parts where they are now, for voxels and for rays.
+Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
+  const std::vector<Instance>& now = moved_ ? moved_->instances : scene_->instances;
+  std::vector<PartEdit> edits;
+  std::vector<glm::mat4x3> moving;
+  bool moves = false;
+  for (std::uint32_t i = 0; i < now.size(); ++i) {
+    const glm::mat4& to = toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i];
+    if (Status ok = checkTransform(glm::mat4x3(to), i); !ok) return ok;
+    const bool isSame = to == now[i].toWorld;
+    if (!now[i].baked()) {
+      moving.emplace_back(to);
+      moves = moves || !isSame;
+    } else if (!isSame) {
+      edits.push_back({i, glm::mat4x3(to), true});
+    }
+  }
+  if (edits.empty() && !moves) return done();
+
+  // Rays first: what is refused leaves both as they were.
+  const bool isFirst = moved_ == nullptr;
+  std::unique_ptr<Scene> moved = isFirst ? shadowScene(*scene_) : std::move(moved_);
+  std::vector<Instance> before = moved->instances;
+  for (std::uint32_t i = 0; i < before.size(); ++i)
+    put(moved->instances[i], toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i]);
+  std::optional<RayTracer> old = std::exchange(tracer_, std::nullopt);
+  Status placed = trace(*moved);
+  if (placed && !edits.empty()) placed = volume_.edit(edits);
+  if (placed && moves) placed = volume_.move(moving);
+  if (!placed) {
+    tracer_ = std::move(old);
+    moved->instances = std::move(before);
+    if (!isFirst) moved_ = std::move(moved);
+    return placed;
+  }
+  moved_ = std::move(moved);
+  return done();
+}
+
+Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = rayVisibility(*tracer_, lights, *context_);
+  return volume_.lightDirectly(setup);
+}
+
+Status LiveLevel::update(const LiveScene& next, double seconds) {
+  if (!next.toWorld.empty() && next.toWorld.size() != scene_->instances.size())
+    return Error{ErrorCode::usage, "live light: " + std::to_string(next.toWorld.size()) + " transforms for " +
+                                       std::to_string(scene_->instances.size()) + " instances"};
+  // 1. What has moved, and direct light of it
+  const bool isPlaced = last_ && last_->toWorld == next.toWorld;
+  const bool isLit = isPlaced && areSame(last_->lights, next.lights);
+  if (!isPlaced) {
+    if (Status ok = place(next.toWorld); !ok) return ok;
+  }
+  if (!isLit) {
+    if (Status ok = lightDirectly(next.lights); !ok) return ok;
+  }
+  if (!last_ || !isSame(last_->sky, next.sky)) skyMap_ = liveSkyMap(next.sky);
+  still_ = last_ && isSame(*last_, next) ? still_ + 1 : 0;
+
+  // 2. The caches: blended with the frames before, at rest averaged
+  LiveFrame frame;
+  frame.emissionScale = glm::vec3(next.emission);
+  frame.sky = {next.sky.radiance, skyMap_, skyMap_.empty() ? 0 : kLiveSkySide};
+  last_ = next;
+  cellsMs_ = bounceMs_ = gatherMs_ = 0.0;
+  for (int bounce = 0; bounce < std::max(next.bounces, 1); ++bounce) {
+    if (next.bounces == 0) {
+      const auto rest = static_cast<float>(std::max(still_ - kBuildUp, 0));
+      frame.keep = std::max(static_cast<float>(std::exp(-std::max(seconds, 0.0) / kHistorySeconds)), rest / (rest + 1));
+      frame.keep = std::min(frame.keep, 0.99f);
+      frame.raySet = raySet_++;
+    }
+    frame.bounceScale = next.bounces == 0 || bounce > 0 ? next.bounceScale : 0.0f;
+    if (Status ok = light_.update(volume_, frame); !ok) return ok;
+    const std::vector<PassTime> times = light_.passTimes();
+    cellsMs_ += times[0].ms;
+    bounceMs_ += times[1].ms;
+    gatherMs_ += times[2].ms;
+  }
+  if (next.bounces > 0 && still_ > 0) still_ = kSettled;  // the same rays find the same light
+  const std::vector<PassTime> times = volume_.passTimes();
+  directMs_ = isLit ? 0.0 : times[2].ms;
+  return done();
+}
+
+std::vector<PassTime> LiveLevel::passTimes() const {
+  const std::vector<PassTime> voxels = volume_.passTimes();
+  return {{"pieces", piecesMs_}, {"voxelise", voxels[0].ms}, {"move", voxels[1].ms}, {"shadow rays", traceMs_},
+          {"direct", directMs_}, {"cells", cellsMs_},        {"bounce", bounceMs_},  {"gather", gatherMs_}};
+}
+
+std::vector<std::pair<std::string, std::size_t>> LiveLevel::bufferSizes() const {
+  auto sizes = volume_.bufferSizes();
+  const auto lit = light_.bufferSizes();
+  sizes.insert(sizes.end(), lit.begin(), lit.end());
+  return sizes;
+}
+
+}  // namespace relume

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// A level that is lit without a bake while its lights and its parts move: voxels, shadows by rays, and caches that
+// follow from frame to frame (runtime/live/live_light.h). A frame does what has changed and no more.
+#pragma once
+
+#include "bake/rays/ray_tracer.h"
+#include "bake/scene/sky.h"
+#include "relume/bake/context.h"
+#include "relume/bake/scene.h"
+#include "relume/lights.h"
+#include "relume/result.h"
+#include "runtime/live/live_light.h"
+#include "runtime/voxels/voxel_volume.h"
+#include "tools/base/worker_threads.h"
+
+#include <glm/mat4x4.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+struct LiveLevelOptions {
+  std::uint32_t cells = 32;  // [8..64] on the level's longest side
+  std::uint32_t rays = 64;   // [8..4096] of a cell in each frame
+  unsigned threads = 0;      // 0 = as many as the machine has
+  bool operator==(const LiveLevelOptions&) const = default;
+};
+
+// What a frame is lit by.
+struct LiveScene {
+  std::vector<Light> lights;
+  float emission = 1.0f;  // [>= 0] factor on emitting surfaces
+  Sky sky;
+  float bounceScale = 1.0f;          // [0..1] share of light that each bounce keeps
+  int bounces = 0;                   // light is reflected so often, found anew in each frame; 0 = a bounce more in each
+  std::vector<glm::mat4> toWorld{};  // [Size instances, or 0 = where the level has them]
+};
+
+bool areSame(const std::vector<Light>& a, const std::vector<Light>& b);
+// Whether both give the same light.
+bool isSame(const LiveScene& a, const LiveScene& b);
+
+class LiveLevel {
+ public:
+  // Errors of VoxelScene, VoxelVolume, RayTracer and LiveLight; failed: more memory than the context allows. The scene
+  // must outlive it.
+  static Result<LiveLevel> create(const Scene& scene, const LiveLevelOptions& options, Context& context);
+
+  // A frame, `seconds` after the one before. What is refused by name leaves last frame's light, and parts where they
+  // were. Errors of VoxelVolume::edit(), move() and lightDirectly(), RayTracer::create(), LiveLight::update().
+  Status update(const LiveScene& frame, double seconds);
+  // Whether another frame of the same would change next to nothing.
+  bool isSettled() const { return still_ >= kSettled; }
+
+  const VoxelVolume& volume() const { return volume_; }
+  const LiveLight& light() const { return light_; }
+  // Of the last frame, and of what was done once: "pieces", "voxelise", "shadow rays".
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  static constexpr int kBuildUp = 24, kSettled = 88;  // frames: bounces add up, then rays are averaged
+
+  LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveLight light)
+      : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
+  Status place(const std::vector<glm::mat4>& toWorld);
+  Status trace(const Scene& scene);
+  Status lightDirectly(const std::vector<Light>& lights);
+
+  const Scene* scene_;
+  std::unique_ptr<Scene> moved_;  // what rays meet, once something has moved
+  std::unique_ptr<WorkerThreads> threads_;
+  std::unique_ptr<Context> context_ = std::make_unique<Context>();
+  VoxelVolume volume_;
+  LiveLight light_;
+  std::optional<RayTracer> tracer_;
+  std::optional<LiveScene> last_;
+  std::vector<glm::vec3> skyMap_;
+  std::uint32_t raySet_ = 0;
+  int still_ = 0;  // frames since something changed
+  double piecesMs_ = 0.0, traceMs_ = 0.0, directMs_ = 0.0, cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
+};
+
+}  // namespace relume

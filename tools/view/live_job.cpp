@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// See live_job.h.
+#include "tools/view/live_job.h"
+
+#include <chrono>
+#include <exception>
+#include <new>
+
+namespace relume {
+namespace {
+
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+LitFrame frameOf(const LiveLevel& level, std::uint64_t number) {
+  return {
+      texelsOf(level.light()), number, level.volume().stats().occupied, level.light().activeCells(), level.passTimes(),
+      level.bufferSizes()};
+}
+
+}  // namespace
+
+LiveJob::LiveJob(const Scene& scene, const LiveLevelOptions& options)
+    : thread_([this, &scene, options] { run(scene, options); }) {}
+
+LiveJob::~LiveJob() {
+  context_.cancel();
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void LiveJob::follow(LiveScene scene) {
+  const std::lock_guard lock(mutex_);
+  if (next_ && !step_ && isSame(*next_, scene)) return;
+  next_ = std::move(scene);
+  step_.reset();
+  isWanted_ = true;
+  wake_.notify_all();
+}
+
+void LiveJob::followOnce(LiveScene scene, double seconds) {
+  const std::lock_guard lock(mutex_);
+  next_ = std::move(scene);
+  step_ = seconds;
+  isWanted_ = true;
+  result_.reset();
+  wake_.notify_all();
+}
+
+std::optional<Result<LitFrame>> LiveJob::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(result_, std::nullopt);
+}
+
+Result<LitFrame> LiveJob::wait() {
+  std::unique_lock lock(mutex_);
+  found_.wait(lock, [this] { return result_.has_value(); });
+  return std::move(*std::exchange(result_, std::nullopt));
+}
+
+void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
+  Error refused;
+  try {
+    auto level = LiveLevel::create(scene, options, context_);
+    if (level) return frames(*level);
+    refused = level.error();
+  } catch (const std::bad_alloc&) {
+    refused = {ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
+  } catch (const std::exception& e) {
+    refused = {ErrorCode::failed, std::string("live light: ") + e.what()};
+  }
+  const std::lock_guard lock(mutex_);
+  result_.emplace(std::move(refused));
+  found_.notify_all();
+}
+
+// Frames of what is followed, until the end.
+void LiveJob::frames(LiveLevel& level) {
+  double last = seconds();
+  std::unique_lock lock(mutex_);
+  for (std::uint64_t number = 1;; ++number) {
+    wake_.wait(lock, [this] { return stop_ || isWanted_; });
+    if (stop_) return;
+    const LiveScene now = *next_;
+    const std::optional<double> step = step_;
+    isWanted_ = false;
+    lock.unlock();
+    const double begin = seconds();
+    const Status status = level.update(now, step.value_or(begin - last));
+    last = begin;
+    Result<LitFrame> result = status ? Result<LitFrame>(frameOf(level, number)) : Result<LitFrame>(status.error());
+    lock.lock();
+    result_.emplace(std::move(result));
+    // What is refused once is refused again: wait for something else.
+    if (!step && status && !level.isSettled()) isWanted_ = true;
+    found_.notify_all();
+  }
+}
+
+}  // namespace relume

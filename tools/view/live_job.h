@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// Light without a bake on a thread of its own: follows what the window shows, and hands over what each frame of it has
+// found, while the window goes on. Sleeps once the light has settled.
+#pragma once
+
+#include "tools/gl_scene/live_field.h"
+#include "tools/render/live_level.h"
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+// What a frame has found, and what it cost.
+struct LitFrame {
+  LiveTexels texels;
+  std::uint64_t number = 0;  // counted from 1
+  std::uint32_t voxels = 0, caches = 0;
+  std::vector<PassTime> times;
+  std::vector<std::pair<std::string, std::size_t>> bytes;
+};
+
+class LiveJob {
+ public:
+  // Starts to voxelise at once; the scene must outlive it.
+  LiveJob(const Scene& scene, const LiveLevelOptions& options);
+  // Cancels, and waits until the work has stopped.
+  ~LiveJob();
+  LiveJob(const LiveJob&) = delete;
+  LiveJob& operator=(const LiveJob&) = delete;
+
+  // What the light is of from now on. Frames come until it has settled.
+  void follow(LiveScene scene);
+  // One frame of it, `seconds` after the one before, and no more.
+  void followOnce(LiveScene scene, double seconds);
+
+  // The newest frame, or what was refused; nothing where there is none since the last call. A level that cannot be
+  // voxelised is refused once, and nothing comes after it. Errors of LiveLevel.
+  std::optional<Result<LitFrame>> take();
+  // The same, once there is one.
+  Result<LitFrame> wait();
+
+ private:
+  void run(const Scene& scene, const LiveLevelOptions& options);
+  void frames(LiveLevel& level);
+
+  Context context_;
+  std::mutex mutex_;  // of what follows
+  std::condition_variable wake_, found_;
+  std::optional<LiveScene> next_;
+  std::optional<double> step_;  // [s] of followOnce()
+  bool isWanted_ = false, stop_ = false;
+  std::optional<Result<LitFrame>> result_;
+  std::thread thread_;
+};
+
+}  // namespace relume
