@@ -346,6 +346,7 @@ layout(location = 6) in vec2 inUvGloss;
 layout(location = 7) in vec2 inUvNormal;
 layout(location = 0) uniform mat4 levelClipFromWorld;
 layout(location = 1) uniform mat4 levelMoved;
+invariant gl_Position;  // programs that draw the same level find the same depths
 out vec3 levelPosition;
 out vec3 levelVertexNormal;
 out vec2 levelUvAlbedo;

@@ -139,6 +139,11 @@ Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string
   return linkLevel(relighter->gl()->glsl(), gridDefine(lookup) + kLinks, mainGlsl);
 }
 
+Result<GlProgram> makeDepthProgram() {
+  return linkProgram("depth", "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n",
+                     "#version 430\n" + levelMaterialGlsl() + "void main() { if (!levelOpaque()) discard; }\n");
+}
+
 Result<GlProgram> makeLiveProgram(const std::string& mainGlsl) {
   return linkLevel(LiveField::glsl(), kLiveLinks, mainGlsl);
 }

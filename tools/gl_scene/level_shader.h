@@ -29,6 +29,9 @@ Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string
 // The same without a relighter: levelLinks() and levelGlossy() read what LiveField has bound.
 Result<GlProgram> makeLiveProgram(const std::string& mainGlsl);
 
+// One that writes depths alone, the same as of the programs above.
+Result<GlProgram> makeDepthProgram();
+
 // Set the lights of such a program; at most ShadowMaps::kMaxLights.
 void setLevelLights(GLuint program, std::span<const Light> lights);
 

@@ -12,6 +12,7 @@
 #include "formats/decimal.h"
 
 #include "tools/gl_scene/gl_program.h"
+#include "tools/gl_scene/level_shader.h"
 
 #include <glm/ext/matrix_clip_space.hpp>
 #include <glm/ext/matrix_transform.hpp>
@@ -30,11 +31,11 @@ constexpr float kWidestFlat = 1.2f;    // [rad] half angle of the widest spot th
 constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
 constexpr GLint kLightLocation = 8;
 
-const char* kDepthFragment = R"(
+const char* kDistanceFragment = R"(
 layout(location = 8) uniform vec4 shadowLight;
 void main() {
   if (!levelOpaque()) discard;
-  gl_FragDepth = shadowLight.w > 0.0 ? min(distance(levelPosition, shadowLight.xyz) * shadowLight.w, 1.0) : gl_FragCoord.z;
+  gl_FragDepth = min(distance(levelPosition, shadowLight.xyz) * shadowLight.w, 1.0);
 }
 )";
 
@@ -103,9 +104,12 @@ GlTexture depthLayers(GLsizei side, GLsizei layers) {
 Result<ShadowMaps> ShadowMaps::create(std::uint32_t size) {
   ShadowMaps maps;
   auto program = linkProgram("shadow map", "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n",
-                             "#version 430\n" + levelMaterialGlsl() + kDepthFragment);
+                             "#version 430\n" + levelMaterialGlsl() + kDistanceFragment);
   if (!program) return program.error();
-  maps.depthProgram_ = std::move(*program);
+  maps.distanceProgram_ = std::move(*program);
+  auto depth = makeDepthProgram();
+  if (!depth) return depth.error();
+  maps.depthProgram_ = std::move(*depth);
   maps.framebuffer_ = GlFramebuffer::make();
   maps.size_ = size;
   return maps;
@@ -137,7 +141,6 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
   const auto cubes = static_cast<std::uint32_t>(std::count_if(lights.begin(), lights.end(), needsCube));
   if (Status ok = allocate(static_cast<std::uint32_t>(lights.size()) - cubes, cubes); !ok) return ok;
 
-  glUseProgram(depthProgram_.name());
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   glDrawBuffer(GL_NONE);
   glReadBuffer(GL_NONE);
@@ -187,7 +190,10 @@ void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>*
   glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
   glClearDepth(1.0);
   glClear(GL_DEPTH_BUFFER_BIT);
-  glUniform4fv(kLightLocation, 1, glm::value_ptr(light));
+  // Where depth is that of the triangle, hidden fragments need no shading.
+  const bool isDirectional = light.w == 0.0f;
+  glUseProgram(isDirectional ? depthProgram_.name() : distanceProgram_.name());
+  if (!isDirectional) glUniform4fv(kLightLocation, 1, glm::value_ptr(light));
   level.draw(clipFromWorld);
   if (moved) level.drawDynamic(clipFromWorld, *moved);
 }

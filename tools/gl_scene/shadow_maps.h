@@ -51,7 +51,7 @@ class ShadowMaps {
   void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
                    const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const;
 
-  GlProgram depthProgram_;
+  GlProgram depthProgram_, distanceProgram_;  // of directional lights, and of those with a position
   GlFramebuffer framebuffer_;
   GlTexture flat_, sides_;
   std::uint32_t size_ = 0, flatLayers_ = 0, cubes_ = 0;

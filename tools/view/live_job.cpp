@@ -50,8 +50,10 @@ void LiveJob::followOnce(LiveScene scene, double seconds) {
   wake_.notify_all();
 }
 
-std::optional<Result<LitFrame>> LiveJob::take() {
-  const std::lock_guard lock(mutex_);
+std::optional<Result<LitFrame>> LiveJob::take(double seconds) {
+  std::unique_lock lock(mutex_);
+  if (seconds > 0.0)
+    found_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return result_.has_value(); });
   return std::exchange(result_, std::nullopt);
 }
 

@@ -41,9 +41,9 @@ class LiveJob {
   // One frame of it, `seconds` after the one before, and no more.
   void followOnce(LiveScene scene, double seconds);
 
-  // The newest frame, or what was refused; nothing where there is none since the last call. A level that cannot be
-  // voxelised is refused once, and nothing comes after it. Errors of LiveLevel.
-  std::optional<Result<LitFrame>> take();
+  // The newest frame, or what was refused; nothing where there is none since the last call, after so many seconds. A
+  // level that cannot be voxelised is refused once, and nothing comes after it. Errors of LiveLevel.
+  std::optional<Result<LitFrame>> take(double seconds = 0.0);
   // The same, once there is one.
   Result<LitFrame> wait();
 

@@ -38,15 +38,16 @@ LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>&
   return scene;
 }
 
-Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights) {
+Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, bool isSlow) {
   if (!state.relight && last_.number > 0) return done();
   std::optional<Result<LitFrame>> found;
   if (state.liveStep > 0.0) {
     job_->followOnce(sceneOf(state, lights), state.liveStep);
     found.emplace(job_->wait());
   } else {
+    constexpr double kPatience = 2.0;  // [s]
     job_->follow(sceneOf(state, lights));
-    found = job_->take();
+    found = job_->take(isSlow && last_.number == 0 ? kPatience : 0.0);
   }
   if (!found) return done();
   if (!*found) return found->error();

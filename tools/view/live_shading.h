@@ -24,7 +24,8 @@ class LiveShading {
   const LiveLevelOptions& options() const { return options_; }
 
   // Follow a state, and take over what has been found. What was refused comes back once; the light before it stays.
-  Status update(const ViewState& state, const std::vector<Light>& lights);
+  // isSlow: a frame takes longer to draw than to light, so that the first one waits for its light.
+  Status update(const ViewState& state, const std::vector<Light>& lights, bool isSlow);
 
   const LiveField& field() const { return field_; }
   // The last frame's numbers and costs, without texels; number 0 = none yet.

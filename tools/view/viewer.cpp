@@ -135,6 +135,8 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(shadowSize);
   if (!shadows) return shadows.error();
+  auto depth = makeDepthProgram();
+  if (!depth) return depth.error();
   RelightOptions options;
   options.backend = BackendKind::gl;
   options.glossy = true;
@@ -145,6 +147,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   }
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
+  viewer.depthProgram_ = std::move(*depth);
   if (live) {
     auto program = makeLiveProgram(viewerGlsl());
     if (!program) return program.error();
@@ -258,7 +261,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   // Light over links
   Status lit = done();
   if (live_) {
-    lit = live_->update(state, lights);
+    constexpr double kSlowMs = 100.0;  // of shadow maps
+    lit = live_->update(state, lights, shadowed - begin > kSlowMs);
   } else if (state.relight) {
     lit = relight(state, lights);
   }
@@ -345,8 +349,22 @@ glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
   return camera.clipFromWorld(aspect, std::max(0.02f, 5e-4f * far), far);
 }
 
+// Depths alone, so that each pixel is shaded once.
+void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const {
+  glUseProgram(depthProgram_.name());
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  level_.draw(clip);
+  level_.drawDynamic(clip, moved);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
 void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                        const glm::mat4& clip, bool encode) const {
+  drawDepths(moved, clip);
+  glDepthFunc(GL_EQUAL);
+  glDepthMask(GL_FALSE);
   shadows_.setUniforms(program_.name());
   setLevelLights(program_.name(), lights);
   glUseProgram(program_.name());
@@ -371,6 +389,8 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   level_.draw(clip, state.gloss);
   ViewRecords::bind(nullptr);  // which show the level without what moves
   level_.drawDynamic(clip, moved, state.gloss);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
 }
 
 std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,

@@ -78,6 +78,7 @@ class Viewer {
   Status build(const RelightChoice& choice, const Relighter* previous);
   Status relight(const ViewState& state, const std::vector<Light>& lights);
   void setEmissions(const ViewState& state);
+  void drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const;
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                  const glm::mat4& clip, bool encode) const;
 
@@ -91,7 +92,7 @@ class Viewer {
   std::optional<CpuLight> cpu_;      // that fills it, where the CPU was chosen
   RelightChoice choice_;
   std::optional<std::pair<std::vector<Light>, std::vector<glm::mat4>>> shadowed_;  // what the shadow maps are of
-  GlProgram program_;
+  GlProgram program_, depthProgram_;
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::unique_ptr<ViewRecords> records_;

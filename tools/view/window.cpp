@@ -186,20 +186,40 @@ void handle(const InputEvent& event, Session& session) {
   }
 }
 
-// Once, when the first frame that a level without a bake lights is on the screen: what it took.
-void tellFirstLight(const Session& session, std::chrono::steady_clock::time_point begin, bool& isTold) {
-  const LiveShading* const live = session.viewer ? session.viewer->live() : nullptr;
-  if (isTold || !live || live->last().number == 0) return;
-  isTold = true;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("indirect light %.2f s after the start; ms:", seconds);
-  for (const PassTime& pass : live->last().times) std::printf("  %s %.0f", pass.pass, pass.ms);
-  std::printf("\n");
-  std::fflush(stdout);
-}
+// How long a level without a bake takes from the program's start until it is lit.
+class FirstLight {
+ public:
+  explicit FirstLight(std::chrono::steady_clock::time_point begin) : last_(begin) {}
 
-void loop(Window& window, Session& session, std::chrono::steady_clock::time_point begin) {
-  bool isTold = false;
+  // What has been done since the step before.
+  void step(const char* name) {
+    const auto now = std::chrono::steady_clock::now();
+    steps_.emplace_back(name, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+  // Tell it, once, when the first frame with indirect light is on the screen.
+  void tell(const Viewer& viewer) {
+    const LiveShading* const live = viewer.live();
+    if (isTold_ || !live || live->last().number == 0) return;
+    isTold_ = true;
+    step("frames");
+    double sum = 0.0;
+    for (const auto& [name, seconds] : steps_) sum += seconds;
+    std::printf("indirect light after %.2f s:", sum);
+    for (const auto& [name, seconds] : steps_) std::printf("  %s %.2f", name, seconds);
+    std::printf("; meanwhile, ms:");
+    for (const PassTime& pass : live->last().times) std::printf("  %s %.0f", pass.pass, pass.ms);
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_;
+  std::vector<std::pair<const char*, double>> steps_;
+  bool isTold_ = false;
+};
+
+void loop(Window& window, Session& session, FirstLight& firstLight) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
   glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
@@ -232,7 +252,7 @@ void loop(Window& window, Session& session, std::chrono::steady_clock::time_poin
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     glfwSwapBuffers(window.get());
-    tellFirstLight(session, begin, isTold);
+    if (session.viewer) firstLight.tell(*session.viewer);
   }
 }
 
@@ -241,10 +261,13 @@ void loop(Window& window, Session& session, std::chrono::steady_clock::time_poin
 Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
   auto state = initialState(level ? level->scene : scene, options);
   if (!state) return state.error();
+  FirstLight firstLight(options.begin);
+  firstLight.step("read");
   Window window;
   if (Status ok = window.open(options); !ok) return ok;
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
+  firstLight.step("window");
   Session session(std::move(*state), options, glfwGetProcAddress);
   if (level) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
@@ -253,7 +276,8 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
     session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven, true},
                   std::move(scene));
   }
-  loop(window, session, options.begin);
+  firstLight.step("upload");
+  loop(window, session, firstLight);
   return done();
 }
 
