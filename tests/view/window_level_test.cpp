@@ -135,6 +135,40 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   EXPECT_EQ((*lights)[0].name, "new");
 }
 
+// The level is lit without a bake; an object that is dragged by its gizmo takes its shadow and its light along; a draft
+// bake that a button asks for replaces live light.
+TEST_F(WindowLevel, aLevelWithoutABakeIsLitAtOnceAndObjectsAreDragged) {
+  if (!show({kLevel, "--camera", "cam_living", "--lights", "lamp", "--view", "links"})) {
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  }
+  EXPECT_TRUE(
+      screen_.waitFor([&](const ScreenPicture&) { return log().find("indirect light after") != std::string::npos; }));
+  screen_.settled();
+  const auto before = screenshot();
+  EXPECT_GT(meanOf(before), 0.02);
+
+  // The wall with the window is picked: its gizmo has a red axis.
+  const auto isRed = [](const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; };
+  const double red = screen_.settled().share(isRed);
+  screen_.click(1, {400, 250});
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isRed) > red + 3e-4; })) << "no gizmo";
+  const ScreenPicture picked = screen_.settled();
+
+  // Its vertical axis lifts it: the picture changes where nothing of the gizmo is.
+  screen_.dragOnce(1, {310, 90}, {310, 40});
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(picked, p, 60).width() > 40; }));
+  screen_.settled();
+  EXPECT_GT(differenceBetween(before, screenshot()), 0.01);
+
+  // A draft of the level as the file has it takes over.
+  screen_.click(1, {500, 380});
+  screen_.press("Escape");
+  clickControl(kRelightHeader - glm::ivec2(0, 23));
+  clickControl({62, 206});
+  EXPECT_TRUE(
+      screen_.waitFor([&](const ScreenPicture&) { return meanOf(screenshot()) > 0.0 && screen_.isRunning(viewer_); }));
+}
+
 TEST_F(WindowLevel, switchesChangeThePictureAndABakeIsLoadedAgain) {
   bake("512");
   if (!show({kLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp"})) {

@@ -41,6 +41,14 @@ void drawDirection(ImDrawList& list, const Light& light, const glm::vec3& anchor
   list.AddCircleFilled(at(*to), 3.0f, color);
 }
 
+// The name of what is selected, beside it.
+void drawName(ImDrawList& list, const std::string& name, const glm::vec2& centre) {
+  const ImVec2 corner(centre.x + 14.0f, centre.y + 8.0f), size = ImGui::CalcTextSize(name.c_str());
+  list.AddRectFilled({corner.x - 3.0f, corner.y - 1.0f}, {corner.x + size.x + 3.0f, corner.y + size.y + 2.0f}, kDark,
+                     3.0f);
+  list.AddText(corner, kBright, name.c_str());
+}
+
 void drawIcon(ImDrawList& list, const ViewedLight& viewed, const PixelView& view, bool isSelected) {
   const glm::vec3 anchor = LightEditor::anchorOf(viewed, view);
   const auto centre = view.project(anchor);
@@ -55,12 +63,9 @@ void drawIcon(ImDrawList& list, const ViewedLight& viewed, const PixelView& view
   } else {
     list.AddCircle(at(*centre), radius - 1.0f, color, 0, 2.0f);
   }
-  if (isSelected) list.AddCircle(at(*centre), kLightIconPixels + 2.0f, kBright, 0, 2.0f);
   if (!isSelected) return;
-  const ImVec2 corner(centre->x + 14.0f, centre->y + 8.0f), size = ImGui::CalcTextSize(viewed.name.c_str());
-  list.AddRectFilled({corner.x - 3.0f, corner.y - 1.0f}, {corner.x + size.x + 3.0f, corner.y + size.y + 2.0f}, kDark,
-                     3.0f);
-  list.AddText(corner, kBright, viewed.name.c_str());
+  list.AddCircle(at(*centre), kLightIconPixels + 2.0f, kBright, 0, 2.0f);
+  drawName(list, viewed.name, *centre);
 }
 
 void drawHandle(ImDrawList& list, const Gizmo& gizmo, Handle handle, const PixelView& view, bool isBright) {
@@ -88,6 +93,13 @@ void drawHandle(ImDrawList& list, const Gizmo& gizmo, Handle handle, const Pixel
   list.AddTriangleFilled(at(tip + 9.0f * along), at(tip + 5.0f * side), at(tip - 5.0f * side), color);
 }
 
+void drawGizmo(ImDrawList& list, const Gizmo& gizmo, Handle bright, const PixelView& view) {
+  // Axes last: a ring that is seen edge on would hide one.
+  for (auto handle = kHandles.rbegin(); handle != kHandles.rend(); ++handle) {
+    if (gizmo.has(*handle)) drawHandle(list, gizmo, *handle, view, *handle == bright);
+  }
+}
+
 }  // namespace
 
 void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& lights, const PixelView& view,
@@ -96,15 +108,16 @@ void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& ligh
   for (std::size_t i = 0; i < lights.size(); ++i) drawIcon(list, lights[i], view, editor.selected() == i);
   const auto gizmo = editor.gizmo(lights, view);
   if (!gizmo) return;
-  drawGizmo(*gizmo, editor.handleAt(lights, view, mouse), view);
+  drawGizmo(list, *gizmo, editor.handleAt(lights, view, mouse), view);
 }
 
-void drawGizmo(const Gizmo& gizmo, Handle bright, const PixelView& view) {
+void drawObjectHandles(const ObjectEditor& editor, const ObjectEditor::Objects& objects, const PixelView& view,
+                       const glm::vec2& mouse) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  // Axes last: a ring that is seen edge on would hide one.
-  for (auto handle = kHandles.rbegin(); handle != kHandles.rend(); ++handle) {
-    if (gizmo.has(*handle)) drawHandle(list, gizmo, *handle, view, *handle == bright);
-  }
+  const auto gizmo = editor.gizmo(objects, view);
+  if (!gizmo) return;
+  drawGizmo(list, *gizmo, editor.handleAt(objects, view, mouse), view);
+  if (const auto centre = view.project(gizmo->centreWorld)) drawName(list, objects[*editor.selected()].name, *centre);
 }
 
 }  // namespace relume

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tools/view/light_editor.h"
+#include "tools/view/object_editor.h"
 
 #include <glm/vec2.hpp>
 
@@ -12,7 +13,8 @@ namespace relume {
 void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& lights, const PixelView& view,
                       const glm::vec2& mouse);
 
-// Draw a gizmo, one of its handles bright.
-void drawGizmo(const Gizmo& gizmo, Handle bright, const PixelView& view);
+// The gizmo and the name of the object that is selected.
+void drawObjectHandles(const ObjectEditor& editor, const ObjectEditor::Objects& objects, const PixelView& view,
+                       const glm::vec2& mouse);
 
 }  // namespace relume

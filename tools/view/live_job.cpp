@@ -54,6 +54,7 @@ std::optional<Result<LitFrame>> LiveJob::take(double seconds) {
   std::unique_lock lock(mutex_);
   if (seconds > 0.0)
     found_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return result_.has_value(); });
+  wake_.notify_all();
   return std::exchange(result_, std::nullopt);
 }
 
@@ -84,7 +85,8 @@ void LiveJob::frames(LiveLevel& level) {
   double last = seconds();
   std::unique_lock lock(mutex_);
   for (std::uint64_t number = 1;; ++number) {
-    wake_.wait(lock, [this] { return stop_ || isWanted_; });
+    // The first is drawn before others take the processor's time.
+    wake_.wait(lock, [&] { return stop_ || (isWanted_ && (number != 2 || !result_)); });
     if (stop_) return;
     const LiveScene now = *next_;
     const std::optional<double> step = step_;

@@ -45,7 +45,7 @@ Status LiveShading::update(const ViewState& state, const std::vector<Light>& lig
     job_->followOnce(sceneOf(state, lights), state.liveStep);
     found.emplace(job_->wait());
   } else {
-    constexpr double kPatience = 2.0;  // [s]
+    constexpr double kPatience = 4.0;  // [s]
     job_->follow(sceneOf(state, lights));
     found = job_->take(isSlow && last_.number == 0 ? kPatience : 0.0);
   }

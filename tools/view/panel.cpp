@@ -52,6 +52,9 @@ void glossControls(bool hasGloss, ViewState& state) {
 // Light without a bake.
 void liveControls(Session& session) {
   ViewState& state = session.state;
+  ImGui::BeginDisabled(session.job.has_value());
+  if (ImGui::Button("bake a draft")) session.bakeDraft();
+  ImGui::EndDisabled();
   bounceControls(state);
   int cells = static_cast<int>(state.live.cells), rays = static_cast<int>(state.live.rays);
   if (ImGui::SliderInt("cells", &cells, kMinCells, kMaxCells, "%d", ImGuiSliderFlags_AlwaysClamp))
@@ -60,9 +63,6 @@ void liveControls(Session& session) {
   if (ImGui::SliderInt("rays", &rays, 8, 1024, "%d", kFlags)) state.live.rays = static_cast<std::uint32_t>(rays);
   glossControls(session.level->hasGloss, state);
   ImGui::Checkbox("relight", &state.relight);
-  ImGui::BeginDisabled(session.job.has_value());
-  if (ImGui::Button("bake a draft")) session.bakeDraft();
-  ImGui::EndDisabled();
 }
 
 // What every light is relit by.
@@ -305,6 +305,9 @@ void drawPanel(Session& session) {
   if (session.editor.selected() && session.editor.selected() != session.shownLight) ImGui::SetNextItemOpen(true);
   session.shownLight = session.editor.selected();
   if (ImGui::CollapsingHeader("Lights")) drawLightControls(session);
+  // So does an object.
+  if (session.objects.selected() && session.objects.selected() != session.shownObject) ImGui::SetNextItemOpen(true);
+  session.shownObject = session.objects.selected();
   if (ImGui::CollapsingHeader("Emitters, sky, objects")) {
     emitterControls(session.state);
     if (!session.state.objects.empty()) objectControls(session, session.state);

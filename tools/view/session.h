@@ -100,7 +100,7 @@ class Session {
   std::string lightsFile;             // that lights are saved to and loaded from
   std::vector<PixelBox> covered;      // by the panel, in the last frame
   glm::vec2 mouse{-1.0f};
-  std::optional<std::size_t> shownLight;  // whose controls the panel had in the last frame
+  std::optional<std::size_t> shownLight, shownObject;  // whose controls the panel had in the last frame
 
  private:
   void saveLights();

@@ -245,8 +245,7 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     session.endControls(ImGui::IsAnyItemActive());
     if (state.handles && session.level) {
       drawLightHandles(session.editor, state.lights, session.pixels(), session.mouse);
-      if (const auto gizmo = session.objects.gizmo(state.objects, session.pixels()))
-        drawGizmo(*gizmo, session.objects.handleAt(state.objects, session.pixels(), session.mouse), session.pixels());
+      drawObjectHandles(session.objects, state.objects, session.pixels(), session.mouse);
     }
     if (width > 0 && height > 0) session.draw(0, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     ImGui::Render();
