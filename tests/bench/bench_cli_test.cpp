@@ -39,6 +39,32 @@ TEST_F(Bench, lightsTheBandsItIsTold) {
   EXPECT_EQ(run(small({kLevel, "--relight-bands", "Y1Co3Cg3"})).status, 1);
 }
 
+TEST_F(Bench, measuresLightWithoutABake) {
+  const std::vector<std::string> live{kLevel,     "--live",      "--live-cells",
+                                      "16",       "--live-rays", "16",
+                                      "--repeat", "3",           "--bakes",
+                                      "2",        "--threads",   "1,2",
+                                      "--force",  "--markdown",  (folder_ / "live.md").string(),
+                                      "--json"};
+  const ProgramResult result = run(live);
+  ASSERT_EQ(result.status, 0) << result.err;
+  const nlohmann::json figures = nlohmann::json::parse(result.out).at("live");
+  EXPECT_GT(figures.at("voxels").get<int>(), 1000);
+  EXPECT_GT(figures.at("caches").get<int>(), 100);
+  EXPECT_FALSE(figures.at("edited").get<std::string>().empty());
+  ASSERT_EQ(figures.at("relight").size(), 2u);
+  for (const nlohmann::json& times : figures.at("relight")) {
+    for (const char* pass : {"voxelise", "direct", "bounce", "gather", "frame", "edit voxelise", "edit frame"})
+      EXPECT_GT(times.at("passes").at(pass).at("minMs").get<double>(), 0.0) << pass;
+    EXPECT_GT(times.at("bufferBytes").at("voxel sides").get<double>(), 0.0);
+  }
+  const std::string page = readAll(folder_ / "live.md");
+  for (const char* words : {"## Light without a bake", "| voxelise |", "| **frame after an edit** |", "| **all** |"})
+    EXPECT_NE(page.find(words), std::string::npos) << words << " in " << page;
+  EXPECT_EQ(run({kLevel, "--live", "--surfels", "1000"}).status, 1);
+  EXPECT_EQ(run({kLevel, "--live-cells", "16"}).status, 1);
+}
+
 TEST_F(Bench, jsonHoldsStagesPassesAndBuffers) {
   const ProgramResult result = run(small({kLevel, "--bakes", "2", "--json"}));
   ASSERT_EQ(result.status, 0) << result.err;

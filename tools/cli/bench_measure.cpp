@@ -42,12 +42,6 @@ double peakMemoryMiB() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-PassFigures figuresOf(const std::string& pass, std::vector<double> ms) {
-  std::sort(ms.begin(), ms.end());
-  const std::size_t n = ms.size();
-  return {pass, 0.5 * (ms[(n - 1) / 2] + ms[n / 2]), ms.front()};
-}
-
 // Frames, and the times of their passes.
 Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& options, int frames, Context& context) {
   Result<Relighter> relighter = Relighter::create(bake, options);
@@ -84,6 +78,12 @@ Result<RelightTimes> measureFrames(const Bake& bake, const RelightOptions& optio
 }
 
 }  // namespace
+
+PassFigures figuresOf(const std::string& pass, std::vector<double> ms) {
+  std::sort(ms.begin(), ms.end());
+  const std::size_t n = ms.size();
+  return {pass, 0.5 * (ms[(n - 1) / 2] + ms[n / 2]), ms.front()};
+}
 
 Result<MeasuredBake> measureBake(const Scene& scene, const BakeOptions& options, int repeat, Context& context) {
   MeasuredBake measured;

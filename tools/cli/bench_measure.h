@@ -35,6 +35,8 @@ struct PassFigures {
   std::string pass;  // "surfels", "pull", "caches", "frame" (all of them)
   double medianMs = 0.0, minMs = 0.0;
 };
+PassFigures figuresOf(const std::string& pass, std::vector<double> ms);  // [Size ms >= 1]
+
 struct RelightTimes {
   std::string how;      // "CPU, 2 threads", "OpenGL"
   std::string backend;  // "cpu", "gl"

@@ -5,6 +5,7 @@
 
 #include "bake/base/printed.h"
 #include "bake/base/read_json.h"
+#include "tools/cli/bench_tables.h"
 
 #include <algorithm>
 #include <array>
@@ -12,28 +13,6 @@
 
 namespace relume {
 namespace {
-
-// Three significant digits, as a table wants them; a dash for nothing.
-std::string number(double value) {
-  if (value == 0.0) return "–";
-  if (value >= 100.0) return printed("%.0f", value);
-  return printed(value >= 10.0 ? "%.1f" : (value >= 1.0 ? "%.2f" : "%.3f"), value);
-}
-
-double mib(std::size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
-
-std::string row(const std::vector<std::string>& cells) {
-  std::string text = "|";
-  for (const std::string& cell : cells) text += " " + cell + " |";
-  return text + "\n";
-}
-
-// The first column is text, the others are numbers.
-std::string head(const std::vector<std::string>& cells) {
-  std::string text = row(cells) + "|---|";
-  for (std::size_t i = 1; i < cells.size(); ++i) text += "---:|";
-  return text + "\n";
-}
 
 // A setting of PIC Table 2. [ms]
 struct PaperSetting {
@@ -108,17 +87,11 @@ std::string remark(const StageReport& stage) {
 std::string bakeTable(const BenchReport& report, const BenchSetting& setting) {
   std::string text =
       printed("\n### Bake, %d threads\n\n", report.bakeThreads) + "| stage | seconds | |\n|---|---:|---|\n";
-  text += row({"import", number(report.importSeconds), ""});
-  for (const StageReport& stage : setting.bake.stages) text += row({stage.stage, number(stage.seconds), remark(stage)});
-  text += row({"**whole bake**", "**" + number(setting.bake.seconds) + "**", "without import"});
+  text += tableRow({"import", tableNumber(report.importSeconds), ""});
+  for (const StageReport& stage : setting.bake.stages)
+    text += tableRow({stage.stage, tableNumber(stage.seconds), remark(stage)});
+  text += tableRow({"**whole bake**", "**" + tableNumber(setting.bake.seconds) + "**", "without import"});
   return text + "\nPeak memory of the process: " + printed("%.0f MiB.\n", setting.bake.peakMiB);
-}
-
-const PassFigures* find(const RelightTimes& times, const std::string& pass) {
-  for (const PassFigures& each : times.passes) {
-    if (each.pass == pass) return &each;
-  }
-  return nullptr;
 }
 
 std::string relightTable(const BenchSetting& setting, const PaperSetting* paper) {
@@ -129,7 +102,7 @@ std::string relightTable(const BenchSetting& setting, const PaperSetting* paper)
   if (paper) {
     for (const auto& column : paper->columns) titles.push_back(std::string("PIC: ") + column.machine);
   }
-  text += head(titles);
+  text += tableHead(titles);
   // Ours copies what a cache has gathered to its texels at once; the paper's (5) is not in its tables.
   constexpr std::array<std::pair<const char*, const char*>, 4> kPasses = {{{"surfels", "(2) light the surfels"},
                                                                            {"pull", "(3) pull"},
@@ -138,18 +111,18 @@ std::string relightTable(const BenchSetting& setting, const PaperSetting* paper)
   for (const auto& [pass, title] : kPasses) {
     std::vector<std::string> cells{title};
     for (const RelightTimes& times : setting.relight) {
-      const PassFigures* found = find(times, pass);
+      const PassFigures* found = findPass(times, pass);
       const bool any = found && found->medianMs > 0.0;
-      cells.push_back(any ? number(found->medianMs) + " (" + number(found->minMs) + ")" : "–");
+      cells.push_back(any ? tableNumber(found->medianMs) + " (" + tableNumber(found->minMs) + ")" : "–");
     }
     if (paper) {
       for (const auto& c : paper->columns) {
         const std::string p = pass;
         const double ms = p == "surfels" ? c.surfels : p == "pull" ? c.pull : p == "caches" ? c.caches : 0.0;
-        cells.push_back(number(p == "frame" ? c.surfels + c.pull + c.caches : ms));
+        cells.push_back(tableNumber(p == "frame" ? c.surfels + c.pull + c.caches : ms));
       }
     }
-    text += row(cells);
+    text += tableRow(cells);
   }
   return text;
 }
@@ -181,7 +154,7 @@ std::string memoryTable(const BenchSetting& setting, const PaperSetting* paper) 
     }
   }
   if (paper) titles.push_back("PIC Table 4");
-  std::string text = "\n### Runtime memory, MiB\n\n" + head(titles);
+  std::string text = "\n### Runtime memory, MiB\n\n" + tableHead(titles);
   std::array<std::size_t, 2> total{};
   const bool detailed = paper && paper->linkMiB > 0.0;
   for (const std::string& name : names) {
@@ -191,17 +164,17 @@ std::string memoryTable(const BenchSetting& setting, const PaperSetting* paper) 
       std::size_t held = 0;
       for (const auto& [buffer, bytes] : sides[i]->buffers) held += buffer == name ? bytes : 0;
       total[i] += held;
-      cells.push_back(number(mib(held)));
+      cells.push_back(tableNumber(mebibytes(held)));
     }
-    if (paper) cells.push_back(detailed && paperMiB(name) > 0.0 ? number(paperMiB(name)) : "–");
-    text += row(cells);
+    if (paper) cells.push_back(detailed && paperMiB(name) > 0.0 ? tableNumber(paperMiB(name)) : "–");
+    text += tableRow(cells);
   }
   std::vector<std::string> cells{"**all**"};
   for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (sides[i]) cells.push_back("**" + number(mib(total[i])) + "**");
+    if (sides[i]) cells.push_back("**" + tableNumber(mebibytes(total[i])) + "**");
   }
-  if (paper) cells.push_back(number(paper->totalMiB));
-  text += row(cells);
+  if (paper) cells.push_back(tableNumber(paper->totalMiB));
+  text += tableRow(cells);
   if (detailed) {
     text +=
         "\nThe paper's hierarchy includes its fluxes (here: radiosity), its index is buffers (6) and (9) of its Figure "
@@ -233,7 +206,7 @@ std::string curveTable(const std::vector<CurvePoint>& points, const char* n, std
   std::vector<std::string> titles{n};
   for (const std::string& stage : stages) titles.push_back(stage + ", s");
   titles.insert(titles.end(), {"whole bake, s", "peak, MiB", "relight, ms"});
-  std::string text = head(titles);
+  std::string text = tableHead(titles);
   const auto values = [&](const CurvePoint& point) {
     std::vector<double> v;
     for (const std::string& stage : stages) v.push_back(secondsOf(point.bake, stage));
@@ -242,8 +215,8 @@ std::string curveTable(const std::vector<CurvePoint>& points, const char* n, std
   };
   for (const CurvePoint& point : points) {
     std::vector<std::string> cells{std::to_string(point.sizes.*size)};
-    for (const double v : values(point)) cells.push_back(number(v));
-    text += row(cells);
+    for (const double v : values(point)) cells.push_back(tableNumber(v));
+    text += tableRow(cells);
   }
   if (points.size() < 2) return text;
   const CurvePoint &first = points.front(), &last = points.back();
@@ -252,9 +225,9 @@ std::string curveTable(const std::vector<CurvePoint>& points, const char* n, std
   std::vector<std::string> cells{"**a tenfold costs**"};
   const std::vector<double> a = values(first), b = values(last);
   for (std::size_t i = 0; i < a.size(); ++i) {
-    cells.push_back(a[i] > 0.0 && b[i] > 0.0 ? "x " + number(std::pow(b[i] / a[i], 1.0 / decades)) : "–");
+    cells.push_back(a[i] > 0.0 && b[i] > 0.0 ? "x " + tableNumber(std::pow(b[i] / a[i], 1.0 / decades)) : "–");
   }
-  return text + row(cells);
+  return text + tableRow(cells);
 }
 
 }  // namespace
@@ -282,11 +255,12 @@ std::string toMarkdown(const BenchReport& report) {
   std::string text =
       "# Performance\n\nWritten by `relume bench`; `tests/bench/performance.sh SCENE` makes it anew.\n\n";
   text += "| | |\n|---|---|\n";
-  text += row({"machine", report.machine.processor + printed(", %u cores", report.machine.cores)});
-  if (!report.renderer.empty()) text += row({"OpenGL", report.renderer});
-  text += row({"scene", report.scene});
-  text += row({"command", "`" + report.command + "`"});
-  text += row({"version, date", report.version + ", " + report.date});
+  text += tableRow({"machine", report.machine.processor + printed(", %u cores", report.machine.cores)});
+  if (!report.renderer.empty()) text += tableRow({"OpenGL", report.renderer});
+  text += tableRow({"scene", report.scene});
+  text += tableRow({"command", "`" + report.command + "`"});
+  text += tableRow({"version, date", report.version + ", " + report.date});
+  if (report.live) return text + toMarkdown(*report.live);
   text +=
       "\nA frame is lit by one directional and one spot light without shadow maps, which are the host's; emission and "
       "bounces are on. The paper's times of (2) include its shadow maps' lookups.\n";
@@ -330,14 +304,7 @@ nlohmann::json toJson(const BenchReport& report) {
   json settings = json::array();
   for (const BenchSetting& setting : report.settings) {
     json relight = json::array();
-    for (const RelightTimes& times : setting.relight) {
-      json passes = json::object(), buffers = json::object();
-      for (const PassFigures& p : times.passes) passes[p.pass] = {{"medianMs", p.medianMs}, {"minMs", p.minMs}};
-      for (const auto& [name, bytes] : times.buffers) buffers[name] = bytes;
-      relight.push_back(
-          {{"backend", times.backend}, {"bands", times.bands}, {"passes", passes}, {"bufferBytes", buffers}});
-      if (times.threads > 0) relight.back()["threads"] = times.threads;
-    }
+    for (const RelightTimes& times : setting.relight) relight.push_back(toJson(times));
     settings.push_back({{"name", setting.name}, {"sizes", sizes(setting.sizes)}, {"relight", relight}});
     if (!setting.bake.stages.empty()) settings.back()["bake"] = bakeTimes(setting.bake);
   }
@@ -357,6 +324,7 @@ nlohmann::json toJson(const BenchReport& report) {
               {"bakeThreads", report.bakeThreads},
               {"importSeconds", report.importSeconds},
               {"settings", settings}};
+  if (report.live) out["live"] = toJson(*report.live);
   if (!report.surfelCurve.empty()) out["surfelCurve"] = curve(report.surfelCurve);
   if (!report.cacheCurve.empty()) out["cacheCurve"] = curve(report.cacheCurve);
   return out;

@@ -2,11 +2,13 @@
 // What `relume bench` found, as JSON and as the Markdown of docs/PERFORMANCE.md, beside the paper's figures.
 #pragma once
 
+#include "tools/cli/bench_live.h"
 #include "tools/cli/bench_measure.h"
 
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,7 @@ struct BenchReport {
   double importSeconds = 0.0;
   std::vector<BenchSetting> settings;
   std::vector<CurvePoint> surfelCurve, cacheCurve;
+  std::optional<LiveFigures> live;  // in place of settings and curves
 };
 
 nlohmann::json toJson(const BenchReport& report);

@@ -36,7 +36,8 @@ struct BenchArguments {
   int repeat = 50, bakes = 1;
   std::vector<int> threads{1, 2};
   std::vector<std::string> backends{"cpu", "gl"};
-  bool curve = false, json = false, force = false;
+  bool curve = false, json = false, force = false, live = false;
+  LiveLevelOptions liveOptions;
   std::vector<std::uint32_t> curveSurfels, curveCaches;
   ProgressStyle progress = ProgressStyle::automatic;
   TerminalOptions terminal() const { return {*std::max_element(threads.begin(), threads.end()), progress}; }
@@ -70,7 +71,10 @@ std::string joined(const Items& items) {
 std::string describeCommand(const BenchArguments& a) {
   const auto fileName = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
   std::string text = "relume bench";
-  if (!a.bakeFile.empty()) {
+  if (a.live) {
+    text += " " + fileName(a.scene) + " --live --live-cells " + std::to_string(a.liveOptions.cells) + " --live-rays " +
+            std::to_string(a.liveOptions.rays);
+  } else if (!a.bakeFile.empty()) {
     text += " --bake " + fileName(a.bakeFile);
   } else {
     std::vector<std::string> names;
@@ -84,7 +88,8 @@ std::string describeCommand(const BenchArguments& a) {
   }
   if (!a.relightBands.empty()) text += " --relight-bands " + a.relightBands;
   text += " --repeat " + std::to_string(a.repeat) + " --bakes " + std::to_string(a.bakes);
-  text += " --threads " + joined(a.threads) + " --backend " + joined(a.backends);
+  text += " --threads " + joined(a.threads);
+  if (!a.live) text += " --backend " + joined(a.backends);
   if (a.curve) text += " --curve";
   if (!a.curveSurfels.empty()) text += " --curve-surfels " + joined(a.curveSurfels);
   if (!a.curveCaches.empty()) text += " --curve-caches " + joined(a.curveCaches);
@@ -110,6 +115,8 @@ Status checkArguments(const BenchArguments& a) {
   if (a.scene.empty() == a.bakeFile.empty()) {
     return usage("either a scene or --bake FILE is required (see relume bench --help)");
   }
+  if (a.live && (!a.bakeFile.empty() || a.flags.any() || a.curve || !a.curveSurfels.empty() || !a.curveCaches.empty()))
+    return usage("--live measures light without a bake: leave out --bake, curves and options of the bake");
   const bool curve = a.curve || !a.curveSurfels.empty() || !a.curveCaches.empty();
   if (!a.bakeFile.empty() && (a.flags.any() || curve)) {
     return usage("--bake measures a finished bake: options of the bake and curves need a scene");
@@ -216,6 +223,13 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   if (const Status status = checkApart(files); !status) return status;
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scene = printable(scene->name) + ", " + std::to_string(scene->triangleCount()) + " triangles";
+  if (a.live) {
+    Terminal terminal(a.terminal());
+    auto live = measureLive(*scene, a.liveOptions, a.threads, a.bakes, a.repeat, terminal.context());
+    if (!live) return live.error();
+    report.live = std::move(*live);
+    return done();
+  }
   for (const Preset preset : a.presets) {
     const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags);
     if (!options) return options.error();
@@ -247,6 +261,7 @@ Status measureBakeFile(const BenchArguments& a, Measured& measured) {
 // Last, because a driver's own memory would count as the bakes'.
 Status measureOpenGl(const BenchArguments& a, Measured& measured) {
   Terminal terminal(a.terminal());
+  if (a.live) return done();
   const OptionalGl gl(wants(a, "gl"));
   measured.report.renderer = gl.description;
   for (std::size_t i = 0; gl.getProcAddress && i < measured.bakes.size(); ++i) {
@@ -322,6 +337,16 @@ void addBenchCommand(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"cpu", "gl"}).description(""))
+      ->capture_default_str();
+  CLI::Option* const live = command->add_flag(
+      "--live", a->live, "Measure light without a bake, in place of bakes: --bakes levels, --repeat frames");
+  command->add_option("--live-cells", a->liveOptions.cells, "Cells on the level's longest side [8..64]")
+      ->check(CLI::Range(kMinCells, kMaxCells).description(""))
+      ->needs(live)
+      ->capture_default_str();
+  command->add_option("--live-rays", a->liveOptions.rays, "Rays of a cell in each frame [8..4096]")
+      ->check(CLI::Range(8, 4096).description(""))
+      ->needs(live)
       ->capture_default_str();
   command->add_flag("--curve", a->curve, "Measure how a bake grows with 8192..1048576 surfels and 1000..100000 caches");
   command->add_option("--curve-surfels", a->curveSurfels, "The same for these counts of surfels [2..16777216]")

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// See bench_live.h.
+#include "tools/cli/bench_live.h"
+
+#include "bake/base/printed.h"
+#include "tools/base/printable.h"
+#include "tools/cli/bench_tables.h"
+#include "tools/render/render_frame.h"
+#include "tools/render/scene_bounds.h"
+
+#include <glm/ext/matrix_transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+namespace relume {
+namespace {
+
+constexpr double kFrameSeconds = 1.0 / 60.0;
+
+// Passes by what is done, with their names in the table.
+constexpr std::array<std::pair<const char*, const char*>, 11> kPasses{{{"pieces", "cut and read textures"},
+                                                                       {"voxelise", "voxelise"},
+                                                                       {"shadow rays", "shadow rays' structure"},
+                                                                       {"direct", "direct light"},
+                                                                       {"bounce", "bounce"},
+                                                                       {"gather", "gather"},
+                                                                       {"frame", "**frame**"},
+                                                                       {"edit voxelise", "edit: voxelise"},
+                                                                       {"edit shadow rays", "edit: rays' structure"},
+                                                                       {"edit cells", "edit: cells"},
+                                                                       {"edit frame", "**frame after an edit**"}}};
+
+// What standing part is moved: of those with triangles the median by their number.
+std::optional<std::uint32_t> medianPart(const Scene& scene) {
+  std::vector<std::uint32_t> parts;
+  const auto triangles = [&](std::uint32_t i) { return scene.meshes[scene.instances[i].mesh].triangle.size(); };
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (scene.instances[i].baked() && triangles(i) > 0) parts.push_back(i);
+  }
+  if (parts.empty()) return std::nullopt;
+  std::stable_sort(parts.begin(), parts.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return triangles(a) < triangles(b); });
+  return parts[parts.size() / 2];
+}
+
+class Measurement {
+ public:
+  Measurement(const Scene& scene, const LiveLevelOptions& options) : scene_(scene), options_(options) {
+    for (const SceneLight& light : scene.lights) frame_.lights.push_back(toRuntimeLight(light));
+    if (frame_.lights.empty()) frame_.lights.emplace_back().kind = LightKind::directional;
+  }
+
+  // Levels, of which the last one stays.
+  Status make(int makes, Context& context) {
+    for (int i = 0; i < makes; ++i) {
+      level_.reset();
+      auto made = LiveLevel::create(scene_, options_, context);
+      if (!made) return made.error();
+      level_.emplace(std::move(*made));
+      for (const char* pass : {"pieces", "voxelise", "shadow rays"}) add(pass, pass);
+    }
+    return level_->update(frame_, kFrameSeconds);
+  }
+
+  Status light(int frames, const Context& context) {
+    for (int i = 0; i < frames; ++i) {
+      if (context.cancelled()) return cancelledError();
+      frame_.lights.front().intensity *= i % 2 == 0 ? 0.5f : 2.0f;
+      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      ms_["frame"].push_back(0.0);
+      for (const char* pass : {"direct", "bounce", "gather"}) ms_["frame"].back() += add(pass, pass);
+    }
+    return done();
+  }
+
+  Status edit(std::uint32_t part, int edits, const Context& context) {
+    const SceneBounds bounds = boundsOf(scene_);
+    const glm::mat4 up = glm::translate(glm::mat4(1.0f), glm::vec3(0.0f, 0.1f * (bounds.max.y - bounds.min.y), 0.0f));
+    for (const Instance& instance : scene_.instances) frame_.toWorld.push_back(instance.toWorld);
+    for (int i = 0; i < edits; ++i) {
+      if (context.cancelled()) return cancelledError();
+      const glm::mat4& home = scene_.instances[part].toWorld;
+      frame_.toWorld[part] = i % 2 == 0 ? up * home : home;
+      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      double sum =
+          add("edit voxelise", "voxelise") + add("edit shadow rays", "shadow rays") + add("edit cells", "cells");
+      for (const char* pass : {"direct", "bounce", "gather"}) sum += timeOf(pass);
+      ms_["edit frame"].push_back(sum);
+    }
+    return done();
+  }
+
+  RelightTimes times() {
+    RelightTimes times;
+    const auto threads = static_cast<int>(options_.threads);
+    times.how = std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+    times.backend = "cpu";
+    times.threads = threads;
+    times.bands = "Y3Co3Cg3";
+    for (const auto& [pass, title] : kPasses) {
+      if (!ms_[pass].empty()) times.passes.push_back(figuresOf(pass, ms_[pass]));
+    }
+    times.buffers = level_->bufferSizes();
+    return times;
+  }
+  const LiveLevel& level() const { return *level_; }
+
+ private:
+  double timeOf(const std::string& pass) const {
+    for (const PassTime& time : level_->passTimes()) {
+      if (time.pass == pass) return time.ms;
+    }
+    return 0.0;
+  }
+  double add(const char* name, const char* pass) {
+    ms_[name].push_back(timeOf(pass));
+    return ms_[name].back();
+  }
+
+  const Scene& scene_;
+  LiveLevelOptions options_;
+  LiveScene frame_;
+  std::optional<LiveLevel> level_;
+  std::map<std::string, std::vector<double>> ms_;
+};
+
+}  // namespace
+
+Result<LiveFigures> measureLive(const Scene& scene, const LiveLevelOptions& options, const std::vector<int>& threads,
+                                int makes, int frames, Context& context) {
+  LiveFigures figures{options};
+  const std::optional<std::uint32_t> part = medianPart(scene);
+  if (part) {
+    figures.edited = scene.instances[*part].node;
+    figures.editedTriangles = static_cast<std::uint32_t>(scene.meshes[scene.instances[*part].mesh].triangle.size());
+  }
+  for (const int count : threads) {
+    figures.options.threads = static_cast<unsigned>(count);
+    Measurement measured(scene, figures.options);
+    if (Status ok = measured.make(makes, context); !ok) return ok.error();
+    if (Status ok = measured.light(frames, context); !ok) return ok.error();
+    if (part) {
+      if (Status ok = measured.edit(*part, makes, context); !ok) return ok.error();
+    }
+    figures.voxels = measured.level().volume().stats().occupied;
+    figures.caches = measured.level().light().activeCells();
+    figures.times.push_back(measured.times());
+  }
+  return figures;
+}
+
+std::string toMarkdown(const LiveFigures& figures) {
+  std::string text = "\n## Light without a bake\n\n" +
+                     printed("%u cells on the longest side, %u rays: ", figures.options.cells, figures.options.rays) +
+                     printed("%u voxels, %u caches.", figures.voxels, figures.caches);
+  if (!figures.edited.empty())
+    text +=
+        " Edits move \"" + printable(figures.edited) + "\", " + std::to_string(figures.editedTriangles) + " triangles.";
+  text += " Median (least), ms.\n\n";
+  std::vector<std::string> titles{"pass"};
+  for (const RelightTimes& times : figures.times) titles.push_back(times.how);
+  text += tableHead(titles);
+  for (const auto& [pass, title] : kPasses) {
+    std::vector<std::string> cells{title};
+    for (const RelightTimes& times : figures.times) {
+      const PassFigures* found = findPass(times, pass);
+      cells.push_back(found ? tableNumber(found->medianMs) + " (" + tableNumber(found->minMs) + ")" : "–");
+    }
+    text += tableRow(cells);
+  }
+  text += "\n" + tableHead({"buffer", "MiB"});
+  double sum = 0.0;
+  for (const auto& [name, bytes] : figures.times.front().buffers) {
+    text += tableRow({name, tableNumber(mebibytes(bytes))});
+    sum += mebibytes(bytes);
+  }
+  return text + tableRow({"**all**", "**" + tableNumber(sum) + "**"});
+}
+
+nlohmann::json toJson(const LiveFigures& figures) {
+  nlohmann::json relight = nlohmann::json::array();
+  for (const RelightTimes& times : figures.times) relight.push_back(toJson(times));
+  return {{"cells", figures.options.cells},
+          {"rays", figures.options.rays},
+          {"voxels", figures.voxels},
+          {"caches", figures.caches},
+          {"edited", figures.edited},
+          {"editedTriangles", figures.editedTriangles},
+          {"relight", relight}};
+}
+
+}  // namespace relume
