@@ -29,10 +29,10 @@ Corner snap(const VolumeGrid& grid, const glm::mat4x3& toWorld, const glm::vec3&
   return corner;
 }
 
-bool isOutside(const VolumeGrid& grid, const std::array<Corner, 3>& t) {
+bool isOutside(const SnapBox& box, const std::array<Corner, 3>& t) {
   for (int k = 0; k < 3; ++k) {
-    const std::int64_t size = std::int64_t{grid.voxels()[k]} * kVoxelSteps;
-    if (std::max({t[0][k], t[1][k], t[2][k]}) < 0 || std::min({t[0][k], t[1][k], t[2][k]}) > size) return true;
+    if (std::max({t[0][k], t[1][k], t[2][k]}) < box.low[k] || std::min({t[0][k], t[1][k], t[2][k]}) > box.high[k])
+      return true;
   }
   return false;
 }
@@ -60,9 +60,9 @@ bool isThere(float coverage, std::uint32_t triangle) {
 
 }  // namespace
 
-bool snapTriangles(const VolumeGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
-                   const glm::mat4x3& toWorld, std::uint32_t begin, std::uint32_t end,
-                   std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
+bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh,
+                   std::span<const VoxelSurface> surfaces, const glm::mat4x3& toWorld, std::uint32_t begin,
+                   std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
   const bool mirrored = glm::determinant(glm::dmat3(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) < 0.0;
   std::vector<std::array<Corner, 3>> stack;
   for (std::uint32_t t = begin; t < end; ++t) {
@@ -71,12 +71,12 @@ bool snapTriangles(const VolumeGrid& grid, const VoxelMesh& mesh, std::span<cons
     stack.push_back({snap(grid, toWorld, mesh.position[index.x]),
                      snap(grid, toWorld, mesh.position[mirrored ? index.z : index.y]),
                      snap(grid, toWorld, mesh.position[mirrored ? index.y : index.z])});
-    if (isOutside(grid, stack.back())) ++counts.outside;
+    if (isOutside(box, stack.back())) ++counts.outside;
     bool isFirst = true;
     while (!stack.empty()) {
       const std::array<Corner, 3> now = stack.back();
       stack.pop_back();
-      if (isOutside(grid, now)) continue;
+      if (isOutside(box, now)) continue;
       if (splitOnce(SplitSteps{}, now, stack)) {
         counts.split += isFirst ? 1 : 0;
         isFirst = false;

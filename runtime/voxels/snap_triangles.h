@@ -23,7 +23,7 @@ struct SnappedTriangle {
 };
 
 struct SnapCounts {
-  std::size_t outside = 0;   // triangles that touch no voxel's box
+  std::size_t outside = 0;   // triangles out of the box
   std::size_t zeroArea = 0;  // triangles without area once they are rounded
   std::size_t split = 0;     // triangles that were cut
 };
@@ -31,11 +31,17 @@ struct SnapCounts {
 // Triangles that snapping may leave at most: beyond it a level is refused.
 inline constexpr std::size_t kMaxSnapped = std::size_t{1} << 25;
 
+// Triangles that do not reach into this box are left out. [1/64 voxel] Both ends are part of it.
+struct SnapBox {
+  glm::ivec3 low{0}, high{0};
+  static SnapBox of(const VolumeGrid& grid) { return {glm::ivec3(0), kVoxelSteps * grid.voxels()}; }
+};
+
 // Appends the triangles [begin, end) of a mesh that has passed checkGeometry(). Two triangles that share an edge split
 // it at the same points: no cracks open. Triangles of a surface with coverage below 1 are kept by chance, the same ones
 // each time. Returns false where there would be more than kMaxSnapped.
-bool snapTriangles(const VolumeGrid& grid, const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces,
-                   const glm::mat4x3& toWorld, std::uint32_t begin, std::uint32_t end,
-                   std::vector<SnappedTriangle>& snapped, SnapCounts& counts);
+bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh,
+                   std::span<const VoxelSurface> surfaces, const glm::mat4x3& toWorld, std::uint32_t begin,
+                   std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts);
 
 }  // namespace relume

@@ -202,23 +202,9 @@ VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triang
   return side;
 }
 
-}  // namespace
-
-void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
-              VoxelLayer& layer) {
-  layer.bits.assign(grid.cellCount(), 0);
-  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t t = begin; t < end; ++t) {
-                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) {
-                  const std::uint64_t bit = std::uint64_t{1} << brickBit(v);
-                  std::atomic_ref<std::uint64_t> brick(layer.bits[grid.cellOf(v)]);
-                  if ((brick.load(std::memory_order_relaxed) & bit) == 0)
-                    brick.fetch_or(bit, std::memory_order_relaxed);
-                });
-              }
-            });
-  layer.first.resize(grid.cellCount());
+// Number the occupied voxels of a layer's bits; none has sides as yet.
+void number(VoxelLayer& layer) {
+  layer.first.resize(layer.bits.size());
   layer.occupied = 0;
   for (std::size_t c = 0; c < layer.bits.size(); ++c) {
     layer.first[c] = layer.occupied;
@@ -230,13 +216,41 @@ void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
   layer.side.clear();
 }
 
+void makeRoom(VoxelLayer& layer, std::uint32_t kept) {
+  layer.kept = kept;
+  layer.axis.resize(kept);
+  layer.voxel.resize(kept);
+  layer.side.resize(2 * std::size_t{kept});
+}
+
+}  // namespace
+
+void addBits(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+             std::vector<std::uint64_t>& bits) {
+  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t t = begin; t < end; ++t) {
+                TriangleOverlap(triangles[t]).visit(grid, [&](const glm::ivec3& v) {
+                  const std::uint64_t bit = std::uint64_t{1} << brickBit(v);
+                  std::atomic_ref<std::uint64_t> brick(bits[grid.cellOf(v)]);
+                  if ((brick.load(std::memory_order_relaxed) & bit) == 0)
+                    brick.fetch_or(bit, std::memory_order_relaxed);
+                });
+              }
+            });
+}
+
+void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+              VoxelLayer& layer) {
+  layer.bits.assign(grid.cellCount(), 0);
+  addBits(grid, triangles, parallelFor, layer.bits);
+  number(layer);
+}
+
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
                VoxelLayer& layer) {
-  layer.kept = std::min(layer.occupied, budget);
-  layer.axis.resize(layer.kept);
-  layer.voxel.resize(layer.kept);
-  layer.side.resize(2 * std::size_t{layer.kept});
+  makeRoom(layer, std::min(layer.occupied, budget));
   float brightest = 0.0f;
   for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
   const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
@@ -245,7 +259,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   std::vector<Moment> moment(layer.kept, Moment{});
   forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool) {
     const std::uint32_t number = layer.numberOf(grid, v);
-    if (number >= layer.kept) return;
+    if (number >= layer.kept || !layer.has(grid, v)) return;
     const glm::ivec3 n = normalOf(t);
     Moment& m = moment[number];
     add(m[0], share * n.x * n.x);
@@ -261,7 +275,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   std::vector<SideSums> sums(2 * std::size_t{layer.kept});
   const auto addTo = [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool touches) {
     const std::uint32_t number = layer.numberOf(grid, v);
-    if (number >= layer.kept) return;
+    if (number >= layer.kept || !layer.has(grid, v)) return;
     const glm::ivec3 n = normalOf(t), axis = signedBytes(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
     const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
     SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
@@ -316,6 +330,41 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
                 }
               }
             });
+}
+
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
+                std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
+                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
+  VoxelLayer patch, made;
+  patch.bits.assign(grid.cellCount(), 0);
+  addBits(grid, triangles, parallelFor, patch.bits);
+  made.bits.resize(grid.cellCount());
+  for (std::size_t c = 0; c < made.bits.size(); ++c) {
+    patch.bits[c] &= dirty[c];
+    made.bits[c] = (layer.bits[c] & ~dirty[c]) | patch.bits[c];
+  }
+  number(patch);
+  number(made);
+  if (std::max(layer.occupied, made.occupied) > budget) return false;
+  fillSides(grid, triangles, surfaces, budget, parallelFor, patch);
+  makeRoom(made, made.occupied);
+  forChunks(parallelFor, static_cast<std::uint32_t>(made.bits.size()), kVoxels,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                std::uint32_t to = made.first[c];
+                for (std::uint64_t rest = made.bits[c]; rest != 0; rest &= rest - 1, ++to) {
+                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
+                  const VoxelLayer& from = (dirty[c] & rest & (~rest + 1)) != 0 ? patch : layer;
+                  const std::uint32_t number = from.numberOf(grid, voxel);
+                  made.axis[to] = from.axis[number];
+                  made.voxel[to] = voxel;
+                  made.side[2 * std::size_t{to}] = from.side[2 * std::size_t{number}];
+                  made.side[2 * std::size_t{to} + 1] = from.side[2 * std::size_t{number} + 1];
+                }
+              }
+            });
+  layer = std::move(made);
+  return true;
 }
 
 }  // namespace relume

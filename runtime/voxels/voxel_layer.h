@@ -51,7 +51,10 @@ struct VoxelLayer {
   }
 };
 
-// Bits of all voxels that triangles overlap, the same at any number of threads.
+// Set the bits of all voxels that triangles overlap, the same at any number of threads. [Size bits: cells]
+void addBits(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
+             std::vector<std::uint64_t>& bits);
+// A layer of these bits, without sides.
 void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               VoxelLayer& layer);
 
@@ -60,5 +63,12 @@ void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
                VoxelLayer& layer);
+
+// The same layer but for the voxels of `dirty`, whose bits and sides are found anew. triangles: at least all that
+// overlap such a voxel, in the order in which the whole layer has them. False, and nothing is changed, where the layer
+// has or would have more voxels than the budget keeps. [Size dirty: cells]
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
+                std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
+                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
 
 }  // namespace relume

@@ -102,8 +102,10 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
   }
 }
 
-// Snap, voxelise and fill a layer from all parts that stand, or from all that move.
-Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const {
+// The triangles of some parts that reach into a box, snapped, in the order of the parts; adds to the counts of `stats`.
+template <class Wants>
+Status VoxelVolume::snapParts(const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
+                              std::vector<SnappedTriangle>& triangles, VoxelStats& stats) const {
   struct Piece {
     std::uint32_t part = 0, begin = 0, end = 0;
     std::vector<SnappedTriangle> snapped{};
@@ -112,7 +114,7 @@ Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer&
   };
   std::vector<Piece> pieces;
   for (std::uint32_t p = 0; p < parts.size(); ++p) {
-    if (!parts[p].present || parts[p].part.moves != moves) continue;
+    if (!parts[p].present || !wants(p)) continue;
     const auto count = static_cast<std::uint32_t>(meshes_[parts[p].part.mesh].triangle.size());
     for (std::uint32_t begin = 0; begin < count; begin += kSnapChunk)
       pieces.push_back({p, begin, std::min(begin + kSnapChunk, count)});
@@ -122,12 +124,11 @@ Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer&
       Piece& piece = pieces[i];
       const Part& part = parts[piece.part];
       const Mesh& mesh = meshes_[part.part.mesh];
-      piece.fits = snapTriangles(grid_, {mesh.position, mesh.triangle, mesh.surface}, surfaces_, part.part.toWorld,
+      piece.fits = snapTriangles(grid_, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_, part.part.toWorld,
                                  piece.begin, piece.end, piece.snapped, piece.counts);
     }
   });
   std::size_t total = 0;
-  stats = {};
   for (const Piece& piece : pieces) {
     total += piece.snapped.size();
     if (!piece.fits || total > kMaxSnapped)
@@ -137,17 +138,74 @@ Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer&
     stats.outside += piece.counts.outside;
     stats.zeroArea += piece.counts.zeroArea;
   }
-  std::vector<SnappedTriangle> triangles;
   triangles.reserve(total);
   for (Piece& piece : pieces) {
     triangles.insert(triangles.end(), piece.snapped.begin(), piece.snapped.end());
     piece.snapped = {};
   }
+  stats.triangles += total;
+  return done();
+}
+
+// Snap, voxelise and fill a layer from all parts that stand, or from all that move.
+Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const {
+  std::vector<SnappedTriangle> triangles;
+  stats = {};
+  const auto wants = [&](std::uint32_t p) { return parts[p].part.moves == moves; };
+  if (Status ok = snapParts(parts, SnapBox::of(grid_), wants, triangles, stats); !ok) return ok;
   voxelise(grid_, triangles, parallelFor_, layer);
   fillSides(grid_, triangles, surfaces_, budget_, parallelFor_, layer);
-  stats.triangles = total;
   stats.occupied = layer.occupied;
   stats.dropped = layer.occupied - layer.kept;
+  return done();
+}
+
+namespace {
+
+// Around all voxels that are set, and a voxel more: triangles on the face of a voxel overlap both.
+SnapBox boxAround(const VolumeGrid& grid, const std::vector<std::uint64_t>& bits) {
+  glm::ivec3 low = grid.cells, high(-1);
+  for (std::uint32_t c = 0; c < bits.size(); ++c) {
+    if (bits[c] == 0) continue;
+    low = glm::min(low, grid.cellAt(c));
+    high = glm::max(high, grid.cellAt(c));
+  }
+  const SnapBox all = SnapBox::of(grid);
+  constexpr int kCell = kBrickSide * kVoxelSteps;
+  return {glm::max(kCell * low - kVoxelSteps, all.low), glm::min(kCell * (high + 1) + kVoxelSteps, all.high)};
+}
+
+}  // namespace
+
+// The layer of what stands once some parts have been edited: as fill() has it, by the voxels alone in which those parts
+// were or are. All is filled where they are most of it.
+Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartEdit> edits, VoxelLayer& layer,
+                           VoxelStats& stats) const {
+  std::vector<std::uint8_t> isEdited(parts.size(), 0);
+  for (const PartEdit& e : edits) isEdited[e.part] = 1;
+  const SnapBox all = SnapBox::of(grid_);
+  std::vector<SnappedTriangle> before, after, around;
+  VoxelStats was, is, counted;
+  const auto wants = [&](std::uint32_t p) { return isEdited[p] != 0; };
+  if (Status ok = snapParts(parts_, all, wants, before, was); !ok) return ok;
+  if (Status ok = snapParts(parts, all, wants, after, is); !ok) return ok;
+  stats = standingStats_;
+  stats.triangles += is.triangles - was.triangles;
+  stats.split += is.split - was.split;
+  stats.outside += is.outside - was.outside;
+  stats.zeroArea += is.zeroArea - was.zeroArea;
+  if (2 * std::max(before.size(), after.size()) > stats.triangles || stats.triangles > kMaxSnapped)
+    return fill(false, parts, layer, stats);
+  std::vector<std::uint64_t> dirty(grid_.cellCount(), 0);
+  addBits(grid_, before, parallelFor_, dirty);
+  addBits(grid_, after, parallelFor_, dirty);
+  const auto stands = [&](std::uint32_t p) { return !parts[p].part.moves; };
+  if (Status ok = snapParts(parts, boxAround(grid_, dirty), stands, around, counted); !ok) return ok;
+  layer = standing_;
+  if (!patchSides(grid_, dirty, around, surfaces_, budget_, parallelFor_, layer))
+    return fill(false, parts, layer, stats);
+  stats.occupied = layer.occupied;
+  stats.dropped = 0;
   return done();
 }
 
@@ -176,11 +234,11 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   return light;
 }
 
-// Parts that stand or move, where they are now: a layer made anew.
-Status VoxelVolume::place(bool moves, std::vector<Part> parts) {
+// Parts that stand or move, where they are now: all that move, or of those that stand what has been edited.
+Status VoxelVolume::place(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) {
   VoxelLayer layer;
   VoxelStats stats;
-  if (Status ok = fill(moves, parts, layer, stats); !ok) return ok;
+  if (Status ok = moves ? fill(true, parts, layer, stats) : refill(parts, edits, layer, stats); !ok) return ok;
   SideLight light = moves ? sideLight(standing_, layer, standingSides()) : sideLight(layer, moving_, 0);
   parts_ = std::move(parts);
   (moves ? moving_ : standing_) = std::move(layer);
@@ -206,7 +264,7 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
     if (next != toWorld.size())
       return usage("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
                    std::to_string(next) + " parts that move");
-    if (Status ok = place(true, std::move(parts)); !ok) return ok;
+    if (Status ok = place(true, std::move(parts), {}); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
@@ -229,7 +287,7 @@ Status VoxelVolume::edit(std::span<const PartEdit> edits) {
       parts[e.part].part.toWorld = e.toWorld;
       parts[e.part].present = e.present;
     }
-    if (Status ok = place(false, std::move(parts)); !ok) return ok;
+    if (Status ok = place(false, std::move(parts), edits); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();
   }

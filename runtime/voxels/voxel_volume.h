@@ -4,7 +4,9 @@
 //
 //   create()  voxelise what stands and what moves
 //   move()    a frame: moving parts alone, voxelised where they are now
-//   edit()    the editor: standing parts placed elsewhere, taken away or put back
+//   edit()    the editor: standing parts placed elsewhere, taken away or put back; voxels that they neither were nor
+//   are
+//             in stay as they are
 //   lightDirectly()  direct light of punctual lights on each side
 //   reflect() radiance of each side from direct light, light of the caches, and emission
 //
@@ -146,8 +148,13 @@ class VoxelVolume {
   };
 
   VoxelVolume() = default;
+  template <class Wants>
+  Status snapParts(const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
+                   std::vector<SnappedTriangle>& triangles, VoxelStats& stats) const;
   Status fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const;
-  Status place(bool moves, std::vector<Part> parts);
+  Status refill(const std::vector<Part>& parts, std::span<const PartEdit> edits, VoxelLayer& layer,
+                VoxelStats& stats) const;
+  Status place(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits);
   void join(SideLight light) noexcept;
   SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 

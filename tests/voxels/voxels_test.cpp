@@ -32,7 +32,7 @@ std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const std::vector<g
   const VoxelSurface grey;
   std::vector<SnappedTriangle> out;
   SnapCounts counts;
-  EXPECT_TRUE(snapTriangles(grid, {corners, triangles, surface}, {&grey, 1}, glm::mat4x3(1.0f), 0,
+  EXPECT_TRUE(snapTriangles(grid, SnapBox::of(grid), {corners, triangles, surface}, {&grey, 1}, glm::mat4x3(1.0f), 0,
                             static_cast<std::uint32_t>(triangles.size()), out, counts));
   return out;
 }
@@ -422,6 +422,83 @@ TEST(VoxelVolume, anEditedPartGoesAndComesBack) {
   ASSERT_TRUE(volume->edit(std::vector<PartEdit>{{1}}));
   EXPECT_TRUE(std::equal(before.begin(), before.end(), volume->bits().begin()));
   EXPECT_FALSE(volume->edit(std::vector<PartEdit>{{2}}));
+}
+
+// Voxels, their sides, and what the volume counted, to the bit.
+void expectSame(const VoxelVolume& a, const VoxelVolume& b) {
+  const VoxelLayer &x = a.standing(), &y = b.standing();
+  EXPECT_EQ(x.bits, y.bits);
+  EXPECT_EQ(x.first, y.first);
+  EXPECT_EQ(x.axis, y.axis);
+  EXPECT_EQ(x.voxel, y.voxel);
+  ASSERT_EQ(x.side.size(), y.side.size());
+  for (std::size_t i = 0; i < x.side.size(); ++i) {
+    const VoxelSide &s = x.side[i], &t = y.side[i];
+    ASSERT_TRUE(s.positionWorld == t.positionWorld && s.normal == t.normal && s.albedo == t.albedo &&
+                s.emission == t.emission && s.area == t.area)
+        << "side " << i;
+    for (std::size_t k = 0; k < s.sample.size(); ++k)
+      ASSERT_TRUE(s.sample[k].place == t.sample[k].place && s.sample[k].normal == t.sample[k].normal &&
+                  s.sample[k].count == t.sample[k].count)
+          << "sample " << k << " of side " << i;
+  }
+  const VoxelStats p = a.stats(), q = b.stats();
+  EXPECT_EQ(p.occupied, q.occupied);
+  EXPECT_EQ(p.dropped, q.dropped);
+  EXPECT_EQ(p.triangles, q.triangles);
+  EXPECT_EQ(p.split, q.split);
+  EXPECT_EQ(p.outside, q.outside);
+  EXPECT_EQ(p.zeroArea, q.zeroArea);
+}
+
+// An edit looks at few voxels and leaves what making the volume of the edited level would: boxes that overlap, some
+// emitting, some half there, moved, turned, taken away and put back.
+TEST(VoxelVolume, anEditedVolumeIsThatOfTheEditedLevel) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-3.5f, 3.5f), size(0.1f, 1.5f);
+  VoxelLevel level;
+  level.surfaces.resize(3);
+  level.surfaces[1].emission = {2.0f, 1.0f, 0.5f};
+  level.surfaces[2].coverage = 0.6f;
+  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const glm::vec3 low(place(random), place(random), place(random));
+    level.addBox(low, low + glm::vec3(size(random), size(random), size(random)), false, i % 3);
+  }
+  VoxelOptions options;
+  options.boxMin = glm::vec3(-4.0f);
+  options.boxMax = glm::vec3(4.0f);
+  options.cells = 16;
+  for (const std::uint32_t budget : {0u, 3000u}) {
+    options.surfaceBudget = budget;
+    auto edited = VoxelVolume::create(level.geometry(), options);
+    ASSERT_TRUE(edited);
+    EXPECT_EQ(edited->stats().dropped > 0, budget > 0);
+    VoxelLevel now = level;
+    std::vector<std::uint8_t> present(now.parts.size(), 1);
+    for (int step = 0; step < 12; ++step) {
+      std::vector<PartEdit> edits;
+      for (int i = 0; i <= step % 3; ++i) {
+        // Part 0 is the room: a tenth of all triangles, in most of the voxels' cells.
+        const std::uint32_t part = step == 5 && i == 0 ? 0 : 1 + static_cast<std::uint32_t>(random() % 40);
+        glm::mat4x3 to(1.0f);
+        to[3] = 0.3f * glm::vec3(place(random), place(random), place(random));
+        if (i == 1) to[0] = {0.6f, 0.8f, 0.0f}, to[1] = {-0.8f, 0.6f, 0.0f};
+        edits.push_back({part, to, random() % 4 != 0});
+        now.parts[part].toWorld = to;
+        present[part] = edits.back().present ? 1 : 0;
+      }
+      ASSERT_TRUE(edited->edit(edits));
+      VoxelLevel there = now;
+      for (std::size_t p = 0; p < present.size(); ++p) {
+        if (present[p] == 0) there.meshes[p].triangle.clear(), there.meshes[p].surface.clear();
+      }
+      auto made = VoxelVolume::create(there.geometry(), options);
+      ASSERT_TRUE(made);
+      expectSame(*edited, *made);
+      if (HasFatalFailure()) return;
+    }
+  }
 }
 
 TEST(VoxelVolume, aLevelFarAwayHasTheSameVoxels) {
