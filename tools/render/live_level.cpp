@@ -75,17 +75,30 @@ Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& 
   if (!volume) return volume.error();
   const double voxelsMs = watch.lap();
   LiveLevel level(scene, std::move(workers), std::move(*volume), std::move(*light));
-  if (Status ok = level.trace(scene); !ok) return ok.error();
+  auto tracer = RayTracer::create(scene, "", *level.context_, RayStructure::quick, RayGeometry::drawn);
+  if (!tracer) return tracer.error();
+  level.tracer_.emplace(std::move(*tracer));
+  level.traceMs_ = watch.lap();
   level.piecesMs_ = voxelsMs - level.volume_.passTimes().front().ms;
   return level;
 }
 
-// Rays against a scene from now on.
-Status LiveLevel::trace(const Scene& scene) {
+// Rays against what moves, and against all else where `lifts` says that more moves than did.
+Status LiveLevel::trace(Scene& scene, bool lifts) {
   Stopwatch watch;
-  auto tracer = RayTracer::create(scene, "", *context_, RayStructure::quick, RayGeometry::drawn);
-  if (!tracer) return tracer.error();
-  tracer_.emplace(std::move(*tracer));
+  const auto tracerOf = [&](bool isMoved) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i)
+      scene.instances[i].mode = (isMoved_[i] != 0) == isMoved ? scene_->instances[i].mode : BakeMode::ignore;
+    return RayTracer::create(scene, "", *context_, RayStructure::quick, RayGeometry::drawn);
+  };
+  if (lifts) {
+    auto others = tracerOf(false);
+    if (!others) return others.error();
+    tracer_.emplace(std::move(*others));
+  }
+  auto moved = tracerOf(true);
+  if (!moved) return moved.error();
+  movedTracer_.emplace(std::move(*moved));
   traceMs_ = watch.lap();
   return done();
 }
@@ -93,6 +106,7 @@ Status LiveLevel::trace(const Scene& scene) {
 // Parts where they are now, for voxels and for rays.
 Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
   const std::vector<Instance>& now = moved_ ? moved_->instances : scene_->instances;
+  isMoved_.resize(now.size());
   std::vector<PartEdit> edits;
   std::vector<glm::mat4x3> moving;
   bool moves = false;
@@ -110,29 +124,36 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
   if (edits.empty() && !moves) return done();
 
   // Rays first: what is refused leaves both as they were.
-  const bool isFirst = moved_ == nullptr;
-  std::unique_ptr<Scene> moved = isFirst ? shadowScene(*scene_) : std::move(moved_);
-  std::vector<Instance> before = moved->instances;
-  for (std::uint32_t i = 0; i < before.size(); ++i)
-    put(moved->instances[i], toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i]);
-  std::optional<RayTracer> old = std::exchange(tracer_, std::nullopt);
-  Status placed = trace(*moved);
+  if (!moved_) moved_ = shadowScene(*scene_);
+  const std::vector<Instance> before = moved_->instances;
+  bool lifts = false;
+  for (std::uint32_t i = 0; i < before.size(); ++i) {
+    const glm::mat4& to = toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i];
+    if (to == before[i].toWorld) continue;
+    put(moved_->instances[i], to);
+    lifts = lifts || isMoved_[i] == 0;
+    isMoved_[i] = 1;
+  }
+  Status placed = trace(*moved_, lifts);
   if (placed && !edits.empty()) placed = volume_.edit(edits);
   if (placed && moves) placed = volume_.move(moving);
-  if (!placed) {
-    tracer_ = std::move(old);
-    moved->instances = std::move(before);
-    if (!isFirst) moved_ = std::move(moved);
-    return placed;
-  }
-  moved_ = std::move(moved);
-  return done();
+  if (placed) return done();
+  moved_->instances = before;
+  if (Status back = trace(*moved_, true); !back) return back;
+  return placed;
 }
 
 Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
   LightSetup setup;
   setup.lights = lights;
   setup.visibility = rayVisibility(*tracer_, lights, *context_);
+  if (movedTracer_) {
+    setup.visibility = [others = setup.visibility, moved = rayVisibility(*movedTracer_, lights, *context_)](
+                           std::uint32_t light, const glm::vec3& position, const glm::vec3& normal) {
+      const float seen = others(light, position, normal);
+      return seen > 0.0f ? moved(light, position, normal) : 0.0f;
+    };
+  }
   return volume_.lightDirectly(setup);
 }
 

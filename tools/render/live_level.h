@@ -70,7 +70,7 @@ class LiveLevel {
   LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveLight light)
       : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
   Status place(const std::vector<glm::mat4>& toWorld);
-  Status trace(const Scene& scene);
+  Status trace(Scene& scene, bool lifts);
   Status lightDirectly(const std::vector<Light>& lights);
 
   const Scene* scene_;
@@ -79,7 +79,8 @@ class LiveLevel {
   std::unique_ptr<Context> context_ = std::make_unique<Context>();
   VoxelVolume volume_;
   LiveLight light_;
-  std::optional<RayTracer> tracer_;
+  std::optional<RayTracer> tracer_, movedTracer_;  // of what has stood where it is from the start, and of all else
+  std::vector<std::uint8_t> isMoved_;              // [Size 0 or instances] whether the second has it
   std::optional<LiveScene> last_;
   std::vector<glm::vec3> skyMap_;
   std::uint32_t raySet_ = 0;
