@@ -26,18 +26,21 @@ trap 'rm -rf "$work"' EXIT
 "$build/tools/cli/relume" bench "$scene" --preset paper --rays 16384 --bakes "$bakes" --repeat 1 --threads 2 --backend cpu \
   --markdown "$work/rays.md"
 
-# 3. Stages one by one
+# 3. Light without a bake
+"$build/tools/cli/relume" bench "$scene" --live --bakes "$bakes" --repeat 20 --threads 1,2 --progress none --markdown "$work/live.md"
+
+# 4. Stages one by one
 RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0.2 --benchmark_format=csv \
   2> /dev/null > "$work/stages.csv"
 
-# 4. Kinds of links: what each costs and errs by, against the SH of its own rays
+# 5. Kinds of links: what each costs and errs by, against the SH of its own rays
 for kind in sh cone; do
   "$build/tools/cli/relume" bake "$scene" -o "$work/$kind.relume" --preset paper --rays 1024 --link-kind "$kind" \
     --progress none > /dev/null 2>&1
 done
 "$build/tests/measure/bench_link_error" "$work/sh.relume" "$work/cone.relume" 3 > "$work/links.txt"
 
-# 5. How fast rays from caches are
+# 6. How fast rays from caches are
 "$build/tests/bench/bench_ray_rate" "$scene" "$work/cone.relume" 16 > "$work/rates.txt"
 
 {
@@ -45,6 +48,7 @@ done
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
   printf '\n## paper with 16384 rays a cache\n\n'
   sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
+  sed -n '/^## Light without a bake/,$p' "$work/live.md" | sed '1i\\'
   printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
   printf 'of 8 and as bundles, from %s (docs/notes/tracing.md).\n\n' "$(head -n 1 "$work/rates.txt")"
   grep '^|' "$work/rates.txt"

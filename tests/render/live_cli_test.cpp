@@ -40,6 +40,44 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
 }
 
+// A wall that stands elsewhere: the pictures of live light and of path tracing have it there, and the light behind it.
+TEST_F(RenderCommand, movesANode) {
+  const auto green = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, kLevel);
+    for (const char* word :
+         {"--camera", "cam_hall", "--lights", "lamp", "--size", "48x27", "--progress", "none", "--force", "-o"})
+      words.emplace_back(word);
+    words.push_back(image());
+    const ProgramResult drawn = runProgram(words, folder_);
+    EXPECT_EQ(drawn.status, 0) << drawn.err;
+    const auto picture = readExr(image());
+    EXPECT_TRUE(picture);
+    const bool isTraced = picture->channels.count("DiffInd.G") > 0;
+    double sum = 0.0;
+    for (const float v : picture->channels.at(isTraced ? "DiffInd.G" : "G")) sum += v;
+    return sum;
+  };
+  // The lamp is in the other room: its light comes through the doorway, and over the wall once that has sunk.
+  const std::vector<std::string> live{"render", "--live", "--live-cells", "24", "--samples", "1", "--aov", "indirect"},
+      traced{"reference", "--spp", "64"}, sunk{"--move-node", "doorway=0,-2.2,0"};
+  const auto with = [](std::vector<std::string> words, const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  const double shut = green(live), open = green(with(live, sunk));
+  const double tracedShut = green(traced), tracedOpen = green(with(traced, sunk));
+  EXPECT_GT(tracedOpen, 1.3 * tracedShut) << "the test's wall hides nothing";
+  EXPECT_NEAR(open / shut, tracedOpen / tracedShut, 0.3 * tracedOpen / tracedShut);
+  EXPECT_NEAR(open, tracedOpen, 0.3 * tracedOpen);
+
+  expectRefused(render({"--live", "--aov", "indirect", "--move-node", "nothing=1,0,0"}), 1,
+                {"--move-node", "\"nothing\"", "\"bench\""});
+  expectRefused(render({"--live", "--aov", "indirect", "--move-node", "sofa=1,nan,0"}), 1,
+                {"--move-node", "sofa=1,nan,0"});
+  expectRefused(render({"--bake", bake_, "--move-node", "sofa=1,0,0"}), 1, {"\"sofa\"", "part of the bake"});
+  EXPECT_EQ(render({"--bake", bake_, "--move-node", "toy=1,0,0"}).status, 0);
+}
+
 TEST_F(RenderCommand, lightsALevelByReflectiveShadowMaps) {
   const auto live = [&](std::vector<std::string> more) {
     std::vector<std::string> words{
