@@ -52,6 +52,13 @@ if is_wanted viewer; then
     "mousemove 412 123 click 1; sleep 6; mousemove 600 400; sleep 8" "$view" "$OLDPWD/$rooms" --bake rooms.relume --camera cam_living \
     --lights lamp --lights-file reading.json --exposure 0.5)
 fi
+# Without a bake: an object that is picked and lifted, and what the passes cost
+if is_wanted viewer_live; then
+  python3 "$here/window.py" "$here/viewer_live.png" 720x405 \
+    "mousemove 100 206 click 1; sleep 3; mousemove 400 372 click 1; sleep 3; mousemove 378 318 mousedown 1; sleep 1; mousemove 378 268; sleep 1;
+    mouseup 1; sleep 2; mousemove 100 160 click 1; sleep 1; mousemove 100 45 click 1; sleep 4; mousemove 600 395; sleep 12" \
+    "$view" "$rooms" --camera cam_living --lights lamp --exposure 0.5
+fi
 if is_wanted viewer_overlays; then
   bake rooms_draft
   shots=()
