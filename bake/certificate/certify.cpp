@@ -115,6 +115,7 @@ Result<Certificate> certify(const Bake& bake, const TestRays& rays, Context& con
         static_cast<float>(std::sqrt(std::max(0.0, squares - sum * sum / static_cast<double>(count))) / light));
     for (std::size_t i = 0; i < count; ++i) part[bake.surfels.instance[rays.receiver[i]]] += error[i] / light;
   }
+  if (context.cancelled()) return cancelledError();
   if (kind.empty()) return Certificate{};
   std::vector<float> partError;
   for (const double sum : part) partError.push_back(static_cast<float>(sum / static_cast<double>(kind.size())));

@@ -126,8 +126,9 @@ Result<TestRays> traceTestRays(const RayTracer& tracer, const PlaySpace& space, 
   TestRays test;
   test.lights = chooseTestLights(tracer, space, surfels, hierarchy, seed, context);
   const std::size_t lights = test.lights.size();
-  if (lights == 0 && !context.cancelled()) return test;
-  const std::uint64_t each = std::uint64_t{2} * kRaysPerLight * std::max<std::size_t>(lights, 1);
+  if (context.cancelled()) return cancelledError();
+  if (lights == 0) return test;
+  const std::uint64_t each = std::uint64_t{2} * kRaysPerLight * lights;
   const auto count = static_cast<std::size_t>(std::clamp(rays / each, kLeastReceivers, kMostReceivers));
 
   std::vector<std::uint32_t> seen(count);

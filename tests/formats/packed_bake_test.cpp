@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Packed bakes: nothing is lost, the bytes are those that formats/README.md describes, and damage is refused by name.
-#include "formats/format_version.h"
 #include "formats/chunks.h"
 #include "formats/direction_coding.h"
 #include "formats/field_coding.h"
+#include "formats/format_version.h"
 #include "formats/packed_chunks.h"
 #include "relume/bake_file.h"
 #include "tests/formats/corrupt_file.h"

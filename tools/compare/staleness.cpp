@@ -194,6 +194,7 @@ std::uint32_t fitToScene(const Scene& scene, Bake& bake) {
   map.parts = parts;
   bake.surfels.instance = surfels;
   bake.instances = std::move(instances);
+  bake.certificate = {};  // of the level that it was baked from
   return matched;
 }
 
