@@ -81,6 +81,7 @@ FramePlan::FramePlan(const Bake& bake, const CacheBands& bands, const ImageSizes
       images_(memory),
       programs_(memory),
       sets_(memory),
+      setEnd_(memory),
       bindings_(memory),
       resolve_(memory),
       surfelBindings_(memory),
@@ -122,10 +123,10 @@ std::uint32_t FramePlan::addProgram(ProgramSource source) {
 }
 
 std::uint32_t FramePlan::addSet(std::uint32_t program, std::initializer_list<std::span<const GpuBinding>> bindings) {
-  const std::size_t first = bindings_.size();
   for (const std::span<const GpuBinding> each : bindings) bindings_.insert(bindings_.end(), each.begin(), each.end());
-  // Bindings move while sets are added: create() sets the spans right.
-  sets_.push_back({program, {static_cast<const GpuBinding*>(nullptr), bindings_.size() - first}});
+  // Bindings move while sets are added: create() gives the sets theirs.
+  sets_.push_back({program, {}});
+  setEnd_.push_back(bindings_.size());
   return static_cast<std::uint32_t>(sets_.size() - 1);
 }
 
@@ -380,12 +381,8 @@ Result<Owned<FramePlan>> FramePlan::create(const Bake& bake, const GridTexture& 
                       " bytes, this device binds at most " + std::to_string(device.storageBytes));
     }
   }
-  // Sets were added in the order of their bindings.
-  std::size_t first = 0;
-  for (GpuBindingSet& set : plan->sets_) {
-    set.bindings = std::span<const GpuBinding>(plan->bindings_).subspan(first, set.bindings.size());
-    first += set.bindings.size();
-  }
+  for (std::size_t i = 0, begin = 0; i < plan->sets_.size(); begin = plan->setEnd_[i++])
+    plan->sets_[i].bindings = std::span<const GpuBinding>(plan->bindings_).subspan(begin, plan->setEnd_[i] - begin);
   // What any frame adds: ranges that begin, and what the device cuts them into.
   const std::size_t threads = std::size_t{plan->senderEnd_} + bake.emitters.count() + bake.caches.count() +
                               plan->texelCount_ + plan->pullGroupCount_;

@@ -134,6 +134,7 @@ class FramePlan {
   std::pmr::vector<GpuImage> images_;
   std::pmr::vector<ProgramSource> programs_;
   std::pmr::vector<GpuBindingSet> sets_;
+  std::pmr::vector<std::size_t> setEnd_;  // [Size sets] where their bindings end
   std::pmr::vector<GpuBinding> bindings_, resolve_, surfelBindings_;
   // What contents lie in.
   struct Kept {

@@ -138,8 +138,8 @@ def check_games(prefix, bake, expected, root='', baker=False):
             check(re.search(r'^memory: [1-9]\d* KiB at most, 0 bytes left$', said, re.M), f'{game} leaks:\n{said}')
 
     # Passes as data, for a renderer of the game's own.
-    said = {run(os.path.join(games, game), bake, env=environment) for game in ('passes_runtime', 'passes_shared')}
-    check(len(said) == 1 and re.fullmatch(r'[5-9] programs, [5-9] dispatches\n', said.pop()), f'passes: {said}')
+    said = [run(os.path.join(games, game), bake, env=environment) for game in ('passes_runtime', 'passes_shared')]
+    check(said[0] == said[1] and re.fullmatch(r'[1-9]\d? programs, [1-9]\d? dispatches\n', said[0]), f'passes: {said}')
 
     # In OpenGL, whose functions the game hands over.
     for game in glob.glob(games + '/gl_*'):
