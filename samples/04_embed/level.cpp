@@ -15,6 +15,11 @@
 
 namespace {
 
+// A member of what may be no object: nothing then.
+tinygltf::Value memberOf(const tinygltf::Value& value, const char* name) {
+  return value.IsObject() ? value.Get(name) : tinygltf::Value();
+}
+
 struct Loader {
   const tinygltf::Model& model;
   Level level;
@@ -134,12 +139,12 @@ struct Loader {
   }
 
   void run() {
-    const tinygltf::Value& lightmap = model.asset.extras.Get("relume").Get("lightmap");
+    const tinygltf::Value lightmap = memberOf(memberOf(model.asset.extras, "relume"), "lightmap");
     if (!lightmap.IsObject()) throw std::runtime_error("no light map: export it with relume bake --export-glb");
     lightmapSet = lightmap.Get("texcoord").GetNumberAsInt();
     level.bakeScene = lightmap.Get("sceneHash").Get<std::string>();
     const tinygltf::Scene& scene = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0)));
-    const tinygltf::Value& unit = scene.extras.Get("relume").Get("lightUnit");
+    const tinygltf::Value unit = memberOf(memberOf(scene.extras, "relume"), "lightUnit");
     if (unit.IsString() && unit.Get<std::string>() == "photometric") lightFactor = 1.0f / 683.0f;
     for (const tinygltf::Material& m : model.materials) addMaterial(m);
     level.materials.emplace_back();
