@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <vulkan/vulkan.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
@@ -85,6 +87,17 @@ bool hasLayer() {
   return false;
 }
 
+// Whether the layer looks at barriers, too.
+bool seesHazards() {
+  std::uint32_t count = 0;
+  vkEnumerateInstanceExtensionProperties(kLayer, &count, nullptr);
+  std::vector<VkExtensionProperties> extensions(count);
+  vkEnumerateInstanceExtensionProperties(kLayer, &count, extensions.data());
+  return std::any_of(extensions.begin(), extensions.end(), [](const VkExtensionProperties& each) {
+    return std::strcmp(each.extensionName, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME) == 0;
+  });
+}
+
 VKAPI_ATTR VkBool32 VKAPI_CALL complain(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                         const VkDebugUtilsMessengerCallbackDataEXT* data, void* complaints) {
   static_cast<std::vector<std::string>*>(complaints)->push_back(data->pMessage);
@@ -109,12 +122,20 @@ std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why, bool validates) {
   VkInstanceCreateInfo instance{};
   instance.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
   instance.pApplicationInfo = &application;
-  const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+  const std::array<const char*, 2> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                              VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  const VkValidationFeatureEnableEXT hazards = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+  VkValidationFeaturesEXT features{};
+  features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+  features.enabledValidationFeatureCount = 1;
+  features.pEnabledValidationFeatures = &hazards;
   validates = validates && hasLayer();
   if (validates) {
-    instance.enabledLayerCount = instance.enabledExtensionCount = 1;
+    instance.enabledLayerCount = 1;
     instance.ppEnabledLayerNames = &kLayer;
-    instance.ppEnabledExtensionNames = &extension;
+    instance.enabledExtensionCount = seesHazards() ? 2 : 1;
+    instance.ppEnabledExtensionNames = extensions.data();
+    if (seesHazards()) instance.pNext = &features;
   }
   // One instance stays, and with it the drivers: leak checkers cannot tell whose memory one that is unloaded has left.
   static VkInstance kept = VK_NULL_HANDLE;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A renderer's side of Vulkan for tests: a device without a window, with the validation layer where it is installed,
-// its objects counted; commands run and waited for, buffers read, compute shaders compiled and run over floats.
+// which looks at barriers as well; its objects counted; commands run and waited for, buffers read, compute shaders
+// compiled and run over floats.
 #pragma once
 
 #include "relume/vulkan_objects.h"
