@@ -16,8 +16,10 @@ ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, st
   const auto emitter = std::find_if(state.emitters.begin(), state.emitters.end(),
                                     [&](const ViewedEmitter& e) { return e.isDriven && e.name == baked.name; });
   if (emitter == state.emitters.end()) return {state.emission * baked.emission, baked.emissionTexture};
-  if (emitter->image.empty()) return {emitter->radiance, {}};
-  return {emitter->radiance * driven.emission, driven.emissionTexture};
+  // Voxels have one factor for all that emits.
+  const float factor = level.isBaked ? 1.0f : state.emission;
+  if (emitter->image.empty()) return {factor * emitter->radiance, {}};
+  return {factor * emitter->radiance * driven.emission, driven.emissionTexture};
 }
 
 Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context) {

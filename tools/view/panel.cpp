@@ -85,10 +85,11 @@ void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState&
 }
 
 // Materials that emit, and the sky.
-void emitterControls(ViewState& state) {
+void emitterControls(ViewState& state, bool canDrive) {
   constexpr auto kRadiance = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions;
   ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
   for (ViewedEmitter& emitter : state.emitters) {
+    if (!canDrive) break;
     ImGui::PushID(emitter.name.c_str());
     ImGui::Checkbox(emitter.name.c_str(), &emitter.isDriven);
     if (emitter.isDriven) {
@@ -309,7 +310,7 @@ void drawPanel(Session& session) {
   if (session.objects.selected() && session.objects.selected() != session.shownObject) ImGui::SetNextItemOpen(true);
   session.shownObject = session.objects.selected();
   if (ImGui::CollapsingHeader("Emitters, sky, objects")) {
-    emitterControls(session.state);
+    emitterControls(session.state, session.level->isBaked);
     if (!session.state.objects.empty()) objectControls(session, session.state);
   }
   if (ImGui::CollapsingHeader("Relight")) {

@@ -108,6 +108,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.emitters = emittersOf(scene, options.driven);
   state.relightBy.bands = options.bands;
   state.live = options.live;
+  if (options.isLive() && !options.driven.empty()) state.emission = 1.0f;
   state.records = options.records;
   state.exposure = options.exposure;
   state.gloss = options.sceneOptions.gloss;
