@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-constexpr double kHistorySeconds = 0.15;  // time constant of the blend with frames before
+constexpr float kHistorySeconds = 0.15f;  // time constant of the blend with frames before
 
 bool isSame(const Light& a, const Light& b) {
   return a.kind == b.kind && a.intensity == b.intensity && a.positionWorld == b.positionWorld &&
@@ -171,7 +171,11 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
     if (Status ok = lightDirectly(next.lights); !ok) return ok;
   }
   if (!last_ || !isSame(last_->sky, next.sky)) skyMap_ = liveSkyMap(next.sky);
-  still_ = last_ && isSame(*last_, next) ? still_ + 1 : 0;
+  const bool isStill = last_ && isSame(*last_, next);
+  still_ = isStill ? still_ + 1 : 0;
+  stillSeconds_ = isStill ? stillSeconds_ + std::max(seconds, 0.0) : 0.0;
+  const bool isBuiltUp = still_ > kBuildUp && stillSeconds_ > kBuildUpSeconds;
+  averaged_ = isBuiltUp ? averaged_ + 1 : 0;
 
   // 2. The caches: blended with the frames before, at rest averaged
   LiveFrame frame;
@@ -181,9 +185,8 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
   cellsMs_ = bounceMs_ = gatherMs_ = 0.0;
   for (int bounce = 0; bounce < std::max(next.bounces, 1); ++bounce) {
     if (next.bounces == 0) {
-      const auto rest = static_cast<float>(std::max(still_ - kBuildUp, 0));
-      frame.keep = std::max(static_cast<float>(std::exp(-std::max(seconds, 0.0) / kHistorySeconds)), rest / (rest + 1));
-      frame.keep = std::min(frame.keep, 0.99f);
+      const auto mean = static_cast<float>(averaged_), blend = std::exp(-static_cast<float>(seconds) / kHistorySeconds);
+      frame.keep = std::clamp(std::max(blend, mean / (mean + 1.0f)), 0.0f, 0.99f);
       frame.raySet = raySet_++;
     }
     frame.bounceScale = next.bounces == 0 || bounce > 0 ? next.bounceScale : 0.0f;
@@ -193,7 +196,7 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
     bounceMs_ += times[1].ms;
     gatherMs_ += times[2].ms;
   }
-  if (next.bounces > 0 && still_ > 0) still_ = kSettled;  // the same rays find the same light
+  if (next.bounces > 0 && isStill) averaged_ = kAveraged;  // the same rays find the same light
   const std::vector<PassTime> times = volume_.passTimes();
   directMs_ = isLit ? 0.0 : times[2].ms;
   return done();

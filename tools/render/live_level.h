@@ -56,7 +56,7 @@ class LiveLevel {
   // were. Errors of VoxelVolume::edit(), move() and lightDirectly(), RayTracer::create(), LiveLight::update().
   Status update(const LiveScene& frame, double seconds);
   // Whether another frame of the same would change next to nothing.
-  bool isSettled() const { return still_ >= kSettled; }
+  bool isSettled() const { return averaged_ >= kAveraged; }
 
   const VoxelVolume& volume() const { return volume_; }
   const LiveLight& light() const { return light_; }
@@ -65,7 +65,9 @@ class LiveLevel {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
-  static constexpr int kBuildUp = 24, kSettled = 88;  // frames: bounces add up, then rays are averaged
+  // Bounces add up and what was there fades, for so many frames and seconds at least; then so many are averaged.
+  static constexpr int kBuildUp = 24, kAveraged = 64;
+  static constexpr double kBuildUpSeconds = 1.0;
 
   LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveLight light)
       : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
@@ -84,7 +86,8 @@ class LiveLevel {
   std::optional<LiveScene> last_;
   std::vector<glm::vec3> skyMap_;
   std::uint32_t raySet_ = 0;
-  int still_ = 0;  // frames since something changed
+  int still_ = 0, averaged_ = 0;  // frames since something changed, and those of them that are averaged
+  double stillSeconds_ = 0.0;     // [s] likewise
   double piecesMs_ = 0.0, traceMs_ = 0.0, directMs_ = 0.0, cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };
 

@@ -100,7 +100,8 @@ void drawCosts(Session& session) {
   ImGui::Separator();
   if (live) {
     ImGui::Text("%u voxels, %u caches", live->last().voxels, live->last().caches);
-    ImGui::Text("frame %llu", static_cast<unsigned long long>(live->last().number));
+    ImGui::Text("frame %llu%s", static_cast<unsigned long long>(live->last().number),
+                live->last().isSettled ? ", settled" : "");
     return;
   }
   const Bake& bake = session.level->bake;

@@ -12,9 +12,13 @@ namespace {
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 LitFrame frameOf(const LiveLevel& level, std::uint64_t number) {
-  return {
-      texelsOf(level.light()), number, level.volume().stats().occupied, level.light().activeCells(), level.passTimes(),
-      level.bufferSizes()};
+  return {texelsOf(level.light()),
+          number,
+          level.volume().stats().occupied,
+          level.light().activeCells(),
+          level.isSettled(),
+          level.passTimes(),
+          level.bufferSizes()};
 }
 
 }  // namespace

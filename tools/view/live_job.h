@@ -23,6 +23,7 @@ struct LitFrame {
   LiveTexels texels;
   std::uint64_t number = 0;  // counted from 1
   std::uint32_t voxels = 0, caches = 0;
+  bool isSettled = false;  // no more come unless something changes
   std::vector<PassTime> times;
   std::vector<std::pair<std::string, std::size_t>> bytes;
 };
