@@ -100,6 +100,29 @@ TEST_F(ViewerCommand, aLevelWithoutABakeIsBaked) {
   }
 }
 
+// Lit by its own caches, in frames that are the same each time.
+TEST_F(ViewerCommand, aLevelWithoutABakeIsLit) {
+  const auto frames = [&](const char* folder, const std::string& more) {
+    const std::string command = "'" RELUME_VIEW "' '" + std::string(kLevel) +
+                                "' --headless 3 --size 64x36 --shadow-size 64 --live-cells 16 --live-rays 16 -o '" +
+                                at(folder) + "' " + more + " >'" + at("log.txt") + "' 2>&1";
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  const auto last = [&](const char* folder) { return readAll(folder_ / folder / "frame_0002.png"); };
+  const int status = frames("first", "");
+  if (status == kNoGl) GTEST_SKIP() << log();
+  ASSERT_EQ(status, 0) << log();
+  for (const char* pass : {"voxelise", "direct", "gather"}) EXPECT_NE(log().find(pass), std::string::npos) << log();
+  ASSERT_EQ(frames("again", ""), 0);
+  EXPECT_EQ(last("first"), last("again"));
+  ASSERT_EQ(frames("direct", "--view direct"), 0);
+  ASSERT_EQ(frames("links", "--view links"), 0);
+  EXPECT_NE(last("first"), last("direct"));
+  ASSERT_EQ(frames("dark", "--view links --lights none"), 0);
+  EXPECT_NE(last("links"), last("dark"));
+  EXPECT_EQ(frames("wrong", "--live-cells 65"), 1);
+}
+
 TEST_F(ViewerCommand, emissionIsReadAsRenderReadsIt) {
   const std::string made = bake(kLevel);
   const int status = view(kLevel, made, "dark", "--lights none");
