@@ -182,6 +182,19 @@ TEST_F(LiveSession, otherCellsTakeOverWithoutADarkFrame) {
   ASSERT_TRUE(frames([&] { return session_->viewer->live()->last().caches > caches; }));
 }
 
+TEST_F(LiveSession, theViewIsHeldAgainstPathTracing) {
+  show(90);
+  // With a shelf elsewhere: both know where it is.
+  const std::size_t shelf = objectNamed("shelf");
+  ASSERT_LT(shelf, session_->state.objects.size());
+  session_->state.objects[shelf].position.x += 0.5f;
+  for (int i = 0; i < 60; ++i) frame();
+  session_->compareWithReference();
+  ASSERT_TRUE(frames([&] { return session_->heat.has_value(); }));
+  EXPECT_GT(session_->heat->error, 0.0);
+  EXPECT_LT(session_->heat->error, 0.25);
+}
+
 TEST_F(LiveSession, aBakeReplacesIt) {
   show(10);
   EXPECT_EQ(session_->level->isBaked, false);

@@ -64,7 +64,8 @@ std::optional<Result<LitFrame>> LiveJob::take(double seconds) {
 
 Result<LitFrame> LiveJob::wait() {
   std::unique_lock lock(mutex_);
-  found_.wait(lock, [this] { return result_.has_value(); });
+  found_.wait(lock, [this] { return result_ || refused_; });
+  if (!result_) return *refused_;
   return std::move(*std::exchange(result_, std::nullopt));
 }
 
@@ -80,6 +81,7 @@ void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
     refused = {ErrorCode::failed, std::string("live light: ") + e.what()};
   }
   const std::lock_guard lock(mutex_);
+  refused_ = refused;
   result_.emplace(std::move(refused));
   found_.notify_all();
 }

@@ -45,7 +45,7 @@ class LiveJob {
   // The newest frame, or what was refused; nothing where there is none since the last call, after so many seconds. A
   // level that cannot be voxelised is refused once, and nothing comes after it. Errors of LiveLevel.
   std::optional<Result<LitFrame>> take(double seconds = 0.0);
-  // The same, once there is one.
+  // The same, once there is one; what was refused comes again.
   Result<LitFrame> wait();
 
  private:
@@ -58,6 +58,7 @@ class LiveJob {
   std::optional<LiveScene> next_;
   std::optional<double> step_;  // [s] of followOnce()
   bool isWanted_ = false, stop_ = false;
+  std::optional<Error> refused_;  // why there will be no frames
   std::optional<Result<LitFrame>> result_;
   std::thread thread_;
 };
