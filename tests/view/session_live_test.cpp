@@ -149,12 +149,17 @@ TEST_F(LiveSession, anObjectIsPickedAndDragged) {
   EXPECT_GT(lifted.position.y, start.y + 0.05f);
   for (int i = 0; i < 5; ++i) frame();
   EXPECT_NE(brightness_, before);
+  const glm::vec3 there = lifted.position;
+  session_->run(Command::undo);
+  EXPECT_EQ(session_->state.objects[picked].position, start);
+  session_->run(Command::redo);
+  EXPECT_EQ(session_->state.objects[picked].position, there);
   // What is dragged goes back by Escape.
   session_->press(*session_->pixels().project(lifted.position + 0.7f * (axis[1] - axis[0])));
   session_->move(handle + glm::vec2(0, -30));
-  const float there = session_->state.objects[picked].position.y;
+  EXPECT_NE(session_->state.objects[picked].position, there);
   session_->run(Command::cancel);
-  EXPECT_LT(session_->state.objects[picked].position.y, there);
+  EXPECT_EQ(session_->state.objects[picked].position, there);
   session_->run(Command::cancel);
   EXPECT_FALSE(session_->objects.selected());
 }

@@ -43,7 +43,6 @@ Status Session::show(LevelPtr next) {
   const bool isFirst = !level && next->sceneFile == options_.scene;
   ViewState wanted = state;
   pick_.reset();
-  objects.select({});
   if (isSame) {
     wanted.objects = keptObjects(state.objects, objectsOf(next->scene, next->movable()));
   } else if (!isFirst) {
@@ -69,6 +68,7 @@ Status Session::show(LevelPtr next) {
         counted(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
   }
   if (!isSame) editor.begin(state.lights);
+  objects.begin(state.objects);
   if (state.sky.map && level->isBaked && level->bake.hierarchy.skyDirection.empty())
     say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
   return done();
@@ -180,10 +180,11 @@ void Session::watchBake() {
 
 void Session::run(Command command) {
   switch (command) {
+    // Of objects while one is picked, else of lights.
     case Command::undo:
-      return editor.undo(state.lights);
+      return objects.selected() ? objects.undo(state.objects) : editor.undo(state.lights);
     case Command::redo:
-      return editor.redo(state.lights);
+      return objects.selected() ? objects.redo(state.objects) : editor.redo(state.lights);
     case Command::saveLights:
       return saveLights();
     case Command::loadLights:
@@ -257,7 +258,7 @@ void Session::move(const glm::vec2& pixel) {
 
 void Session::release() {
   editor.release(state.lights);
-  objects.release();
+  objects.release(state.objects);
 }
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
@@ -304,6 +305,7 @@ void Session::pick(const glm::vec3& pointWorld) {
 void Session::endControls(bool isHeld) {
   if (isHeld) return;
   editor.commit(state.lights);
+  objects.commit(state.objects);
   LiveShading* const live = viewer ? viewer->live() : nullptr;
   if (live && live->options() != state.live) live->choose(state.live);
 }
