@@ -119,7 +119,7 @@ struct GpuProgram {
   std::size_t parameterBytes = 0;  // [0..kGpuParameterBytes] its push constants
 };
 
-// What a program is run with. Sets of one program have the same bindings, kinds and samplers.
+// What a program is run with. Sets of one program have the same bindings and kinds; samplers may differ.
 struct GpuBindingSet {
   std::uint32_t program = 0;
   std::span<const GpuBinding> bindings = {};
