@@ -22,7 +22,7 @@ const std::string kOther = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
 constexpr std::uint32_t kWidth = 640, kHeight = 400;
 constexpr glm::ivec2 kRelightHeader{100, 206}, kDirectSwitch{25, 229}, kAway{500, 300};
 // Of a level without a bake, with an object picked: the panel shows its controls.
-constexpr glm::ivec2 kLiveRelightHeader{100, 298}, kDraftButton{62, 321};
+constexpr glm::ivec2 kLiveRelightHeader{100, 275}, kDraftButton{62, 298};
 
 class WindowLevel : public testing::Test {
  protected:
