@@ -18,7 +18,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kSeenStage = 0x63736565, kRayStage = 0x63726179;  // the random streams' stages
-constexpr std::uint32_t kRaysPerLight = 64;                               // of a set, at a receiver
+constexpr std::uint32_t kRaysPerLight = 16;                               // of a set, at a receiver
 constexpr std::uint64_t kLeastReceivers = 256, kMostReceivers = 8192;
 constexpr std::uint32_t kTries = 8;  // to see a surfel from somewhere
 constexpr std::size_t kGrain = 16;   // receivers
