@@ -47,14 +47,19 @@ function(relume_room target)
   endif()
 endfunction()
 
-# How the code of tests is compiled. Tests are most of what is compiled and little of what runs: with less optimisation they
-# take a third less time to build, half of it with the many checks of the address sanitizer.
-function(relume_test_options target)
+# For code that is much of what is compiled and little of what runs: with less optimisation it takes a third less time to
+# build, half of it with the many checks of the address sanitizer.
+function(relume_little_optimisation target)
   if(RELUME_SANITIZE MATCHES "address")
     target_compile_options(${target} PRIVATE -O0)
   else()
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
+endfunction()
+
+# How the code of tests is compiled.
+function(relume_test_options target)
+  relume_little_optimisation(${target})
   relume_warnings(${target})
 endfunction()
 
@@ -82,7 +87,7 @@ endfunction()
 # How command lines are compiled: what takes their time is the library that reads options, and none of it is worth much
 # optimisation. Its headers are parsed once for the whole program, by the same rule as those of tests.
 function(relume_command_line target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  relume_little_optimisation(${target})
   if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
     target_precompile_headers(${target} PRIVATE <CLI/CLI.hpp> ${ARGN})
   endif()
