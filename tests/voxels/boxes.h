@@ -5,10 +5,12 @@
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/on_threads.h"
 
+#include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 
 #include <cstdint>
 #include <functional>
+#include <random>
 #include <vector>
 
 namespace relume::test {
@@ -54,5 +56,11 @@ struct VoxelLevel {
     meshes.push_back(std::move(mesh));
   }
 };
+
+// A uniformly distributed unit vector.
+inline glm::vec3 unit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  return glm::normalize(glm::vec3(normal(random), normal(random), normal(random)) + 1e-6f);
+}
 
 }  // namespace relume::test

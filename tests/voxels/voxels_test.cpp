@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The voxel volume: which voxels are set, what their sides are, what rays meet, and what is refused.
+// Which voxels are set, what their sides are, and what rays meet.
 #include "runtime/voxels/overlap.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/voxels/boxes.h"
@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-using test::VoxelLevel;
+using test::unit, test::VoxelLevel;
 
 VolumeGrid gridOf(int cells) {
   VolumeGrid grid;
@@ -148,11 +148,6 @@ std::vector<glm::vec3> closedSurface(std::mt19937& random, const glm::vec3& midd
     }
   }
   return corners;
-}
-
-glm::vec3 unit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  return glm::normalize(glm::vec3(normal(random), normal(random), normal(random)) + 1e-6f);
 }
 
 TEST(March, neverPassesAClosedThinMesh) {
@@ -349,216 +344,6 @@ TEST(VoxelSides, directLightIsThatOfTheSurface) {
     }
   }
   EXPECT_GT(lit, 500);
-}
-
-template <class T>
-bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
-
-TEST(VoxelVolume, sameBytesOnTwoThreads) {
-  VoxelLevel level;
-  level.surfaces = {{{0.3f, 0.6f, 0.9f}, {1, 2, 3}, 0.7f, true}};
-  std::mt19937 random(5);
-  for (int i = 0; i < 20; ++i) {
-    const glm::vec3 at = 3.0f * unit(random);
-    level.addBox(at, at + glm::vec3(1.3f), i % 2 == 0);
-  }
-  const auto one = VoxelVolume::create(level.geometry(), {});
-  VoxelOptions options;
-  options.parallelFor = test::onTwoThreads;
-  const auto two = VoxelVolume::create(level.geometry(), options);
-  ASSERT_TRUE(one && two);
-  EXPECT_TRUE(sameBytes(one->standing().bits, two->standing().bits));
-  EXPECT_TRUE(sameBytes(one->standing().side, two->standing().side));
-  EXPECT_TRUE(sameBytes(one->standing().axis, two->standing().axis));
-}
-
-TEST(VoxelVolume, whatMovesIsVoxelisedAsWhatStands) {
-  VoxelLevel standing, moving;
-  for (VoxelLevel* level : {&standing, &moving}) {
-    level->addBox({-4, -4, -4}, {4, 4, 4}, true);
-    level->addBox({-1, -1, -1}, {1, 1, 1}, false);
-  }
-  const glm::mat4x3 to({0.6f, 0.8f, 0}, {0.8f, -0.6f, 0}, {0, 0, 1}, {1.2f, 0.3f, -0.7f});  // turned and mirrored
-  standing.parts[1].toWorld = to;
-  moving.parts[1].moves = true;
-  const auto still = VoxelVolume::create(standing.geometry(), {});
-  VoxelOptions options;
-  options.boxMin = {-4, -4, -4};
-  options.boxMax = {4, 4, 4};
-  auto volume = VoxelVolume::create(moving.geometry(), options);
-  ASSERT_TRUE(still && volume);
-  const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
-  ASSERT_TRUE(volume->move({&to, 1}));
-  EXPECT_TRUE(std::equal(volume->bits().begin(), volume->bits().end(), still->bits().begin()));
-  const MarchHit hit = volume->march({1.2f, 0.3f, 3}, {0, 0, -1}, 8.0f);
-  ASSERT_TRUE(hit.found);
-  const std::uint32_t side = volume->sideAt(hit.voxel, {0, 0, -1});
-  EXPECT_GE(side, volume->standingSides());
-  EXPECT_GT(volume->side(side).area, 0.0f) << "the front of a mirrored part faces outward";
-  // Refused: nothing changes.
-  const std::vector<std::uint64_t> moved(volume->bits().begin(), volume->bits().end());
-  glm::mat4x3 bad = to;
-  bad[3].x = std::numeric_limits<float>::quiet_NaN();
-  const Status refused = volume->move({&bad, 1});
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("part 1"), std::string::npos) << refused.error().message;
-  EXPECT_FALSE(volume->move({}));
-  EXPECT_TRUE(std::equal(moved.begin(), moved.end(), volume->bits().begin()));
-}
-
-TEST(VoxelVolume, anEditedPartGoesAndComesBack) {
-  VoxelLevel level;
-  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
-  level.addBox({-1, -1, -1}, {1, 1, 1}, false);
-  auto volume = VoxelVolume::create(level.geometry(), {});
-  ASSERT_TRUE(volume);
-  const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
-  const auto seesBox = [&] { return volume->march({0, 0, 3}, {0, 0, -1}, 3.0f).found; };
-  EXPECT_TRUE(seesBox());
-  ASSERT_TRUE(volume->edit(std::vector<PartEdit>{{1, glm::mat4x3(1.0f), false}}));
-  EXPECT_FALSE(seesBox());
-  ASSERT_TRUE(volume->edit(std::vector<PartEdit>{{1}}));
-  EXPECT_TRUE(std::equal(before.begin(), before.end(), volume->bits().begin()));
-  EXPECT_FALSE(volume->edit(std::vector<PartEdit>{{2}}));
-}
-
-// Voxels, their sides, and what the volume counted, to the bit.
-void expectSame(const VoxelVolume& a, const VoxelVolume& b) {
-  const VoxelLayer &x = a.standing(), &y = b.standing();
-  EXPECT_EQ(x.bits, y.bits);
-  EXPECT_EQ(x.first, y.first);
-  EXPECT_EQ(x.axis, y.axis);
-  EXPECT_EQ(x.voxel, y.voxel);
-  ASSERT_EQ(x.side.size(), y.side.size());
-  for (std::size_t i = 0; i < x.side.size(); ++i) {
-    const VoxelSide &s = x.side[i], &t = y.side[i];
-    ASSERT_TRUE(s.positionWorld == t.positionWorld && s.normal == t.normal && s.albedo == t.albedo &&
-                s.emission == t.emission && s.area == t.area)
-        << "side " << i;
-    for (std::size_t k = 0; k < s.sample.size(); ++k)
-      ASSERT_TRUE(s.sample[k].place == t.sample[k].place && s.sample[k].normal == t.sample[k].normal &&
-                  s.sample[k].count == t.sample[k].count)
-          << "sample " << k << " of side " << i;
-  }
-  const VoxelStats p = a.stats(), q = b.stats();
-  EXPECT_EQ(p.occupied, q.occupied);
-  EXPECT_EQ(p.dropped, q.dropped);
-  EXPECT_EQ(p.triangles, q.triangles);
-  EXPECT_EQ(p.split, q.split);
-  EXPECT_EQ(p.outside, q.outside);
-  EXPECT_EQ(p.zeroArea, q.zeroArea);
-}
-
-// An edit looks at few voxels and leaves what making the volume of the edited level would: boxes that overlap, some
-// emitting, some half there, moved, turned, taken away and put back.
-TEST(VoxelVolume, anEditedVolumeIsThatOfTheEditedLevel) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> place(-3.5f, 3.5f), size(0.1f, 1.5f);
-  VoxelLevel level;
-  level.surfaces.resize(3);
-  level.surfaces[1].emission = {2.0f, 1.0f, 0.5f};
-  level.surfaces[2].coverage = 0.6f;
-  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
-  for (std::uint32_t i = 0; i < 40; ++i) {
-    const glm::vec3 low(place(random), place(random), place(random));
-    level.addBox(low, low + glm::vec3(size(random), size(random), size(random)), false, i % 3);
-  }
-  VoxelOptions options;
-  options.boxMin = glm::vec3(-4.0f);
-  options.boxMax = glm::vec3(4.0f);
-  options.cells = 16;
-  for (const std::uint32_t budget : {0u, 3000u}) {
-    options.surfaceBudget = budget;
-    auto edited = VoxelVolume::create(level.geometry(), options);
-    ASSERT_TRUE(edited);
-    EXPECT_EQ(edited->stats().dropped > 0, budget > 0);
-    VoxelLevel now = level;
-    std::vector<std::uint8_t> present(now.parts.size(), 1);
-    for (int step = 0; step < 12; ++step) {
-      std::vector<PartEdit> edits;
-      for (int i = 0; i <= step % 3; ++i) {
-        // Part 0 is the room: a tenth of all triangles, in most of the voxels' cells.
-        const std::uint32_t part = step == 5 && i == 0 ? 0 : 1 + static_cast<std::uint32_t>(random() % 40);
-        glm::mat4x3 to(1.0f);
-        to[3] = 0.3f * glm::vec3(place(random), place(random), place(random));
-        if (i == 1) to[0] = {0.6f, 0.8f, 0.0f}, to[1] = {-0.8f, 0.6f, 0.0f};
-        edits.push_back({part, to, random() % 4 != 0});
-        now.parts[part].toWorld = to;
-        present[part] = edits.back().present ? 1 : 0;
-      }
-      ASSERT_TRUE(edited->edit(edits));
-      VoxelLevel there = now;
-      for (std::size_t p = 0; p < present.size(); ++p) {
-        if (present[p] == 0) there.meshes[p].triangle.clear(), there.meshes[p].surface.clear();
-      }
-      auto made = VoxelVolume::create(there.geometry(), options);
-      ASSERT_TRUE(made);
-      expectSame(*edited, *made);
-      if (HasFatalFailure()) return;
-    }
-  }
-}
-
-TEST(VoxelVolume, aLevelFarAwayHasTheSameVoxels) {
-  VoxelLevel here, there;
-  const glm::vec3 far(131072.0f, 0.0f, -65536.0f);
-  here.addBox({0, 0, 0}, {8, 4, 8}, true);
-  here.addBox({2, 0, 3}, {3.5f, 2.25f, 5}, false);
-  there = here;
-  for (VoxelPart& part : there.parts) part.toWorld[3] = far;
-  VoxelOptions options;
-  options.cells = 8;
-  const auto a = VoxelVolume::create(here.geometry(), options), b = VoxelVolume::create(there.geometry(), options);
-  ASSERT_TRUE(a && b);
-  ASSERT_EQ(a->bits().size(), b->bits().size());
-  EXPECT_TRUE(std::equal(a->bits().begin(), a->bits().end(), b->bits().begin()));
-}
-
-TEST(VoxelVolume, nothingAndDegenerateThingsAreTaken) {
-  const auto empty = VoxelVolume::create({}, {});
-  ASSERT_TRUE(empty) << empty.error().message;
-  EXPECT_EQ(empty->stats().occupied, 0u);
-  VoxelLevel level;
-  level.addBox({0, 0, 0}, {1, 1, 1}, true);
-  level.addQuad({0.5f, 0.5f, 0.5f}, {0.5f, 0.5f, 0.5f}, {0.6f, 0.5f, 0.5f}, {0.7f, 0.5f, 0.5f});
-  level.addBox({0, 0, 0}, {1, 1, 1}, true);
-  level.parts.back().toWorld = glm::mat4x3(0.0f);
-  VoxelOptions options;
-  options.boxMin = {0.25f, 0.25f, 0.25f};
-  options.boxMax = {2, 2, 2};
-  const auto volume = VoxelVolume::create(level.geometry(), options);
-  ASSERT_TRUE(volume) << volume.error().message;
-  EXPECT_GT(volume->stats().zeroArea, 0u);
-  EXPECT_GT(volume->stats().outside, 0u);
-}
-
-TEST(VoxelVolume, badInputIsNamed) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const auto refuses = [](const std::function<void(VoxelLevel&, VoxelOptions&)>& spoil, const std::string& text) {
-    VoxelLevel level;
-    level.addBox({0, 0, 0}, {1, 1, 1}, true);
-    VoxelOptions options;
-    spoil(level, options);
-    const auto volume = VoxelVolume::create(level.geometry(), options);
-    ASSERT_FALSE(volume) << text;
-    EXPECT_EQ(volume.error().code, ErrorCode::usage);
-    EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;
-  };
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].position[3].y = nan; }, "mesh 0: vertex 3");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].triangle[5].z = 8; }, "triangle 5 has vertex 8 of 8");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].surface[5] = 1; }, "triangle 5 has surface 1 of 1");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.meshes[0].surface.pop_back(); }, "11 surfaces for 12 triangles");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].albedo.y = 1.01f; }, "surface 0: albedo");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].emission.x = -1.0f; }, "surface 0: emission");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.surfaces[0].coverage = nan; }, "surface 0: coverage");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.parts[0].mesh = 7; }, "part 0 has mesh 7 of 1");
-  refuses([&](VoxelLevel& l, VoxelOptions&) { l.parts[0].toWorld[1].z = nan; }, "part 0: column 1");
-  refuses([&](VoxelLevel&, VoxelOptions& o) { o.cells = 7; }, "7 cells");
-  refuses([&](VoxelLevel&, VoxelOptions& o) { o.cells = 65; }, "65 cells");
-  refuses([&](VoxelLevel&, VoxelOptions& o) { o.boxMax.z = nan; }, "box");
-  refuses([&](VoxelLevel&, VoxelOptions& o) { o.boxMax = {1, -1, 1}; }, "axis 1");
 }
 
 }  // namespace
