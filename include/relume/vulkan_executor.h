@@ -219,20 +219,7 @@ class VulkanExecutor {
       }
       const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),
                                            sizeof(GpuConstant) * entries.size(), source.constants.data()};
-      const VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0,
-                                          source.spirv.size_bytes(), source.spirv.data()};
-      VkComputePipelineCreateInfo info{};
-      info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
-      info.layout = made.layout;
-      info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-      info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-      info.stage.pName = "main";
-      info.stage.pSpecializationInfo = &constants;
-      vk_.make(vk_.CreateShaderModule, vk_.DestroyShaderModule, code, info.stage.module, "vkCreateShaderModule");
-      const auto creator = [this](VkDevice device, const auto* all, auto memory, VkPipeline* pipeline) {
-        return vk_.CreateComputePipelines(device, VK_NULL_HANDLE, 1, all, memory, pipeline);
-      };
-      vk_.make(creator, vk_.DestroyPipeline, info, made.pipeline, "vkCreateComputePipelines");
+      made.pipeline = vk_.makeComputePipeline(source.spirv, made.layout, &constants);
     }
   }
 
@@ -292,24 +279,10 @@ class VulkanExecutor {
         vk_.makeBuffer(size, 0, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, staging);
     void* mapped = nullptr;
     vk_.need(vk_.MapMemory(vk_.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-    const VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, nullptr,
-                                       VK_COMMAND_POOL_CREATE_TRANSIENT_BIT, vk_.host.queueFamily};
-    VkCommandPool commandPool = VK_NULL_HANDLE;
-    vk_.make(vk_.CreateCommandPool, vk_.DestroyCommandPool, pool, commandPool, "vkCreateCommandPool");
-    const VkCommandBufferAllocateInfo one{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, nullptr, commandPool,
-                                          VK_COMMAND_BUFFER_LEVEL_PRIMARY, 1};
-    VkCommandBuffer commands = VK_NULL_HANDLE;
-    vk_.need(vk_.AllocateCommandBuffers(vk_.device, &one, &commands), "vkAllocateCommandBuffers");
-    const VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, nullptr, 0, nullptr};
-    vk_.need(vk_.BeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
+    const VkCommandBuffer commands = vk_.makeCommands(VK_COMMAND_POOL_CREATE_TRANSIENT_BIT);
+    vk_.begin(commands);
     recordContents(commands, passes, staging, static_cast<std::byte*>(mapped));
-    vk_.need(vk_.EndCommandBuffer(commands), "vkEndCommandBuffer");
-    VkSubmitInfo submit{};
-    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-    submit.commandBufferCount = 1;
-    submit.pCommandBuffers = &commands;
-    vk_.need(vk_.QueueSubmit(vk_.host.queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
-    vk_.need(vk_.QueueWaitIdle(vk_.host.queue), "vkQueueWaitIdle");
+    vk_.submitAndWait(commands);
     vk_.rollBack(before);
   }
 

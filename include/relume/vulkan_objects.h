@@ -9,6 +9,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -136,6 +137,53 @@ struct VulkanObjects {
     const VkDeviceMemory memory = allocate(needs, kind);
     need(BindBufferMemory(device, buffer, memory, 0), "vkBindBufferMemory");
     return memory;
+  }
+
+  // Of SPIR-V whose function is main. constants: of the shader's specialisation; null = its own.
+  VkPipeline makeComputePipeline(std::span<const std::uint32_t> spirv, VkPipelineLayout layout,
+                                 const VkSpecializationInfo* constants) {
+    const VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0, spirv.size_bytes(),
+                                        spirv.data()};
+    VkComputePipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+    info.layout = layout;
+    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    info.stage.pName = "main";
+    info.stage.pSpecializationInfo = constants;
+    make(CreateShaderModule, DestroyShaderModule, code, info.stage.module, "vkCreateShaderModule");
+    const auto creator = [this](VkDevice owner, const auto* one, auto memory, VkPipeline* made) {
+      return CreateComputePipelines(owner, VK_NULL_HANDLE, 1, one, memory, made);
+    };
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    make(creator, DestroyPipeline, info, pipeline, "vkCreateComputePipelines");
+    return pipeline;
+  }
+
+  // A command buffer of a pool of its own, which dies with this.
+  VkCommandBuffer makeCommands(VkCommandPoolCreateFlags flags) {
+    const VkCommandPoolCreateInfo info{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, nullptr, flags, host.queueFamily};
+    VkCommandPool pool = VK_NULL_HANDLE;
+    make(CreateCommandPool, DestroyCommandPool, info, pool, "vkCreateCommandPool");
+    const VkCommandBufferAllocateInfo one{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, nullptr, pool,
+                                          VK_COMMAND_BUFFER_LEVEL_PRIMARY, 1};
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    need(AllocateCommandBuffers(device, &one, &commands), "vkAllocateCommandBuffers");
+    return commands;
+  }
+  void begin(VkCommandBuffer commands) const {
+    const VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, nullptr, 0, nullptr};
+    need(BeginCommandBuffer(commands, &info), "vkBeginCommandBuffer");
+  }
+  // End the recording, submit it, and wait until the queue has done all it was given.
+  void submitAndWait(VkCommandBuffer commands) const {
+    need(EndCommandBuffer(commands), "vkEndCommandBuffer");
+    VkSubmitInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+    info.commandBufferCount = 1;
+    info.pCommandBuffers = &commands;
+    need(QueueSubmit(host.queue, 1, &info, VK_NULL_HANDLE), "vkQueueSubmit");
+    need(QueueWaitIdle(host.queue), "vkQueueWaitIdle");
   }
 
   VulkanDevice host;

@@ -82,12 +82,7 @@ Renderer::Renderer(const relume::VulkanDevice& device, const Level& level, relum
   makeSceneSet(buffers);
   surfels_ = makePass(light_surfels_spirv, executor.surfelLayout());
   picture_ = makePass(picture_spirv, executor.resolveLayout());
-  const VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, nullptr,
-                                     VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT, device.queueFamily};
-  vk_.make(vk_.CreateCommandPool, vk_.DestroyCommandPool, pool, pool_, "vkCreateCommandPool");
-  const VkCommandBufferAllocateInfo one{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, nullptr, pool_,
-                                        VK_COMMAND_BUFFER_LEVEL_PRIMARY, 1};
-  vk_.need(vk_.AllocateCommandBuffers(vk_.device, &one, &commands_), "vkAllocateCommandBuffers");
+  commands_ = vk_.makeCommands(VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
 }
 
 std::byte* Renderer::makeBuffer(std::span<const std::byte> contents, std::size_t bytes, VkBuffer& buffer) {
@@ -132,36 +127,8 @@ Renderer::Pass Renderer::makePass(std::span<const std::uint32_t> spirv, VkDescri
   const VkPipelineLayoutCreateInfo layout{
       VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, nullptr, 0, 2, sets.data(), 1, &constants};
   vk_.make(vk_.CreatePipelineLayout, vk_.DestroyPipelineLayout, layout, pass.layout, "vkCreatePipelineLayout");
-  const VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0, spirv.size_bytes(),
-                                      spirv.data()};
-  VkComputePipelineCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
-  info.layout = pass.layout;
-  info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-  info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-  info.stage.pName = "main";
-  vk_.make(vk_.CreateShaderModule, vk_.DestroyShaderModule, code, info.stage.module, "vkCreateShaderModule");
-  const auto creator = [this](VkDevice device, const auto* all, auto memory, VkPipeline* pipeline) {
-    return vk_.CreateComputePipelines(device, VK_NULL_HANDLE, 1, all, memory, pipeline);
-  };
-  vk_.make(creator, vk_.DestroyPipeline, info, pass.pipeline, "vkCreateComputePipelines");
+  pass.pipeline = vk_.makeComputePipeline(spirv, pass.layout, nullptr);
   return pass;
-}
-
-void Renderer::begin() {
-  const VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, nullptr, 0, nullptr};
-  vk_.need(vk_.BeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
-}
-
-// A game waits for a fence some frames later; here the picture is wanted at once.
-void Renderer::submit() {
-  vk_.need(vk_.EndCommandBuffer(commands_), "vkEndCommandBuffer");
-  VkSubmitInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-  info.commandBufferCount = 1;
-  info.pCommandBuffers = &commands_;
-  vk_.need(vk_.QueueSubmit(vk_.host.queue, 1, &info, VK_NULL_HANDLE), "vkQueueSubmit");
-  vk_.need(vk_.QueueWaitIdle(vk_.host.queue), "vkQueueWaitIdle");
 }
 
 void Renderer::run(const Pass& pass, VkDescriptorSet relume, const Level& level, std::uint32_t width,
@@ -177,15 +144,16 @@ void Renderer::run(const Pass& pass, VkDescriptorSet relume, const Level& level,
   vk_.CmdDispatch(commands_, groupsX, groupsY, 1);
 }
 
+// A game waits for a fence some frames later; here the picture is wanted at once.
 relume::Status Renderer::relight(const Level& level) {
   relume::LightSetup setup;
   setup.surfelIrradianceOnGpu = true;
   const relume::Result<relume::GpuFrame> frame = passes_.frame(setup);
   if (!frame) return frame.error();
-  begin();
+  vk_.begin(commands_);
   run(surfels_, executor_.surfelSet(), level, 0, 0, false, (passes_.surfelSlots() + 63) / 64, 1);
   executor_.record(commands_, *frame);
-  submit();
+  vk_.submitAndWait(commands_);
   return relume::done();
 }
 
@@ -193,13 +161,13 @@ std::vector<unsigned char> Renderer::draw(const Level& level, std::uint32_t widt
                                           bool indirect) {
   width = std::min<std::uint32_t>(width, 960);
   height = std::min<std::uint32_t>(height, 540);
-  begin();
+  vk_.begin(commands_);
   run(picture_, executor_.resolveSet(), level, width, height, indirect, (width + 7) / 8, (height + 7) / 8);
   const VkMemoryBarrier toHost{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
                                VK_ACCESS_HOST_READ_BIT};
   vk_.CmdPipelineBarrier(commands_, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &toHost, 0,
                          nullptr, 0, nullptr);
-  submit();
+  vk_.submitAndWait(commands_);
   const auto* rgba = reinterpret_cast<const unsigned char*>(pixels_);
   return {rgba, rgba + std::size_t{4} * width * height};
 }

@@ -32,8 +32,6 @@ class Renderer {
   void makeSceneSet(std::span<const VkBuffer> buffers);
   void run(const Pass& pass, VkDescriptorSet relume, const Level& level, std::uint32_t width, std::uint32_t height,
            bool indirect, std::uint32_t groupsX, std::uint32_t groupsY);
-  void begin();
-  void submit();
 
   relume::VulkanObjects vk_;
   relume::GpuPasses& passes_;
@@ -41,7 +39,6 @@ class Renderer {
   VkDescriptorSetLayout sceneLayout_ = VK_NULL_HANDLE;
   VkDescriptorSet sceneSet_ = VK_NULL_HANDLE;
   Pass surfels_, picture_;
-  VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   std::byte* pixels_ = nullptr;
 };

@@ -23,12 +23,7 @@ unset WAYLAND_DISPLAY
 cp "$source/samples/level/two_rooms.glb" level.glb
 "$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none
 game() { "$embed" game.glb level.relume "$@" 2>log.txt; }
-expect() { # STATUS WORDS COMMAND...: the command exits with STATUS and says WORDS
-  local status=$1 words=$2 rc=0
-  shift 2
-  "$@" 2>log.txt >/dev/null || rc=$?
-  [ "$rc" -eq "$status" ] && grep -q "$words" log.txt || { echo "$*: exit $rc, expected $status and '$words':"; cat log.txt; exit 1; }
-}
+source "$source/tests/samples/expect.sh"
 
 rc=0
 game indirect.png 30 indirect still || rc=$?

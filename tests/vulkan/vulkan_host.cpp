@@ -267,18 +267,7 @@ std::vector<float> VulkanHost::compute(const std::string& text, const std::strin
       VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, nullptr, 0, 2, layouts.data(), 0, nullptr};
   VkPipelineLayout pipelineLayout = VK_NULL_HANDLE;
   vk.make(vk.CreatePipelineLayout, vk.DestroyPipelineLayout, both, pipelineLayout, "vkCreatePipelineLayout");
-  const VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0, spirv.size() * 4,
-                                      spirv.data()};
-  VkComputePipelineCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
-  info.layout = pipelineLayout;
-  info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-  info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-  info.stage.pName = "main";
-  vk.make(vk.CreateShaderModule, vk.DestroyShaderModule, code, info.stage.module, "vkCreateShaderModule");
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  need(vkCreateComputePipelines(device_.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
-       "vkCreateComputePipelines");
+  const VkPipeline pipeline = vk.makeComputePipeline(spirv, pipelineLayout, nullptr);
   const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 2};
   const VkDescriptorPoolCreateInfo poolInfo{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, nullptr, 0, 1, 1, &size};
   VkDescriptorPool pool = VK_NULL_HANDLE;
@@ -306,7 +295,6 @@ std::vector<float> VulkanHost::compute(const std::string& text, const std::strin
     vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &all,
                          0, nullptr, 0, nullptr);
   });
-  vkDestroyPipeline(device_.device, pipeline, nullptr);
   const std::vector<std::byte> bytes = read(buffers[1], outBytes);
   std::vector<float> out(outFloats);
   std::memcpy(out.data(), bytes.data(), bytes.size());
