@@ -204,13 +204,23 @@ Status checkTogether(const BakeOptions& o) {
                  ", expected at most 524288 with compact links; use links.kind (--link-kind) cone or sh");
   if (o.links.maxError > 0.0f && o.links.key != LinkOptions::CutKey::readError)
     return usage(
-        "option links.maxError (--max-error) needs links.key (--cut-key) readError, for other keys are no errors");
+        "option links.maxError (--link-error) needs links.key (--cut-key) readError, for other keys are no errors");
   if (o.links.maxLinksPerCache > 0 && o.links.maxLinksPerCache < o.links.linksPerCache)
     return usage("option links.maxLinksPerCache (--max-links) is " + std::to_string(o.links.maxLinksPerCache) +
                  ", expected 0 or at least links.linksPerCache (--links), " + std::to_string(o.links.linksPerCache));
   if (o.links.linksPerCache > o.surfels.count)
     return usage("option links.linksPerCache (--links) is " + std::to_string(o.links.linksPerCache) +
                  ", expected at most surfels.count (--surfels), " + std::to_string(o.surfels.count));
+  if (o.budget.any()) {
+    const char* const fixed = o.links.linksTotal > 0          ? "links.linksTotal (--links-total)"
+                              : o.caches.lightmapSize > 0     ? "caches.lightmapSize (--lightmap)"
+                              : o.caches.gridSpacing > 0.0f   ? "caches.gridSpacing (--grid-spacing)"
+                              : o.caches.gridResolution.x > 0 ? "caches.gridResolution (--grid)"
+                                                              : nullptr;
+    if (fixed)
+      return usage(std::string("option ") + fixed + " is for bakes without a budget, which chooses it (--budget-mb, " +
+                   "--budget-ms, --max-error)");
+  }
   const glm::uvec3 grid = o.caches.gridResolution;
   const bool someZero = grid.x == 0 || grid.y == 0 || grid.z == 0;
   if (someZero && (grid.x != 0 || grid.y != 0 || grid.z != 0))

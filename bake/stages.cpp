@@ -99,6 +99,11 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, C
                      std::move(*test)};
 }
 
+Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked, BudgetIs budgetIs) {
+  const BakeOptions sized = chooseSizes(asked);
+  return chooseLinks(sized, costSizesOf(placed.surfels.surfels, placed.hierarchy, placed.caches, sized), budgetIs);
+}
+
 Status placeReceivers(PlacedLevel& placed, Context& context) {
   auto receivers = runStage(context, "receivers", [&]() -> Result<std::vector<std::uint32_t>> {
     auto found = findReceivers(placed.tracer, placed.caches, placed.surfels.seeds, context);

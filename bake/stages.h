@@ -3,6 +3,7 @@
 // in common. bake.cpp reads as their list.
 #pragma once
 
+#include "bake/budget/choose_sizes.h"
 #include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
@@ -59,6 +60,9 @@ Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Cont
 
 // Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays.
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context);
+
+// The options with all sizes that their budgets allow: chooseSizes(), and chooseLinks() for what was placed.
+Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked, BudgetIs budgetIs);
 
 // Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
 // PlacedSurfels::seeds.

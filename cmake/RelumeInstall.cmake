@@ -23,7 +23,7 @@ endif()
 
 # librelume_bake.a: the baker's rooms in one library, which is what relume::bake is outside of this build.
 if(RELUME_BUILD_BAKE AND RELUME_INSTALL)
-  set(rooms bake_base json scene check_mesh import rays visibility surfels hierarchy lscm caches links reference certificate options bake)
+  set(rooms bake_base json scene check_mesh import rays visibility surfels hierarchy lscm caches links reference certificate budget options bake)
   list(TRANSFORM rooms REPLACE "(.+)" "$<TARGET_OBJECTS:relume_\\1>")
   add_library(relume_bake_archive STATIC ${rooms})
   target_compile_features(relume_bake_archive INTERFACE cxx_std_20)

@@ -23,18 +23,25 @@ Links noLinks(const Caches& caches, const LinkOptions& options) {
 }
 
 Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
-  Result<PlacedLevel> placed = placeLevel(scene, options, context);
+  if (options.budget.maxError > 0.0f)
+    return Error{ErrorCode::usage,
+                 "option budget.maxError (--max-error): not for a plan, as it takes whole bakes; give --budget-mb"};
+  Result<PlacedLevel> placed = placeLevel(scene, chooseSizes(options), context);
   if (!placed) return placed.error();
   BakePlan plan;
   plan.options = options;
+  const Result<BakeOptions> chosen = chooseLinksOf(*placed, options, BudgetIs::limit);
+  if (!chosen) return chosen.error();
+  plan.chosen = *chosen;
+  const LinkOptions& chosenLinks = plan.chosen.links;
 
   // The one number that the caches share: how far links are refined.
   const Result<float> minKey = runStage(context, "link shares", [&]() -> Result<float> {
     const Surfels& surfels = placed->surfels.surfels;
-    if (const Status status = LinkTracer::check(surfels, placed->hierarchy, placed->caches, options.links); !status)
+    if (const Status status = LinkTracer::check(surfels, placed->hierarchy, placed->caches, chosenLinks); !status)
       return status.error();
-    return needs(reserveLinks(placed->hierarchy, placed->caches, options.links, context, 0.0), [&] {
-      return LinkTracer(placed->tracer, surfels, placed->surfels.map, placed->hierarchy, placed->caches, options.links,
+    return needs(reserveLinks(placed->hierarchy, placed->caches, chosenLinks, context, 0.0), [&] {
+      return LinkTracer(placed->tracer, surfels, placed->surfels.map, placed->hierarchy, placed->caches, chosenLinks,
                         options.seed)
           .findMinKey(context);
     });
@@ -46,7 +53,7 @@ Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Cont
   plan.test = std::move(placed->test);
   plan.map = std::move(placed->surfels.map);
   if (!placed->surfels.bakedEmission.empty()) plan.tracedEmission = placed->surfels.surfels.emission.toVector();
-  Links links = noLinks(placed->caches, options.links);
+  Links links = noLinks(placed->caches, chosenLinks);
   Result<Bake> bake = handOver(scene, options, std::move(*placed), std::move(links), context);
   if (!bake) return bake.error();
   plan.bake = std::move(*bake);

@@ -126,7 +126,7 @@ Result<Bake> mergeStages(BakePlan plan, std::vector<NamedShard> given, Context& 
     bake.links = joiner.finish();
     bake.hierarchy.firstWeight = sums.weights(bake.hierarchy);
     context.figure("links", bake.links.count());
-    warnOfManyLinks(bake.links, plan.options.links, context);
+    warnOfManyLinks(bake.links, plan.chosen.links, context);
     return done();
   });
   if (!joined) return joined.error();

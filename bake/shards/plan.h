@@ -25,6 +25,7 @@ namespace relume {
 struct BakePlan {
   Bake bake;            // without links: its rows are empty, and Hierarchy::firstWeight is the clustering's
   BakeOptions options;  // what Provenance::optionsJson says
+  BakeOptions chosen;   // the same with the sizes that their budgets chose: what links are traced with
   SurfelMap map;
   std::vector<glm::vec3> tracedEmission;  // [W/m²/sr] [Size 0 or n_S] where materials are drivable: the emission that
                                           // links reckon with, which is not the bake's (PlacedSurfels::bakedEmission)
@@ -34,7 +35,7 @@ struct BakePlan {
                                // same file
 };
 
-// Make all of a bake but its links. Errors as bake().
+// Make all of a bake but its links. Errors as bake(); usage: an error to bake for, which takes whole bakes.
 Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context);
 
 // Done where this program would make this plan of this scene and its options. unsupported: another version of the

@@ -30,7 +30,7 @@ Result<Shard> shardStages(const Scene& scene, const BakePlan& plan, const ShardN
     return Error{ErrorCode::invalidFile, "the plan's map of surfels has " + std::to_string(plan.map.sides.size()) +
                                              " sides, expected two for each of " +
                                              std::to_string(scene.triangleCount()) + " triangles"};
-  const Result<RayTracer> tracer = buildRays(scene, plan.options, context);
+  const Result<RayTracer> tracer = buildRays(scene, plan.chosen, context);
   if (!tracer) return tracer.error();
   if (context.cancelled()) return cancelledError();
 
@@ -40,9 +40,9 @@ Result<Shard> shardStages(const Scene& scene, const BakePlan& plan, const ShardN
   Surfels surfels = bake.surfels;
   if (!plan.tracedEmission.empty()) surfels.emission = plan.tracedEmission;
   Result<TracedRange> traced = runStage(context, "links", [&] {
-    return needs(reserveLinks(bake.hierarchy, bake.caches, plan.options.links, context, share), [&] {
+    return needs(reserveLinks(bake.hierarchy, bake.caches, plan.chosen.links, context, share), [&] {
       auto rows =
-          LinkTracer(*tracer, surfels, plan.map, bake.hierarchy, bake.caches, plan.options.links, plan.options.seed)
+          LinkTracer(*tracer, surfels, plan.map, bake.hierarchy, bake.caches, plan.chosen.links, plan.chosen.seed)
               .trace(range, plan.minKey, context);
       if (rows) noteFigures(*rows, context);
       return rows;

@@ -9,6 +9,7 @@
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
+#include "tests/pipeline/tiny_bake.h"
 
 #include <gtest/gtest.h>
 
@@ -21,17 +22,6 @@ namespace relume {
 namespace {
 
 constexpr float kPi = 3.14159265f;
-
-BakeOptions smallOptions() {
-  BakeOptions options = presetOptions(Preset::draft);
-  options.playSpace.walks = 20000;
-  options.surfels.count = 2048;
-  options.caches.gridCaches = 60;
-  options.caches.lightmapCaches = 600;
-  options.links.linksPerCache = 48;
-  options.links.raysPerCache = 128;
-  return options;
-}
 
 Scene sampleLevel() {
   Context context;
@@ -105,7 +95,7 @@ std::vector<glm::vec3> readOnce(const Bake& bake, const TestRays& rays) {
 
 TEST(TestRays, findTheWholeSkyOverAFloor) {
   const Scene scene = floorUnderTheSky();
-  BakeOptions options = smallOptions();
+  BakeOptions options = test::smallBakeOptions();
   options.playSpace.mode = PlaySpaceOptions::Mode::all;
   Context context;
   const Result<PlacedLevel> placed = placeLevel(scene, options, context);
@@ -121,7 +111,7 @@ TEST(TestRays, findTheWholeSkyOverAFloor) {
 }
 
 TEST(Certificate, noiseOfTheRaysDropsOut) {
-  const Tested tested = bakeWithRays(sampleLevel(), smallOptions());
+  const Tested tested = bakeWithRays(sampleLevel(), test::smallBakeOptions());
   const std::vector<glm::vec3> read = readOnce(tested.bake, tested.rays);
   // Rays whose mean is what the bake says, each with noise as large as that.
   TestRays noisy = tested.rays;
@@ -143,7 +133,7 @@ TEST(Certificate, noiseOfTheRaysDropsOut) {
 }
 
 TEST(Certificate, findsAnErrorThatIsThere) {
-  const Tested tested = bakeWithRays(sampleLevel(), smallOptions());
+  const Tested tested = bakeWithRays(sampleLevel(), test::smallBakeOptions());
   const std::vector<glm::vec3> read = readOnce(tested.bake, tested.rays);
   // The truth is half as bright again as what the bake says.
   TestRays brighter = tested.rays;
@@ -172,7 +162,7 @@ TEST(Certificate, findsAnErrorThatIsThere) {
 
 TEST(Certificate, saysLessOfABetterBake) {
   const Scene scene = sampleLevel();
-  BakeOptions options = smallOptions();
+  BakeOptions options = test::smallBakeOptions();
   Context context;
   const auto coarse = bake(scene, options, context);
   options.surfels.count = 16384;
@@ -190,7 +180,7 @@ TEST(Certificate, isTheSameAtAnyNumberOfThreads) {
   for (const int threads : {1, 2, 7}) {
     Context context;
     context.threads = threads;
-    const auto baked = bake(scene, smallOptions(), context);
+    const auto baked = bake(scene, test::smallBakeOptions(), context);
     ASSERT_TRUE(baked);
     ASSERT_FALSE(baked->certificate.empty());
     const auto bytes = serializeBake(*baked);
@@ -203,10 +193,10 @@ TEST(Certificate, isTheSameAtAnyNumberOfThreads) {
 TEST(Certificate, knowsNothingOfTheLevelsOwnLights) {
   Scene scene = sampleLevel();
   Context context;
-  const auto with = bake(scene, smallOptions(), context);
+  const auto with = bake(scene, test::smallBakeOptions(), context);
   ASSERT_FALSE(scene.lights.empty());
   scene.lights.clear();
-  const auto without = bake(scene, smallOptions(), context);
+  const auto without = bake(scene, test::smallBakeOptions(), context);
   ASSERT_TRUE(with && without);
   EXPECT_EQ(*serializeBake(*with), *serializeBake(*without));
 }

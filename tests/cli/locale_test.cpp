@@ -36,21 +36,21 @@ TEST_F(CliLocale, commandsReadAndWriteTheSameNumbers) {
   EXPECT_NE(std::system(make.c_str()), -1);
   // Bakes, by an option with a point
   const std::string other = at("other.relume");
-  bake(room_, out_, {"--max-error", "0.25"});
-  const ProgramResult baked = runWithCommas(bakeArguments(room_, other, {"--max-error", "0.25"}));
+  bake(room_, out_, {"--link-error", "0.25"});
+  const ProgramResult baked = runWithCommas(bakeArguments(room_, other, {"--link-error", "0.25"}));
   ASSERT_EQ(baked.status, 0) << baked.err;
   EXPECT_EQ(readAll(other), readAll(out_));
 
-  expectTheSame({"bake", "--print-options", "--max-error", "0.25"}, "0.25");
+  expectTheSame({"bake", "--print-options", "--link-error", "0.25"}, "0.25");
   expectTheSame({"bake", "--help"}, "0.1");
-  expectTheSame(bakeArguments(room_, other, {"--max-error", "0,25"}), "0,25");
+  expectTheSame(bakeArguments(room_, other, {"--link-error", "0,25"}), "0,25");
   expectTheSame({"info", out_}, "0.25");
   expectTheSame({"info", out_, "--json"}, "0.25");
   expectTheSame({"info", room_}, "[4.0,4.0,4.0]");
   expectTheSame({"status", room_, out_, "--json"}, "\"");
 
   // Bakes of other links, told apart in text, JSON and HTML
-  bake(room_, other, {"--max-error", "0.75"});
+  bake(room_, other, {"--link-error", "0.75"});
   expectTheSame({"compare", out_, other, "--max-rmse", "0.5"}, "0.75");
   expectTheSame({"compare", out_, other, "--json"}, "0.75");
   const std::string page = at("page.html");

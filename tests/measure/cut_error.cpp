@@ -144,7 +144,7 @@ void budgetTable(const CutLevel& level, Context& context) {
   std::printf("\n");
 }
 
-// What --max-error asks for, and what lights find that the bake knew nothing of.
+// What --link-error asks for, and what lights find that the bake knew nothing of.
 void errorTable(const CutLevel& level, Context& context) {
   const float radius = levelRadius(level.hierarchy, nodeGeometry(level.hierarchy, level.placed.surfels));
   const Truth truth = untrainedTruth(level, context);

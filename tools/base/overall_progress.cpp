@@ -4,6 +4,8 @@
 // goes.
 #include "tools/base/overall_progress.h"
 
+#include "bake/budget/choose_sizes.h"
+
 #include <algorithm>
 
 namespace relume {
@@ -19,7 +21,10 @@ double cachesOf(const CacheOptions& o) {
 
 }  // namespace
 
-ProgressPlan planBake(const BakeOptions& o, bool verify) {
+ProgressPlan planBake(const BakeOptions& asked, bool verify) {
+  // How many bakes it takes to an error, and of what sizes, nobody knows.
+  if (asked.budget.maxError > 0.0f) return {};
+  const BakeOptions o = chooseSizes(asked);
   const double caches = cachesOf(o.caches);
   const double rays = caches * o.links.raysPerCache * (1.0 + o.links.emitterRays);
   const double walks = o.playSpace.mode == PlaySpaceOptions::Mode::all ? 0.0 : o.playSpace.walks;

@@ -21,7 +21,8 @@ struct ProgressPlan {
   std::vector<Part> parts;
 };
 
-// The stages of `relume bake`, weighed by what the options ask of each. With `verify`, the second bake's as well.
+// The stages of `relume bake`, weighed by what the options ask of each. With `verify`, the second bake's as well. Empty
+// where bakes are made until one has an error.
 ProgressPlan planBake(const BakeOptions& options, bool verify);
 
 class OverallProgress {

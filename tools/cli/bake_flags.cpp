@@ -38,6 +38,24 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags) {
   }
 }
 
+namespace {
+
+// Counts that a budget chooses, and the command line states as well.
+Status checkBudgetAlone(const BakeOptions& options, const BakeFlags& flags) {
+  if (!options.budget.any()) return done();
+  for (const char* name : {"surfels.count", "caches.gridCaches", "caches.lightmapCaches", "links.linksPerCache",
+                           "links.maxLinksPerCache"}) {
+    const auto stated = flags.flagged.find(name);
+    if (stated == flags.flagged.end() || stated->second == "0") continue;
+    return Error{ErrorCode::usage,
+                 std::string("option ") + name + " is " + stated->second.substr(0, 40) +
+                     ", and a budget chooses it (--budget-mb, --budget-ms, --max-error); leave one out"};
+  }
+  return done();
+}
+
+}  // namespace
+
 Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags) {
   BakeOptions options = base;
   if (!flags.bands.empty()) {
@@ -49,6 +67,7 @@ Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& 
     if (const Status status = setOption(options, name, text); !status) return status.error();
   }
   if (const Status status = checkOptions(options); !status) return status.error();
+  if (const Status status = checkBudgetAlone(options, flags); !status) return status.error();
   return options;
 }
 

@@ -28,7 +28,8 @@ struct BakeFlags {
 // `flags` must outlive the parsing.
 void addBakeFlags(CLI::App& command, BakeFlags& flags);
 
-// What the flags start from, --bands, then the other flags. usage: text of the wrong type, a value out of range.
+// What the flags start from, --bands, then the other flags. usage: text of the wrong type, a value out of range, a
+// count beside a budget that chooses it.
 Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags);
 
 }  // namespace relume

@@ -127,6 +127,23 @@ std::string relightTable(const BenchSetting& setting, const PaperSetting* paper)
   return text;
 }
 
+// What the budgets of `relume bake` reckon with, and how this machine compares: by the least frame of one thread, where
+// it was lit with the bands that the bake recommends.
+std::string reckonedText(const BenchSetting& setting) {
+  const RuntimeCost& cost = setting.sizes.reckoned;
+  std::string text = "\nBudgets (`--budget-mb`, `--budget-ms`) reckon with " +
+                     printed("%.1f MiB and %.2f ms", cost.bytes / 1048576.0, cost.frameMs) + " on the reference, " +
+                     kReferenceProcessor;
+  const std::string bands =
+      bandsName({static_cast<int>(setting.sizes.lumaBands), static_cast<int>(setting.sizes.chromaBands)});
+  for (const RelightTimes& times : setting.relight) {
+    const PassFigures* frame = findPass(times, "frame");
+    if (times.threads != 1 || times.bands != bands || !frame || !(cost.frameMs > 0.0)) continue;
+    return text + printed("; this machine takes %.2f times that.\n", frame->minMs / cost.frameMs);
+  }
+  return text + ".\n";
+}
+
 // The paper's buffers of PIC Table 4 that hold what one of ours holds. [MiB]
 double paperMiB(const std::string& buffer) {
   if (buffer == "surfels") return 1.46;
@@ -189,7 +206,8 @@ std::string settingSection(const BenchReport& report, const BenchSetting& settin
                      "\n\n" + sizesText(setting.sizes) + "; light map of " +
                      printed("%u texels.\n", setting.sizes.texels);
   if (!setting.bake.stages.empty()) text += bakeTable(report, setting);
-  if (!setting.relight.empty()) text += relightTable(setting, paper) + memoryTable(setting, paper);
+  if (!setting.relight.empty())
+    text += relightTable(setting, paper) + memoryTable(setting, paper) + reckonedText(setting);
   return text;
 }
 
@@ -244,6 +262,7 @@ BakeSizes sizesOf(const Bake& bake) {
   }
   sizes.lumaBands = bake.provenance.lumaBands;
   sizes.chromaBands = bake.provenance.chromaBands;
+  sizes.reckoned = runtimeCost(bake);
   const auto kind = "/links/kind"_json_pointer;
   const Result<nlohmann::json> options = readJson(bake.provenance.optionsJson);
   if (options && options->contains(kind) && options->at(kind).is_string())
@@ -305,7 +324,11 @@ nlohmann::json toJson(const BenchReport& report) {
   for (const BenchSetting& setting : report.settings) {
     json relight = json::array();
     for (const RelightTimes& times : setting.relight) relight.push_back(toJson(times));
-    settings.push_back({{"name", setting.name}, {"sizes", sizes(setting.sizes)}, {"relight", relight}});
+    const RuntimeCost& cost = setting.sizes.reckoned;
+    settings.push_back({{"name", setting.name},
+                        {"sizes", sizes(setting.sizes)},
+                        {"reckoned", {{"memoryMiB", cost.bytes / 1048576.0}, {"frameMs", cost.frameMs}}},
+                        {"relight", relight}});
     if (!setting.bake.stages.empty()) settings.back()["bake"] = bakeTimes(setting.bake);
   }
   const auto curve = [&](const std::vector<CurvePoint>& points) {

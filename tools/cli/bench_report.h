@@ -2,6 +2,7 @@
 // What `relume bench` found, as JSON and as the Markdown of docs/PERFORMANCE.md, beside the paper's figures.
 #pragma once
 
+#include "bake/budget/runtime_cost.h"
 #include "tools/cli/bench_live.h"
 #include "tools/cli/bench_measure.h"
 
@@ -19,6 +20,7 @@ struct BakeSizes {
   std::uint32_t surfels = 0, caches = 0, texels = 0, links = 0, linksPerCache = 0;  // linksPerCache: of the fullest row
   std::uint32_t lumaBands = 0, chromaBands = 0;
   std::string linkKind;
+  RuntimeCost reckoned;  // of its recommended bands, on the reference processor
 };
 BakeSizes sizesOf(const Bake& bake);
 

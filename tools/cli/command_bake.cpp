@@ -162,9 +162,9 @@ int runBake(const BakeArguments& arguments) {
   if (const Status status = writeSideFiles(arguments, arguments.output, *scene, report); !status)
     return fail(status.error());
   const std::string certified = certificateText(*baked);
-  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB%s%s\n",
+  std::printf("%s: %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB, %s%s%s\n",
               printable(arguments.output).c_str(), baked->surfels.count(), baked->caches.count(), baked->links.count(),
-              secondsSince(begin), peakMemoryMiB(), arguments.verify ? ", verified" : "",
+              secondsSince(begin), peakMemoryMiB(), costText(*baked).c_str(), arguments.verify ? ", verified" : "",
               certified.empty() ? "" : (", " + certified).c_str());
   return 0;
 }

@@ -4,6 +4,7 @@
 
 #include "bake/base/printed.h"
 #include "bake/base/read_json.h"
+#include "bake/budget/runtime_cost.h"
 #include "bake/import/check_mesh.h"
 #include "formats/format_version.h"
 #include "tools/render/scene_bounds.h"
@@ -280,11 +281,17 @@ std::string certificateText(const Bake& bake) {
   return text + ")";
 }
 
+std::string costText(const Bake& bake) {
+  const RuntimeCost cost = runtimeCost(bake);
+  return printed("%.1f MiB and %.2f ms a frame in a game", cost.bytes / 1048576.0, cost.frameMs);
+}
+
 Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed) {
   const Provenance& p = bake.provenance;
   const Result<Json> options = readJson(p.optionsJson);
   std::uint64_t bytes = 0;
   for (const ChunkInfo& c : chunks) bytes = std::max(bytes, c.offset + c.bytes);
+  const RuntimeCost cost = runtimeCost(bake);
   Json instances = Json::array();
   for (const BakedInstance& i : bake.instances)
     instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
@@ -309,6 +316,8 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
             {"skyPatches", bake.hierarchy.skyDirection.size()}}},
           {"caches", describeCaches(bake.caches)},
           {"links", describeLinks(bake.links)},
+          {"atRunTime",
+           {{"memoryMiB", cost.bytes / 1048576.0}, {"frameMs", cost.frameMs}, {"processor", kReferenceProcessor}}},
           {"certificate", describeCertificate(bake)},
           {"instances", instances},
           {"chunks", describeChunks(chunks)}};

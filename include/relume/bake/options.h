@@ -70,12 +70,25 @@ struct LinkOptions {
   std::uint32_t skyPatches = 64;             // [0..4096] sky senders; 0 = the sky gives no light
 };
 
+// What the bake may cost a game, and how wrong it may be: the baker chooses surfels, caches and links, in place of
+// their counts in the options below. Costs are reckoned from counts (bake/budget/runtime_cost.h), not measured, so that
+// a bake has the same bytes on all machines.
+struct BudgetOptions {
+  float memoryMiB = 0.0f;  // [MiB] [0, 0.25..65536] of Relighter::bufferSizes() on the CPU; 0 = any
+  float frameMs = 0.0f;    // [ms] [0, 0.01..1000] of relight() by one thread of the reference processor; 0 = any
+  float maxError = 0.0f;   // [0..1] what the certificate may say (certifiedError()): bakes grow until it does; 0 = any
+
+  bool limitsCost() const { return memoryMiB > 0.0f || frameMs > 0.0f; }
+  bool any() const { return limitsCost() || maxError > 0.0f; }
+};
+
 struct BakeOptions {
   PlaySpaceOptions playSpace;
   SurfelOptions surfels;
   ClusteringOptions clustering;
   CacheOptions caches;
   LinkOptions links;
+  BudgetOptions budget;
   std::uint32_t lumaBands = 4;     // [1..8] recommended to the runtime
   std::uint32_t chromaBands = 2;   // [1..lumaBands] more cannot be seen (docs/notes/bands.md)
   std::uint64_t seed = 1;          // any

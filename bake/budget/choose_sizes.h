@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// How many surfels, caches and links a bake gets for what it may cost a game (BakeOptions::budget). Sizes grow along a
+// line on which the presets `medium` and `high` lie nearly; what surfels and caches leave of a budget becomes links,
+// once it is known how many of them the level has.
+#pragma once
+
+#include "bake/budget/runtime_cost.h"
+#include "relume/bake/options.h"
+#include "relume/result.h"
+
+namespace relume {
+
+// The options with the sizes that their budgets allow, before anything is placed; as they are where there is no budget.
+// An error to bake for (BudgetOptions::maxError) chooses nothing here: error_search.h.
+BakeOptions chooseSizes(const BakeOptions& options);
+
+// Options that chooseSizes() gave, with the links that are left for what was placed: 16 for each cache at least, where
+// budgets are wishes. failed: budgets are limits, and there is no room for those; says what would do.
+enum class BudgetIs { limit, wish };
+Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed, BudgetIs budgetIs);
+
+// [MiB] Beyond which more memory changes nothing, or is not allowed.
+double largestMemoryMiB(const BakeOptions& options);
+
+}  // namespace relume

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// See runtime_cost.h.
+#include "bake/budget/runtime_cost.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume {
+namespace {
+
+// Memory, by reading runtime/cpu: four words and two node indices a surfel, its two nodes of the tree with their
+// colours.
+constexpr double kSurfelBytes = 16.3, kTreeBytes = 10.3, kSkyBytes = 12.0;
+// Position and normal, and the coefficients as floats.
+constexpr double kCacheBytes = 24.0, kCoefficientBytes = 4.0;
+// The index of the light map, and what bounces of a texel are looked up in.
+constexpr double kTexelBytes = 4.0 + 9.0;
+constexpr double kRowBytes = 4.0, kStepBytes = 2.0, kNodesOfStep = 65536.0;
+
+// Times.
+// A surfel reads its bounce from one colour of the light map, or from coefficients.
+constexpr double kColorNs = 4.8, kCoefficientsNs = 8.4, kPullNs = 1.5;
+constexpr double kNodesInCache = 65536.0;  // beyond, colours of nodes are fetched from farther away
+constexpr double kFartherNs = 0.12;        // for each doubling
+
+double coefficients(double luma, double chroma) { return luma * luma + 2.0 * chroma * chroma; }
+
+// The bands that its caches hold.
+double coefficients(const CostSizes& s) { return coefficients(s.lumaBands, s.chromaBands); }
+
+double nodes(const CostSizes& s) { return 2.0 * (s.surfels + s.skyPatches); }
+
+// The share of links whose caches are in the grid, as caches get the same on average.
+double gridShare(const CostSizes& s) { return s.gridCaches / std::max(s.gridCaches + s.mapCaches, 1.0); }
+
+CostSizes sizesOfCaches(const Caches& caches) {
+  CostSizes sizes;
+  const CacheGrid& grid = caches.grid;
+  sizes.gridCaches = std::min(caches.firstMapCache(), caches.count());
+  sizes.mapCaches = caches.count() - sizes.gridCaches;
+  sizes.texels = static_cast<double>(caches.lightmap.cache.size());
+  sizes.gridIndexBytes =
+      4.0 * static_cast<double>(grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
+  return sizes;
+}
+
+}  // namespace
+
+CostSizes costSizesOf(const Bake& bake) {
+  CostSizes sizes = sizesOfCaches(bake.caches);
+  sizes.surfels = bake.surfels.count();
+  sizes.skyPatches = static_cast<double>(bake.hierarchy.senderCount()) - sizes.surfels;
+  sizes.linkKind = bake.links.kind;
+  sizes.linkBands = bake.links.bands;
+  sizes.lumaBands = bake.provenance.lumaBands;
+  sizes.chromaBands = bake.provenance.chromaBands;
+  return sizes;
+}
+
+CostSizes costSizesOf(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& caches,
+                      const BakeOptions& options) {
+  CostSizes sizes = sizesOfCaches(caches);
+  sizes.surfels = surfels.count();
+  sizes.skyPatches = static_cast<double>(hierarchy.senderCount()) - sizes.surfels;
+  sizes.linkKind = options.links.kind;
+  sizes.linkBands = options.links.bands;
+  sizes.lumaBands = options.lumaBands;
+  sizes.chromaBands = options.chromaBands;
+  return sizes;
+}
+
+RuntimeCost costWithoutLinks(const CostSizes& s) {
+  const bool mapIrradiance = s.linkKind == LinkKind::irradiance;
+  const double caches = s.gridCaches + s.mapCaches, k = coefficients(s);
+  RuntimeCost cost;
+  cost.bytes = (kSurfelBytes + kTreeBytes) * s.surfels + kSkyBytes * s.skyPatches +
+               (kCacheBytes + kCoefficientBytes * k) * caches + kTexelBytes * s.texels + s.gridIndexBytes +
+               kRowBytes * caches;
+  if (s.linkKind == LinkKind::oct6) cost.bytes += kStepBytes * caches * std::floor(nodes(s) / kNodesOfStep);
+  // A nanosecond a coefficient: sums become coefficients, halves and texels.
+  const double surfelNs = (mapIrradiance || s.lumaBands == 1 ? kColorNs : kCoefficientsNs) + kPullNs;
+  cost.frameMs = 1e-6 * (surfelNs * s.surfels + k * s.gridCaches + (mapIrradiance ? 3.0 : k) * s.mapCaches);
+  return cost;
+}
+
+RuntimeCost costOfLink(const CostSizes& s) {
+  const double k = coefficients(s), grid = gridShare(s);
+  const double far = kFartherNs * std::max(0.0, std::log2(nodes(s) / kNodesInCache));
+  switch (s.linkKind) {
+    case LinkKind::sh:
+      return {4.0 + 2.0 * coefficients(s.linkBands, 0.0), 1e-6 * (3.0 + 0.06 * k + far)};
+    case LinkKind::cone:
+      return {12.0, 1e-6 * (1.6 + 0.012 * k + far)};
+    case LinkKind::oct6:
+      return {5.0, 1e-6 * (0.60 + 0.006 * k + far)};
+    case LinkKind::irradiance:
+      return {4.0 + 4.0 * grid, 1e-6 * (0.55 + 0.02 * k * grid + far)};
+  }
+  return {};
+}
+
+RuntimeCost runtimeCost(const Bake& bake) {
+  const CostSizes sizes = costSizesOf(bake);
+  const RuntimeCost fixed = costWithoutLinks(sizes), link = costOfLink(sizes);
+  const double links = bake.links.count();
+  return {fixed.bytes + links * link.bytes, fixed.frameMs + links * link.frameMs};
+}
+
+}  // namespace relume
