@@ -182,7 +182,8 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, cons
   }
   std::sort(references.begin(), references.end());
 
-  const std::string stem = std::string(level.name) + "." + setting.bake;
+  const bool isPreset = *setting.bake != '-';
+  const std::string stem = std::string(level.name) + "." + (isPreset ? setting.bake : setting.name);
   const fs::path bake = fs::path(arguments.work) / (stem + ".relume"),
                  report = fs::path(arguments.work) / (stem + ".json");
   if (*setting.bake == 0) {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstring>
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,8 @@ struct AccuracyLevel {
 struct AccuracySetting {
   const char* name;            // "paper", of a preset, or of a preview
   const char* title;           // of the table
-  const char* bake;            // "paper" or a preset; empty: none, and by a preview light that is reflected once
+  const char* bake;            // "paper", a preset, or options of `relume bake`; empty: none, and by a preview light
+                               // that is reflected once
   const char* source;          // of `relume preview`; empty: `relume render` draws, with --live where there is no bake
   const char* pack = "";       // profile of `relume pack` that the bake goes through; empty: none
   const char* transport = "";  // of `relume render --live`; empty: its default
@@ -33,6 +36,14 @@ inline const std::vector<AccuracySetting> kAccuracySettings{
     {"web", "Preset `web`, packed by `relume pack --profile web`", "web", "", "web"},
     {"high", "Preset `high`", "high", ""},
     {"best", "Preset `best`", "best", ""},
+    {"mb20", "`relume bake --budget-mb 20`", "--budget-mb 20", ""},
+    {"mb110", "`relume bake --budget-mb 110`", "--budget-mb 110", ""},
+    {"x110b", "x",
+     "--surfels 262144 --lightmap-caches 65536 --grid-caches 8192 --links-total 15500000 --rays 2048 --max-links 0",
+     ""},
+    {"x110c", "x",
+     "--surfels 262144 --lightmap-caches 65536 --grid-caches 8192 --links-total 15500000 --rays 4096 --max-links 0",
+     ""},
     {"preview", "`relume preview --source hits` from preset `high`", "high", "hits"},
     {"preview_surfels", "`relume preview --source surfels` from preset `high`", "high", "surfels"},
     {"preview_direct", "`relume preview --source direct`, without a bake", "", "direct"},
@@ -43,7 +54,9 @@ inline const std::vector<AccuracySetting> kAccuracySettings{
 // Options of `relume bake` for a level.
 inline std::vector<std::string> bakeOptionsOf(const AccuracyLevel& level, const AccuracySetting& setting) {
   if (std::strcmp(setting.bake, "paper") == 0) return level.bakeOptions;
-  return {"--preset", setting.bake};
+  if (*setting.bake != '-') return {"--preset", setting.bake};
+  std::istringstream words(setting.bake);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 inline const std::vector<AccuracyLevel> kAccuracyLevels{
