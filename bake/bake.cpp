@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace relume {
@@ -39,7 +40,8 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, BudgetIs b
 
   // 5. Hand over
   const TestRays test = std::move(placed->test);
-  Result<Bake> bake = handOver(scene, asked, std::move(*placed), std::move(traced->links), context);
+  const std::string rayTracer = placed->tracer.description();
+  Result<Bake> bake = handOver(scene, asked, std::move(*placed), std::move(traced->links), rayTracer, context);
   if (!bake) return bake;
 
   // 6. Check: a bake that a reader would refuse is an error here

@@ -117,12 +117,12 @@ Status placeReceivers(PlacedLevel& placed, Context& context) {
 }
 
 Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLevel placed, Links links,
-                      Context& context) {
+                      const std::string& rayTracer, Context& context) {
   PlacedSurfels& s = placed.surfels;
   if (!s.bakedEmission.empty()) s.surfels.emission = std::move(s.bakedEmission);
   Result<Bake> bake = runStage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
-    Provenance provenance = describeProvenance(scene, instances, options, placed.tracer.description());
+    Provenance provenance = describeProvenance(scene, instances, options, rayTracer);
     return Bake{std::move(s.surfels),  std::move(placed.hierarchy), std::move(placed.caches),
                 std::move(links),      std::move(instances),        std::move(provenance),
                 describeShapes(scene), std::move(s.emitters),       Certificate{}};

@@ -14,6 +14,7 @@
 #include "relume/result.h"
 
 #include <new>
+#include <string>
 #include <type_traits>
 
 namespace relume {
@@ -69,9 +70,9 @@ Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& 
 Status placeReceivers(PlacedLevel& placed, Context& context);
 
 // The bake of a level whose links are traced. What Surfels::emission says was for the links; the bake says what is
-// baked.
+// baked. rayTracer: its description, for the provenance.
 Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLevel placed, Links links,
-                      Context& context);
+                      const std::string& rayTracer, Context& context);
 
 // A bake that a reader would refuse is an error here.
 Status checkBaked(const Bake& bake, Context& context);

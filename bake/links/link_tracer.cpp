@@ -146,13 +146,13 @@ Result<float> LinkTracer::findMinKey(Context& context) {
   return counts.keyFor(budget_.total * static_cast<double>(counts.caches()) / static_cast<double>(caches_.count()));
 }
 
-Result<TracedRange> LinkTracer::trace(CacheRange range, float minKey, Context& context) {
+Result<TracedRange> LinkTracer::trace(CacheRange range, float minKey, Context& context, std::string_view stage) {
   CutLimit limit{budget_.maxPerCache};
   limit.minKey = minKey;
   limit.maxKeySum = keySumOf(options_.maxError, levelRadius(hierarchy_, geometry_));
 
   std::vector<LinkRowBuilder> chunks((range.count() + kGrain - 1) / kGrain, LinkRowBuilder(options_.kind));
-  parallelChunks(context, "links", range.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, stage, range.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Worker> worker = pool_->take();
     Worker& w = *worker;
     LinkRowBuilder& rows = chunks[begin / kGrain];
@@ -170,24 +170,34 @@ Result<TracedRange> LinkTracer::trace(CacheRange range, float minKey, Context& c
 
   Result<Links> links = joinRows(chunks, options_);
   if (!links) return links.error();
-  TracedRange traced{std::move(*links), PullSums(hierarchy_, options_.pull), {}, 0};
+  TracedRange traced{std::move(*links), PullSums(hierarchy_, options_.pull), {}};
+  traced.figures.caches = range.count();
+  traced.figures.links = traced.links.count();
   for (const auto& worker : pool_->takeAll()) {
     traced.sums.merge(worker->sums);
-    traced.rays += worker->count;
-    traced.visibleLeaves += worker->visibleLeaves;
+    traced.figures.rays += worker->count;
+    traced.figures.visibleLeaves += worker->visibleLeaves;
   }
   return traced;
 }
 
-TracedLinks::Statistics noteFigures(const TracedRange& range, Context& context) {
-  const RayCount& count = range.rays;
+LinkFigures& LinkFigures::operator+=(const LinkFigures& other) {
+  caches += other.caches;
+  links += other.links;
+  visibleLeaves += other.visibleLeaves;
+  rays += other.rays;
+  return *this;
+}
+
+TracedLinks::Statistics noteFigures(const LinkFigures& figures, Context& context) {
+  const RayCount& count = figures.rays;
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
     return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
   };
   const TracedLinks::Statistics statistics{count.rays, share(count.backFaces, count.rays),
                                            share(count.misses, count.rays), share(count.unmapped, count.rays),
-                                           share(range.visibleLeaves, range.links.cacheCount())};
-  context.figure("links", range.links.count());
+                                           share(figures.visibleLeaves, figures.caches)};
+  context.figure("links", static_cast<double>(figures.links));
   context.figure("rays", static_cast<double>(count.rays));
   context.figure("rays_aimed", static_cast<double>(count.aimed));
   context.figure("rays_back_face_share", statistics.backFaceShare);

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 namespace relume {
@@ -23,12 +24,18 @@ struct CacheRange {
   bool operator==(const CacheRange&) const = default;
 };
 
+// What tracing took and gave, as sums over caches.
+struct LinkFigures {
+  std::uint64_t caches = 0, links = 0, visibleLeaves = 0;
+  RayCount rays;
+  LinkFigures& operator+=(const LinkFigures& other);
+};
+
 // What a range of caches gives.
 struct TracedRange {
   Links links;  // rows of the range alone: rowBegin [Size count + 1] from 0
   PullSums sums;
-  RayCount rays;
-  std::uint64_t visibleLeaves = 0;  // of all caches of the range
+  LinkFigures figures;
 };
 
 class LinkTracer {
@@ -48,8 +55,9 @@ class LinkTracer {
   // they are not. The rays it casts count to those of the next trace(). failed: cancelled.
   Result<float> findMinKey(Context& context);
 
-  // The links of a range. Memory: O(K + nodes) a thread, and the links. failed: cancelled.
-  Result<TracedRange> trace(CacheRange range, float minKey, Context& context);
+  // The links of a range. Memory: O(K + nodes) a thread, and the links. stage: of the progress report; empty = none.
+  // failed: cancelled.
+  Result<TracedRange> trace(CacheRange range, float minKey, Context& context, std::string_view stage = "links");
 
  private:
   struct Worker;
@@ -68,8 +76,8 @@ class LinkTracer {
   std::unique_ptr<WorkerPool> pool_;
 };
 
-// What a range has to say of itself: figures of the stage that runs now.
-TracedLinks::Statistics noteFigures(const TracedRange& range, Context& context);
+// Note them as figures of the stage that runs now.
+TracedLinks::Statistics noteFigures(const LinkFigures& figures, Context& context);
 // Of all caches: tells of more links than LinkOptions::linksTotal asks for.
 void warnOfManyLinks(const Links& links, const LinkOptions& options, Context& context);
 

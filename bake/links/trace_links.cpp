@@ -24,7 +24,7 @@ Result<TracedLinks> traceLinks(const RayTracer& tracer, const Surfels& surfels, 
   warnOfManyLinks(traced->links, options, context);
 
   // 4. What all caches together read of each node
-  const TracedLinks::Statistics statistics = noteFigures(*traced, context);
+  const TracedLinks::Statistics statistics = noteFigures(traced->figures, context);
   return TracedLinks{std::move(traced->links), traced->sums.weights(hierarchy), statistics};
 }
 

@@ -22,7 +22,7 @@ Links noLinks(const Caches& caches, const LinkOptions& options) {
   return links;
 }
 
-Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
+Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
   if (options.budget.maxError > 0.0f)
     return Error{ErrorCode::usage,
                  "option budget.maxError (--max-error): not for a plan, as it takes whole bakes; give --budget-mb"};
@@ -54,10 +54,11 @@ Result<BakePlan> planStages(const Scene& scene, const BakeOptions& options, Cont
   plan.map = std::move(placed->surfels.map);
   if (!placed->surfels.bakedEmission.empty()) plan.tracedEmission = placed->surfels.surfels.emission.toVector();
   Links links = noLinks(placed->caches, chosenLinks);
-  Result<Bake> bake = handOver(scene, options, std::move(*placed), std::move(links), context);
+  RayTracer tracer = std::move(placed->tracer);
+  Result<Bake> bake = handOver(scene, options, std::move(*placed), std::move(links), tracer.description(), context);
   if (!bake) return bake.error();
   plan.bake = std::move(*bake);
-  return plan;
+  return PlannedLevel{std::move(plan), std::move(tracer)};
 }
 
 Error otherProgram(const std::string& what, const std::string& made, const std::string& mine) {
@@ -67,8 +68,14 @@ Error otherProgram(const std::string& what, const std::string& made, const std::
 
 }  // namespace
 
-Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context) {
+Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context) {
   return guardBake(scene, options, context, [&] { return planStages(scene, options, context); });
+}
+
+Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context) {
+  Result<PlannedLevel> planned = planLevel(scene, options, context);
+  if (!planned) return planned.error();
+  return std::move(planned->plan);
 }
 
 Status checkPlanVersion(const BakePlan& plan) {

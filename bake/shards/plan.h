@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/certificate/test_rays.h"
+#include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
@@ -37,6 +38,13 @@ struct BakePlan {
 
 // Make all of a bake but its links. Errors as bake(); usage: an error to bake for, which takes whole bakes.
 Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context);
+
+// A plan, and the ray tracer that it was made with, for who goes on to trace its links.
+struct PlannedLevel {
+  BakePlan plan;
+  RayTracer tracer;
+};
+Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context);
 
 // Done where this program would make this plan of this scene and its options. unsupported: another version of the
 // program, or of its ray tracer, which merging does without. invalidFile: another level.

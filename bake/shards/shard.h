@@ -14,6 +14,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace relume {
@@ -44,6 +45,23 @@ struct Shard {
   StoredSums all, cut;     // PullSums::all(), cut(); empty for equal areas
   std::uint64_t plan = 0;  // BakePlan::identity
   Provenance provenance;   // of its plan: says what differs where a shard is of another one
+};
+
+// Traces shards of one plan, one after another. Keeps references to all it is made from. The plan has an identity, and
+// is of the tracer's level.
+class ShardTracer {
+ public:
+  ShardTracer(const RayTracer& tracer, const BakePlan& plan);
+  // stage: of the progress report; empty = none. failed: cancelled.
+  Result<Shard> trace(const ShardNumber& number, Context& context, std::string_view stage);
+  // Of all shards up to now.
+  const LinkFigures& figures() const { return figures_; }
+
+ private:
+  const BakePlan& plan_;
+  Surfels surfels_;
+  LinkTracer links_;
+  LinkFigures figures_;
 };
 
 // Trace a shard's links. The plan was read (it has an identity). Errors as of bake(), and of checkPlanVersion(),

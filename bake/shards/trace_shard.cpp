@@ -35,27 +35,23 @@ Result<Shard> shardStages(const Scene& scene, const BakePlan& plan, const ShardN
   if (context.cancelled()) return cancelledError();
 
   const Bake& bake = plan.bake;
-  const CacheRange range = rangeOf(number, bake.caches.count());
-  const double share = static_cast<double>(range.count()) / std::max(1u, bake.caches.count());
-  Surfels surfels = bake.surfels;
-  if (!plan.tracedEmission.empty()) surfels.emission = plan.tracedEmission;
-  Result<TracedRange> traced = runStage(context, "links", [&] {
+  const double share =
+      static_cast<double>(rangeOf(number, bake.caches.count()).count()) / std::max(1u, bake.caches.count());
+  return runStage(context, "links", [&] {
     return needs(reserveLinks(bake.hierarchy, bake.caches, plan.chosen.links, context, share), [&] {
-      auto rows =
-          LinkTracer(*tracer, surfels, plan.map, bake.hierarchy, bake.caches, plan.chosen.links, plan.chosen.seed)
-              .trace(range, plan.minKey, context);
-      if (rows) noteFigures(*rows, context);
-      return rows;
+      ShardTracer links(*tracer, plan);
+      Result<Shard> shard = links.trace(number, context, "links");
+      if (shard) noteFigures(links.figures(), context);
+      return shard;
     });
   });
-  if (!traced) return traced.error();
-  return Shard{number,
-               range,
-               std::move(traced->links),
-               storeSums(traced->sums.all()),
-               storeSums(traced->sums.cut()),
-               plan.identity,
-               bake.provenance};
+}
+
+// What links reckon with, which is not what the bake says where materials are drivable.
+Surfels tracedSurfels(const BakePlan& plan) {
+  Surfels surfels = plan.bake.surfels;
+  if (!plan.tracedEmission.empty()) surfels.emission = plan.tracedEmission;
+  return surfels;
 }
 
 }  // namespace
@@ -80,6 +76,26 @@ Result<ShardNumber> parseShardNumber(const std::string& text) {
 CacheRange rangeOf(const ShardNumber& shard, std::uint32_t caches) {
   const auto at = [&](std::uint64_t i) { return static_cast<std::uint32_t>(i * caches / shard.count); };
   return {at(shard.number - 1u), at(shard.number)};
+}
+
+ShardTracer::ShardTracer(const RayTracer& tracer, const BakePlan& plan)
+    : plan_(plan),
+      surfels_(tracedSurfels(plan)),
+      links_(tracer, surfels_, plan.map, plan.bake.hierarchy, plan.bake.caches, plan.options.links, plan.options.seed) {
+}
+
+Result<Shard> ShardTracer::trace(const ShardNumber& number, Context& context, std::string_view stage) {
+  const CacheRange range = rangeOf(number, plan_.bake.caches.count());
+  Result<TracedRange> traced = links_.trace(range, plan_.minKey, context, stage);
+  if (!traced) return traced.error();
+  figures_ += traced->figures;
+  return Shard{number,
+               range,
+               std::move(traced->links),
+               storeSums(traced->sums.all()),
+               storeSums(traced->sums.cut()),
+               plan_.identity,
+               plan_.bake.provenance};
 }
 
 Result<Shard> traceShard(const Scene& scene, const BakePlan& plan, const ShardNumber& number, Context& context) {

@@ -9,6 +9,7 @@
 #include "relume/result.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/bake_flags.h"
+#include "tools/cli/bake_store.h"
 #include "tools/cli/terminal.h"
 
 #include <chrono>
@@ -29,6 +30,7 @@ struct BakeArguments {
   Preset preset = Preset::high;
   bool presetGiven = false, printOptions = false, force = false, verify = false;
   BakeFlags flags;
+  StoreArguments store;
   SceneOptions sceneOptions;
   TerminalOptions terminal;
 };

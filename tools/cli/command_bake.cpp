@@ -4,7 +4,6 @@
 // then flags.
 #include "bake/export/export_level.h"
 #include "formats/chunks.h"
-#include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
@@ -97,6 +96,8 @@ Status checkForm(const BakeArguments& arguments) {
   if (!arguments.exportedLevel.empty())
     return usage("--export-glb: not with --plan; merge the shards, then use relume export");
   if (arguments.verify) return usage("--verify: not with --plan; relume compare compares a merged bake with another");
+  if (!arguments.store.where.empty())
+    return usage("--store: not with --plan; a farm's shards lie in a folder of their own (docs/guide/farm.md)");
   if (arguments.shard.empty() && !arguments.output.empty())
     return usage("-o: not with --plan alone, which writes the plan; with --shard it is the shard to write");
   return done();
@@ -141,7 +142,8 @@ int runBake(const BakeArguments& arguments) {
                        std::to_string(there.surfels) + " surfels, " + std::to_string(there.caches) + " caches, " +
                            std::to_string(there.links) + " links");
   }
-  const Result<Bake> baked = bake(*scene, *options, context);
+  std::string storeStats;
+  const Result<Bake> baked = bakeByStore(*scene, *options, arguments.store, context, storeStats);
   if (!baked) return terminal.finish(), fail(baked.error());
   if (arguments.verify) {
     const Context::Stage stage(context, "verify");
@@ -166,6 +168,7 @@ int runBake(const BakeArguments& arguments) {
               printable(arguments.output).c_str(), baked->surfels.count(), baked->caches.count(), baked->links.count(),
               secondsSince(begin), peakMemoryMiB(), costText(*baked).c_str(), arguments.verify ? ", verified" : "",
               certified.empty() ? "" : (", " + certified).c_str());
+  if (!storeStats.empty()) std::printf("%s\n", printable(storeStats).c_str());
   return 0;
 }
 
@@ -218,6 +221,7 @@ void addBakeCommand(CLI::App& app, Action& action) {
       ->add_option("--shard", arguments->shard,
                    "Trace the links of shard I of N of --plan, on any machine; relume merge joins all N to the bake")
       ->option_text("I/N");
+  addStoreOptions(*command, arguments->store);
   addSceneOptions(*command, arguments->sceneOptions);
   addTerminalOptions(*command, arguments->terminal);
   addBakeFlags(*command, arguments->flags);

@@ -32,6 +32,7 @@ using Action = std::function<int()>;
 
 void addBakeCommand(CLI::App& app, Action& action);
 void addMergeCommand(CLI::App& app, Action& action);
+void addStoreCommand(CLI::App& app, Action& action);
 void addBenchCommand(CLI::App& app, Action& action);
 void addInfoCommand(CLI::App& app, Action& action);
 void addValidateCommand(CLI::App& app, Action& action);

@@ -84,6 +84,7 @@ int run(int argc, char** argv) {
   Action action;
   addBakeCommand(app, action);
   addMergeCommand(app, action);
+  addStoreCommand(app, action);
   addBenchCommand(app, action);
   addInfoCommand(app, action);
   addValidateCommand(app, action);

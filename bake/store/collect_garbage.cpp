@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Holds the folder of a store to a size (store.h). POSIX.
+#include "bake/store/directory_store.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <string_view>
+#include <system_error>
+#include <tuple>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Entry {
+  fs::path path;
+  std::uint64_t bytes = 0;
+  std::int64_t seconds = 0, nanoseconds = 0;  // when it was used last
+};
+
+// Where GETs of a server read the files, only the time of the last reading moves.
+void noteLastUse(const struct stat& info, Entry& entry) {
+  const auto read = std::pair(std::int64_t{info.st_atim.tv_sec}, std::int64_t{info.st_atim.tv_nsec});
+  const auto written = std::pair(std::int64_t{info.st_mtim.tv_sec}, std::int64_t{info.st_mtim.tv_nsec});
+  std::tie(entry.seconds, entry.nanoseconds) = std::max(read, written);
+}
+
+// "<entry>.<process>-<n>.tmp", as writeFileAtomically() names them.
+bool isTemporary(const std::string& name) {
+  return name.size() > 33 && isEntryName(name.substr(0, 32)) && name[32] == '.' && name.ends_with(".tmp");
+}
+
+// Remove a temporary that nobody is writing: its writer would hold a lock on it.
+bool removeAbandoned(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool abandoned = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+  const bool removed = abandoned && ::unlink(path.c_str()) == 0;
+  ::close(file);
+  return removed;
+}
+
+}  // namespace
+
+Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit) {
+  GarbageReport report;
+  std::vector<Entry> entries;
+  std::error_code error;
+  fs::directory_iterator folders(folder, error);
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  for (; !error && folders != fs::directory_iterator(); folders.increment(error)) {
+    std::error_code inner;
+    if (!isEntryFolder(folders->path().filename().string()) || folders->is_symlink(inner)) continue;
+    fs::directory_iterator files(folders->path(), inner);
+    for (; !inner && files != fs::directory_iterator(); files.increment(inner)) {
+      const std::string name = files->path().filename().string();
+      struct stat info {};
+      if (::lstat(files->path().c_str(), &info) != 0 || !S_ISREG(info.st_mode)) continue;
+      if (isTemporary(name)) report.temporaries += removeAbandoned(files->path());
+      if (!isEntryName(name)) continue;
+      Entry& entry = entries.emplace_back();
+      entry.path = files->path();
+      entry.bytes = static_cast<std::uint64_t>(info.st_size);
+      noteLastUse(info, entry);
+      report.bytes += entry.bytes;
+    }
+  }
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::tie(a.seconds, a.nanoseconds, a.path) < std::tie(b.seconds, b.nanoseconds, b.path);
+  });
+  report.entries = entries.size();
+  for (const Entry& entry : entries) {
+    if (report.bytes <= limit) break;
+    // Another collection may have removed it first.
+    if (::unlink(entry.path.c_str()) != 0 && errno != ENOENT)
+      return Error{ErrorCode::io, entry.path.string() + ": " + std::system_category().message(errno)};
+    report.bytes -= entry.bytes;
+    report.removedBytes += entry.bytes;
+    --report.entries;
+    ++report.removedEntries;
+  }
+  return report;
+}
+
+}  // namespace relume

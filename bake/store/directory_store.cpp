@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// See directory_store.h. POSIX.
+#include "bake/store/directory_store.h"
+
+#include "formats/file_io.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+namespace relume {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kNameDigits = 32, kFolderDigits = 2;
+
+bool areDigits(const std::string& text, std::size_t count) {
+  return text.size() == count &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+Error ioError(const fs::path& path, int reason) {
+  return {ErrorCode::io, path.string() + ": " + std::strerror(reason)};
+}
+
+// Note that an entry was used now, by the file system's clock. A folder that may only be read keeps its times.
+void touch(int file) {
+  const timespec now[2] = {{0, UTIME_NOW}, {0, UTIME_NOW}};
+  ::futimens(file, now);
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int file) : file_(file) {}
+  ~Descriptor() {
+    if (file_ >= 0) ::close(file_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return file_; }
+
+ private:
+  int file_;
+};
+
+}  // namespace
+
+std::string folderOf(const std::string& entry) { return entry.substr(0, kFolderDigits); }
+bool isEntryName(const std::string& text) { return areDigits(text, kNameDigits); }
+bool isEntryFolder(const std::string& text) { return areDigits(text, kFolderDigits); }
+
+fs::path DirectoryStore::pathOf(const EntryName& name) const {
+  const std::string entry = toString(name);
+  return folder_ / folderOf(entry) / entry;
+}
+
+Result<std::optional<std::vector<std::byte>>> DirectoryStore::get(const EntryName& name, std::uint64_t maxBytes) {
+  const fs::path path = pathOf(name);
+  // Not through links, and without waiting for the other end of a pipe.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  if (file.get() < 0) {
+    if (errno == ENOENT) return std::optional<std::vector<std::byte>>();
+    if (errno == ELOOP || errno == ENXIO) return Error{ErrorCode::invalidFile, path.string() + ": not a regular file"};
+    return ioError(path, errno);
+  }
+  struct stat info {};
+  if (::fstat(file.get(), &info) != 0) return ioError(path, errno);
+  if (!S_ISREG(info.st_mode)) return Error{ErrorCode::invalidFile, path.string() + ": not a regular file"};
+  const auto size = static_cast<std::uint64_t>(info.st_size);
+  if (size > maxBytes)
+    return Error{ErrorCode::invalidFile, path.string() + ": " + std::to_string(size) + " bytes are more than the " +
+                                             std::to_string(maxBytes) + " of an entry"};
+  std::vector<std::byte> bytes(size);
+  std::size_t read = 0;
+  while (read < bytes.size()) {
+    const ssize_t got = ::read(file.get(), bytes.data() + read, bytes.size() - read);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return ioError(path, errno);
+    if (got == 0) break;
+    read += static_cast<std::size_t>(got);
+  }
+  bytes.resize(read);
+  touch(file.get());
+  return std::optional(std::move(bytes));
+}
+
+Status DirectoryStore::put(const EntryName& name, std::span<const std::byte> bytes) {
+  const fs::path path = pathOf(name);
+  std::error_code error;
+  fs::create_directory(path.parent_path(), error);
+  if (error) return Error{ErrorCode::io, path.parent_path().string() + ": " + error.message()};
+  if (fs::is_symlink(path.parent_path(), error))
+    return Error{ErrorCode::io, path.parent_path().string() + ": a link, expected a folder of the store"};
+  // What is in the way of an entry: writing through a link would reach outside of the store.
+  const fs::file_status there = fs::symlink_status(path, error);
+  if (fs::exists(there) && !fs::is_regular_file(there) && !fs::remove(path, error))
+    return Error{ErrorCode::io, path.string() + ": not a regular file: " + error.message()};
+  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(bytes); });
+}
+
+Status DirectoryStore::hold(std::uint64_t limit) {
+  const Result<GarbageReport> report = collectGarbage(folder_, limit);
+  return report ? done() : Status(report.error());
+}
+
+}  // namespace relume

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// See entry_cache.h.
+#include "bake/store/entry_cache.h"
+
+#include "bake/base/memory_budget.h"
+
+#include <chrono>
+#include <new>
+
+namespace relume {
+namespace {
+
+// Adds the time it lives to a sum.
+class Timer {
+ public:
+  explicit Timer(double& sum) : sum_(sum), begin_(std::chrono::steady_clock::now()) {}
+  ~Timer() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+}  // namespace
+
+std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& context) {
+  if (!readable_) return std::nullopt;
+  const Timer timer(statistics_.seconds);
+  const auto damaged = [&](const std::string& reason) {
+    lastFoundBytes_ = 0;
+    ++statistics_.found;
+    reject(name, reason, context);
+    return std::nullopt;
+  };
+  try {
+    auto file = store_->get(name, kMaxEntryBytes);
+    if (!file) {
+      if (file.error().code == ErrorCode::invalidFile) return damaged(file.error().message);
+      readable_ = writable_ = false;
+      if (!context.cancelled())
+        context.message(Severity::warning, "store " + store_->name() + ": done without: " + file.error().message);
+      return std::nullopt;
+    }
+    if (!*file) {
+      ++statistics_.missing;
+      return std::nullopt;
+    }
+    const Result<std::uint64_t> size = checkEntry(name, **file);
+    if (!size) return damaged(size.error().message);
+    if (const Status fits = reserveMemory(context, "store", static_cast<double>(*size), "entry " + toString(name),
+                                          "bake without --store");
+        !fits) {
+      ++statistics_.missing;
+      context.message(Severity::warning, fits.error().message);
+      return std::nullopt;
+    }
+    Result<EntryBytes> bytes = openEntry(**file);
+    if (!bytes) return damaged(bytes.error().message);
+    ++statistics_.found;
+    lastFoundBytes_ = (*file)->size();
+    statistics_.foundBytes += lastFoundBytes_;
+    return *bytes;
+  } catch (const std::bad_alloc&) {
+    ++statistics_.missing;
+    context.message(Severity::warning,
+                    "store " + store_->name() + ": no memory for entry " + toString(name) + ", which is made again");
+    return std::nullopt;
+  }
+}
+
+void EntryCache::reject(const EntryName& name, const std::string& reason, Context& context) {
+  --statistics_.found;
+  statistics_.foundBytes -= lastFoundBytes_;
+  ++statistics_.damaged;
+  context.message(Severity::warning,
+                  "store " + store_->name() + ": entry " + toString(name) + " is made again: " + reason);
+}
+
+void EntryCache::keep(const EntryName& name, std::span<const std::byte> bytes, Context& context) {
+  if (!writable_) return;
+  const Timer timer(statistics_.seconds);
+  Status kept = done();
+  std::uint64_t size = 0;
+  try {
+    const Result<std::vector<std::byte>> file = sealEntry(name, bytes);
+    if (file) size = file->size();
+    kept = file ? store_->put(name, *file) : Status(file.error());
+  } catch (const std::bad_alloc&) {
+    kept = Error{ErrorCode::memory, "out of memory"};
+  }
+  if (kept) {
+    ++statistics_.written;
+    statistics_.writtenBytes += size;
+    return;
+  }
+  writable_ = false;
+  if (!context.cancelled())
+    context.message(Severity::warning,
+                    "store " + store_->name() + ": nothing more is kept in it: " + kept.error().message);
+}
+
+void EntryCache::finish(Context& context) {
+  if (limit_ > 0 && statistics_.written > 0 && writable_) {
+    const Timer timer(statistics_.seconds);
+    if (const Status held = store_->hold(limit_); !held)
+      context.message(Severity::warning,
+                      "store " + store_->name() + ": its size was not looked at: " + held.error().message);
+  }
+  const auto figure = [&](const char* name, std::uint64_t value) { context.figure(name, static_cast<double>(value)); };
+  figure("entries_found", statistics_.found);
+  figure("bytes_found", statistics_.foundBytes);
+  figure("entries_missing", statistics_.missing);
+  figure("entries_damaged", statistics_.damaged);
+  figure("entries_written", statistics_.written);
+  figure("bytes_written", statistics_.writtenBytes);
+  context.figure("waited_s", statistics_.seconds);
+}
+
+}  // namespace relume

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+// See http_store.h.
+#include "bake/store/http_store.h"
+
+#include "bake/store/directory_store.h"
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace relume {
+namespace {
+
+constexpr long kConnectMs = 5000;                     // a server that does not answer in this time is not there
+constexpr long kSlowBytes = 1024, kSlowSeconds = 20;  // [byte/s] [s] slower than this for so long: given up
+constexpr int kPollMs = 100;                          // between two questions whether to go on
+constexpr long kFound = 200, kMadeFirst = 200, kMadeLast = 299, kNotFound = 404, kGone = 410, kTooLarge = 413,
+               kFull = 507;
+
+using Bytes = std::vector<std::byte>;
+
+// A body as it comes in.
+struct Received {
+  Bytes bytes;
+  std::uint64_t maxBytes = 0;
+  bool tooLarge = false, noMemory = false;
+};
+
+std::size_t receive(char* data, std::size_t one, std::size_t count, void* to) {
+  auto& received = *static_cast<Received*>(to);
+  const std::size_t size = one * count;
+  received.tooLarge = size > received.maxBytes - received.bytes.size();
+  if (received.tooLarge) return 0;
+  try {
+    const auto* from = reinterpret_cast<const std::byte*>(data);
+    received.bytes.insert(received.bytes.end(), from, from + size);
+  } catch (const std::bad_alloc&) {
+    received.noMemory = true;
+    return 0;
+  }
+  return size;
+}
+
+// What is left to send.
+struct Sent {
+  std::span<const std::byte> bytes;
+  std::size_t at = 0;
+};
+
+std::size_t send(char* data, std::size_t one, std::size_t count, void* from) {
+  auto& sent = *static_cast<Sent*>(from);
+  const std::size_t size = std::min(one * count, sent.bytes.size() - sent.at);
+  if (size > 0) std::memcpy(data, sent.bytes.data() + sent.at, size);
+  sent.at += size;
+  return size;
+}
+
+// Back to the begin, where a connection was lost that had been kept open.
+int rewind(void* from, curl_off_t offset, int origin) {
+  auto& sent = *static_cast<Sent*>(from);
+  if (origin != SEEK_SET || offset < 0 || static_cast<std::uint64_t>(offset) > sent.bytes.size())
+    return CURL_SEEKFUNC_FAIL;
+  sent.at = static_cast<std::size_t>(offset);
+  return CURL_SEEKFUNC_OK;
+}
+
+bool startCurl() {
+  static const bool started = curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK;
+  return started;
+}
+
+template <auto kFree>
+struct Freed {
+  void operator()(auto* handle) const { kFree(handle); }
+};
+using Easy = std::unique_ptr<CURL, Freed<curl_easy_cleanup>>;
+using Multi = std::unique_ptr<CURLM, Freed<curl_multi_cleanup>>;
+using Headers = std::unique_ptr<curl_slist, Freed<curl_slist_free_all>>;
+using Url = std::unique_ptr<CURLU, Freed<curl_url_cleanup>>;
+
+class HttpStore : public Store {
+ public:
+  HttpStore(std::string url, std::string shown, std::function<bool()> cancelled)
+      : url_(std::move(url)), shown_(std::move(shown)), cancelled_(std::move(cancelled)), multi_(curl_multi_init()) {}
+
+  Result<std::optional<Bytes>> get(const EntryName& name, std::uint64_t maxBytes) override {
+    Received received{{}, maxBytes};
+    const Result<long> answer = run(name, received, nullptr);
+    if (!answer && received.tooLarge)
+      return Error{ErrorCode::invalidFile,
+                   "what the server has is more than the " + std::to_string(maxBytes) + " bytes of an entry"};
+    if (!answer) return answer.error();
+    if (*answer == kNotFound || *answer == kGone) return std::optional<Bytes>();
+    if (*answer != kFound) return Error{ErrorCode::io, "GET: the server answers " + std::to_string(*answer)};
+    return std::optional(std::move(received.bytes));
+  }
+
+  Status put(const EntryName& name, std::span<const std::byte> bytes) override {
+    Received ignored{{}, 1u << 20};
+    Sent sent{bytes};
+    const Result<long> answer = run(name, ignored, &sent);
+    if (!answer) return answer.error();
+    if (*answer >= kMadeFirst && *answer <= kMadeLast) return done();
+    const char* why = *answer == kFull       ? ": it is full"
+                      : *answer == kTooLarge ? ": it does not take so much at once (nginx: client_max_body_size)"
+                                             : "";
+    return Error{ErrorCode::io, "PUT of " + std::to_string(bytes.size()) + " bytes: the server answers " +
+                                    std::to_string(*answer) + why};
+  }
+
+  Status hold(std::uint64_t) override { return done(); }  // the server's own to do
+  std::string name() const override { return shown_; }
+
+ private:
+  // The status of the server's answer. io: there is none.
+  Result<long> run(const EntryName& name, Received& received, Sent* sent) {
+    if (!easy_) easy_.reset(curl_easy_init());
+    if (!easy_ || !multi_) return Error{ErrorCode::io, "libcurl cannot be started"};
+    CURL* const easy = easy_.get();
+    curl_easy_reset(easy);  // connections stay
+    const std::string entry = toString(name), url = url_ + folderOf(entry) + "/" + entry;
+    char reason[CURL_ERROR_SIZE] = "";
+    // Neither compression of the server's nor a 100-continue to wait for.
+    const Headers headers(curl_slist_append(nullptr, "Expect:"));
+    curl_easy_setopt(easy, CURLOPT_URL, url.c_str());
+    curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, reason);
+    curl_easy_setopt(easy, CURLOPT_HTTPHEADER, headers.get());
+    curl_easy_setopt(easy, CURLOPT_USERAGENT, "relume");
+    curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, kConnectMs);
+    curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kSlowBytes);
+    curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, kSlowSeconds);
+    curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, receive);
+    curl_easy_setopt(easy, CURLOPT_WRITEDATA, &received);
+    if (sent != nullptr) {
+      curl_easy_setopt(easy, CURLOPT_UPLOAD, 1L);
+      curl_easy_setopt(easy, CURLOPT_READFUNCTION, send);
+      curl_easy_setopt(easy, CURLOPT_READDATA, sent);
+      curl_easy_setopt(easy, CURLOPT_SEEKFUNCTION, rewind);
+      curl_easy_setopt(easy, CURLOPT_SEEKDATA, sent);
+      curl_easy_setopt(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(sent->bytes.size()));
+    }
+
+    const CURLcode result = perform(easy);
+    if (result == CURLE_ABORTED_BY_CALLBACK) return Error{ErrorCode::failed, "cancelled"};
+    if (received.noMemory) return Error{ErrorCode::memory, "out of memory"};
+    if (result != CURLE_OK) return Error{ErrorCode::io, *reason != 0 ? reason : curl_easy_strerror(result)};
+    long status = 0;
+    curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
+    return status;
+  }
+
+  // As curl_easy_perform(), but it stops when the bake is cancelled.
+  CURLcode perform(CURL* easy) {
+    CURLcode result = CURLE_ABORTED_BY_CALLBACK;
+    curl_multi_add_handle(multi_.get(), easy);
+    for (int running = 1; running > 0;) {
+      if (cancelled_ && cancelled_()) break;
+      if (curl_multi_perform(multi_.get(), &running) != CURLM_OK) break;
+      if (running > 0) curl_multi_poll(multi_.get(), nullptr, 0, kPollMs, nullptr);
+    }
+    int left = 0;
+    while (const CURLMsg* message = curl_multi_info_read(multi_.get(), &left)) {
+      if (message->msg == CURLMSG_DONE) result = message->data.result;
+    }
+    curl_multi_remove_handle(multi_.get(), easy);
+    return result;
+  }
+
+  std::string url_, shown_;
+  std::function<bool()> cancelled_;
+  Multi multi_;
+  Easy easy_;
+};
+
+// A part of a URL, or "".
+std::string partOf(CURLU* url, CURLUPart part) {
+  char* text = nullptr;
+  if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
+  std::string copy(text);
+  curl_free(text);
+  return copy;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> openHttpStore(const std::string& url, std::function<bool()> cancelled) {
+  if (!startCurl()) return Error{ErrorCode::io, "libcurl cannot be started"};
+  const Url parsed(curl_url());
+  const auto refused = [&](const std::string& why) {
+    return Error{ErrorCode::usage, "the URL of a store: expected http:// or https://, a server and a folder, " + why};
+  };
+  if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
+    return refused("found one that cannot be read");
+  const std::string scheme = partOf(parsed.get(), CURLUPART_SCHEME);
+  if (scheme != "http" && scheme != "https") return refused("found \"" + scheme + "://\"");
+  if (!partOf(parsed.get(), CURLUPART_QUERY).empty() || !partOf(parsed.get(), CURLUPART_FRAGMENT).empty())
+    return refused("found one with ? or #");
+  std::string path = partOf(parsed.get(), CURLUPART_PATH);
+  if (!path.ends_with('/')) path += '/';
+  curl_url_set(parsed.get(), CURLUPART_PATH, path.c_str(), 0);
+  const std::string whole = partOf(parsed.get(), CURLUPART_URL);
+  curl_url_set(parsed.get(), CURLUPART_USER, nullptr, 0);
+  curl_url_set(parsed.get(), CURLUPART_PASSWORD, nullptr, 0);
+  return std::unique_ptr<Store>(
+      std::make_unique<HttpStore>(whole, partOf(parsed.get(), CURLUPART_URL), std::move(cancelled)));
+}
+
+}  // namespace relume

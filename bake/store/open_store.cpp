@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Chooses the kind of a store by its name (store.h).
+#include "bake/store/directory_store.h"
+#include "bake/store/http_store.h"
+
+#include <system_error>
+
+namespace relume {
+
+Store::~Store() = default;
+
+bool isUrl(const std::string& where) { return where.find("://") != std::string::npos; }
+
+Result<std::unique_ptr<Store>> openStore(const std::string& where, std::function<bool()> cancelled) {
+  if (isUrl(where)) return openHttpStore(where, std::move(cancelled));
+  if (where.empty()) return Error{ErrorCode::usage, "the store: a folder or a URL expected, \"\" found"};
+  const std::filesystem::path folder(where);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (std::error_code none; !std::filesystem::is_directory(folder, none))
+    return Error{ErrorCode::io, where + ": no folder" + (error ? ": " + error.message() : std::string())};
+  return std::unique_ptr<Store>(std::make_unique<DirectoryStore>(folder));
+}
+
+}  // namespace relume
