@@ -13,15 +13,6 @@
 namespace relume {
 namespace {
 
-// Rows of no links.
-Links noLinks(const Caches& caches, const LinkOptions& options) {
-  Links links;
-  links.kind = options.kind;
-  links.bands = options.kind == LinkKind::sh ? options.bands : 0;
-  links.rowBegin = std::vector<std::uint32_t>(std::size_t{caches.count()} + 1, 0);
-  return links;
-}
-
 Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
   if (options.budget.maxError > 0.0f)
     return Error{ErrorCode::usage,
@@ -67,6 +58,14 @@ Error otherProgram(const std::string& what, const std::string& made, const std::
 }
 
 }  // namespace
+
+Links noLinks(const Caches& caches, const LinkOptions& options) {
+  Links links;
+  links.kind = options.kind;
+  links.bands = options.kind == LinkKind::sh ? options.bands : 0;
+  links.rowBegin = std::vector<std::uint32_t>(std::size_t{caches.count()} + 1, 0);
+  return links;
+}
 
 Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context) {
   return guardBake(scene, options, context, [&] { return planStages(scene, options, context); });

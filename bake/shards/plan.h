@@ -46,6 +46,9 @@ struct PlannedLevel {
 };
 Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context);
 
+// Rows of no links, as a plan's bake has them.
+Links noLinks(const Caches& caches, const LinkOptions& options);
+
 // Done where this program would make this plan of this scene and its options. unsupported: another version of the
 // program, or of its ray tracer, which merging does without. invalidFile: another level.
 Status checkPlanVersion(const BakePlan& plan);

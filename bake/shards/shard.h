@@ -52,6 +52,8 @@ struct Shard {
 class ShardTracer {
  public:
   ShardTracer(const RayTracer& tracer, const BakePlan& plan);
+  // What BakePlan::minKey is to be; failed: cancelled.
+  Result<float> findMinKey(Context& context) { return links_.findMinKey(context); }
   // stage: of the progress report; empty = none. failed: cancelled.
   Result<Shard> trace(const ShardNumber& number, Context& context, std::string_view stage);
   // Of all shards up to now.
