@@ -8,6 +8,7 @@
 #include "tests/caches/big_level.h"
 #include "tests/cli/make_gltf.h"
 #include "tests/formats/corrupt_file.h"
+#include "tests/load_level.h"
 #include "tests/long_tests.h"
 #include "tests/pipeline/tiny_bake.h"
 
@@ -23,22 +24,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Scene load(const fs::path& path) {
-  Context context;
-  Result<Scene> scene = importGltf(path, context);
-  EXPECT_TRUE(scene) << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
-
 Scene room(const std::string& material = GltfParts{}.material) {
   const fs::path path = fs::path(testing::TempDir()) / "relume_shards_room.gltf";
   GltfParts parts;
   parts.material = material;
   std::ofstream(path) << makeGltf(parts);
-  return load(path);
+  return test::loadLevel(path);
 }
 
-Scene twoRooms() { return load(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"); }
+Scene twoRooms() { return test::loadLevel(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"); }
 
 // Bytes as a file has them in memory: aligned, and kept alive by what is read from them.
 struct Held {

@@ -7,6 +7,7 @@
 #include "tests/caches/big_level.h"
 #include "tests/cli/make_gltf.h"
 #include "tests/formats/corrupt_file.h"
+#include "tests/load_level.h"
 #include "tests/long_tests.h"
 #include "tests/pipeline/tiny_bake.h"
 
@@ -24,20 +25,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Scene load(const fs::path& path) {
-  Context context;
-  Result<Scene> scene = importGltf(path, context);
-  EXPECT_TRUE(scene) << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
-
 Scene room() {
   const fs::path path = fs::path(testing::TempDir()) / "relume_stored_room.gltf";
   std::ofstream(path) << makeGltf(GltfParts{});
-  return load(path);
+  return test::loadLevel(path);
 }
 
-Scene twoRooms() { return load(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"); }
+Scene twoRooms() { return test::loadLevel(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"); }
 
 Scene terrain() {
   Scene scene = test::bigLevel(12, 4);
