@@ -99,9 +99,9 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, C
                      std::move(*test)};
 }
 
-Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked, BudgetIs budgetIs) {
+Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked) {
   const BakeOptions sized = chooseSizes(asked);
-  return chooseLinks(sized, costSizesOf(placed.surfels.surfels, placed.hierarchy, placed.caches, sized), budgetIs);
+  return chooseLinks(sized, costSizesOf(placed.surfels.surfels, placed.hierarchy, placed.caches, sized));
 }
 
 Status placeReceivers(PlacedLevel& placed, Context& context) {

@@ -63,7 +63,7 @@ Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Cont
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context);
 
 // The options with all sizes that their budgets allow: chooseSizes(), and chooseLinks() for what was placed.
-Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked, BudgetIs budgetIs);
+Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked);
 
 // Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
 // PlacedSurfels::seeds.

@@ -88,21 +88,21 @@ BakeOptions chooseSizes(const BakeOptions& options) {
   return atScale(options, low);
 }
 
-Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed, BudgetIs budgetIs) {
+Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed) {
   if (!options.budget.limitsCost()) return options;
   const RuntimeCost fixed = costWithoutLinks(placed), link = costOfLink(placed);
   const double caches = placed.gridCaches + placed.mapCaches;
   const double links = linksWithin(options.budget, fixed, link), least = kLeastLinksPerCache * caches;
-  if (links < least && budgetIs == BudgetIs::limit) {
+  if (links < least) {
     return Error{
-        ErrorCode::failed,
+        ErrorCode::usage,
         printed("the budget is too small for this level: %.0f surfels and %.0f caches need %.2f MiB (--budget-mb) and "
                 "%.2f ms (--budget-ms)",
                 placed.surfels, caches, (fixed.bytes + least * link.bytes) / kMargin / 1048576.0 + 0.005,
                 (fixed.frameMs + least * link.frameMs) / kMargin + 0.005)};
   }
   BakeOptions sized = options;
-  sized.links.linksTotal = static_cast<std::uint32_t>(std::clamp(links, least, kMostLinksPerCache * caches));
+  sized.links.linksTotal = static_cast<std::uint32_t>(std::min(links, kMostLinksPerCache * caches));
   return sized;
 }
 

@@ -11,13 +11,12 @@
 namespace relume {
 
 // The options with the sizes that their budgets allow, before anything is placed; as they are where there is no budget.
-// An error to bake for (BudgetOptions::maxError) chooses nothing here: error_search.h.
+// An error to bake for (BudgetOptions::maxError) chooses nothing here: bake_to_error.h.
 BakeOptions chooseSizes(const BakeOptions& options);
 
-// Options that chooseSizes() gave, with the links that are left for what was placed: 16 for each cache at least, where
-// budgets are wishes. failed: budgets are limits, and there is no room for those; says what would do.
-enum class BudgetIs { limit, wish };
-Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed, BudgetIs budgetIs);
+// Options that chooseSizes() gave, with the links that are left for what was placed. usage: too little for 16 a cache,
+// which no other stage says; tells what would do.
+Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed);
 
 // [MiB] Beyond which more memory changes nothing, or is not allowed.
 double largestMemoryMiB(const BakeOptions& options);

@@ -54,6 +54,7 @@ class Inputs {
 
 // The options without those that only links, and the bands a file recommends, depend on.
 BakeOptions withoutLinks(BakeOptions options) {
+  options.budget = {};  // its sizes are chosen
   const LinkOptions links = std::exchange(options.links, LinkOptions{});
   options.links.raysPerCache = links.raysPerCache;  // the test rays are a share of them
   options.links.skyPatches = links.skyPatches;      // the hierarchy has their leaves
@@ -107,7 +108,7 @@ EntryName EntryNames::threshold(const BakePlan& plan) const {
   addShapes(scene_, instances_, inputs);
   // The numbers of caches asked for decide with which structure rays are traced.
   BakeOptions options;
-  options.links = options_.links;
+  options.links = plan.chosen.links;
   options.caches.lightmapCaches = options_.caches.lightmapCaches;
   options.caches.gridCaches = options_.caches.gridCaches;
   options.seed = options_.seed;

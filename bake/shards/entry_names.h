@@ -13,6 +13,7 @@ namespace relume {
 
 class EntryNames {
  public:
+  // options: with the sizes that chooseSizes() gives.
   EntryNames(const Scene& scene, const BakeOptions& options);
 
   // All but the links: level and options. Those options are left out that links alone depend on.

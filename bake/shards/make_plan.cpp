@@ -21,7 +21,7 @@ Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, 
   if (!placed) return placed.error();
   BakePlan plan;
   plan.options = options;
-  const Result<BakeOptions> chosen = chooseLinksOf(*placed, options, BudgetIs::limit);
+  const Result<BakeOptions> chosen = chooseLinksOf(*placed, options);
   if (!chosen) return chosen.error();
   plan.chosen = *chosen;
   const LinkOptions& chosenLinks = plan.chosen.links;
@@ -58,6 +58,15 @@ Error otherProgram(const std::string& what, const std::string& made, const std::
 }
 
 }  // namespace
+
+Status chooseSizes(BakePlan& plan) {
+  const BakeOptions sized = chooseSizes(plan.options);
+  const Bake& bake = plan.bake;
+  Result<BakeOptions> chosen = chooseLinks(sized, costSizesOf(bake.surfels, bake.hierarchy, bake.caches, sized));
+  if (!chosen) return chosen.error();
+  plan.chosen = std::move(*chosen);
+  return done();
+}
 
 Links noLinks(const Caches& caches, const LinkOptions& options) {
   Links links;

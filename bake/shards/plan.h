@@ -46,6 +46,9 @@ struct PlannedLevel {
 };
 Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context);
 
+// Set `chosen` of a plan that was placed with its options. usage: as chooseLinks().
+Status chooseSizes(BakePlan& plan);
+
 // Rows of no links, as a plan's bake has them.
 Links noLinks(const Caches& caches, const LinkOptions& options);
 

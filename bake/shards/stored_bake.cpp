@@ -2,6 +2,8 @@
 // See stored_bake.h.
 #include "bake/shards/stored_bake.h"
 
+#include "bake/budget/bake_to_error.h"
+#include "bake/budget/choose_sizes.h"
 #include "bake/shards/entry_names.h"
 #include "bake/shards/said.h"
 #include "bake/shards/shard.h"
@@ -27,8 +29,9 @@ constexpr std::uint32_t kBlockCaches = 512;  // about 0.7 MB of links at 128 lin
 Status adopt(BakePlan& plan, const Scene& scene, const BakeOptions& options) {
   plan.options = options;
   plan.bake.provenance = describeProvenance(scene, describeInstances(scene), options, plan.bake.provenance.rayTracer);
-  plan.bake.links = noLinks(plan.bake.caches, options.links);
-  return LinkTracer::check(plan.bake.surfels, plan.bake.hierarchy, plan.bake.caches, options.links);
+  if (const Status sized = chooseSizes(plan); !sized) return sized;
+  plan.bake.links = noLinks(plan.bake.caches, plan.chosen.links);
+  return LinkTracer::check(plan.bake.surfels, plan.bake.hierarchy, plan.bake.caches, plan.chosen.links);
 }
 
 std::optional<BakePlan> findPlan(const EntryName& name, const Scene& scene, const BakeOptions& options,
@@ -100,7 +103,7 @@ Status setThreshold(const EntryName& name, Tracer& tracer, BakePlan& plan, Entry
   const Result<const RayTracer*> rays = tracer.get(context);
   if (!rays) return rays.error();
   const Result<float> minKey = runStage(context, "link shares", [&] {
-    return needs(reserveLinks(plan.bake.hierarchy, plan.bake.caches, plan.options.links, context, 0.0),
+    return needs(reserveLinks(plan.bake.hierarchy, plan.bake.caches, plan.chosen.links, context, 0.0),
                  [&] { return ShardTracer(**rays, plan).findMinKey(context); });
   });
   if (!minKey) return minKey.error();
@@ -146,7 +149,7 @@ Status makeBlocks(const EntryName& links, const RayTracer& tracer, const BakePla
   const Bake& bake = plan.bake;
   const double share = static_cast<double>(missing.size()) / missing.front().count;
   return runStage(context, "links", [&]() -> Status {
-    if (const Status granted = reserveLinks(bake.hierarchy, bake.caches, plan.options.links, context, share); !granted)
+    if (const Status granted = reserveLinks(bake.hierarchy, bake.caches, plan.chosen.links, context, share); !granted)
       return granted;
     ShardTracer traced(tracer, plan);
     for (std::size_t i = 0; i < missing.size(); ++i) {
@@ -168,8 +171,9 @@ Status makeBlocks(const EntryName& links, const RayTracer& tracer, const BakePla
 // A bake, or what is wrong with what the store has: then `ofStore` is set.
 Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context,
                         bool& ofStore) {
-  const EntryNames names(scene, options);
-  Tracer tracer(scene, options);
+  const BakeOptions sized = chooseSizes(options);
+  const EntryNames names(scene, sized);
+  Tracer tracer(scene, sized);
 
   // 1. All but the links, and how far they are refined
   std::optional<BakePlan> plan;
@@ -222,8 +226,10 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
 
 Result<Bake> bakeWithStore(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context) {
   bool ofStore = false;
-  Result<Bake> baked =
-      guardBake(scene, options, context, [&] { return bakeStored(scene, options, store, context, ofStore); });
+  Result<Bake> baked = guardBake(scene, options, context, [&] {
+    return bakeToError(options, context,
+                       [&](const BakeOptions& trial) { return bakeStored(scene, trial, store, context, ofStore); });
+  });
   if (!baked && ofStore && !context.cancelled()) {
     context.message(
         Severity::warning,

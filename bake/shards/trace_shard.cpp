@@ -81,8 +81,7 @@ CacheRange rangeOf(const ShardNumber& shard, std::uint32_t caches) {
 ShardTracer::ShardTracer(const RayTracer& tracer, const BakePlan& plan)
     : plan_(plan),
       surfels_(tracedSurfels(plan)),
-      links_(tracer, surfels_, plan.map, plan.bake.hierarchy, plan.bake.caches, plan.options.links, plan.options.seed) {
-}
+      links_(tracer, surfels_, plan.map, plan.bake.hierarchy, plan.bake.caches, plan.chosen.links, plan.chosen.seed) {}
 
 Result<Shard> ShardTracer::trace(const ShardNumber& number, Context& context, std::string_view stage) {
   const CacheRange range = rangeOf(number, plan_.bake.caches.count());

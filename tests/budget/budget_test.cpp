@@ -31,7 +31,7 @@ BakeOptions withBudget(float memoryMiB, float frameMs, float maxError = 0.0f) {
 TEST(Budget, noneChangesNothing) {
   const BakeOptions options = presetOptions(Preset::high);
   EXPECT_EQ(optionsToJson(chooseSizes(options)), optionsToJson(options));
-  const Result<BakeOptions> links = chooseLinks(options, CostSizes{}, BudgetIs::limit);
+  const Result<BakeOptions> links = chooseLinks(options, CostSizes{});
   ASSERT_TRUE(links);
   EXPECT_EQ(optionsToJson(*links), optionsToJson(options));
 }
@@ -94,7 +94,7 @@ TEST(Budget, oneThatIsTooSmallIsAnErrorThatSaysWhatWouldDo) {
   Context context;
   const Result<Bake> baked = bake(test::sampleLevel(), withBudget(0.01f, 0.0f), context);
   ASSERT_FALSE(baked);
-  EXPECT_EQ(baked.error().code, ErrorCode::failed);
+  EXPECT_EQ(baked.error().code, ErrorCode::usage);
   EXPECT_NE(baked.error().message.find("budget is too small"), std::string::npos) << baked.error().message;
   EXPECT_NE(baked.error().message.find("--budget-mb"), std::string::npos);
 }
