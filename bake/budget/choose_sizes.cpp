@@ -11,9 +11,10 @@ namespace relume {
 namespace {
 
 // Sizes at scale 1, those of preset `high`, and how they grow with it. Caches grow with the memory; surfels, whose
-// count matters less the more there are, more slowly.
+// count matters less the more there are, more slowly. With fewer links than these, neighbouring caches disagree; with
+// many caches, what is left to gain is in links to far and half lit clusters (docs/notes/budgets.md).
 constexpr double kSurfels = 131072.0, kMapCaches = 16384.0, kGridCaches = 2304.0, kLinksPerCache = 128.0;
-constexpr double kSurfelGrowth = 0.8, kGridGrowth = 0.75;
+constexpr double kSurfelGrowth = 0.8, kSurfelGrowthBeyond = 0.6, kGridGrowth = 0.75, kLinkGrowthBeyond = 0.25;
 constexpr double kMinScale = 1.0 / 64.0, kMaxScale = 128.0;
 constexpr double kMinSurfels = 2048.0, kMinGridCaches = 64.0;
 constexpr double kMaxCompactSenders = 524288.0, kMaxSurfels = 4194304.0;
@@ -33,11 +34,12 @@ BakeOptions atScale(const BakeOptions& options, double scale) {
   BakeOptions sized = options;
   const double most = linkHasHead(options.links.kind) ? kMaxCompactSenders - options.links.skyPatches : kMaxSurfels;
   const auto whole = [](double count) { return static_cast<std::uint32_t>(std::lround(count)); };
-  sized.surfels.count = whole(std::clamp(kSurfels * std::pow(scale, kSurfelGrowth), kMinSurfels, most));
+  sized.surfels.count = whole(
+      std::clamp(kSurfels * std::pow(scale, scale < 1.0 ? kSurfelGrowth : kSurfelGrowthBeyond), kMinSurfels, most));
   if (options.caches.lightmapCaches > 0) sized.caches.lightmapCaches = whole(kMapCaches * scale);
   if (options.caches.gridCaches > 0)
     sized.caches.gridCaches = whole(std::max(kGridCaches * std::pow(scale, kGridGrowth), kMinGridCaches));
-  sized.links.linksPerCache = whole(kLinksPerCache);
+  sized.links.linksPerCache = whole(kLinksPerCache * std::max(1.0, std::pow(scale, kLinkGrowthBeyond)));
   sized.links.maxLinksPerCache = 0;
   return sized;
 }
@@ -71,7 +73,7 @@ double linksWithin(const BudgetOptions& budget, const RuntimeCost& fixed, const 
 bool fits(const BakeOptions& options) {
   const CostSizes sizes = expectedSizes(options);
   return linksWithin(options.budget, costWithoutLinks(sizes), costOfLink(sizes)) >=
-         kLinksPerCache * (sizes.gridCaches + sizes.mapCaches);
+         options.links.linksPerCache * (sizes.gridCaches + sizes.mapCaches);
 }
 
 }  // namespace
