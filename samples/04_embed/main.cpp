@@ -75,15 +75,14 @@ int fail(const relume::Error& error) {
 int play(const Arguments& arguments, GLFWwindow* window) {
   relume::Result<Level> level = loadLevel(arguments.level);
   if (!level) return fail(level.error());
+  const Draw cube = appendCube(*level);
   relume::Result<relume::Bake> bake = relume::mapBake(arguments.bake);
   if (!bake) return fail(bake.error());
-  relume::Result<Renderer> renderer = Renderer::create(*level, *bake, kWidth, kHeight, glfwGetProcAddress);
-  if (!renderer) return fail(renderer.error());
-  char scene[17];
-  std::snprintf(scene, sizeof scene, "%016llx", static_cast<unsigned long long>(renderer->relighter().sceneHash()));
-  if (level->bakeScene != scene)
+  if (level->bakeScene != bake->provenance.sceneHash)
     return fail({relume::ErrorCode::invalidFile,
                  arguments.bake + " is not the bake that " + arguments.level + " was exported with"});
+  relume::Result<Renderer> renderer = Renderer::create(*level, cube, *bake, kWidth, kHeight, glfwGetProcAddress);
+  if (!renderer) return fail(renderer.error());
 
   Frame frame;
   frame.worldFromCamera = level->worldFromCamera;

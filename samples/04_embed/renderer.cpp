@@ -60,8 +60,6 @@ GLuint makeTexture(GLenum target, GLenum format, int width, int height, GLint fi
 GLuint makeShadowMap(GLenum target, int side) {
   const GLuint map = makeTexture(target, GL_DEPTH_COMPONENT32F, side, side, GL_LINEAR);
   glTextureParameteri(map, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glTextureParameteri(map, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(map, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   return map;
 }
 
@@ -76,8 +74,8 @@ GLuint makeImage(int width, int height, const unsigned char* rgba) {
 
 }  // namespace
 
-relume::Result<Renderer> Renderer::create(const Level& level, const relume::Bake& bake, int width, int height,
-                                          relume::GetProcAddress getProcAddress) {
+relume::Result<Renderer> Renderer::create(const Level& level, const Draw& cube, const relume::Bake& bake, int width,
+                                          int height, relume::GetProcAddress getProcAddress) {
   relume::RelightOptions options;
   options.backend = relume::BackendKind::gl;
   options.getProcAddress = std::move(getProcAddress);
@@ -86,6 +84,7 @@ relume::Result<Renderer> Renderer::create(const Level& level, const relume::Bake
 
   Renderer made;
   made.level_ = &level;
+  made.cube_ = cube;
   made.relighter_.emplace(std::move(*relighter));
   made.width_ = width;
   made.height_ = height;
@@ -104,27 +103,13 @@ relume::Result<Renderer> Renderer::create(const Level& level, const relume::Bake
 }
 
 void Renderer::makeMeshes() {
-  std::vector<Vertex> vertices = level_->vertices;
-  std::vector<std::uint32_t> indices = level_->indices;
-  boxFirst_ = static_cast<std::uint32_t>(indices.size());
-  for (int face = 0; face < 6; ++face) {  // of a unit cube, lit by the grid as all that moves
-    const int axis = face / 2;
-    const float side = face % 2 == 0 ? 0.5f : -0.5f;
-    for (int k = 0; k < 4; ++k) {
-      Vertex v{{}, {}, {}, {65535, 65535}};
-      v.normal[axis] = 2.0f * side;
-      v.position[axis] = side;
-      v.position[(axis + 1) % 3] = k == 1 || k == 2 ? side : -side;  // counter-clockwise from outside
-      v.position[(axis + 2) % 3] = k >= 2 ? 0.5f : -0.5f;
-      vertices.push_back(v);
-    }
-    for (const std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u})
-      indices.push_back(static_cast<std::uint32_t>(vertices.size()) - 4 + k);
-  }
+  const auto fill = [](GLuint buffer, const auto& values) {
+    glNamedBufferStorage(buffer, static_cast<GLsizeiptr>(values.size() * sizeof values[0]), values.data(), 0);
+  };
   GLuint buffer[3];
   glCreateBuffers(3, buffer);
-  glNamedBufferStorage(buffer[0], static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(), 0);
-  glNamedBufferStorage(buffer[1], static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(), 0);
+  fill(buffer[0], level_->vertices);
+  fill(buffer[1], level_->indices);
   glNamedBufferStorage(frameBlock_ = buffer[2], sizeof(FrameBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
   glCreateVertexArrays(1, &vertexArray_);
   glVertexArrayVertexBuffer(vertexArray_, 0, buffer[0], 0, sizeof(Vertex));
@@ -166,24 +151,24 @@ void Renderer::makeTargets() {
 
 // The level, then the character.
 void Renderer::drawSolids(const glm::mat4& clipFromWorld, const Frame& frame) const {
-  const auto draw = [&](const Material& m, std::uint32_t first, std::uint32_t count) {
+  const auto draw = [&](const Material& m, const Draw& d) {
     const glm::vec4 emission(m.emission, m.alphaCutoff);
     glUniform4fv(2, 1, glm::value_ptr(m.color));
     glUniform4fv(3, 1, glm::value_ptr(emission));
     glBindTextureUnit(0, m.image >= 0 ? images_[static_cast<std::size_t>(m.image)] : white_);
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
-                   reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(d.indexCount), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(d.firstIndex * sizeof(std::uint32_t)));
   };
   const glm::mat4 identity(1.0f);
   glUseProgram(solid_);
   glBindVertexArray(vertexArray_);
   glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(identity));
   glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
-  for (const Draw& d : level_->draws) draw(level_->materials[d.material], d.firstIndex, d.indexCount);
+  for (const Draw& d : level_->draws) draw(level_->materials[d.material], d);
   const Material cloth{{0.13f, 0.25f, 0.55f, 1.0f}, {}, 0.0f, -1};
   for (const glm::mat4& box : frame.boxes) {
     glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(box));
-    draw(cloth, boxFirst_, 36);
+    draw(cloth, cube_);
   }
 }
 

@@ -18,14 +18,15 @@ struct Frame {
   glm::mat4 worldFromCamera{1.0f};
   float fovYRad = 1.0f;
   relume::Light sun, lamp;
-  std::vector<glm::mat4> boxes;  // the character: unit cubes about the origin, put into the world
+  std::vector<glm::mat4> boxes;  // the character: cubes, put into the world
   int show = 0;                  // 0 all; irradiance / pi by 1 direct, 2 indirect light
 };
 
 class Renderer {
  public:
-  static relume::Result<Renderer> create(const Level& level, const relume::Bake& bake, int width, int height,
-                                         relume::GetProcAddress getProcAddress);
+  // `cube`: of the level, for Frame::boxes. The level must outlive the renderer.
+  static relume::Result<Renderer> create(const Level& level, const Draw& cube, const relume::Bake& bake, int width,
+                                         int height, relume::GetProcAddress getProcAddress);
   // Draws into a picture of its own; present() puts it on the window.
   relume::Status draw(const Frame& frame);
   void present(int windowWidth, int windowHeight) const;
@@ -40,11 +41,11 @@ class Renderer {
   glm::mat4 clipOfSun(const glm::vec3& direction, float& texel) const;
 
   const Level* level_ = nullptr;
+  Draw cube_;
   std::optional<relume::Relighter> relighter_;
   int width_ = 0, height_ = 0;
   unsigned solid_ = 0, lighting_ = 0, surfels_ = 0;  // programs
   unsigned vertexArray_ = 0, frameBlock_ = 0, white_ = 0;
-  std::uint32_t boxFirst_ = 0;  // first index of the character's boxes, behind the level
   std::vector<unsigned> images_;
   unsigned gBuffer_ = 0, target_[6] = {};  // albedo, normals, light-map coordinates, emission, depth
   unsigned result_ = 0, resultColor_ = 0, shadowBuffer_ = 0, sunMap_ = 0, lampMap_ = 0;

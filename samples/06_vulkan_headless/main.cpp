@@ -30,9 +30,7 @@ int light(const std::string& glb, const std::string& relume, const char* picture
   if (!level) return fail(level.error());
   relume::Result<relume::Bake> bake = relume::mapBake(relume);
   if (!bake) return fail(bake.error());
-  char scene[17];
-  std::snprintf(scene, sizeof scene, "%016llx", static_cast<unsigned long long>(bake->provenance.sceneHash));
-  if (level->bakeScene != scene)
+  if (level->bakeScene != bake->provenance.sceneHash)
     return fail({relume::ErrorCode::invalidFile, relume + " is not the bake that " + glb + " was exported with"});
   if (bake->links.kind == relume::LinkKind::irradiance)
     return fail({relume::ErrorCode::usage, relume + " has irradiance links, the picture's shader is for others"});

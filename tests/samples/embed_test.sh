@@ -21,6 +21,8 @@ DISPLAY=:$(cat display.txt)
 export DISPLAY
 unset WAYLAND_DISPLAY
 cp "$source/samples/level/two_rooms.glb" level.glb
+lines=$(cat "$source"/samples/04_embed/* | wc -l)
+[ "$lines" -lt 600 ] || { echo "a sample to copy has under 600 lines, this one $lines"; exit 1; }
 "$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none
 game() { "$embed" game.glb level.relume "$@" 2>log.txt; }
 source "$source/tests/samples/expect.sh"

@@ -7,6 +7,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
 
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -142,7 +143,10 @@ struct Loader {
     const tinygltf::Value lightmap = memberOf(memberOf(model.asset.extras, "relume"), "lightmap");
     if (!lightmap.IsObject()) throw std::runtime_error("no light map: export it with relume bake --export-glb");
     lightmapSet = lightmap.Get("texcoord").GetNumberAsInt();
-    level.bakeScene = lightmap.Get("sceneHash").Get<std::string>();
+    const auto hash = lightmap.Get("sceneHash").Get<std::string>();
+    const char* const end = hash.data() + hash.size();
+    if (std::from_chars(hash.data(), end, level.bakeScene, 16).ptr != end || hash.size() != 16)
+      throw std::runtime_error("sceneHash is not 16 hex digits: \"" + hash + "\"");
     const tinygltf::Scene& scene = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0)));
     const tinygltf::Value unit = memberOf(memberOf(scene.extras, "relume"), "lightUnit");
     if (unit.IsString() && unit.Get<std::string>() == "photometric") lightFactor = 1.0f / 683.0f;
@@ -171,4 +175,23 @@ relume::Result<Level> loadLevel(const std::string& path) {
   } catch (const std::exception& e) {
     return relume::Error{relume::ErrorCode::invalidFile, path + ": " + e.what()};
   }
+}
+
+Draw appendCube(Level& level) {
+  const Draw cube{static_cast<std::uint32_t>(level.indices.size()), 36, level.materials.size() - 1};
+  for (int face = 0; face < 6; ++face) {
+    const auto first = static_cast<std::uint32_t>(level.vertices.size());
+    const int axis = face / 2;
+    const float side = face % 2 == 0 ? 0.5f : -0.5f;
+    for (int k = 0; k < 4; ++k) {
+      Vertex v{{}, {}, {}, {65535, 65535}};
+      v.normal[axis] = 2.0f * side;
+      v.position[axis] = side;
+      v.position[(axis + 1) % 3] = k == 1 || k == 2 ? side : -side;  // counter-clockwise from outside
+      v.position[(axis + 2) % 3] = k >= 2 ? 0.5f : -0.5f;
+      level.vertices.push_back(v);
+    }
+    for (const std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u}) level.indices.push_back(first + k);
+  }
+  return cube;
 }

@@ -48,7 +48,10 @@ struct Level {
   glm::mat4 worldFromCamera{1.0f};
   float fovYRad = 1.0f;
   glm::vec3 low{1e30f}, high{-1e30f};  // bounds [m]
-  std::string bakeScene;               // 16 hex digits: of which level the bake must be
+  std::uint64_t bakeScene = 0;         // Provenance::sceneHash of the bake that belongs to it
 };
 
 relume::Result<Level> loadLevel(const std::string& path);
+
+// Appends a unit cube about the origin, lit by the grid as all that moves. It is none of `draws`.
+Draw appendCube(Level& level);
