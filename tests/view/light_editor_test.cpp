@@ -3,6 +3,7 @@
 #include "tools/view/light_editor.h"
 
 #include "tools/view/light_set.h"
+#include "tools/view/view_edits.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -34,12 +35,12 @@ class LightEditing : public testing::Test {
   LightEditing() : view_(viewOf(camera_)) {
     lights_ = {lightAt(LightKind::point, {-1, 0.3f, -4}), lightAt(LightKind::spot, {1, 0.3f, -4}),
                lightAt(LightKind::directional, {0, 50, 0})};
-    editor_.begin(lights_);
+    edits_.begin(state_);
   }
   glm::vec2 iconOf(std::size_t i) const { return *view_.project(LightEditor::anchorOf(lights_[i], view_)); }
   void click(const glm::vec2& pixel) {
     editor_.press(lights_, view_, pixel);
-    editor_.release(lights_);
+    release();
   }
   // From the middle of a handle of the selected light, so many pixels.
   void drag(Handle handle, const glm::vec2& by) {
@@ -50,10 +51,23 @@ class LightEditing : public testing::Test {
     for (int i = 1; i <= 4; ++i) editor_.move(lights_, view_, from + 0.25f * static_cast<float>(i) * by);
   }
 
+  // As the session does.
+  void release() {
+    editor_.release();
+    edits_.commit(state_);
+  }
+  void undo() {
+    editor_.cancelDrag(lights_);
+    edits_.undo(state_);
+    editor_.keepSelectionWithin(lights_);
+  }
+
   FlyCamera camera_;
   PixelView view_;
-  Lights lights_;
+  ViewState state_;
+  Lights& lights_ = state_.lights;
   LightEditor editor_;
+  ViewEdits edits_;
 };
 
 TEST_F(LightEditing, iconsArePickedAndTheBackgroundDeselects) {
@@ -63,32 +77,32 @@ TEST_F(LightEditing, iconsArePickedAndTheBackgroundDeselects) {
     click({3, 397});
     EXPECT_FALSE(editor_.selected());
   }
-  EXPECT_FALSE(editor_.canUndo()) << "picking is no edit";
+  EXPECT_FALSE(edits_.canUndo()) << "picking is no edit";
 }
 
 TEST_F(LightEditing, aDragIsOneEditThatCanBeUndone) {
   const Lights before = lights_;
   click(iconOf(0));
   drag(Handle::axisX, {50, 0});
-  EXPECT_FALSE(editor_.canUndo());
-  editor_.release(lights_);
+  EXPECT_FALSE(edits_.canUndo());
+  release();
   EXPECT_GT(lights_[0].light.positionWorld.x, before[0].light.positionWorld.x + 0.2f);
   EXPECT_EQ(lights_[0].light.positionWorld.y, before[0].light.positionWorld.y);
   EXPECT_EQ(lights_[0].home, lights_[0].light.positionWorld);
   const Lights after = lights_;
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_, before);
-  EXPECT_FALSE(editor_.canUndo());
-  editor_.redo(lights_);
+  EXPECT_FALSE(edits_.canUndo());
+  edits_.redo(state_);
   EXPECT_EQ(lights_, after);
-  EXPECT_FALSE(editor_.canRedo());
+  EXPECT_FALSE(edits_.canRedo());
   // A drag that is called off, by a key or by an undo in the middle of it, changes nothing.
   drag(Handle::axisY, {0, -40});
   EXPECT_NE(lights_, after);
   editor_.cancelDrag(lights_);
   EXPECT_EQ(lights_, after);
   drag(Handle::axisY, {0, -40});
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_, before);
 }
 
@@ -102,7 +116,7 @@ TEST_F(LightEditing, ringsTurnSunsAndSpotsAlone) {
     EXPECT_EQ(editor_.gizmo(lights_, view_)->moves, i == 1);
     const glm::vec3 position = lights_[i].light.positionWorld;
     drag(Handle::ringZ, {25, 18});
-    editor_.release(lights_);
+    release();
     EXPECT_GT(glm::distance(lights_[i].light.direction, glm::vec3(0, -1, 0)), 0.1f);
     EXPECT_NEAR(glm::length(lights_[i].light.direction), 1.0f, 1e-5f);
     EXPECT_NEAR(lights_[i].light.direction.z, 0.0f, 1e-5f);
@@ -113,37 +127,40 @@ TEST_F(LightEditing, ringsTurnSunsAndSpotsAlone) {
 TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
   const Lights first = lights_;
   editor_.add(lights_, newLight(LightKind::spot, camera_, lights_));
+  edits_.commit(state_);
   EXPECT_EQ(editor_.selected(), 3u);
   EXPECT_TRUE(view_.shows(lights_[3].light.positionWorld));
   editor_.removeSelected(lights_);
+  edits_.commit(state_);
   EXPECT_EQ(lights_, first);
   EXPECT_FALSE(editor_.selected());
   editor_.replace(lights_, {lightAt(LightKind::point, {5, 5, 5})});
+  edits_.commit(state_);
   editor_.select(0);
   // What controls change is committed once they are let go.
   lights_[0].light.intensity = {1, 2, 3};
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_[0].light.intensity, glm::vec3(1.0f));
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_, first);
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_.size(), 4u);
   editor_.select(3);
-  editor_.undo(lights_);
+  undo();
   EXPECT_EQ(lights_, first);
   EXPECT_FALSE(editor_.selected()) << "of a light that is gone";
-  for (int i = 0; i < 4; ++i) editor_.redo(lights_);
+  for (int i = 0; i < 4; ++i) edits_.redo(state_);
   EXPECT_EQ(lights_[0].light.intensity, glm::vec3(1, 2, 3));
 }
 
 TEST_F(LightEditing, anOrbitIsNoEditAndADragEndsIt) {
   lights_[0].orbits = true;
-  editor_.commit(lights_);
+  edits_.commit(state_);
   lights_[0].light.positionWorld += glm::vec3(0.1f);
-  editor_.commit(lights_);
-  editor_.undo(lights_);
-  EXPECT_FALSE(editor_.canUndo()) << "only the switch was an edit";
-  editor_.redo(lights_);
+  edits_.commit(state_);
+  undo();
+  EXPECT_FALSE(edits_.canUndo()) << "only the switch was an edit";
+  edits_.redo(state_);
   click(iconOf(0));
   drag(Handle::axisX, {30, 0});
   EXPECT_FALSE(lights_[0].orbits);

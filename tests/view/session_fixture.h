@@ -93,7 +93,9 @@ class ViewerSession : public testing::Test {
     auto state = initialState(scene(), options_);
     ASSERT_TRUE(state) << state.error().message;
     session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
-    session_->begin({kLevel, bakeFile, {}, false, {}, bakeFile.empty() && options_.draft});
+    LevelFiles files{kLevel, bakeFile, {}};
+    if (bakeFile.empty() && options_.draft) files.bakeBy = presetOptions(Preset::draft);
+    session_->begin(std::move(files));
   }
   // Frames until is(), for half a minute; the frame is drawn, and its mean brightness noted.
   template <class Condition>

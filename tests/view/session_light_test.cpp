@@ -73,7 +73,7 @@ TEST_F(ViewerSession, emittersAreDriven) {
   options_.lights = {"none"};
   Context context;
   options_.driven = *readEmissions({"ring=2,0,0"}, context);
-  const auto level = loadLevel({options_.scene, "", {}, false, options_.driven, true}, context);
+  const auto level = loadLevel({options_.scene, "", {}, false, options_.driven, presetOptions(Preset::draft)}, context);
   ASSERT_TRUE(level) << level.error().message;
   auto state = initialState((*level)->scene, options_);
   ASSERT_TRUE(state) << state.error().message;

@@ -200,6 +200,31 @@ TEST_F(LiveSession, theViewIsHeldAgainstPathTracing) {
   EXPECT_LT(session_->heat->error, 0.25);
 }
 
+// Where the window's level has no bake, one that is dropped is lit at once, and baked behind that.
+TEST_F(LiveSession, aDroppedLevelIsLitAndThenBaked) {
+  show(10);
+  const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
+  session_->drop(other);
+  ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
+  EXPECT_FALSE(session_->level->isBaked);
+  ASSERT_TRUE(session_->job.has_value());
+  double furthest = 0.0;
+  ASSERT_TRUE(frames([&] {
+    if (session_->job) furthest = std::max(furthest, session_->job->progress().fraction);
+    return session_->level->isBaked;
+  }));
+  EXPECT_GT(furthest, 0.0);
+  EXPECT_TRUE(says("preset draft"));
+  EXPECT_GT(frame(), 0.0);
+  // Cancelled, the level stays as it is lit.
+  session_->drop(kLevel);
+  ASSERT_TRUE(frames([&] { return session_->level->sceneFile == kLevel; }));
+  ASSERT_TRUE(session_->job.has_value());
+  session_->job->cancel();
+  ASSERT_TRUE(frames([&] { return !session_->job; }));
+  EXPECT_FALSE(session_->level->isBaked);
+}
+
 TEST_F(LiveSession, aBakeReplacesIt) {
   show(10);
   EXPECT_EQ(session_->level->isBaked, false);

@@ -77,7 +77,7 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
   EXPECT_TRUE(session_->job.has_value());
   ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
   EXPECT_EQ(session_->state.lights.size(), session_->level->scene.lights.size());
-  EXPECT_FALSE(session_->editor.canUndo());
+  EXPECT_FALSE(session_->edits.canUndo());
 
   // What is no level, and what is no level inside, is told; a list of lights is loaded.
   const LevelPtr level = session_->level;
@@ -95,6 +95,83 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
   session_->drop(at("level.relume"));
   ASSERT_TRUE(frames([&] { return says("was not baked from") && !session_->job; }));
   EXPECT_EQ(session_->level, level);
+}
+
+TEST_F(ViewerSession, aBakeIsMadeAnewWithLinksOfAnotherKind) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  for (int i = 0; i < 30; ++i) frame();
+  const double before = brightness_;
+  ASSERT_EQ(session_->level->bake.links.kind, LinkKind::oct6);
+  for (const LinkKind kind : {LinkKind::sh, LinkKind::cone, LinkKind::irradiance}) {
+    session_->bakeLinks(kind);
+    ASSERT_TRUE(session_->job.has_value());
+    ASSERT_TRUE(frames([&] { return !session_->job; }));
+    ASSERT_EQ(session_->level->bake.links.kind, kind);
+    EXPECT_EQ(session_->level->bake.surfels.count(), 512u) << "by the options of the bake that there was";
+    EXPECT_TRUE(says("with " + std::string(linkKindName(kind)) + " links"));
+    EXPECT_NEAR(frame(), before, 0.05 * before) << "light goes on";
+  }
+  // The file is watched as before.
+  writeBakeFile(small(600));
+  ASSERT_TRUE(frames([&] { return session_->level->bake.surfels.count() != 512u; }));
+  EXPECT_EQ(session_->level->bake.links.kind, LinkKind::oct6);
+}
+
+TEST_F(ViewerSession, allEditsAreUndoneInTheirOrder) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  ViewState& state = session_->state;
+  ASSERT_FALSE(state.lights.empty());
+  ASSERT_FALSE(state.emitters.empty());
+  ASSERT_FALSE(state.objects.empty()) << "the level has a dynamic object";
+  const ViewState first = state;
+  // Each is an edit once its control is let go.
+  const auto edit = [&](const auto& change) {
+    session_->endControls(true);
+    change();
+    session_->endControls(true);
+    session_->endControls(false);
+    frame();
+  };
+  edit([&] { state.lights[0].light.intensity *= 2.0f; });
+  edit([&] { state.objects[0].position.y += 1.0f; });
+  edit([&] { state.sky.radiance = glm::vec3(3.0f); });
+  edit([&] { state.emitters[0].isDriven = !state.emitters[0].isDriven; });
+  edit([&] { state.emission = 0.5f; });
+  session_->addLight(LightKind::point);
+  const ViewState last = state;
+
+  session_->run(Command::undo);
+  EXPECT_EQ(state.lights.size(), first.lights.size());
+  EXPECT_EQ(state.emission, 0.5f);
+  session_->run(Command::undo);
+  EXPECT_EQ(state.emission, first.emission);
+  EXPECT_NE(state.emitters[0].isDriven, first.emitters[0].isDriven);
+  session_->run(Command::undo);
+  EXPECT_EQ(state.emitters[0].isDriven, first.emitters[0].isDriven);
+  EXPECT_EQ(state.sky.radiance, glm::vec3(3.0f));
+  session_->run(Command::undo);
+  EXPECT_EQ(state.sky.radiance, first.sky.radiance);
+  EXPECT_NE(state.objects[0].position, first.objects[0].position);
+  session_->run(Command::undo);
+  EXPECT_EQ(state.objects[0].position, first.objects[0].position);
+  EXPECT_NE(state.lights[0], first.lights[0]);
+  session_->run(Command::undo);
+  EXPECT_EQ(state.lights, first.lights);
+  EXPECT_FALSE(session_->edits.canUndo());
+
+  // Another bake of the level is no edit, and keeps them.
+  session_->bakeLinks(LinkKind::cone);
+  ASSERT_TRUE(frames([&] { return session_->level->bake.links.kind == LinkKind::cone; }));
+  for (int i = 0; i < 6; ++i) session_->run(Command::redo);
+  EXPECT_EQ(state.lights, last.lights);
+  EXPECT_EQ(state.objects[0].position, last.objects[0].position);
+  EXPECT_EQ(state.sky.radiance, last.sky.radiance);
+  EXPECT_EQ(state.emission, last.emission);
+  EXPECT_FALSE(session_->edits.canRedo());
 }
 
 TEST_F(ViewerSession, noMoreLightsAreOnThanThereAreShadowMaps) {
@@ -120,7 +197,7 @@ TEST_F(ViewerSession, aBakeCanBeCancelled) {
   EXPECT_TRUE(says("cancelled"));
   EXPECT_EQ(session_->level, nullptr);
   // A window that is closed meanwhile waits for nothing longer than a step of the work.
-  session_->begin({kLevel, "", {}, false, {}, true});
+  session_->begin({kLevel, "", {}, false, {}, presetOptions(Preset::draft)});
   session_.reset();
 }
 

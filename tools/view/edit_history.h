@@ -24,6 +24,8 @@ class EditHistory {
     future_.clear();
     return true;
   }
+  // Put a state in place of the one that is known, which is no edit.
+  void replace(T state) { current_ = std::move(state); }
   bool canUndo() const { return !past_.empty(); }
   bool canRedo() const { return !future_.empty(); }
   // The state before the last edit, or after the one that was undone last; where there is none, the state that is.

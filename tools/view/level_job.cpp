@@ -15,7 +15,7 @@ double seconds() { return std::chrono::duration<double>(std::chrono::steady_cloc
 }  // namespace
 
 LevelJob::LevelJob(LevelFiles files, std::optional<Scene> scene) : files_(std::move(files)), begin_(seconds()) {
-  if (files_.draft) overall_ = OverallProgress(planBake(presetOptions(Preset::draft), false));
+  if (files_.bakeBy) overall_ = OverallProgress(planBake(*files_.bakeBy, false));
   progress_.stage = "load";
   context_.onProgress = [this](std::string_view stage, double fraction) {
     const std::lock_guard lock(mutex_);

@@ -128,9 +128,9 @@ void drawLightControls(Session& session) {
     selectedControls(session, session.state.lights[*selected]);
   }
   ImGui::Separator();
-  if (button("undo", session.editor.canUndo())) session.run(Command::undo);
+  if (button("undo", session.edits.canUndo())) session.run(Command::undo);
   ImGui::SameLine();
-  if (button("redo", session.editor.canRedo())) session.run(Command::redo);
+  if (button("redo", session.edits.canRedo())) session.run(Command::redo);
   ImGui::SameLine();
   if (ImGui::Button("save")) session.run(Command::saveLights);
   ImGui::SameLine();

@@ -14,12 +14,6 @@ constexpr float kMaxPosition = 1e6f;  // [m] well within what a list of lights m
 
 }  // namespace
 
-void LightEditor::begin(const Lights& lights) {
-  history_ = EditHistory<Lights>(lights);
-  selected_.reset();
-  drag_.reset();
-}
-
 glm::vec3 LightEditor::anchorOf(const ViewedLight& light, const PixelView& view) {
   const glm::vec3& position = light.light.positionWorld;
   if (light.light.kind != LightKind::directional || view.shows(position)) return position;
@@ -56,7 +50,6 @@ Handle LightEditor::handleAt(const Lights& lights, const PixelView& view, const 
 }
 
 bool LightEditor::press(Lights& lights, const PixelView& view, const glm::vec2& pixel) {
-  commit(lights);
   const auto shown = gizmo(lights, view);
   if (shown) {
     drag_ = beginDrag(*shown, pickHandle(*shown, view, pixel), view, pixel);
@@ -90,12 +83,6 @@ void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& p
   }
 }
 
-void LightEditor::release(const Lights& lights) {
-  if (!drag_) return;
-  drag_.reset();
-  commit(lights);
-}
-
 void LightEditor::cancelDrag(Lights& lights) {
   if (!drag_) return;
   lights[*selected_] = *before_;
@@ -104,45 +91,21 @@ void LightEditor::cancelDrag(Lights& lights) {
 
 void LightEditor::add(Lights& lights, ViewedLight light) {
   cancelDrag(lights);
-  commit(lights);
   lights.push_back(std::move(light));
   selected_ = lights.size() - 1;
-  commit(lights);
 }
 
 void LightEditor::removeSelected(Lights& lights) {
   cancelDrag(lights);
   if (!selected_ || *selected_ >= lights.size()) return;
-  commit(lights);
   lights.erase(lights.begin() + static_cast<std::ptrdiff_t>(*selected_));
   selected_.reset();
-  commit(lights);
 }
 
 void LightEditor::replace(Lights& lights, Lights with) {
   cancelDrag(lights);
-  commit(lights);
   lights = std::move(with);
   selected_.reset();
-  commit(lights);
-}
-
-void LightEditor::commit(const Lights& lights) {
-  if (!drag_) history_.commit(lights);
-}
-
-void LightEditor::undo(Lights& lights) {
-  cancelDrag(lights);
-  commit(lights);
-  lights = history_.undo();
-  keepSelectionWithin(lights);
-}
-
-void LightEditor::redo(Lights& lights) {
-  cancelDrag(lights);
-  commit(lights);
-  lights = history_.redo();
-  keepSelectionWithin(lights);
 }
 
 void LightEditor::keepSelectionWithin(const Lights& lights) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Edits a set of lights by the mouse: picks one, drags it by its gizmo, undoes and redoes. Knows pixels and lights, and
-// nothing of windows; light_handles.h draws it.
+// Edits a set of lights by the mouse: picks one, drags it by its gizmo. Knows pixels and lights, and nothing of
+// windows; light_handles.h draws it, view_edits.h undoes it.
 #pragma once
 
-#include "tools/view/edit_history.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/view_state.h"
 
@@ -19,9 +18,6 @@ class LightEditor {
  public:
   using Lights = std::vector<ViewedLight>;
 
-  // Begin with a set, forgetting what was edited before.
-  void begin(const Lights& lights);
-
   std::optional<std::size_t> selected() const { return selected_; }
   void select(std::optional<std::size_t> index) { selected_ = index; }
   bool isDragging() const { return drag_.has_value(); }
@@ -36,25 +32,18 @@ class LightEditor {
   // The left button. press() says whether there was a light or a handle under the mouse; where not, none is selected.
   bool press(Lights& lights, const PixelView& view, const glm::vec2& pixel);
   void move(Lights& lights, const PixelView& view, const glm::vec2& pixel);
-  void release(const Lights& lights);
+  void release() { drag_.reset(); }
   // Put back what is being dragged.
   void cancelDrag(Lights& lights);
 
-  // Edits, each of which can be undone. add() selects it.
+  // add() selects the light.
   void add(Lights& lights, ViewedLight light);
   void removeSelected(Lights& lights);
   void replace(Lights& lights, Lights with);
-  // Note what controls have changed since; call when none of them is held.
-  void commit(const Lights& lights);
-  bool canUndo() const { return history_.canUndo(); }
-  bool canRedo() const { return history_.canRedo(); }
-  void undo(Lights& lights);
-  void redo(Lights& lights);
-
- private:
+  // Deselects a light that is gone.
   void keepSelectionWithin(const Lights& lights);
 
-  EditHistory<Lights> history_;
+ private:
   std::optional<std::size_t> selected_;
   std::optional<Drag> drag_;
   std::optional<ViewedLight> before_;  // what is dragged, as it was

@@ -31,8 +31,8 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
   if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
   level->isBaked = files.hasBake();
   if (level->isBaked) {
-    auto baked = files.bake.empty() ? bake(level->scene, presetOptions(Preset::draft), context)
-                                    : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
+    auto baked = files.bakeBy ? bake(level->scene, *files.bakeBy, context)
+                              : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);
     if (!baked) return baked.error();
     level->bake = std::move(*baked);
   }

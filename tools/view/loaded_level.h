@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A level as the viewer shows it: with a bake from a file or made here at preset draft, or without one.
+// A level as the viewer shows it: with a bake from a file or made here, or without one.
 #pragma once
 
 #include "relume/bake/context.h"
+#include "relume/bake/options.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
@@ -14,6 +15,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +28,7 @@ struct LoadedLevel {
   bool isBaked = true;    // else there is nothing in `bake`, and the level is lit by LiveJob
   bool hasGloss = false;  // whether the scene has what its materials mirror: --gloss
   std::string sceneFile;
-  std::string bakeFile;  // empty: the bake is in memory alone
+  std::string bakeFile;  // that is watched; empty: none
   FileStamp bakeStamp;   // of the file, from before it was read
 
   // What can be moved: all of a level that no bake knows.
@@ -44,12 +46,12 @@ ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, st
 // Where a level comes from.
 struct LevelFiles {
   std::string scene;
-  std::string bake;  // empty: none, or one of preset draft
+  std::string bake;  // empty: none, or one made here
   SceneOptions sceneOptions;
   bool allowStale = false;               // take a bake of another state of the scene
   std::vector<DrivenMaterial> driven{};  // what its materials emit instead, once the bake is known to be of the level
-  bool draft = false;                    // bake it here
-  bool hasBake() const { return draft || !bake.empty(); }
+  std::optional<BakeOptions> bakeBy{};   // bake it here, in memory, in place of what is in `bake`
+  bool hasBake() const { return bakeBy || !bake.empty(); }
 };
 
 // Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: cancelled.

@@ -42,10 +42,9 @@ int main(int argc, char** argv) {
     const Status status = runWindow(std::move(*scene), nullptr, *options);
     return status ? 0 : fail(status.error());
   }
-  auto level = loadBake(
-      std::move(*scene),
-      {options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven, options->draft},
-      context);
+  LevelFiles files{options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven};
+  if (options->bake.empty() && options->draft) files.bakeBy = presetOptions(Preset::draft);
+  auto level = loadBake(std::move(*scene), files, context);
   if (!level) return fail(level.error());
   const Bake& bake = (*level)->bake;
   if (!options->skyMap.empty() && (*level)->isBaked && bake.hierarchy.skyDirection.empty())

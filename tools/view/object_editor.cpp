@@ -37,16 +37,6 @@ float squaredDistance(const glm::vec3& p, const std::array<glm::vec3, 3>& corner
   return height * height / area2;
 }
 
-std::vector<glm::vec3> positionsOf(const ObjectEditor::Objects& objects) {
-  std::vector<glm::vec3> positions;
-  for (const ViewedObject& object : objects) positions.push_back(object.position);
-  return positions;
-}
-
-void put(const std::vector<glm::vec3>& positions, ObjectEditor::Objects& objects) {
-  for (std::size_t i = 0; i < objects.size(); ++i) objects[i].position = positions[i];
-}
-
 }  // namespace
 
 std::optional<std::size_t> objectAt(const Scene& scene, std::span<const MovingNode> nodes,
@@ -67,33 +57,6 @@ std::optional<std::size_t> objectAt(const Scene& scene, std::span<const MovingNo
     }
   }
   return found;
-}
-
-void ObjectEditor::begin(const Objects& objects) {
-  history_ = EditHistory<std::vector<glm::vec3>>(positionsOf(objects));
-  select({});
-}
-
-void ObjectEditor::commit(const Objects& objects) {
-  if (!drag_) history_.commit(positionsOf(objects));
-}
-
-void ObjectEditor::undo(Objects& objects) {
-  cancelDrag(objects);
-  commit(objects);
-  put(history_.undo(), objects);
-}
-
-void ObjectEditor::redo(Objects& objects) {
-  cancelDrag(objects);
-  commit(objects);
-  put(history_.redo(), objects);
-}
-
-void ObjectEditor::release(const Objects& objects) {
-  if (!drag_) return;
-  drag_.reset();
-  commit(objects);
 }
 
 void ObjectEditor::select(std::optional<std::size_t> index) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Moves an object of the level by the mouse: which one is at a place that was clicked, where a drag of its gizmo takes
-// it, and back again. Knows pixels and objects, and nothing of windows.
+// it. Knows pixels and objects, and nothing of windows; view_edits.h undoes it.
 #pragma once
 
 #include "relume/bake/scene.h"
 #include "tools/gl_scene/gl_level.h"
-#include "tools/view/edit_history.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/view_state.h"
 
@@ -25,8 +24,6 @@ class ObjectEditor {
  public:
   using Objects = std::vector<ViewedObject>;
 
-  // Begin with the objects of a level, forgetting what was edited before.
-  void begin(const Objects& objects);
   std::optional<std::size_t> selected() const { return selected_; }
   // Lets go of what is dragged.
   void select(std::optional<std::size_t> index);
@@ -39,17 +36,11 @@ class ObjectEditor {
   // The left button. press() says whether it grabbed a handle of the selected object.
   bool press(const Objects& objects, const PixelView& view, const glm::vec2& pixel);
   void move(Objects& objects, const PixelView& view, const glm::vec2& pixel) const;
-  void release(const Objects& objects);
+  void release() { drag_.reset(); }
   // Put back what is being dragged.
   void cancelDrag(Objects& objects);
 
-  // Note what controls have changed since; call when none of them is held. Then what was noted, step by step.
-  void commit(const Objects& objects);
-  void undo(Objects& objects);
-  void redo(Objects& objects);
-
  private:
-  EditHistory<std::vector<glm::vec3>> history_;  // their positions
   std::optional<std::size_t> selected_;
   std::optional<Drag> drag_;
 };

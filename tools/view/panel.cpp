@@ -65,15 +65,31 @@ void liveControls(Session& session) {
   ImGui::Checkbox("relight", &state.relight);
 }
 
+// The kind of the bake's links. Another is another bake, by the options that made this one.
+void linkKindControl(Session& session) {
+  const LinkKind now = session.level->bake.links.kind;
+  ImGui::BeginDisabled(session.job.has_value());
+  if (ImGui::BeginCombo("links", std::string(linkKindName(now)).c_str())) {
+    for (const LinkKind kind : kLinkKinds) {
+      if (ImGui::Selectable(std::string(linkKindName(kind)).c_str(), kind == now) && kind != now)
+        session.bakeLinks(kind);
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::EndDisabled();
+}
+
 // What every light is relit by.
-void relightControls(Viewer& viewer, const Bake& bake, bool hasGloss, ViewState& state) {
+void relightControls(Session& session) {
+  ViewState& state = session.state;
+  Viewer& viewer = *session.viewer;
   bounceControls(state);
   bandControls(viewer, state);
   int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
   if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
     state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
-  ImGui::LabelText("link kind", "%s", std::string(linkKindName(bake.links.kind)).c_str());
-  glossControls(hasGloss, state);
+  linkKindControl(session);
+  glossControls(session.level->hasGloss, state);
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
@@ -269,8 +285,9 @@ void drawProgress(Session& session) {
   ImGui::SetNextWindowSize(ImVec2(width, 0.0f));
   ImGui::Begin("progress", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
-  const std::string name = std::filesystem::path(files.bake.empty() ? files.scene : files.bake).filename().string();
-  ImGui::TextWrapped("%s %s", files.draft ? "Baking a draft of" : "Loading", printable(name).c_str());
+  const bool isOfScene = files.bakeBy || files.bake.empty();
+  const std::string name = std::filesystem::path(isOfScene ? files.scene : files.bake).filename().string();
+  ImGui::TextWrapped("%s %s", files.bakeBy ? "Baking" : "Loading", printable(name).c_str());
   char text[96];
   if (session.job->isCancelled()) {
     std::snprintf(text, sizeof text, "stopping");
@@ -317,7 +334,7 @@ void drawPanel(Session& session) {
     if (session.viewer->live()) {
       liveControls(session);
     } else {
-      relightControls(*session.viewer, session.level->bake, session.level->hasGloss, session.state);
+      relightControls(session);
     }
     if (ImGui::Button("compare with path tracing")) session.compareWithReference();
   }

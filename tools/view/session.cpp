@@ -23,6 +23,16 @@ std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, s
   return now;
 }
 
+std::string whatCameOf(const LevelFiles& files) {
+  const std::string scene = "\"" + files.scene + "\" ";
+  if (!files.hasBake()) return scene + "is lit without a bake";
+  if (!files.bakeBy) return "\"" + files.bake + "\" loaded";
+  const bool isDraft = optionsToJson(*files.bakeBy) == optionsToJson(presetOptions(Preset::draft));
+  const std::string by =
+      isDraft ? "at preset draft" : "with " + std::string(linkKindName(files.bakeBy->links.kind)) + " links";
+  return scene + "baked " + by + ", in memory alone; relume bake writes a bake";
+}
+
 std::string counted(std::size_t lights) { return std::to_string(lights) + (lights == 1 ? " light" : " lights"); }
 
 }  // namespace
@@ -31,10 +41,10 @@ Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress g
     : state(std::move(first)),
       lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
       options_(options),
-      bakesDropped_(options.draft),
+      bakesAtOnce_(options.draft),
       getProcAddress_(std::move(getProcAddress)),
       capture_(options.output.empty() ? "." : options.output) {
-  editor.begin(state.lights);
+  edits.begin(state);
 }
 
 Status Session::show(LevelPtr next) {
@@ -67,8 +77,14 @@ Status Session::show(LevelPtr next) {
     say(Severity::warning,
         counted(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
   }
-  if (!isSame) editor.begin(state.lights);
-  objects.begin(state.objects);
+  objects.select({});
+  if (isSame) {
+    edits.replace(state);
+  } else {
+    editor.cancelDrag(state.lights);
+    editor.select({});
+    edits.begin(state);
+  }
   if (state.sky.map && level->isBaked && level->bake.hierarchy.skyDirection.empty())
     say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
   return done();
@@ -76,18 +92,24 @@ Status Session::show(LevelPtr next) {
 
 LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
   // --emission names materials of the level of the command line.
-  return {scene,
-          bake,
-          options_.sceneOptions,
-          options_.allowStale,
-          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>(),
-          bake.empty() && bakesDropped_};
+  return {scene, bake, options_.sceneOptions, options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>()};
 }
 
 void Session::bakeDraft() {
   if (!level || job) return;
   LevelFiles files = filesOf(level->sceneFile, "");
-  files.draft = true;
+  files.bakeBy = presetOptions(Preset::draft);
+  begin(std::move(files));
+}
+
+void Session::bakeLinks(LinkKind kind) {
+  if (!level || !level->isBaked || job) return;
+  auto options = optionsFromJson(level->bake.provenance.optionsJson, BakeOptions());
+  if (!options) return say(Severity::error, options.error().message);
+  options->links.kind = kind;
+  LevelFiles files = filesOf(level->sceneFile, level->bakeFile);
+  files.bakeBy = std::move(*options);
   begin(std::move(files));
 }
 
@@ -102,6 +124,7 @@ void Session::recordsAsChosen() {
 }
 
 void Session::begin(LevelFiles files, std::optional<Scene> scene) {
+  draftNext_ = false;
   job.reset();
   job.emplace(std::move(files), std::move(scene));
 }
@@ -110,7 +133,13 @@ void Session::drop(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".glb" || extension == ".gltf") return begin(filesOf(path, ""));
+  if (extension == ".glb" || extension == ".gltf") {
+    LevelFiles files = filesOf(path, "");
+    if (bakesAtOnce_) files.bakeBy = presetOptions(Preset::draft);
+    begin(std::move(files));
+    draftNext_ = !bakesAtOnce_;
+    return;
+  }
   if (extension == ".json") {
     lightsFile = path;
     return loadLights();
@@ -128,6 +157,7 @@ void Session::finishJob() {
   if (!result) return;
   const bool isCancelled = job->isCancelled();
   const LevelFiles files = job->files();
+  const bool isDraftNext = std::exchange(draftNext_, false);
   job.reset();
   const std::string kept = level ? "; what is shown stays" : "";
   if (isCancelled) return say(Severity::info, "cancelled" + kept);
@@ -135,11 +165,8 @@ void Session::finishJob() {
   if (const Status shown = show(std::move(**result)); !shown) return say(Severity::error, shown.error().message + kept);
   const std::string noted =
       warnings.empty() ? "" : "; " + std::to_string(warnings.size()) + " warnings about the level are in the terminal";
-  say(Severity::info, (!files.hasBake() ? "\"" + files.scene + "\" is lit without a bake"
-                       : files.bake.empty()
-                           ? "\"" + files.scene + "\" baked at preset draft, in memory alone; relume bake writes a bake"
-                           : "\"" + files.bake + "\" loaded") +
-                          noted);
+  say(Severity::info, whatCameOf(files) + noted);
+  if (isDraftNext) bakeDraft();
 }
 
 void Session::compareWithReference() {
@@ -180,17 +207,19 @@ void Session::watchBake() {
 
 void Session::run(Command command) {
   switch (command) {
-    // Of objects while one is picked, else of lights.
     case Command::undo:
-      return objects.selected() ? objects.undo(state.objects) : editor.undo(state.lights);
     case Command::redo:
-      return objects.selected() ? objects.redo(state.objects) : editor.redo(state.lights);
+      cancelDrags();
+      command == Command::undo ? edits.undo(state) : edits.redo(state);
+      return editor.keepSelectionWithin(state.lights);
     case Command::saveLights:
       return saveLights();
     case Command::loadLights:
       return loadLights();
     case Command::removeLight:
-      return editor.removeSelected(state.lights);
+      edits.commit(state);
+      editor.removeSelected(state.lights);
+      return edits.commit(state);
     case Command::duplicateLight:
       return duplicateLight();
     case Command::cancel:
@@ -216,7 +245,19 @@ void Session::addLight(LightKind kind) {
   ViewedLight light = newLight(kind, state.camera, state.lights);
   if (!light.on)
     say(Severity::warning, "the new light is off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  edits.commit(state);
   editor.add(state.lights, std::move(light));
+  edits.commit(state);
+}
+
+void Session::cancelDrags() {
+  objects.cancelDrag(state.objects);
+  editor.cancelDrag(state.lights);
+}
+
+// Note what controls or a drag have changed, once it is over.
+void Session::commit() {
+  if (!editor.isDragging() && !objects.isDragging()) edits.commit(state);
 }
 
 void Session::duplicateLight() {
@@ -224,11 +265,12 @@ void Session::duplicateLight() {
   ViewedLight light = state.lights[*editor.selected()];
   light.name = freeName(light.name, state.lights);
   light.on = light.on && lightsOn(state.lights) < kMaxLightsOn;
+  edits.commit(state);
   editor.add(state.lights, std::move(light));
+  edits.commit(state);
 }
 
 void Session::saveLights() {
-  editor.commit(state.lights);
   if (!messages.check(saveLightSet(lightsFile, state.lights), now_)) return;
   say(Severity::info, counted(lightsOn(state.lights)) + " saved to \"" + lightsFile + "\"");
 }
@@ -237,11 +279,14 @@ void Session::loadLights() {
   auto lights = loadLightSet(lightsFile);
   if (!lights) return say(Severity::error, lights.error().message + "; the lights stay as they are");
   say(Severity::info, counted(lights->size()) + " loaded from \"" + lightsFile + "\"");
+  edits.commit(state);
   editor.replace(state.lights, std::move(*lights));
+  edits.commit(state);
 }
 
 void Session::press(const glm::vec2& pixel) {
   mouse = pixel;
+  commit();
   if (std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); })) return;
   if (state.handles && objects.press(state.objects, pixels_, pixel)) return;
   const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
@@ -257,8 +302,9 @@ void Session::move(const glm::vec2& pixel) {
 }
 
 void Session::release() {
-  editor.release(state.lights);
-  objects.release(state.objects);
+  editor.release();
+  objects.release();
+  commit();
 }
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
@@ -304,8 +350,7 @@ void Session::pick(const glm::vec3& pointWorld) {
 
 void Session::endControls(bool isHeld) {
   if (isHeld) return;
-  editor.commit(state.lights);
-  objects.commit(state.objects);
+  commit();
   LiveShading* const live = viewer ? viewer->live() : nullptr;
   if (live && live->options() != state.live) live->choose(state.live);
 }

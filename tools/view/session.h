@@ -14,6 +14,7 @@
 #include "tools/view/options.h"
 #include "tools/view/reference_job.h"
 #include "tools/view/time_history.h"
+#include "tools/view/view_edits.h"
 #include "tools/view/view_state.h"
 #include "tools/view/viewer.h"
 
@@ -55,11 +56,14 @@ class Session {
   Status show(LevelPtr next);
   // Begin to load or bake a level; what was being loaded is cancelled. `scene`: loadScene() of it, where that is done.
   void begin(LevelFiles files, std::optional<Scene> scene = {});
-  // A file that was dropped on the window: a level to bake, a bake of the level that is shown, a list of lights.
+  // A file that was dropped on the window: a level, which is baked at preset draft, and lit without a bake until then
+  // where the window's first level is; a bake of the level that is shown; a list of lights.
   void drop(const std::string& path);
 
-  // Begin to bake the level that is shown at preset draft, in memory; its light is shown until that is done.
+  // Begin to bake the level that is shown, in memory, while its light goes on: at preset draft, or by the options of
+  // its bake but for the kind of the links.
   void bakeDraft();
+  void bakeLinks(LinkKind kind);
 
   // Begin to hold the view against a path-traced one; `heat` has it when it is done.
   void compareWithReference();
@@ -94,6 +98,7 @@ class Session {
   ViewState state;
   LightEditor editor;
   ObjectEditor objects;  // of a level without a bake
+  ViewEdits edits;       // of all that the state has
   Messages messages;
   TimeHistory times;                  // of the last frames' passes
   std::vector<std::string> warnings;  // about levels, for the terminal: too many for the window
@@ -106,6 +111,8 @@ class Session {
   void saveLights();
   void loadLights();
   void duplicateLight();
+  void cancelDrags();
+  void commit();
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();
   void recordsAsChosen();
@@ -117,8 +124,9 @@ class Session {
   void toggleFilm();
   void takePictures(std::uint32_t width, std::uint32_t height);
 
-  ViewerOptions options_;  // for levels that are yet to come
-  bool bakesDropped_;      // whether levels that are dropped are baked, and not lit without a bake
+  ViewerOptions options_;   // for levels that are yet to come
+  bool bakesAtOnce_;        // whether levels that are dropped are baked before they are shown
+  bool draftNext_ = false;  // the level that is loaded was dropped, and is to be baked once it is shown
   GetProcAddress getProcAddress_;
   FileWatch watch_;
   std::optional<glm::vec2> pick_;  // [pixel] whose surface, or object, is to be picked in the next frame
