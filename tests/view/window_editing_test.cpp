@@ -94,6 +94,9 @@ class WindowEditing : public testing::Test {
   pid_t viewer_ = -1;
 };
 
+// Lights of the level, which the panel lists although they are off.
+constexpr int kLevelLights = 3;
+
 bool isReddish(const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; }
 bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
 
@@ -180,6 +183,61 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   ASSERT_EQ(lights.size(), 1u);
   EXPECT_EQ(lights[0].kind, LightKind::spot);
   EXPECT_EQ(lights[0].positionWorld, glm::vec3(1, 2, 3));
+}
+
+// The panel's buttons add, undo, save and load; rings turn a spot that is picked.
+TEST_F(WindowEditing, lightsAreAddedByButtonsAndASpotIsTurned) {
+  SceneLight spot;
+  spot.name = "spot";
+  spot.kind = LightKind::spot;
+  spot.intensity = glm::vec3(12.0f);
+  spot.positionWorld = position_;
+  spot.direction = {0, -1, 0};
+  ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{spot}));
+  if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
+
+  // A ring about z, which looks at the camera least of all edge on
+  const double red = screen_.settled().share(isReddish);
+  screen_.click(1, pixelOf(position_));
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
+  Gizmo gizmo{position_, {0, -1, 0}, gizmoSize(view_, position_)};
+  gizmo.turns = true;
+  const glm::ivec2 grabbed = pixelOf(gizmo.outline(Handle::ringZ)[7]);
+  screen_.dragOnce(1, grabbed, grabbed + glm::ivec2(24, 18));
+  const SceneLight turned = saved().at(0);
+  EXPECT_GT(glm::distance(turned.direction, glm::vec3(0, -1, 0)), 0.05f);
+  EXPECT_NEAR(turned.direction.z, 0.0f, 1e-4f);
+  EXPECT_EQ(turned.positionWorld, position_);
+
+  // Under Lights, which a light that is picked has opened: a row of buttons, the lights, and below them undo, redo,
+  // save and load.
+  constexpr int kRow = 23;
+  screen_.press("Escape");
+  const auto press = [&](const glm::ivec2& button) {
+    const ScreenPicture before = screen_.settled();
+    screen_.moveTo(button);
+    EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(before, p, 10).width() > 4; }));
+    screen_.click(1, button);
+    screen_.moveTo({500, 390});
+  };
+  const int buttons = 160 + kRow;
+  press({45, buttons});
+  std::vector<SceneLight> lights = saved();
+  ASSERT_EQ(lights.size(), 2u);
+  EXPECT_EQ(lights[1].kind, LightKind::point);
+  screen_.press("Escape");  // whose controls are away then
+  const auto undoRow = [&](int shown) { return buttons + kRow * shown + 27; };
+  press({35, undoRow(kLevelLights + 2)});
+  EXPECT_EQ(saved().size(), 1u);
+  press({77, undoRow(kLevelLights + 1)});
+  EXPECT_EQ(saved().size(), 2u);
+  fs::remove(at("lights.json"));
+  press({121, undoRow(kLevelLights + 2)});
+  ASSERT_TRUE(screen_.waitFor([this](const ScreenPicture&) { return fs::exists(at("lights.json")); }));
+  ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{spot}));
+  press({166, undoRow(kLevelLights + 2)});
+  screen_.settled();
+  EXPECT_EQ(saved().size(), 1u);
 }
 
 }  // namespace

@@ -2,99 +2,25 @@
 // The window of relume-view under Xvfb: a level without a bake is baked and shown, files are dropped on it, a bake
 // changes under it, switches of the panel change the picture, and screenshots say so.
 #include "formats/color.h"
-#include "tests/cli/run_program.h"
-#include "tests/samples/virtual_screen.h"
 #include "tests/view/drop_file.h"
-#include "tools/images/read_picture.h"
+#include "tests/view/window_fixture.h"
 #include "tools/render/lights_file.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace relume {
 namespace {
 
-namespace fs = std::filesystem;
+using namespace test;
 
-const std::string kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
+const std::string& kLevel = kWindowLevel;
 const std::string kOther = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
 constexpr std::uint32_t kWidth = 640, kHeight = 400;
-constexpr glm::ivec2 kRelightHeader{100, 206}, kDirectSwitch{25, 229}, kAway{500, 300};
+constexpr glm::ivec2 kRelightHeader{100, 206}, kDirectSwitch{25, 229};
 // Of a level without a bake, with an object picked: the panel shows its controls.
 constexpr glm::ivec2 kLiveRelightHeader{100, 275}, kDraftButton{62, 298};
 
-class WindowLevel : public testing::Test {
+class WindowLevel : public WindowTest {
  protected:
-  void SetUp() override {
-    if (std::system("command -v Xvfb >/dev/null 2>&1 && command -v xdotool >/dev/null 2>&1") != 0)
-      GTEST_SKIP() << "Xvfb or xdotool is not installed";
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / ("relume_window_" + std::string(info->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    ASSERT_TRUE(screen_.start(folder_, kWidth, kHeight)) << "Xvfb does not start";
-  }
-  void TearDown() override {
-    if (viewer_ > 0) screen_.end(viewer_);
-    screen_.stop();
-    if (!folder_.empty()) fs::remove_all(folder_);
-  }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  std::string log() const { return readAll(folder_ / "viewer.txt"); }
-
-  bool show(std::vector<std::string> arguments) {
-    for (const char* more : {"--shadow-size", "64", "--size"}) arguments.emplace_back(more);
-    arguments.push_back(std::to_string(kWidth) + "x" + std::to_string(kHeight));
-    arguments.insert(arguments.end(), {"-o", at("pictures")});
-    viewer_ = screen_.run(RELUME_VIEW, arguments, folder_ / "viewer.txt");
-    return screen_.waitFor(
-        [](const ScreenPicture& p) { return p.share([](const Rgb& c) { return c.sum() > 90; }) > 0.3; },
-        [this] { return screen_.isRunning(viewer_); });
-  }
-  void bake(const std::string& surfels) {
-    const ProgramResult baked = runProgram(
-        {"bake", kLevel, "-o", at("level.relume"), "--preset", "draft", "--surfels", surfels, "--lightmap-caches",
-         "200", "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"},
-        folder_);
-    ASSERT_EQ(baked.status, 0) << baked.err;
-  }
-
-  // What F12 writes, as numbers of the screen's. Empty when nothing comes.
-  std::vector<glm::vec3> screenshot() {
-    char name[32];
-    std::snprintf(name, sizeof name, "relume_%04d.png", ++pictures_);
-    const std::string path = at("pictures/") + name;
-    screen_.press("F12");
-    if (!screen_.waitFor([&](const ScreenPicture&) { return fs::exists(path); })) return {};
-    const auto read = readPicture(path, "");
-    EXPECT_TRUE(read) << read.error().message;
-    return read ? read->picture.pixels : std::vector<glm::vec3>();
-  }
-  static double meanOf(const std::vector<glm::vec3>& pixels) {
-    double sum = 0.0;
-    for (const glm::vec3& p : pixels) sum += static_cast<double>(p.g);
-    return pixels.empty() ? 0.0 : sum / static_cast<double>(pixels.size());
-  }
-  static double differenceBetween(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-      sum += std::abs(static_cast<double>(a[i].g - b[i].g));
-    return sum / static_cast<double>(std::max<std::size_t>(a.size(), 1));
-  }
-  // A click on a control: once the mouse is over it, which is seen.
-  void clickControl(const glm::ivec2& place) const {
-    const ScreenPicture before = screen_.settled();
-    screen_.moveTo(place);
-    EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(before, p, 10).width() > 4; }));
-    screen_.click(1, place);
-    screen_.moveTo(kAway);
-  }
-
-  fs::path folder_;
-  VirtualScreen screen_;
-  pid_t viewer_ = -1;
-  int pictures_ = 0;
+  WindowLevel() : WindowTest(kWidth, kHeight) {}
 };
 
 bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
@@ -167,6 +93,35 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsLitAtOnceAndObjectsAreDragged) {
   clickControl(kDraftButton);
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return pane(p) < 60; })) << "no bake";
   EXPECT_TRUE(screen_.isRunning(viewer_));
+}
+
+// What is dropped on a window of live light is lit at once, and baked behind a bar.
+TEST_F(WindowLevel, aLevelDroppedOnAWindowWithoutABakeIsLitAndBaked) {
+  if (!show({kLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "16"})) {
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  }
+  screen_.settled();
+  const ScreenPicture rooms = screen_.picture();
+  ASSERT_EQ(dropFile(screen_.display(), kOther), "");
+  bool isLit = false, hasBar = false;
+  // Yellow as far as the bake is, on the window's upper edge
+  const auto barIn = [](const ScreenPicture& picture) {
+    std::size_t yellow = 0;
+    for (std::size_t i = 0; i < std::size_t{kWidth} * 60; ++i) {
+      const Rgb& c = picture.pixel[i];
+      yellow += c.r > 200 && c.g > 150 && c.g < 200 && c.b < 40 ? 1 : 0;
+    }
+    return yellow > 100;
+  };
+  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) {
+    isLit = isLit || differenceOf(rooms, p, 60).width() > kWidth * 9 / 10;
+    hasBar = hasBar || barIn(p);
+    return isLit && hasBar && !barIn(p);
+  })) << (isLit ? "the level is shown" : "nothing is shown")
+      << (hasBar ? ", and a bar" : ", without a bar");
+  // The panel of a bake has what is under Relight, that of live light a button for a draft; pictures show the rest.
+  const auto baked = screenshot();
+  EXPECT_GT(meanOf(baked), 0.02);
 }
 
 TEST_F(WindowLevel, switchesChangeThePictureAndABakeIsLoadedAgain) {
