@@ -274,11 +274,10 @@ BakeOptions presetOptions(Preset preset) {
       break;
     case Preset::best:
       options.playSpace.walks = 1u << 22;
-      options.surfels.count = 262144;
-      options.caches.gridCaches = 8192;
-      options.caches.lightmapCaches = 65536;
-      options.links.linksPerCache = options.links.maxLinksPerCache = 1000;
-      options.links.raysPerCache = 4096;
+      options.surfels.count = 327680;
+      options.caches.gridCaches = 7168;
+      options.caches.lightmapCaches = 73728;
+      options.links.linksPerCache = 190;
       options.links.skyPatches = 256;
       break;
     case Preset::paper:  // PIC Table 2, setting 1

@@ -23,7 +23,7 @@ class ErrorSearch {
 
  private:
   double maxError_, largest_, now_;
-  double bad_ = 0.0, badError_ = 0.0;  // [MiB] the most that was not enough, and its error
+  double bad_ = 0.0;  // [MiB] the most that was not enough
   double good_ = 0.0;
   bool isOver_ = false, hasRefined_ = false;
 };
