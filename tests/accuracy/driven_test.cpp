@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 namespace relume {
 namespace {
 
@@ -60,6 +62,24 @@ TEST_P(DrivenEmitter, isWithinThreePercentOfThePathTracer) {
 INSTANTIATE_TEST_SUITE_P(, DrivenEmitter,
                          testing::Values("star_red", "star_green", "star_blue", "star_yellow", "ring", "screen",
                                          "screen image"));
+
+TEST(DrivenCornell, itsLightIsWithinThreePercentOfThePathTracer) {
+  const std::filesystem::path file = RELUME_SHARED_DIR "/scenes/cornell/cornell.glb";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "there is no " << file;
+  Context context;
+  const auto cornell = importGltf(file.string(), context);
+  ASSERT_TRUE(cornell) << cornell.error().message;
+  const auto made = bake(*cornell, presetOptions(Preset::medium), context);
+  ASSERT_TRUE(made) << made.error().message;
+  DrivenMaterial driven;
+  driven.name = "light";
+  driven.radiance = glm::vec3(4.0f, 3.0f, 2.0f);
+  const auto error = measureDriven(*cornell, *made, driven, "cam_front", 96, 60, 256);
+  ASSERT_TRUE(error) << error.error().message;
+  EXPECT_LT(error->difference.rmseTrimmed, kMaxError);
+  EXPECT_NEAR(error->difference.energy, 1.0, kMaxError);
+  for (const double energy : error->difference.energyRgb) EXPECT_NEAR(energy, 1.0, kMaxError);
+}
 
 }  // namespace
 }  // namespace relume

@@ -56,6 +56,10 @@ TEST_F(RenderCommand, drawsTheGlossOfMaterials) {
   expectRefused(render({"--bake", bake_, "--gloss", "--exponent", "4", "--aov", "glossy"}), 1,
                 {"--exponent", "--gloss"});
   expectRefused(render({"--bake", bake_, "--aov", "glossy"}), 1, {"--exponent", "--gloss"});
+  for (const char* const none : {"-1", "nan", "inf", "10001", "wide"})
+    expectRefused(render({"--bake", bake_, "--aov", "glossy", "--exponent", none}), 1,
+                  {"--exponent", "0 to 10000", none});
+  EXPECT_EQ(render({"--bake", bake_, "--aov", "glossy", "--exponent", "0"}).status, 0) << "the half above a surface";
   expectRefused(render({"--bake", bake_, "--gloss", "--aov", "unbounced"}), 1, {"--aov unbounced", "--gloss"});
 }
 
@@ -74,6 +78,8 @@ TEST_F(RenderCommand, referenceHasTheSameGloss) {
   for (std::size_t i = 0; i < radiance.size(); ++i) EXPECT_GE(radiance[i].y + 1e-4f, indirect[i].y + direct[i].y);
   expectRefused(reference({"--gloss", "--exponent", "4"}), 1, {"--exponent", "--gloss"});
   expectRefused(reference({"--aov", "glossy"}), 1, {"--exponent", "--gloss"});
+  for (const char* const none : {"-1", "nan", "inf", "10001"})
+    expectRefused(reference({"--aov", "glossy", "--exponent", none}), 1, {"--exponent", "0 to 10000", none});
 }
 
 TEST_F(RenderCommand, namesWhatThereIsWhenANameIsUnknown) {

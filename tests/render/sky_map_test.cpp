@@ -3,6 +3,7 @@
 #include "tools/render/read_sky_map.h"
 
 #include "relume/relighter.h"
+#include "tests/long_tests.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -161,6 +163,27 @@ TEST_F(SkyMapFiles, RefusesFilesThatAreNone) {
   ChannelImage grey{1, 1, {{"Y", {1.0f}}}};
   ASSERT_TRUE(writeExr(folder_ / "grey.exr", grey));
   expectRefused(folder_ / "grey.exr", ErrorCode::invalidFile, "channels R, G and B");
+}
+
+// 16,384 x 8192 texels, in runs of one colour: half a minute and 3 GiB at most, the mean as it is.
+TEST_F(SkyMapFiles, ReadsTheLargestThatAreMade) {
+  if (!test::longTests()) GTEST_SKIP() << "long: RELUME_LONG_TESTS=1 runs it";
+  constexpr std::uint32_t kWidth = 16384, kHeight = 8192;
+  std::string row{2, 2, kWidth >> 8, 0};
+  for (const char value : {'\x80', '\x80', '\x80', '\x81'}) {
+    for (std::uint32_t left = kWidth; left > 0;) {
+      const std::uint32_t run = std::min(left, 127u);
+      row += {static_cast<char>(128 + run), value};
+      left -= run;
+    }
+  }
+  std::string text = header("-Y 8192 +X 16384");
+  for (std::uint32_t y = 0; y < kHeight; ++y) text += row;
+  const auto map = readSkyMap(write("large.hdr", text));
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(glm::uvec2(map->width, map->height), glm::uvec2(kWidth, kHeight));
+  const SkyMap small = reducedSky(*map, 64);
+  for (const glm::vec3& texel : small.texels) EXPECT_EQ(texel, glm::vec3(1.0f));
 }
 
 TEST_F(SkyMapFiles, AsksForMemoryBeforeItIsTaken) {
