@@ -16,7 +16,8 @@ namespace {
 
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& context) {
   // 1. Senders: what gives light, and 2. receivers: where it is gathered (PIC 4.2, 4.3, 4.4)
-  Result<PlacedLevel> placed = placeLevel(scene, chooseSizes(asked), context);
+  const BakeOptions sized = chooseSizes(asked);
+  Result<PlacedLevel> placed = placeLevel(scene, sized, placeStages(sized), context);
   if (!placed) return placed.error();
   const Result<BakeOptions> chosen = chooseLinksOf(*placed, asked);
   if (!chosen) return chosen.error();

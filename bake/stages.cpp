@@ -58,14 +58,27 @@ Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Cont
   });
 }
 
-Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context) {
+PlaceStages placeStages(const BakeOptions& options) {
+  PlaceStages stages;
+  stages.findSpace = [&options](const RayTracer& tracer, Context& context) {
+    return runStage(context, "play space", [&] {
+      return needs(reservePlaySpace(tracer.scene(), options.playSpace, context),
+                   [&] { return findPlaySpace(tracer, options.playSpace, options.seed, context); });
+    });
+  };
+  stages.placeCaches = [&options](const RayTracer& tracer, const PlaySpace& space, Context& context) {
+    return runStage(context, "caches",
+                    [&] { return relume::placeCaches(tracer, space, options.caches, options.seed, context); });
+  };
+  return stages;
+}
+
+Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
+                               Context& context) {
   // 0. The ray tracer over the fixed part of the level, and the surfaces that receivers can see
   auto tracer = buildRays(scene, options, context);
   if (!tracer) return tracer.error();
-  auto space = runStage(context, "play space", [&] {
-    return needs(reservePlaySpace(scene, options.playSpace, context),
-                 [&] { return findPlaySpace(*tracer, options.playSpace, options.seed, context); });
-  });
+  auto space = stages.findSpace(*tracer, context);
   if (!space) return space.error();
 
   // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
@@ -82,8 +95,7 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, C
   if (!hierarchy) return hierarchy.error();
 
   // 2. Receivers: where light is gathered (PIC 4.4)
-  auto caches =
-      runStage(context, "caches", [&] { return placeCaches(*tracer, *space, options.caches, options.seed, context); });
+  auto caches = stages.placeCaches(*tracer, *space, context);
   if (!caches) return caches.error();
 
   // 3. What rays find, for the certificate: one for every so many that links are traced with

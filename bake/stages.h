@@ -7,12 +7,14 @@
 #include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
+#include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
 #include "relume/result.h"
 
+#include <functional>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -59,8 +61,18 @@ std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& opti
 // The ray tracer over the fixed part of the level.
 Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context);
 
+// Two stages of placing, which depend on shapes and options alone: another bake may have kept what they made.
+struct PlaceStages {
+  // The surfaces that receivers can see; the caches.
+  std::function<Result<PlaySpace>(const RayTracer&, Context&)> findSpace;
+  std::function<Result<Caches>(const RayTracer&, const PlaySpace&, Context&)> placeCaches;
+};
+// They are made here. options: kept by reference.
+PlaceStages placeStages(const BakeOptions& options);
+
 // Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays.
-Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, Context& context);
+Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
+                               Context& context);
 
 // The options with all sizes that their budgets allow: chooseSizes(), and chooseLinks() for what was placed.
 Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked);

@@ -2,13 +2,14 @@
 // See entry_names.h.
 #include "bake/shards/entry_names.h"
 
+#include "bake/base/byte_stream.h"
 #include "bake/rays/ray_tracer_name.h"
 #include "formats/chunks.h"
 #include "relume/bake/provenance.h"
 
 #include <algorithm>
-#include <type_traits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -24,34 +25,6 @@ const char* processorMaker() {
   return "other";
 }
 
-// What a name is the hash of. Every array is preceded by its size, so that different inputs never give the same bytes.
-class Inputs {
- public:
-  explicit Inputs(const std::string& kind) { text(kind); }
-
-  template <class T>
-  requires(std::is_trivially_copyable_v<T>) void array(std::span<const T> values) {
-    const std::uint64_t size = values.size();
-    append(&size, sizeof(size));
-    append(values.data(), values.size_bytes());
-  }
-  // No types with padding: its bytes are undefined.
-  template <class T>
-  requires(std::is_arithmetic_v<T> || std::is_enum_v<T> ||
-           std::has_unique_object_representations_v<T>) void value(const T& v) {
-    append(&v, sizeof(v));
-  }
-  void text(const std::string& text) { array(std::span<const char>(text)); }
-  EntryName name() const { return nameEntry(bytes_); }
-
- private:
-  void append(const void* data, std::size_t size) {
-    const auto* from = static_cast<const std::byte*>(data);
-    bytes_.insert(bytes_.end(), from, from + size);
-  }
-  std::vector<std::byte> bytes_;
-};
-
 // The options without those that only links, and the bands a file recommends, depend on.
 BakeOptions withoutLinks(BakeOptions options) {
   options.budget = {};  // its sizes are chosen
@@ -64,7 +37,7 @@ BakeOptions withoutLinks(BakeOptions options) {
 }
 
 // What rays meet. A material counts only where it lets some of them through: what it emits, the surfels say.
-void addShapes(const Scene& scene, const std::vector<BakedInstance>& described, Inputs& inputs) {
+void addShapes(const Scene& scene, const std::vector<BakedInstance>& described, ByteWriter& inputs) {
   std::unordered_map<std::uint32_t, std::uint32_t> firstOfMesh;  // those that share a mesh may be traced in another way
   inputs.value(static_cast<std::uint64_t>(scene.instances.size()));
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -82,6 +55,17 @@ void addShapes(const Scene& scene, const std::vector<BakedInstance>& described, 
   inputs.array(std::span<const std::uint8_t>(scene.solid));
 }
 
+// What decides how rays are traced: the seed, the instruction set, and numbers of rays, which choose the structure.
+void addRayOptions(const BakeOptions& from, ByteWriter& inputs) {
+  BakeOptions options;
+  options.caches.lightmapCaches = from.caches.lightmapCaches;
+  options.caches.gridCaches = from.caches.gridCaches;
+  options.links.raysPerCache = from.links.raysPerCache;
+  options.seed = from.seed;
+  options.embreeIsa = from.embreeIsa;
+  inputs.text(optionsToJson(options));
+}
+
 }  // namespace
 
 EntryNames::EntryNames(const Scene& scene, const BakeOptions& options)
@@ -93,26 +77,56 @@ EntryNames::EntryNames(const Scene& scene, const BakeOptions& options)
              p.rayTracer;
 }
 
+EntryName EntryNames::space() const {
+  ByteWriter inputs;
+  inputs.text("space");
+  inputs.text(program_);
+  addShapes(scene_, instances_, inputs);
+  addRayOptions(options_, inputs);
+  inputs.value(hashViews(scene_));
+  BakeOptions options;
+  options.playSpace = options_.playSpace;
+  inputs.text(optionsToJson(options));
+  return nameEntry(inputs.bytes());
+}
+
+EntryName EntryNames::caches() const {
+  ByteWriter inputs;
+  inputs.text("caches");
+  const EntryName from = space();
+  inputs.value(from.high);
+  inputs.value(from.low);
+  // What their warnings say, and what decides where they are.
+  for (const Instance& instance : scene_.instances) {
+    inputs.text(instance.node);
+    inputs.value(instance.primitive);
+    inputs.value(instance.gpuInstance);
+    inputs.value(instance.texelDensity);
+  }
+  BakeOptions options;
+  options.caches = options_.caches;
+  inputs.text(optionsToJson(options));
+  return nameEntry(inputs.bytes());
+}
+
 EntryName EntryNames::plan() const {
-  Inputs inputs("plan");
+  ByteWriter inputs;
+  inputs.text("plan");
   inputs.text(program_);
   inputs.value(hashScene(scene_, instances_));
   inputs.text(optionsToJson(withoutLinks(options_)));
-  return inputs.name();
+  return nameEntry(inputs.bytes());
 }
 
 EntryName EntryNames::threshold(const BakePlan& plan) const {
   const Bake& bake = plan.bake;
-  Inputs inputs("links");
+  ByteWriter inputs;
+  inputs.text("links");
   inputs.text(program_);
   addShapes(scene_, instances_, inputs);
-  // The numbers of caches asked for decide with which structure rays are traced.
+  addRayOptions(options_, inputs);
   BakeOptions options;
   options.links = plan.chosen.links;
-  options.caches.lightmapCaches = options_.caches.lightmapCaches;
-  options.caches.gridCaches = options_.caches.gridCaches;
-  options.seed = options_.seed;
-  options.embreeIsa = options_.embreeIsa;
   inputs.text(optionsToJson(options));
 
   inputs.value(bake.surfels.areaEach);
@@ -131,24 +145,26 @@ EntryName EntryNames::threshold(const BakePlan& plan) const {
   inputs.array(bake.hierarchy.skyDirection.span());
   inputs.array(bake.caches.positionWorld.span());
   inputs.array(bake.caches.normal.span());
-  return inputs.name();
+  return nameEntry(inputs.bytes());
 }
 
 EntryName EntryNames::links(const EntryName& threshold, float minKey) {
-  Inputs inputs("threshold");
+  ByteWriter inputs;
+  inputs.text("threshold");
   inputs.value(threshold.high);
   inputs.value(threshold.low);
   inputs.value(minKey);
-  return inputs.name();
+  return nameEntry(inputs.bytes());
 }
 
 EntryName EntryNames::block(const EntryName& links, const ShardNumber& number) {
-  Inputs inputs("block");
+  ByteWriter inputs;
+  inputs.text("block");
   inputs.value(links.high);
   inputs.value(links.low);
   inputs.value(number.number);
   inputs.value(number.count);
-  return inputs.name();
+  return nameEntry(inputs.bytes());
 }
 
 }  // namespace relume

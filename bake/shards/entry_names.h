@@ -16,6 +16,9 @@ class EntryNames {
   // options: with the sizes that chooseSizes() gives.
   EntryNames(const Scene& scene, const BakeOptions& options);
 
+  // What receivers can see: the shapes that rays meet, views, options of the play space. And the caches of that.
+  EntryName space() const;
+  EntryName caches() const;
   // All but the links: level and options. Those options are left out that links alone depend on.
   EntryName plan() const;
   // What links are traced with, colours and names left out: surfels, hierarchy, caches, the shapes that rays meet, the

@@ -3,6 +3,7 @@
 #include "bake/links/link_tracer.h"
 #include "bake/rays/ray_tracer_name.h"
 #include "bake/shards/plan.h"
+#include "bake/shards/shard.h"
 #include "bake/stage_memory.h"
 #include "bake/stages.h"
 #include "relume/bake/provenance.h"
@@ -13,11 +14,12 @@
 namespace relume {
 namespace {
 
-Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, Context& context) {
+Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
+                                Context& context) {
   if (options.budget.maxError > 0.0f)
     return Error{ErrorCode::usage,
                  "option budget.maxError (--max-error): not for a plan, as it takes whole bakes; give --budget-mb"};
-  Result<PlacedLevel> placed = placeLevel(scene, chooseSizes(options), context);
+  Result<PlacedLevel> placed = placeLevel(scene, chooseSizes(options), stages, context);
   if (!placed) return placed.error();
   BakePlan plan;
   plan.options = options;
@@ -25,21 +27,9 @@ Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, 
   if (!chosen) return chosen.error();
   plan.chosen = *chosen;
   const LinkOptions& chosenLinks = plan.chosen.links;
-
-  // The one number that the caches share: how far links are refined.
-  const Result<float> minKey = runStage(context, "link shares", [&]() -> Result<float> {
-    const Surfels& surfels = placed->surfels.surfels;
-    if (const Status status = LinkTracer::check(surfels, placed->hierarchy, placed->caches, chosenLinks); !status)
-      return status.error();
-    return needs(reserveLinks(placed->hierarchy, placed->caches, chosenLinks, context, 0.0), [&] {
-      return LinkTracer(placed->tracer, surfels, placed->surfels.map, placed->hierarchy, placed->caches, chosenLinks,
-                        options.seed)
-          .findMinKey(context);
-    });
-  });
-  if (!minKey) return minKey.error();
-  plan.minKey = *minKey;
-
+  if (const Status status = LinkTracer::check(placed->surfels.surfels, placed->hierarchy, placed->caches, chosenLinks);
+      !status)
+    return status.error();
   if (const Status status = placeReceivers(*placed, context); !status) return status.error();
   plan.test = std::move(placed->test);
   plan.map = std::move(placed->surfels.map);
@@ -76,14 +66,28 @@ Links noLinks(const Caches& caches, const LinkOptions& options) {
   return links;
 }
 
-Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context) {
-  return guardBake(scene, options, context, [&] { return planStages(scene, options, context); });
+Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
+                               Context& context) {
+  return guardBake(scene, options, context, [&] { return planStages(scene, options, stages, context); });
+}
+
+// The one number that the caches share: how far links are refined.
+Result<float> findThreshold(const RayTracer& tracer, const BakePlan& plan, Context& context) {
+  return runStage(context, "link shares", [&] {
+    return needs(reserveLinks(plan.bake.hierarchy, plan.bake.caches, plan.chosen.links, context, 0.0),
+                 [&] { return ShardTracer(tracer, plan).findMinKey(context); });
+  });
 }
 
 Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context) {
-  Result<PlannedLevel> planned = planLevel(scene, options, context);
-  if (!planned) return planned.error();
-  return std::move(planned->plan);
+  return guardBake(scene, options, context, [&]() -> Result<BakePlan> {
+    Result<PlannedLevel> planned = planStages(scene, options, placeStages(chooseSizes(options)), context);
+    if (!planned) return planned.error();
+    const Result<float> minKey = findThreshold(planned->tracer, planned->plan, context);
+    if (!minKey) return minKey.error();
+    planned->plan.minKey = *minKey;
+    return std::move(planned->plan);
+  });
 }
 
 Status checkPlanVersion(const BakePlan& plan) {

@@ -5,6 +5,7 @@
 
 #include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
+#include "bake/stages.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
@@ -39,12 +40,15 @@ struct BakePlan {
 // Make all of a bake but its links. Errors as bake(); usage: an error to bake for, which takes whole bakes.
 Result<BakePlan> makePlan(const Scene& scene, const BakeOptions& options, Context& context);
 
-// A plan, and the ray tracer that it was made with, for who goes on to trace its links.
+// A plan but for its threshold, and the ray tracer that it was made with, for who goes on to trace its links.
 struct PlannedLevel {
   BakePlan plan;
   RayTracer tracer;
 };
-Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, Context& context);
+Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
+                               Context& context);
+// What BakePlan::minKey is to be. failed: cancelled, too little memory.
+Result<float> findThreshold(const RayTracer& tracer, const BakePlan& plan, Context& context);
 
 // Set `chosen` of a plan that was placed with its options. usage: as chooseLinks().
 Status chooseSizes(BakePlan& plan);

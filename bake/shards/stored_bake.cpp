@@ -7,6 +7,7 @@
 #include "bake/shards/entry_names.h"
 #include "bake/shards/said.h"
 #include "bake/shards/shard.h"
+#include "bake/shards/stored_stages.h"
 #include "bake/stage_memory.h"
 #include "bake/stages.h"
 #include "relume/bake/bake.h"
@@ -84,7 +85,7 @@ class Tracer {
   std::optional<RayTracer> tracer_;
 };
 
-std::optional<float> findThreshold(const EntryName& name, EntryCache& store, Context& context) {
+std::optional<float> findKeptThreshold(const EntryName& name, EntryCache& store, Context& context) {
   const std::optional<EntryBytes> entry = store.find(name, context);
   if (!entry) return std::nullopt;
   float minKey = 0.0f;
@@ -94,18 +95,15 @@ std::optional<float> findThreshold(const EntryName& name, EntryCache& store, Con
   return std::nullopt;
 }
 
-// How far links are refined, for a plan that was found: other options than those of its own may have found it.
+// How far links are refined.
 Status setThreshold(const EntryName& name, Tracer& tracer, BakePlan& plan, EntryCache& store, Context& context) {
-  if (const auto found = findThreshold(name, store, context)) {
+  if (const auto found = findKeptThreshold(name, store, context)) {
     plan.minKey = *found;
     return done();
   }
   const Result<const RayTracer*> rays = tracer.get(context);
   if (!rays) return rays.error();
-  const Result<float> minKey = runStage(context, "link shares", [&] {
-    return needs(reserveLinks(plan.bake.hierarchy, plan.bake.caches, plan.chosen.links, context, 0.0),
-                 [&] { return ShardTracer(**rays, plan).findMinKey(context); });
-  });
+  const Result<float> minKey = findThreshold(**rays, plan, context);
   if (!minKey) return minKey.error();
   plan.minKey = *minKey;
   store.keep(name, std::as_bytes(std::span(&plan.minKey, 1)), context);
@@ -168,9 +166,7 @@ Status makeBlocks(const EntryName& links, const RayTracer& tracer, const BakePla
   });
 }
 
-// A bake, or what is wrong with what the store has: then `ofStore` is set.
-Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context,
-                        bool& ofStore) {
+Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context) {
   const BakeOptions sized = chooseSizes(options);
   const EntryNames names(scene, sized);
   Tracer tracer(scene, sized);
@@ -181,23 +177,18 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
     const Context::Stage stage(context, "find plan");
     plan = findPlan(names.plan(), scene, options, store, context);
   }
-  ofStore = plan.has_value();
   if (context.cancelled()) return cancelledError();
-  EntryName threshold;
-  if (plan) {
-    threshold = names.threshold(*plan);
-    if (const Status set = setThreshold(threshold, tracer, *plan, store, context); !set) return set.error();
-  } else {
+  if (!plan) {
     const SaidRecorder recorder(context);
-    Result<PlannedLevel> planned = planLevel(scene, options, context);
+    Result<PlannedLevel> planned = planLevel(scene, options, storedStages(scene, sized, names, store), context);
     if (!planned) return planned.error();
     plan = std::move(planned->plan);
     tracer.take(std::move(planned->tracer));
-    threshold = names.threshold(*plan);
     const Context::Stage stage(context, "keep plan");
     if (const Status kept = keepPlan(names.plan(), *plan, recorder.said(), store, context); !kept) return kept.error();
-    store.keep(threshold, std::as_bytes(std::span(&plan->minKey, 1)), context);
   }
+  const EntryName threshold = names.threshold(*plan);
+  if (const Status set = setThreshold(threshold, tracer, *plan, store, context); !set) return set.error();
 
   // 2. The links that the store has, and those that it has not. What they are made from is the identity of the plan
   const EntryName links = EntryNames::links(threshold, plan->minKey);
@@ -208,7 +199,6 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
     const Context::Stage stage(context, "find links");
     blocks = findBlocks(links, *plan, missing, store, context);
   }
-  ofStore = ofStore || !blocks.empty();
   if (context.cancelled()) return cancelledError();
   if (!missing.empty()) {
     const Result<const RayTracer*> rays = tracer.get(context);
@@ -225,12 +215,11 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
 }  // namespace
 
 Result<Bake> bakeWithStore(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context) {
-  bool ofStore = false;
   Result<Bake> baked = guardBake(scene, options, context, [&] {
     return bakeToError(options, context,
-                       [&](const BakeOptions& trial) { return bakeStored(scene, trial, store, context, ofStore); });
+                       [&](const BakeOptions& trial) { return bakeStored(scene, trial, store, context); });
   });
-  if (!baked && ofStore && !context.cancelled()) {
+  if (!baked && store.statistics().found > 0 && !context.cancelled()) {
     context.message(
         Severity::warning,
         "store " + store.name() + ": what it has gives no bake, which is made without: " + baked.error().message);

@@ -58,6 +58,7 @@ class VoxelIndex {
   explicit VoxelIndex(std::span<const VoxelHits> sortedVoxels);
 
   std::size_t size() const { return key_.size(); }
+  std::span<const std::uint64_t> keys() const { return key_; }
   bool operator==(const VoxelIndex& other) const { return key_ == other.key_; }
   // Index of a key among the sorted ones; size() when it is not one of them.
   std::size_t find(std::uint64_t key) const;

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -19,6 +20,9 @@ class VoxelTree {
   VoxelTree() = default;
   // reach [cubes]: a box also counts as met when a voxel is no farther from it than this.
   VoxelTree(const VoxelGrid& grid, std::span<const VoxelHits> voxels, int reach);
+  // One that was made before, of the same grid and without a reach.
+  VoxelTree(const VoxelGrid& grid, std::vector<VoxelIndex> levels) : grid_(grid), level_(std::move(levels)) {}
+  std::span<const VoxelIndex> levels() const { return level_; }
 
   bool empty() const { return level_.empty(); }
   // Whether a box [m] may hold a voxel of that instance whose side looks along `normal` or against it. May say yes

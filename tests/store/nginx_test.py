@@ -146,12 +146,12 @@ class Test:
 
         # Damaged on the server: found by its checksum, and mended.
         files = sorted(path for path in (self.server.folder / "files" / "store").rglob("*") if path.is_file())
-        expect(len(files) == 4, "a plan, a threshold and two blocks of links on the server")
+        expect(len(files) == 6, "play space, caches, a plan, a threshold and two blocks of links on the server")
         for file in files:
             data = bytearray(file.read_bytes())
             data[len(data) // 2] ^= 1
             file.write_bytes(data)
-        self.same(store, " 3 damaged, 4 written", "is made again: damaged")
+        self.same(store, " 6 damaged, 6 written", "is made again: damaged")
         self.same(store, " 0 missing, 0 damaged")
         for file in files:
             file.write_bytes(b"")
