@@ -3,6 +3,7 @@
 #include "bake/store/http_store.h"
 
 #include "bake/store/directory_store.h"
+#include "relume/bake/context.h"
 
 #include <curl/curl.h>
 
@@ -145,7 +146,7 @@ class HttpStore : public Store {
     }
 
     const CURLcode result = perform(easy);
-    if (result == CURLE_ABORTED_BY_CALLBACK) return Error{ErrorCode::failed, "cancelled"};
+    if (result == CURLE_ABORTED_BY_CALLBACK) return cancelledError();
     if (received.noMemory) return Error{ErrorCode::memory, "out of memory"};
     if (result != CURLE_OK) return Error{ErrorCode::io, *reason != 0 ? reason : curl_easy_strerror(result)};
     long status = 0;

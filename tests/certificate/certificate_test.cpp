@@ -57,7 +57,7 @@ struct Tested {
 };
 Tested bakeWithRays(const Scene& scene, const BakeOptions& options) {
   Context context;
-  Result<PlacedLevel> placed = placeLevel(scene, options, context);
+  Result<PlacedLevel> placed = placeLevel(scene, options, placeStages(options), context);
   EXPECT_TRUE(placed) << placed.error().message;
   TestRays rays = std::move(placed->test);
   Result<Bake> baked = bake(scene, options, context);
@@ -98,7 +98,7 @@ TEST(TestRays, findTheWholeSkyOverAFloor) {
   BakeOptions options = test::smallBakeOptions();
   options.playSpace.mode = PlaySpaceOptions::Mode::all;
   Context context;
-  const Result<PlacedLevel> placed = placeLevel(scene, options, context);
+  const Result<PlacedLevel> placed = placeLevel(scene, options, placeStages(options), context);
   ASSERT_TRUE(placed) << placed.error().message;
   const TestRays& test = placed->test;
   ASSERT_FALSE(test.lights.empty());

@@ -49,8 +49,7 @@ void addStoreOptions(CLI::App& command, StoreArguments& arguments) {
 Result<Bake> bakeByStore(const Scene& scene, const BakeOptions& options, const StoreArguments& arguments,
                          Context& context, std::string& stats) {
   if (arguments.where.empty()) return bake(scene, options, context);
-  Result<std::unique_ptr<Store>> store =
-      openStore(arguments.where, [&context] { return !context.progress("store", 0.0); });
+  Result<std::unique_ptr<Store>> store = openStore(arguments.where, [&context] { return context.cancelled(); });
   if (!store && store.error().code == ErrorCode::usage) return store.error();
   if (!store) {
     context.message(Severity::warning, "--store: done without: " + store.error().message);
