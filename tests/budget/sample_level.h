@@ -2,21 +2,14 @@
 // The level that budgets are tried on, and what a bake of it holds in a game.
 #pragma once
 
-#include "relume/bake/load_scene.h"
 #include "relume/relighter.h"
+#include "tests/load_level.h"
 
 #include <gtest/gtest.h>
 
-#include <utility>
-
 namespace relume::test {
 
-inline Scene sampleLevel() {
-  Context context;
-  Result<Scene> scene = loadScene(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", context, {}, MeshReport::none);
-  EXPECT_TRUE(scene) << scene.error().message;
-  return std::move(*scene);
-}
+inline Scene sampleLevel() { return loadLevel(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb"); }
 
 // [byte]
 inline double heldBytes(const Bake& bake) {

@@ -175,7 +175,7 @@ void edit(Scene& scene, BakeOptions& options, std::mt19937& random) {
 
 // Edits pile up, and some are taken back, so that names of an earlier bake are met again.
 TEST_F(StoredBake, randomEditsGiveTheBytesOfABakeWithoutAStore) {
-  const int edits = test::longTests() ? 100 : 6;
+  const int edits = test::longTests() ? 100 : 4;
   const Scene scenes[] = {room(), twoRooms(), terrain(), lit()};
   std::uint64_t found = 0;
   for (std::size_t s = 0; s < std::size(scenes); ++s) {
@@ -326,7 +326,7 @@ TEST_F(StoredBake, forgedEntriesEndInABake) {
     const Bytes whole = readAll(path);
     const auto opened = openEntry(whole);
     ASSERT_TRUE(opened) << opened.error().message;
-    const int tries = test::longTests() ? 400 : 40;
+    const int tries = test::longTests() ? 400 : 16;
     for (int i = 0; i < tries; ++i) {
       Bytes inside(opened->bytes.begin(), opened->bytes.end());
       putAt(inside, random() % (inside.size() / 4) * 4, kValues[random() % std::size(kValues)]);
@@ -347,6 +347,22 @@ TEST_F(StoredBake, forgedEntriesEndInABake) {
     writeAll(path, whole);
   }
   EXPECT_GT(damaged, 20);
+}
+
+// Budgets choose sizes by what was placed, and an error takes several bakes: with a store, the same file.
+TEST_F(StoredBake, budgetsGiveTheSameBytes) {
+  const Scene scene = test::loadLevel(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb");
+  Context context;
+  for (const BudgetOptions& budget : {BudgetOptions{0.3f, 0.0f, 0.0f}, BudgetOptions{0.4f, 0.0f, 0.0f},
+                                      BudgetOptions{0.4f, 0.1f, 0.0f}, BudgetOptions{0.4f, 0.0f, 0.9f}}) {
+    BakeOptions options = test::smallBakeOptions();
+    options.budget = budget;
+    const auto plain = bytesOf(bake(scene, options, context));
+    EXPECT_TRUE(bakeOnce(scene, options).bytes == plain);
+    const Stored again = bakeOnce(scene, options);
+    EXPECT_TRUE(again.bytes == plain);
+    EXPECT_EQ(again.traced, 0.0);
+  }
 }
 
 }  // namespace
