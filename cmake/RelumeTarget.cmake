@@ -42,9 +42,10 @@ endfunction()
 
 # The headers that most rooms include, parsed once for all of them: a third of the time that a file takes. Compiler caches do
 # not look through precompiled headers unless they are told to, so a build with a launcher goes without, and shows where a
-# file lacks an include. Files with flags of their own (instruction sets) go without as well: SKIP_PRECOMPILE_HEADERS.
+# file lacks an include. Files with flags of their own (instruction sets) go without as well: SKIP_PRECOMPILE_HEADERS; and fuzzers,
+# whose mutators are built with other checks than what they link.
 function(relume_reuse_room_headers target)
-  if(CMAKE_CXX_COMPILER_LAUNCHER OR EMSCRIPTEN OR CMAKE_CROSSCOMPILING OR NOT PROJECT_IS_TOP_LEVEL)
+  if(CMAKE_CXX_COMPILER_LAUNCHER OR EMSCRIPTEN OR CMAKE_CROSSCOMPILING OR RELUME_BUILD_FUZZERS OR NOT PROJECT_IS_TOP_LEVEL)
     return()
   endif()
   if(NOT TARGET relume_room_headers)
