@@ -19,7 +19,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& c
   const BakeOptions sized = chooseSizes(asked);
   Result<PlacedLevel> placed = placeLevel(scene, sized, placeStages(sized), context);
   if (!placed) return placed.error();
-  const Result<BakeOptions> chosen = chooseLinksOf(*placed, asked);
+  const Result<BakeOptions> chosen = chooseLinks(asked, placed->surfels.surfels, placed->hierarchy, placed->caches);
   if (!chosen) return chosen.error();
   const LinkOptions& links = chosen->links;
 

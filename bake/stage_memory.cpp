@@ -97,12 +97,12 @@ Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const Link
       share * std::min(budget.total, static_cast<double>(caches.count()) *
                                          std::min<double>(budget.maxPerCache, hierarchy.senderCount()));
   const double threads = context.threads > 0 ? context.threads : 2.0;
-  return reserveMemory(
-      context, "links",
-      // Rows of all chunks, and once more as they are joined
-      2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
-      number(links) + " links of " + number(share * caches.count()) + " caches",
-      options.linksTotal > 0 ? "lower --links-total" : "lower --links, --lightmap-caches or --grid-caches");
+  return reserveMemory(context, "links",
+                       // Rows of all chunks, and once more as they are joined
+                       2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),
+                       number(links) + " links of " + number(share * caches.count()) + " caches",
+                       options.linksTotal > 0 ? "lower --links-total, or the budget of the bake"
+                                              : "lower --links, --lightmap-caches or --grid-caches");
 }
 
 Status reserveTestRays(const Surfels& surfels, Context& context) {

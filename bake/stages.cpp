@@ -60,13 +60,13 @@ Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Cont
 
 PlaceStages placeStages(const BakeOptions& options) {
   PlaceStages stages;
-  stages.findSpace = [&options](const RayTracer& tracer, Context& context) {
+  stages.findSpace = [options](const RayTracer& tracer, Context& context) {
     return runStage(context, "play space", [&] {
       return needs(reservePlaySpace(tracer.scene(), options.playSpace, context),
                    [&] { return findPlaySpace(tracer, options.playSpace, options.seed, context); });
     });
   };
-  stages.placeCaches = [&options](const RayTracer& tracer, const PlaySpace& space, Context& context) {
+  stages.placeCaches = [options](const RayTracer& tracer, const PlaySpace& space, Context& context) {
     return runStage(context, "caches",
                     [&] { return relume::placeCaches(tracer, space, options.caches, options.seed, context); });
   };
@@ -109,11 +109,6 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
   if (!test) return test.error();
   return PlacedLevel{std::move(*tracer), std::move(*placed), std::move(*hierarchy), std::move(*caches),
                      std::move(*test)};
-}
-
-Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked) {
-  const BakeOptions sized = chooseSizes(asked);
-  return chooseLinks(sized, costSizesOf(placed.surfels.surfels, placed.hierarchy, placed.caches, sized));
 }
 
 Status placeReceivers(PlacedLevel& placed, Context& context) {

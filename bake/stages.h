@@ -3,7 +3,6 @@
 // in common. bake.cpp reads as their list.
 #pragma once
 
-#include "bake/budget/choose_sizes.h"
 #include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
@@ -67,15 +66,12 @@ struct PlaceStages {
   std::function<Result<PlaySpace>(const RayTracer&, Context&)> findSpace;
   std::function<Result<Caches>(const RayTracer&, const PlaySpace&, Context&)> placeCaches;
 };
-// They are made here. options: kept by reference.
+// They are made here.
 PlaceStages placeStages(const BakeOptions& options);
 
 // Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays.
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
                                Context& context);
-
-// The options with all sizes that their budgets allow: chooseSizes(), and chooseLinks() for what was placed.
-Result<BakeOptions> chooseLinksOf(const PlacedLevel& placed, const BakeOptions& asked);
 
 // Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
 // PlacedSurfels::seeds.

@@ -40,7 +40,7 @@ function(relume_precompiled_warnings target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>)
 endfunction()
 
-# The headers that most rooms include, parsed once for all of them: a third of the time that a file takes. Compiler caches do
+# The headers that most rooms include, parsed once for all of them: more than a quarter of the time that a file takes. Compiler caches do
 # not look through precompiled headers unless they are told to, so a build with a launcher goes without, and shows where a
 # file lacks an include. Files with flags of their own (instruction sets) go without as well: SKIP_PRECOMPILE_HEADERS; and fuzzers,
 # whose mutators are built with other checks than what they link.

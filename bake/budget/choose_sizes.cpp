@@ -46,17 +46,13 @@ BakeOptions atScale(const BakeOptions& options, double scale) {
 
 // Of a level whose counts are those that are wished.
 CostSizes expectedSizes(const BakeOptions& o) {
-  CostSizes sizes;
+  CostSizes sizes = costSizesOf(o);
   sizes.surfels = o.surfels.count;
   sizes.skyPatches = o.links.skyPatches;
   sizes.gridCaches = o.caches.gridCaches;
   sizes.mapCaches = kCachesPerWish * o.caches.lightmapCaches;
   sizes.texels = kTexelsPerCache * o.caches.lightmapCaches;
   sizes.gridIndexBytes = kIndexBytesPerGridCache * sizes.gridCaches;
-  sizes.linkKind = o.links.kind;
-  sizes.linkBands = o.links.bands;
-  sizes.lumaBands = o.lumaBands;
-  sizes.chromaBands = o.chromaBands;
   return sizes;
 }
 
@@ -90,8 +86,11 @@ BakeOptions chooseSizes(const BakeOptions& options) {
   return atScale(options, low);
 }
 
-Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed) {
+Result<BakeOptions> chooseLinks(const BakeOptions& options, const Surfels& surfels, const Hierarchy& hierarchy,
+                                const Caches& cachesPlaced) {
   if (!options.budget.limitsCost()) return options;
+  BakeOptions sized = chooseSizes(options);
+  const CostSizes placed = costSizesOf(surfels, hierarchy, cachesPlaced, sized);
   const RuntimeCost fixed = costWithoutLinks(placed), link = costOfLink(placed);
   const double caches = placed.gridCaches + placed.mapCaches;
   const double links = linksWithin(options.budget, fixed, link), least = kLeastLinksPerCache * caches;
@@ -103,7 +102,6 @@ Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& pla
                 placed.surfels, caches, (fixed.bytes + least * link.bytes) / kMargin / 1048576.0 + 0.005,
                 (fixed.frameMs + least * link.frameMs) / kMargin + 0.005)};
   }
-  BakeOptions sized = options;
   sized.links.linksTotal = static_cast<std::uint32_t>(std::min(links, kMostLinksPerCache * caches));
   return sized;
 }

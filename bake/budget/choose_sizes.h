@@ -14,9 +14,10 @@ namespace relume {
 // An error to bake for (BudgetOptions::maxError) chooses nothing here: bake_to_error.h.
 BakeOptions chooseSizes(const BakeOptions& options);
 
-// Options that chooseSizes() gave, with the links that are left for what was placed. usage: too little for 16 a cache,
-// which no other stage says; tells what would do.
-Result<BakeOptions> chooseLinks(const BakeOptions& options, const CostSizes& placed);
+// The options with all sizes that their budgets allow, once it is known what chooseSizes() has placed: its sizes, and
+// the links that are left. usage: too little for 16 links a cache, which no other stage says; tells what would do.
+Result<BakeOptions> chooseLinks(const BakeOptions& options, const Surfels& surfels, const Hierarchy& hierarchy,
+                                const Caches& caches);
 
 // [MiB] Beyond which more memory changes nothing, or is not allowed.
 double largestMemoryMiB(const BakeOptions& options);

@@ -33,39 +33,43 @@ double nodes(const CostSizes& s) { return 2.0 * (s.surfels + s.skyPatches); }
 // The share of links whose caches are in the grid, as caches get the same on average.
 double gridShare(const CostSizes& s) { return s.gridCaches / std::max(s.gridCaches + s.mapCaches, 1.0); }
 
-CostSizes sizesOfCaches(const Caches& caches) {
-  CostSizes sizes;
+// The counts of what is placed.
+void count(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& caches, CostSizes& sizes) {
+  sizes.surfels = surfels.count();
+  sizes.skyPatches = static_cast<double>(hierarchy.senderCount()) - sizes.surfels;
   const CacheGrid& grid = caches.grid;
   sizes.gridCaches = std::min(caches.firstMapCache(), caches.count());
   sizes.mapCaches = caches.count() - sizes.gridCaches;
   sizes.texels = static_cast<double>(caches.lightmap.cache.size());
   sizes.gridIndexBytes =
       4.0 * static_cast<double>(grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
-  return sizes;
 }
 
 }  // namespace
 
 CostSizes costSizesOf(const Bake& bake) {
-  CostSizes sizes = sizesOfCaches(bake.caches);
-  sizes.surfels = bake.surfels.count();
-  sizes.skyPatches = static_cast<double>(bake.hierarchy.senderCount()) - sizes.surfels;
+  CostSizes sizes;
   sizes.linkKind = bake.links.kind;
   sizes.linkBands = bake.links.bands;
   sizes.lumaBands = bake.provenance.lumaBands;
   sizes.chromaBands = bake.provenance.chromaBands;
+  count(bake.surfels, bake.hierarchy, bake.caches, sizes);
+  return sizes;
+}
+
+CostSizes costSizesOf(const BakeOptions& options) {
+  CostSizes sizes;
+  sizes.linkKind = options.links.kind;
+  sizes.linkBands = options.links.bands;
+  sizes.lumaBands = options.lumaBands;
+  sizes.chromaBands = options.chromaBands;
   return sizes;
 }
 
 CostSizes costSizesOf(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& caches,
                       const BakeOptions& options) {
-  CostSizes sizes = sizesOfCaches(caches);
-  sizes.surfels = surfels.count();
-  sizes.skyPatches = static_cast<double>(hierarchy.senderCount()) - sizes.surfels;
-  sizes.linkKind = options.links.kind;
-  sizes.linkBands = options.links.bands;
-  sizes.lumaBands = options.lumaBands;
-  sizes.chromaBands = options.chromaBands;
+  CostSizes sizes = costSizesOf(options);
+  count(surfels, hierarchy, caches, sizes);
   return sizes;
 }
 

@@ -32,6 +32,8 @@ struct CostSizes {
   std::uint32_t lumaBands = 1, chromaBands = 1;
 };
 CostSizes costSizesOf(const Bake& bake);
+// What options decide alone: kind of links and bands, and nothing of which there are counts.
+CostSizes costSizesOf(const BakeOptions& options);
 // Of what is placed, whose links are not traced yet.
 CostSizes costSizesOf(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& caches,
                       const BakeOptions& options);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See plan.h.
+#include "bake/budget/choose_sizes.h"
 #include "bake/links/link_tracer.h"
 #include "bake/rays/ray_tracer_name.h"
 #include "bake/shards/plan.h"
@@ -23,7 +24,7 @@ Result<PlannedLevel> planStages(const Scene& scene, const BakeOptions& options, 
   if (!placed) return placed.error();
   BakePlan plan;
   plan.options = options;
-  const Result<BakeOptions> chosen = chooseLinksOf(*placed, options);
+  const Result<BakeOptions> chosen = chooseLinks(options, placed->surfels.surfels, placed->hierarchy, placed->caches);
   if (!chosen) return chosen.error();
   plan.chosen = *chosen;
   const LinkOptions& chosenLinks = plan.chosen.links;
@@ -48,15 +49,6 @@ Error otherProgram(const std::string& what, const std::string& made, const std::
 }
 
 }  // namespace
-
-Status chooseSizes(BakePlan& plan) {
-  const BakeOptions sized = chooseSizes(plan.options);
-  const Bake& bake = plan.bake;
-  Result<BakeOptions> chosen = chooseLinks(sized, costSizesOf(bake.surfels, bake.hierarchy, bake.caches, sized));
-  if (!chosen) return chosen.error();
-  plan.chosen = std::move(*chosen);
-  return done();
-}
 
 Links noLinks(const Caches& caches, const LinkOptions& options) {
   Links links;

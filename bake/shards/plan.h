@@ -50,9 +50,6 @@ Result<PlannedLevel> planLevel(const Scene& scene, const BakeOptions& options, c
 // What BakePlan::minKey is to be. failed: cancelled, too little memory.
 Result<float> findThreshold(const RayTracer& tracer, const BakePlan& plan, Context& context);
 
-// Set `chosen` of a plan that was placed with its options. usage: as chooseLinks().
-Status chooseSizes(BakePlan& plan);
-
 // Rows of no links, as a plan's bake has them.
 Links noLinks(const Caches& caches, const LinkOptions& options);
 

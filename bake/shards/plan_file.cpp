@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A plan as a file (formats/README.md): a bake without links inside, then what else links are traced with. What is read
 // is checked so that tracing with it stays within its arrays and its time within what the options ask for.
+#include "bake/budget/choose_sizes.h"
 #include "bake/links/link_tracer.h"
 #include "bake/shards/plan.h"
 #include "formats/chunk_arrays.h"
@@ -100,8 +101,10 @@ Status checkOptionsOf(BakePlan& plan) {
   if (plan.bake.hierarchy.skyDirection.size() != o.skyPatches)
     return invalid("chunk bake: expected " + std::to_string(o.skyPatches) + " sky patches, as the options say, found " +
                    std::to_string(plan.bake.hierarchy.skyDirection.size()));
-  if (const Status sized = chooseSizes(plan); !sized) return invalid("chunk bake: " + sized.error().message);
   const Bake& bake = plan.bake;
+  const Result<BakeOptions> chosen = chooseLinks(plan.options, bake.surfels, bake.hierarchy, bake.caches);
+  if (!chosen) return invalid("chunk bake: " + chosen.error().message);
+  plan.chosen = *chosen;
   const Status fits = LinkTracer::check(bake.surfels, bake.hierarchy, bake.caches, plan.chosen.links);
   return fits ? done() : Status(invalid("chunk bake: " + fits.error().message));
 }

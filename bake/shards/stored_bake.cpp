@@ -30,7 +30,9 @@ constexpr std::uint32_t kBlockCaches = 512;  // about 0.7 MB of links at 128 lin
 Status adopt(BakePlan& plan, const Scene& scene, const BakeOptions& options) {
   plan.options = options;
   plan.bake.provenance = describeProvenance(scene, describeInstances(scene), options, plan.bake.provenance.rayTracer);
-  if (const Status sized = chooseSizes(plan); !sized) return sized;
+  const Result<BakeOptions> chosen = chooseLinks(options, plan.bake.surfels, plan.bake.hierarchy, plan.bake.caches);
+  if (!chosen) return chosen.error();
+  plan.chosen = *chosen;
   plan.bake.links = noLinks(plan.bake.caches, plan.chosen.links);
   return LinkTracer::check(plan.bake.surfels, plan.bake.hierarchy, plan.bake.caches, plan.chosen.links);
 }

@@ -31,7 +31,7 @@ BakeOptions withBudget(float memoryMiB, float frameMs, float maxError = 0.0f) {
 TEST(Budget, noneChangesNothing) {
   const BakeOptions options = presetOptions(Preset::high);
   EXPECT_EQ(optionsToJson(chooseSizes(options)), optionsToJson(options));
-  const Result<BakeOptions> links = chooseLinks(options, CostSizes{});
+  const Result<BakeOptions> links = chooseLinks(options, {}, {}, {});
   ASSERT_TRUE(links);
   EXPECT_EQ(optionsToJson(*links), optionsToJson(options));
 }

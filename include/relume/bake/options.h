@@ -74,8 +74,8 @@ struct LinkOptions {
 // their counts in the options below. Costs are reckoned from counts (bake/budget/runtime_cost.h), not measured, so that
 // a bake has the same bytes on all machines.
 struct BudgetOptions {
-  float memoryMiB = 0.0f;  // [MiB] [0, 0.25..65536] of Relighter::bufferSizes() on the CPU; 0 = any
-  float frameMs = 0.0f;    // [ms] [0, 0.01..1000] of relight() by one thread of the reference processor; 0 = any
+  float memoryMiB = 0.0f;  // [MiB] [0..65536] of Relighter::bufferSizes() on the CPU; 0 = any
+  float frameMs = 0.0f;    // [ms] [0..1000] of relight() by one thread of the reference processor; 0 = any
   float maxError = 0.0f;   // [0..1] what the certificate may say (certifiedError()): bakes grow until it does; 0 = any
 
   bool limitsCost() const { return memoryMiB > 0.0f || frameMs > 0.0f; }
