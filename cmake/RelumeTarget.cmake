@@ -10,8 +10,9 @@ if(EMSCRIPTEN)
   add_compile_options(-fwasm-exceptions -isystem ${PROJECT_SOURCE_DIR}/cmake/emscripten)
   add_link_options(-fwasm-exceptions)
 endif()
+# The first finding ends a program: code that need not go on after one takes a third less time.
 if(RELUME_SANITIZE)
-  add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-omit-frame-pointer)
+  add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})
 endif()
 
@@ -109,10 +110,20 @@ function(relume_reuse_test_headers target)
   relume_precompiled_warnings(${target})
 endfunction()
 
+# Several files at a time, where what takes the time is headers that are larger than the files: a half of it. As with precompiled
+# headers, builds with a launcher compile each file by itself: a change compiles that file alone, and an include that is missing
+# shows.
+function(relume_compile_together target)
+  if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
+endfunction()
+
 # How command lines are compiled: what takes their time is the library that reads options, and none of it is worth much
 # optimisation. Its headers are parsed once for the whole program, by the same rule as those of tests.
 function(relume_command_line target)
   relume_little_optimisation(${target})
+  relume_compile_together(${target})
   if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
     target_precompile_headers(${target} PRIVATE <CLI/CLI.hpp> ${ARGN})
   endif()
@@ -130,6 +141,7 @@ function(relume_test name)
   target_compile_definitions(test_${name} PRIVATE RELUME_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   relume_test_options(test_${name})
   relume_reuse_test_headers(test_${name})
+  relume_compile_together(test_${name})
   add_test(NAME ${name} COMMAND test_${name})
   if(T_NUMBERS)
     add_dependencies(relume_numbers test_${name})

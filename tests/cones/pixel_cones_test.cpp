@@ -19,17 +19,16 @@ namespace {
 
 using namespace test;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 // A room that sends out 1 and has a lamp's worth more on one wall, and its mips.
 struct Room {
   VoxelVolume volume;
   RadianceMips mips;
 
   explicit Room(bool even) : volume(make()) {
-    std::vector<glm::vec3> irradiance(volume.sideCount(), glm::vec3(kPi));
+    std::vector<glm::vec3> irradiance(volume.sideCount(), glm::vec3(std::numbers::pi_v<float>));
     for (std::uint32_t s = 0; s < volume.sideCount() && !even; ++s) {
-      if (volume.side(s).positionWorld.x > 3.5f) irradiance[s] = glm::vec3(5.0f * kPi, 0.0f, 0.0f);
+      if (volume.side(s).positionWorld.x > 3.5f)
+        irradiance[s] = glm::vec3(5.0f * std::numbers::pi_v<float>, 0.0f, 0.0f);
     }
     volume.reflect(irradiance, glm::vec3(0.0f));
     EXPECT_TRUE(mips.update(volume));

@@ -40,11 +40,6 @@ Bytes smallFile(LinkKind kind = LinkKind::cone) {
 
 Result<Bake> parse(const Bytes& file) { return parseBake(file, nullptr); }
 
-std::string errorOf(const Bytes& file) {
-  const Result<Bake> bake = parse(file);
-  return bake ? "no error" : bake.error().message;
-}
-
 void write(const fs::path& path, const Bytes& bytes) {
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

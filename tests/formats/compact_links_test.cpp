@@ -3,6 +3,7 @@
 #include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
+#include "tests/formats/random_direction.h"
 #include "tests/formats/small_bake.h"
 
 #include <gtest/gtest.h>
@@ -15,12 +16,6 @@
 
 namespace relume {
 namespace {
-
-glm::vec3 randomDirection(std::mt19937& random) {
-  std::normal_distribution<float> gauss;
-  const float x = gauss(random), y = gauss(random), z = gauss(random);
-  return glm::normalize(glm::vec3(x, y, z));
-}
 
 TEST(CompactLinks, transfersKeepNineBitsOverTwentyTwoPowersOfTwo) {
   for (float f = 1.2f; f > 6.2e-5f; f *= 0.997f) EXPECT_NEAR(unpackTransfer(packTransfer(f)), f, f / 511.0f);

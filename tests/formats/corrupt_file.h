@@ -3,6 +3,8 @@
 // formats/README.md, spelled out here a second time on purpose.
 #pragma once
 
+#include "relume/bake_file.h"
+
 #include <xxhash.h>
 
 #include <cstddef>
@@ -55,6 +57,12 @@ inline void reseal(Bytes& file) {
   }
   putAt<std::uint64_t>(file, 32, 0);
   putAt<std::uint64_t>(file, 32, XXH3_64bits(file.data(), kHeaderBytes + rows * kRowBytes));
+}
+
+// What a reader says of a file, "no error" when it takes it.
+inline std::string errorOf(const Bytes& file) {
+  const Result<Bake> bake = parseBake(file, nullptr);
+  return bake ? "no error" : bake.error().message;
 }
 
 }  // namespace relume

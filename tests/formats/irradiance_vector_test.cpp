@@ -6,6 +6,8 @@
 #include "formats/pack.h"
 #include "formats/sh.h"
 
+#include "tests/formats/random_direction.h"
+
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -20,13 +22,6 @@
 
 namespace relume {
 namespace {
-
-constexpr float kPi = std::numbers::pi_v<float>;
-
-glm::vec3 randomDirection(std::mt19937& rng) {
-  std::normal_distribution<float> gauss;
-  return glm::normalize(glm::vec3(gauss(rng), gauss(rng), gauss(rng)));
-}
 
 glm::vec3 axis(int half) {
   glm::vec3 d(0.0f);
@@ -52,7 +47,7 @@ SixVectors lightFrom(const glm::vec3& d) {
 
 SixVectors uniformLight() {
   SixVectors vectors{};
-  for (int half = 0; half < 6; ++half) vectors[static_cast<std::size_t>(half)] = kPi * axis(half);
+  for (int half = 0; half < 6; ++half) vectors[static_cast<std::size_t>(half)] = std::numbers::pi_v<float> * axis(half);
   return vectors;
 }
 
@@ -117,7 +112,7 @@ TEST(IrradianceVector, oppositeHalvesAddUpToTheSameVectorForAllAxes) {
       EXPECT_LT(glm::length(x - y), 2e-5f);
       EXPECT_LT(glm::length(x - z), 2e-5f);
       // Which is band 1: Int L w dw.
-      const float factor = bands > 1 ? std::sqrt(4.0f * kPi / 3.0f) : 0.0f;
+      const float factor = bands > 1 ? std::sqrt(4.0f * std::numbers::pi_v<float> / 3.0f) : 0.0f;
       EXPECT_LT(glm::length(x - factor * glm::vec3(c[3], c[1], c[2])), 2e-5f);
     }
   }
@@ -160,13 +155,14 @@ TEST(IrradianceVector, uniformLightIsPiForAnyNormalAndThePrintLosesThreeQuarters
   for (std::size_t half = 0; half < 6; ++half) EXPECT_LT(glm::length(v[half] - fromSh[half]), 1e-5f);
   for (int k = 0; k < 500; ++k) {
     const glm::vec3 n = randomDirection(rng);
-    EXPECT_NEAR(irradianceFromVectors(v, n), kPi, 1e-5f);
+    EXPECT_NEAR(irradianceFromVectors(v, n), std::numbers::pi_v<float>, 1e-5f);
     const glm::vec3 m = glm::abs(n);
     EXPECT_NEAR(irradianceFromVectors(v, n, DirectionWeights::printed),
-                kPi * (m.x * m.x * m.x + m.y * m.y * m.y + m.z * m.z * m.z), 1e-5f);
+                std::numbers::pi_v<float> * (m.x * m.x * m.x + m.y * m.y * m.y + m.z * m.z * m.z), 1e-5f);
   }
   const glm::vec3 diagonal(std::sqrt(1.0f / 3.0f));
-  EXPECT_NEAR(irradianceFromVectors(v, diagonal, DirectionWeights::printed), kPi / std::sqrt(3.0f), 1e-5f);
+  EXPECT_NEAR(irradianceFromVectors(v, diagonal, DirectionWeights::printed),
+              std::numbers::pi_v<float> / std::sqrt(3.0f), 1e-5f);
 }
 
 TEST(IrradianceVector, lightFromOneDirectionIsExactAtTheAxes) {
@@ -182,9 +178,9 @@ TEST(IrradianceVector, lightFromOneDirectionIsExactAtTheAxes) {
 // A lamp that fills the half above z: E(n) = pi (1 + n_z) / 2, with closed vectors.
 TEST(IrradianceVector, aLitHalfIsNearItsFormFactor) {
   const SixVectors v = integrate([](const glm::dvec3& w) { return w.z > 0.0 ? 1.0 : 0.0; });
-  EXPECT_LT(glm::length(v[4] - glm::vec3(0, 0, kPi)), 1e-4f);
+  EXPECT_LT(glm::length(v[4] - glm::vec3(0, 0, std::numbers::pi_v<float>)), 1e-4f);
   EXPECT_LT(glm::length(v[5]), 1e-6f);
-  EXPECT_LT(glm::length(v[0] - glm::vec3(kPi / 2, 0, kPi / 2)), 1e-4f);
+  EXPECT_LT(glm::length(v[0] - glm::vec3(std::numbers::pi_v<float> / 2, 0, std::numbers::pi_v<float> / 2)), 1e-4f);
   std::mt19937 rng(6);
   double square = 0.0, error = 0.0, printedError = 0.0;
   for (int k = 0; k < 4000; ++k) {
@@ -202,7 +198,8 @@ TEST(IrradianceVector, aLitHalfIsNearItsFormFactor) {
 TEST(IrradianceVector, conesAreSplitAsQuadratureSplitsThem) {
   std::mt19937 rng(7);
   for (const float degrees : {2.0f, 10.0f, 25.0f, 44.0f, 60.0f, 80.0f, 90.0f}) {
-    const float cosAlpha = std::cos(degrees * kPi / 180.0f), size = kPi * (1.0f - cosAlpha * cosAlpha);
+    const float cosAlpha = std::cos(degrees * std::numbers::pi_v<float> / 180.0f),
+                size = std::numbers::pi_v<float> * (1.0f - cosAlpha * cosAlpha);
     float worst = 0.0f;
     for (int k = 0; k < 40; ++k) {
       const glm::vec3 d = k < 6 ? axis(k) : randomDirection(rng);

@@ -32,11 +32,6 @@ std::size_t dataOffset(const Bytes& file, const char* name) {
   return getAt<std::uint64_t>(file, rowOffset(findRow(file, name)) + 40);
 }
 
-std::string errorOf(const Bytes& file) {
-  const Result<Bake> bake = parseBake(file, nullptr);
-  return bake ? "no error" : bake.error().message;
-}
-
 TEST(FieldCoding, groupsTheBytesOfFieldsBySignificance) {
   // Two columns of 16 bits: 4 bits as they are, 12 as differences: 1, then -1 and 0x101 more.
   const FieldCoding coding = fieldCoding(4, 12 | kDifferences);
@@ -168,11 +163,11 @@ TEST(PackedBake, hasTheDocumentedBytes) {
 
 TEST(PackedBake, damageIsRefusedByName) {
   const Bytes good = *serializePackedBake(makeSmallBake(LinkKind::oct6), 42);
-  struct Damage {
+  struct Case {
     const char* expected;
     void (*apply)(Bytes& file);
   };
-  const Damage list[] = {
+  const Case list[] = {
       {"chunk link.head: packed: a field has more bits than its width",
        [](Bytes& f) {  // the third bytes of nodes of 20 bits follow the first and second
          const std::uint64_t rows = getAt<std::uint64_t>(f, rowOffset(findRow(f, "link.head")) + 24);
@@ -200,7 +195,7 @@ TEST(PackedBake, damageIsRefusedByName) {
       {"reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3), putAt<std::uint64_t>(f, 40, 0); }},
       {"format version 8, this program reads versions 3 to 7", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 8); }},
   };
-  for (const Damage& damage : list) {
+  for (const Case& damage : list) {
     Bytes file = good;
     damage.apply(file);
     reseal(file);

@@ -2,6 +2,8 @@
 // Spherical harmonics against quadrature, and the formulas of PIC that the print has wrong.
 #include "formats/sh.h"
 
+#include "tests/formats/random_direction.h"
+
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
@@ -29,11 +31,6 @@ double integrateSphere(const std::function<double(const glm::vec3&)>& f, double 
     }
   }
   return sum * (1.0 - zMin) / kZ * 2.0 * kPi / kPhi;
-}
-
-glm::vec3 randomDirection(std::mt19937& rng) {
-  std::normal_distribution<float> gauss;
-  return glm::normalize(glm::vec3(gauss(rng), gauss(rng), gauss(rng)));
 }
 
 TEST(Sh, BasisIsOrthonormal) {

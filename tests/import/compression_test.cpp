@@ -26,7 +26,6 @@ namespace {
 using namespace relume::testing;
 using Bytes = std::vector<std::uint8_t>;
 
-const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
 const std::vector<std::uint32_t> kIndices = {0, 1, 2, 0, 2, 3};
 
 Bytes encodeVertices(const void* vertices, std::size_t count, std::size_t stride) {

@@ -19,6 +19,9 @@ namespace relume::testing {
 
 using nlohmann::json;
 
+// [m] Corners of a square in z = 0.
+inline const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+
 // An empty folder that belongs to the running test.
 std::filesystem::path testFolder();
 

@@ -13,8 +13,6 @@ namespace {
 
 using namespace relume::testing;
 
-const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
-
 Result<Scene> importPrimitive(GltfBuilder& b, const json& primitive) {
   b.node({{"mesh", b.mesh(primitive)}});
   return b.import();

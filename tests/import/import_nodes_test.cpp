@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The node graph: transforms, scenes, cameras, lights, play volumes, bake modes.
+#include "tests/import/expect_near.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -15,11 +16,6 @@ using namespace relume::testing;
 constexpr float kSqrtHalf = 0.70710678f;
 
 glm::vec3 origin(const glm::mat4& m) { return glm::vec3(m[3]); }
-
-void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-5f) {
-  EXPECT_LT(glm::length(a - b), tolerance)
-      << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
-}
 
 TEST(ImportNodes, childrenInheritTheirParentsTransforms) {
   GltfBuilder b;

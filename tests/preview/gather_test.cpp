@@ -19,8 +19,6 @@ namespace {
 
 using namespace test;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 RayTracer tracerOf(const Scene& scene) {
   Context context;
   auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
@@ -83,7 +81,8 @@ TEST(Gather, aFurnaceGivesPiLAndNoGradient) {
     const Record r =
         gatherAt(room(), {0.2f, -0.3f, 0.1f}, n, lightAt([&](const glm::vec3&) { return radiance; }), options);
     for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(irradianceOf(r.reflected, n)[c], kPi * radiance[c], 1e-4f * kPi * radiance[c]);
+      EXPECT_NEAR(irradianceOf(r.reflected, n)[c], std::numbers::pi_v<float> * radiance[c],
+                  1e-4f * std::numbers::pi_v<float> * radiance[c]);
       EXPECT_EQ(r.reflected.gradient[c], glm::vec3(0.0f));
       // n x I, the gradient of rotation, is 0 as well.
       EXPECT_LT(glm::length(glm::cross(n, r.reflected.vector[c])), 1e-3f * radiance[c]);
@@ -92,7 +91,7 @@ TEST(Gather, aFurnaceGivesPiLAndNoGradient) {
   }
   const Record plane =
       gatherAt(room(), {0, 0, 0}, n, lightAt([&](const glm::vec3&) { return radiance; }), withPlane(Hemisphere::plane));
-  EXPECT_NEAR(irradianceOf(plane.reflected, n).x, (1.0f - 0.169f) * kPi * radiance.x, 2e-3f);
+  EXPECT_NEAR(irradianceOf(plane.reflected, n).x, (1.0f - 0.169f) * std::numbers::pi_v<float> * radiance.x, 2e-3f);
 }
 
 TEST(Gather, theSkyIsASumOfItsOwn) {
@@ -104,7 +103,7 @@ TEST(Gather, theSkyIsASumOfItsOwn) {
   const glm::vec3 up(0, 0, 1);
   const Record r =
       gatherAt(scene, {0, 0, 0}, up, lightAt([](const glm::vec3&) { return glm::vec3(7.0f); }), withRays(256), sky);
-  EXPECT_NEAR(irradianceOf(r.sky, up).y, 2.0f * kPi, 1e-4f);
+  EXPECT_NEAR(irradianceOf(r.sky, up).y, 2.0f * std::numbers::pi_v<float>, 1e-4f);
   EXPECT_EQ(irradianceOf(r.reflected, up), glm::vec3(0.0f));
   EXPECT_TRUE(std::isinf(r.distance));
   EXPECT_TRUE(std::isinf(r.nearest));
@@ -116,8 +115,11 @@ TEST(Gather, aHalfBrightCeilingHasItsGradient) {
     const auto half = lightAt([](const glm::vec3& p) { return glm::vec3(p.x < 0.0f ? 1.0f : 0.0f); });
     for (const RecordGatherer::Options& options : {withRays(4096), withPlane(Hemisphere::border)}) {
       const Record r = gatherAt(ceiling(h), {0, 0, 0}, {0, 0, 1}, half, options);
-      EXPECT_NEAR(irradianceOf(r.reflected, {0, 0, 1}).x, 0.5f * kPi, 0.02f * kPi);
-      EXPECT_NEAR(r.reflected.gradient[0].x * h, -0.5f * kPi, 0.05f * 0.5f * kPi) << h;
+      EXPECT_NEAR(irradianceOf(r.reflected, {0, 0, 1}).x, 0.5f * std::numbers::pi_v<float>,
+                  0.02f * std::numbers::pi_v<float>);
+      EXPECT_NEAR(r.reflected.gradient[0].x * h, -0.5f * std::numbers::pi_v<float>,
+                  0.05f * 0.5f * std::numbers::pi_v<float>)
+          << h;
       EXPECT_NEAR(r.reflected.gradient[0].y * h, 0.0f, 0.05f) << h;
       EXPECT_NEAR(r.reflected.gradient[0].z, 0.0f, 1e-5f);
     }
@@ -216,7 +218,7 @@ TEST(Gather, lightThatIsNoNumberCountsAsNoneAndIsTold) {
     const RecordGatherer gatherer(tracer, light, sky, withRays(256));
     RecordGatherer::Scratch scratch;
     const Record r = gatherer.gather({{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 0.01f}, 1, scratch);
-    EXPECT_NEAR(irradianceOf(r.reflected, {0, 0, 1}).x, 0.5f * kPi, 0.1f);
+    EXPECT_NEAR(irradianceOf(r.reflected, {0, 0, 1}).x, 0.5f * std::numbers::pi_v<float>, 0.1f);
     EXPECT_GT(gatherer.notFinite(), 0u);
     EXPECT_EQ(gatherer.notFiniteInstance(), 0u);
   }

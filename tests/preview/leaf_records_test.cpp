@@ -88,7 +88,7 @@ std::vector<std::uint32_t> all(const std::vector<PixelReceiver>& receivers) {
   return chosen;
 }
 
-LeafRecords::Options withRays(std::uint32_t rays) { return {rays, 5}; }
+LeafRecords::Options leavesOfRays(std::uint32_t rays) { return {rays, 5}; }
 
 void expectNear(const glm::mat3& a, const glm::mat3& b, float allowed) {
   for (int c = 0; c < 3; ++c) EXPECT_LE(glm::distance(a[c], b[c]), allowed);
@@ -108,7 +108,7 @@ TEST(LeafRecords, relitTheyAreWhatRaysGatherInTheNewLight) {
   const Room room;
   for (const std::uint32_t rays : {256u, 1024u, 4096u}) {
     Context context;
-    LeafRecords records(*room.tracer, Room::leavesOf, room.sky, withRays(rays));
+    LeafRecords records(*room.tracer, Room::leavesOf, room.sky, leavesOfRays(rays));
     records.relight(lightNumber(1), context);
     records.gather(room.receivers, all(room.receivers), context);
     for (const std::uint64_t number : {2u, 3u}) {
@@ -155,7 +155,7 @@ TEST(LeafRecords, relitTheyAreWhatRaysGatherInTheNewLight) {
 TEST(LeafRecords, lightAddsUp) {
   const Room room;
   Context context;
-  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, withRays(1024));
+  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, leavesOfRays(1024));
   records.gather(room.receivers, all(room.receivers), context);
   for (const Record& r : records.records()) EXPECT_EQ(r.reflected.vector, glm::mat3(0.0f)) << "no light yet";
   const auto vectorsIn = [&](const std::vector<glm::vec3>& radiance) {
@@ -179,7 +179,7 @@ TEST(LeafRecords, sameBytesAtAnyNumberOfThreads) {
   const auto made = [&](int threads) {
     Context context;
     context.threads = threads;
-    LeafRecords records(*room.tracer, Room::leavesOf, room.sky, withRays(1024));
+    LeafRecords records(*room.tracer, Room::leavesOf, room.sky, leavesOfRays(1024));
     records.gather(room.receivers, all(room.receivers), context);
     records.relight(lightNumber(4), context);
     return records.records();
@@ -200,7 +200,7 @@ TEST(LeafRecords, sameBytesAtAnyNumberOfThreads) {
 TEST(LeafRecords, thoseThatAreKeptGoOnBeingRelit) {
   const Room room;
   Context context;
-  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, withRays(256));
+  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, leavesOfRays(256));
   records.gather(room.receivers, all(room.receivers), context);
   const std::size_t before = records.sizeBytes();
   records.relight(lightNumber(6), context);
@@ -220,7 +220,7 @@ TEST(LeafRecords, thoseThatAreKeptGoOnBeingRelit) {
 TEST(LeafRecords, aCancelledGatherLeavesThoseOfBefore) {
   const Room room;
   Context context;
-  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, withRays(256));
+  LeafRecords records(*room.tracer, Room::leavesOf, room.sky, leavesOfRays(256));
   records.gather(room.receivers, std::vector<std::uint32_t>{0, 1, 2}, context);
   context.cancel();
   records.gather(room.receivers, all(room.receivers), context);

@@ -76,10 +76,10 @@ double meanOf(const std::vector<glm::vec3>& layer) {
 }
 
 // A room with a block in it and a lamp.
-struct Room {
+struct FurnishedRoom {
   Scene scene;
   Asked asked;
-  Room() {
+  FurnishedRoom() {
     const auto wall = addMaterial(scene, {0.7f, 0.5f, 0.6f});
     addInstance(scene, box({-2, 0, -2}, {2, 3, 2}, true, wall));
     addInstance(scene, box({-1, 0, -1}, {0, 1.2f, 0}, false, addMaterial(scene, glm::vec3(0.6f))));
@@ -135,7 +135,7 @@ TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
 
 // Each record was gathered at a pixel's centre, and has a weight there.
 TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
-  const Room room;
+  const FurnishedRoom room;
   const PreviewFrame frame = preview(room.scene, room.asked, small());
   std::uint32_t marked = 0;
   for (std::size_t i = 0; i < frame.recordAt.size(); ++i) {
@@ -149,7 +149,7 @@ TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
 
 // Against the path tracer's first bounce: the whole picture and its direct light.
 TEST(Preview, firstBounceIsThePathTracers) {
-  const Room room;
+  const FurnishedRoom room;
   const PreviewOptions options = small();
   const PreviewFrame frame = preview(room.scene, room.asked, options);
   ReferenceOptions truth;
@@ -200,7 +200,7 @@ TEST(Preview, noRecordLightsTheOtherSideOfAWall) {
 }
 
 TEST(Preview, sameBytesAtOneTwoAndSevenThreads) {
-  const Room room;
+  const FurnishedRoom room;
   Asked asked = room.asked;
   asked.sky.radiance = glm::vec3(0.3f);
   for (const PlacementOrder order : {PlacementOrder::waves, PlacementOrder::linear}) {
@@ -221,7 +221,7 @@ TEST(Preview, sameBytesAtOneTwoAndSevenThreads) {
 }
 
 TEST(Preview, wavesAndTheLinearScanAgree) {
-  const Room room;
+  const FurnishedRoom room;
   PreviewOptions options = small();
   const PreviewFrame waves = preview(room.scene, room.asked, options);
   options.order = PlacementOrder::linear;
@@ -237,7 +237,7 @@ TEST(Preview, wavesAndTheLinearScanAgree) {
 }
 
 TEST(Preview, recordsOfOneViewServeTheNext) {
-  const Room room;
+  const FurnishedRoom room;
   Context context;
   std::vector<Record> cache;
   const auto first = tryPreview(room.scene, room.asked, small(), context, cache);
@@ -255,7 +255,7 @@ TEST(Preview, recordsOfOneViewServeTheNext) {
 }
 
 TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
-  const Room room;
+  const FurnishedRoom room;
   Context context;
   int warnings = 0;
   context.onMessage = [&](Severity severity, std::string_view text) {
@@ -273,7 +273,7 @@ TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
 }
 
 TEST(Preview, aTimeLimitLeavesAWholePicture) {
-  const Room room;
+  const FurnishedRoom room;
   PreviewOptions options = small();
   options.timeLimitSeconds = 1e-6f;
   const PreviewFrame frame = preview(room.scene, room.asked, options);
@@ -288,7 +288,7 @@ TEST(Preview, aTimeLimitLeavesAWholePicture) {
 
 // Nothing to see, nothing to light, an eye within matter, and triangles of no area.
 TEST(Preview, badViewsAreBlackOrSky) {
-  const Room room;
+  const FurnishedRoom room;
   Scene empty;
   finish(empty);
   Asked away{lookAt({0, 50, 0}, {0, 100, 1}), {}, false, {}};
@@ -312,8 +312,8 @@ TEST(Preview, badViewsAreBlackOrSky) {
 
 // The same level more than a kilometre from the origin.
 TEST(Preview, farFromTheOriginItIsTheSame) {
-  const Room room;
-  Room moved;
+  const FurnishedRoom room;
+  FurnishedRoom moved;
   const glm::vec3 offset(1024.0f, 0.0f, -1024.0f);
   for (Instance& instance : moved.scene.instances) instance.toWorld[3] += glm::vec4(offset, 0.0f);
   moved.asked.camera.toWorld[3] += glm::vec4(offset, 0.0f);
@@ -326,7 +326,7 @@ TEST(Preview, farFromTheOriginItIsTheSame) {
 }
 
 TEST(Preview, anOrthographicViewShowsThePlan) {
-  Room room;
+  FurnishedRoom room;
   room.asked.camera = lookAt({0, 2.9f, 0}, {0, 0, 0}, 1.0f, {0, 0, -1});
   room.asked.camera.orthographic = true;
   room.asked.camera.yMag = 1.2f;
@@ -336,7 +336,7 @@ TEST(Preview, anOrthographicViewShowsThePlan) {
 }
 
 TEST(Preview, optionsOutOfRangeAreRefused) {
-  const Room room;
+  const FurnishedRoom room;
   for (const auto& change :
        {+[](PreviewOptions& o) { o.width = 0; }, +[](PreviewOptions& o) { o.height = 16385; },
         +[](PreviewOptions& o) { o.samples = 17; }, +[](PreviewOptions& o) { o.accuracy = 0.0f; },
@@ -356,7 +356,7 @@ TEST(Preview, optionsOutOfRangeAreRefused) {
 }
 
 TEST(Preview, aCancelIsHeard) {
-  const Room room;
+  const FurnishedRoom room;
   PreviewOptions options = small();
   options.rays = 65536;
   options.accuracy = 0.02f;

@@ -21,7 +21,7 @@ namespace {
 
 using namespace test;
 
-constexpr std::uint32_t kWidth = 64, kHeight = 36;
+constexpr std::uint32_t kColumns = 64, kRows = 36;
 
 glm::vec3 cube(RandomStream& random, float halfWidth) {
   const glm::vec2 xy = random.uniform2();
@@ -34,9 +34,9 @@ bool pixelOf(const Camera& camera, const glm::vec3& p, std::uint32_t& x, std::ui
   const double half = camera.orthographic ? camera.yMag : std::tan(0.5 * camera.yfovRad);
   const double ahead = camera.orthographic ? 1.0 : -c.z;
   if (!(-c.z > 0.0)) return false;
-  const double u = (c.x / (ahead * half) * kHeight / kWidth * 0.5 + 0.5) * kWidth,
-               v = (0.5 - 0.5 * c.y / (ahead * half)) * kHeight;
-  if (u < 0.0 || v < 0.0 || u >= kWidth || v >= kHeight) return false;
+  const double u = (c.x / (ahead * half) * kRows / kColumns * 0.5 + 0.5) * kColumns,
+               v = (0.5 - 0.5 * c.y / (ahead * half)) * kRows;
+  if (u < 0.0 || v < 0.0 || u >= kColumns || v >= kRows) return false;
   x = static_cast<std::uint32_t>(u);
   y = static_cast<std::uint32_t>(v);
   return true;
@@ -49,7 +49,7 @@ TEST(ScreenBox, holdsEveryPixelThroughWhichASphereIsSeen) {
     Camera camera = lookAt({1, 2, 3}, {4, 1, -2}, 1.1f);
     camera.orthographic = orthographic;
     camera.yMag = 2.0f;
-    const CameraRays rays(camera, kWidth, kHeight);
+    const CameraRays rays(camera, kColumns, kRows);
     for (int i = 0; i < 100000; ++i) {
       const glm::vec3 center = rays.origin + cube(random, 6.0f);
       const float radius = std::pow(10.0f, 3.0f * random.uniform() - 2.0f);
@@ -68,27 +68,27 @@ TEST(ScreenBox, holdsEveryPixelThroughWhichASphereIsSeen) {
 }
 
 TEST(ScreenBox, isSmallFarAwayAndEmptyBehindTheEye) {
-  const CameraRays rays(lookAt({0, 0, 0}, {0, 0, -1}, 1.0f), kWidth, kHeight);
+  const CameraRays rays(lookAt({0, 0, 0}, {0, 0, -1}, 1.0f), kColumns, kRows);
   const ScreenBox far = boxOfSphere(rays, {0, 0, -100}, 0.1f);
   EXPECT_LE(far.maxX - far.minX, 2u);
   EXPECT_LE(far.maxY - far.minY, 2u);
   const ScreenBox behind = boxOfSphere(rays, {0, 0, 5}, 1.0f);
   EXPECT_TRUE(behind.minX >= behind.maxX || behind.minY >= behind.maxY);
   const ScreenBox around = boxOfSphere(rays, {0, 0, 0.5f}, 1.0f);
-  EXPECT_EQ(around.maxX - around.minX, kWidth);
-  EXPECT_EQ(around.maxY - around.minY, kHeight);
+  EXPECT_EQ(around.maxX - around.minX, kColumns);
+  EXPECT_EQ(around.maxY - around.minY, kRows);
 }
 
 // A floor seen at a slant, and records strewn over it.
 struct Floor {
   Camera camera = lookAt({0, 2, 4}, {0, 0, 0}, 0.9f);
-  CameraRays rays{camera, kWidth, kHeight};
+  CameraRays rays{camera, kColumns, kRows};
   std::vector<PixelReceiver> receivers;
 
   Floor() {
-    for (std::uint32_t i = 0; i < kWidth * kHeight; ++i) {
+    for (std::uint32_t i = 0; i < kColumns * kRows; ++i) {
       glm::vec3 origin, direction;
-      rays.at(static_cast<float>(i % kWidth) + 0.5f, static_cast<float>(i / kWidth) + 0.5f, origin, direction);
+      rays.at(static_cast<float>(i % kColumns) + 0.5f, static_cast<float>(i / kColumns) + 0.5f, origin, direction);
       PixelReceiver r;
       if (direction.y < -0.02f) r = {origin - direction * (origin.y / direction.y), {0, 1, 0}, {0, 1, 0}, 0.05f};
       receivers.push_back(r);
@@ -111,7 +111,7 @@ std::vector<Record> strewn(const Floor& floor, std::size_t count) {
   RandomStream random(5, 6, 7);
   std::vector<Record> records;
   while (records.size() < count) {
-    const PixelReceiver& r = floor.receivers[random.below(kWidth * kHeight)];
+    const PixelReceiver& r = floor.receivers[random.below(kColumns * kRows)];
     if (r.normal == glm::vec3(0.0f)) continue;
     Record record;
     record.positionWorld = r.positionWorld;
@@ -147,7 +147,7 @@ TEST(RecordTiles, splatIsEquationOne) {
         sky += w * glm::dvec3(extrapolate(record.sky, offset, r.normal));
         total += w;
       }
-      const Splat splat = tiles.splat(i % kWidth, i / kWidth, r);
+      const Splat splat = tiles.splat(i % kColumns, i / kColumns, r);
       EXPECT_NEAR(splat.weight, total, 1e-5 * total);
       if (total <= 0.0) continue;
       ++lit;
@@ -168,7 +168,7 @@ TEST(RecordTiles, aLinearFieldIsExactFromAnyRecord) {
   std::uint32_t lit = 0;
   for (std::uint32_t i = 0; i < floor.receivers.size(); ++i) {
     const PixelReceiver& r = floor.receivers[i];
-    const Splat splat = tiles.splat(i % kWidth, i / kWidth, r);
+    const Splat splat = tiles.splat(i % kColumns, i / kColumns, r);
     if (!(splat.weight > 0.0f)) continue;
     ++lit;
     const float e = std::max(0.0f, 10.0f + 3.0f * r.positionWorld.x - 2.0f * r.positionWorld.z);
@@ -189,7 +189,7 @@ TEST(RecordTiles, markedPixelsAreThoseThatHaveAWeight) {
     const RecordTiles tiles(floor.rays, records, {});
     for (std::uint32_t i = 0; i < covered.size(); ++i) {
       const PixelReceiver& r = floor.receivers[i];
-      const bool reached = r.normal != glm::vec3(0.0f) && tiles.splat(i % kWidth, i / kWidth, r).weight > 0.0f;
+      const bool reached = r.normal != glm::vec3(0.0f) && tiles.splat(i % kColumns, i / kColumns, r).weight > 0.0f;
       EXPECT_EQ(covered[i] != 0, reached) << i;
     }
   }
@@ -205,20 +205,20 @@ TEST(LimitReaches, onlyRecordsThatContradictEachOther) {
     record.sky = {};
   }
   // Close to the eye, where many records overlap.
-  records[7].positionWorld = floor.receivers[20 * kWidth + 32].positionWorld;
+  records[7].positionWorld = floor.receivers[20 * kColumns + 32].positionWorld;
   records[7].reflected = linearAt(records[7].positionWorld);
   records[8] = records[7];
-  records[8].positionWorld = floor.receivers[20 * kWidth + 33].positionWorld;
+  records[8].positionWorld = floor.receivers[20 * kColumns + 33].positionWorld;
   records[8].reflected = linearAt(records[8].positionWorld);
   const std::vector<Record> before = records;
   {
     const RecordTiles tiles(floor.rays, records, {});
-    EXPECT_EQ(limitReaches(tiles, floor.receivers, kWidth, 0.1f, records, context), 0u);
+    EXPECT_EQ(limitReaches(tiles, floor.receivers, kColumns, 0.1f, records, context), 0u);
   }
   // One record says twice the light.
   records[7].reflected.vector *= 2.0f;
   const RecordTiles tiles(floor.rays, records, {});
-  EXPECT_GT(limitReaches(tiles, floor.receivers, kWidth, 0.1f, records, context), 1u);
+  EXPECT_GT(limitReaches(tiles, floor.receivers, kColumns, 0.1f, records, context), 1u);
   EXPECT_LT(records[7].limit, reachOf(before[7], {}));
   for (std::size_t k = 0; k < records.size(); ++k) {
     const float apart = glm::distance(records[k].positionWorld, records[7].positionWorld);
@@ -231,7 +231,7 @@ TEST(LimitReaches, onlyRecordsThatContradictEachOther) {
   noisy[7].reflected.vector *= 2.0f;
   for (Record& record : noisy) record.noise = 100.0f;
   const RecordTiles noisyTiles(floor.rays, noisy, {});
-  EXPECT_EQ(limitReaches(noisyTiles, floor.receivers, kWidth, 0.1f, noisy, context), 0u);
+  EXPECT_EQ(limitReaches(noisyTiles, floor.receivers, kColumns, 0.1f, noisy, context), 0u);
 }
 
 }  // namespace

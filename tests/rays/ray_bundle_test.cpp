@@ -19,7 +19,7 @@ namespace {
 
 using namespace test;
 
-RayTracer tracerOf(const Scene& scene, RayStructure structure = RayStructure::bundles) {
+RayTracer bundlesOf(const Scene& scene, RayStructure structure = RayStructure::bundles) {
   Context context;
   auto tracer = RayTracer::create(scene, "avx2", context, structure);
   EXPECT_TRUE(tracer) << (tracer ? "" : tracer.error().message);
@@ -89,7 +89,7 @@ std::size_t countOthers(const RayTracer& tracer, const glm::vec3& origin, const 
 TEST(RayBundle, hitsWhatPacketsHit) {
   for (const auto& [count, size] : {std::pair{100u, 4.0f}, {3000u, 0.6f}, {40000u, 0.08f}}) {
     const Scene scene = confetti(count, size);
-    const RayTracer tracer = tracerOf(scene);
+    const RayTracer tracer = bundlesOf(scene);
     for (const glm::vec3 origin : {glm::vec3(0.1f, 0.2f, -0.3f), glm::vec3(3.9f, -3.9f, 2.0f), glm::vec3(9, 1, 20)}) {
       for (const std::size_t rays : {16u, 500u, 4096u, 70000u}) {
         EXPECT_LE(countOthers(tracer, origin, glm::vec3(0.0f), rays), rays / 2000) << count << " triangles";
@@ -102,7 +102,7 @@ TEST(RayBundle, hitsWhatPacketsHit) {
 TEST(RayBundle, alphaMaskLetsRaysThroughWhatItCutsOut) {
   Scene scene = confetti(3000, 0.6f, 0);
   addHalfMask(scene);
-  const RayTracer tracer = tracerOf(scene);
+  const RayTracer tracer = bundlesOf(scene);
   for (const glm::vec3 axis : {glm::vec3(0.0f), glm::vec3(0, 1, 0)}) {
     EXPECT_LE(countOthers(tracer, {0.1f, 0.2f, -0.3f}, axis, 40000), 20u);
   }
@@ -110,7 +110,7 @@ TEST(RayBundle, alphaMaskLetsRaysThroughWhatItCutsOut) {
   Scene large = confetti(40, 6.0f, 0);
   large.images = scene.images;
   large.materials = scene.materials;
-  const RayTracer wide = tracerOf(large);
+  const RayTracer wide = bundlesOf(large);
   EXPECT_LE(countOthers(wide, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), 40000), 20u);
 }
 
@@ -137,7 +137,7 @@ TEST(RayBundle, noRaySlipsThroughAnEdge) {
   Scene scene;
   addInstance(scene, ball);
   finish(scene);
-  const RayTracer tracer = tracerOf(scene);
+  const RayTracer tracer = bundlesOf(scene);
   RayBundle bundle;
   for (const glm::vec3 origin : {glm::vec3(0.0f), glm::vec3(0.5f, -1.0f, 2.0f), glm::vec3(0, 0, 2.5f)}) {
     // Rays at edges, too. (Within a rounding of a corner one in 300 does slip through.)
@@ -158,7 +158,7 @@ TEST(RayBundle, directionsAlongAxesAndCubeEdges) {
   Scene scene;
   addInstance(scene, box({-4, -4, -4}, {4, 4, 4}, true));
   finish(scene);
-  const RayTracer tracer = tracerOf(scene);
+  const RayTracer tracer = bundlesOf(scene);
   std::vector<glm::vec3> directions;
   for (const int x : {-1, 0, 1}) {
     for (const int y : {-1, 0, 1}) {
@@ -175,7 +175,7 @@ TEST(RayBundle, directionsAlongAxesAndCubeEdges) {
 
 TEST(RayBundle, everyProcessorGivesTheSameBits) {
   const Scene scene = confetti(20000, 0.2f);
-  const RayTracer tracer = tracerOf(scene);
+  const RayTracer tracer = bundlesOf(scene);
   const std::vector<glm::vec3> directions = directionsOf(20000, glm::vec3(0.0f), 6);
   std::array<std::vector<Hit>, 2> hits{std::vector<Hit>(directions.size()), std::vector<Hit>(directions.size())};
   RayBundle baseline(RayBundle::Simd::baseline), best;
@@ -192,7 +192,7 @@ TEST(RayBundle, everyProcessorGivesTheSameBits) {
 
 TEST(RayBundle, aTracerWithoutABundleTreeTracesPackets) {
   const Scene scene = confetti(3000, 0.6f);
-  const RayTracer packets = tracerOf(scene, RayStructure::quick);
+  const RayTracer packets = bundlesOf(scene, RayStructure::quick);
   EXPECT_EQ(countOthers(packets, {0.1f, 0.2f, -0.3f}, glm::vec3(0.0f), 4096), 0u);
 }
 
@@ -205,7 +205,7 @@ TEST(RayBundle, copesWithDegenerateTrianglesAndOrigins) {
   mesh.position[3] = glm::vec3(std::numeric_limits<float>::infinity(), 0, 0);
   mesh.position[7] = mesh.position[8] = mesh.position[6];
   mesh.position[11] = 0.5f * (mesh.position[9] + mesh.position[10]);
-  const RayTracer tracer = tracerOf(scene);
+  const RayTracer tracer = bundlesOf(scene);
   const glm::vec3 a = mesh.position[30], b = mesh.position[31], c = mesh.position[32];
   for (const glm::vec3 origin : {a, 0.5f * (a + b), (a + b + c) / 3.0f, 2.0f * a - b}) {
     // Whether a ray meets the triangle that it starts on is up to rounding.
@@ -219,12 +219,12 @@ TEST(RayBundle, copesWithDegenerateTrianglesAndOrigins) {
   addInstance(one, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}), glm::translate(glm::mat4(1), {1e6f, 2e6f, -3e6f}));
   one.meshes[0].triangle.resize(1);
   finish(one);
-  const RayTracer far = tracerOf(one);
+  const RayTracer far = bundlesOf(one);
   EXPECT_LE(countOthers(far, {1e6f, 2e6f + 1.0f, -3e6f}, glm::vec3(0.0f), 4096), 8u);
 
   Scene nothing;
   finish(nothing);
-  const RayTracer empty = tracerOf(nothing);
+  const RayTracer empty = bundlesOf(nothing);
   EXPECT_EQ(countOthers(empty, glm::vec3(0.0f), glm::vec3(0.0f), 100), 0u);
   RayBundle bundle;
   bundle.trace(tracer, glm::vec3(0.0f), glm::vec3(0.0f), {}, {});

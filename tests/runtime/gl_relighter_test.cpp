@@ -30,8 +30,6 @@
 namespace relume {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 using test::coefficientDifference, test::difference, test::makeRelighter, test::manySurfels;
 
 class GlRelighter : public test::GlTest {};
@@ -334,7 +332,7 @@ TEST_F(GlRelighter, framesWithBouncesAgree) {
 TEST_F(GlRelighter, furnaceConvergesToTheSeriesLimit) {
   Relighter gl = makeRelighter(test::makeFurnaceBake(0.6f, 2.0f, 4), BackendKind::gl);
   EXPECT_TRUE(relightUntilConverged(gl, {}));
-  const float limit = kPi * 2.0f / 0.4f;
+  const float limit = std::numbers::pi_v<float> * 2.0f / 0.4f;
   EXPECT_NEAR(gl.nodeRadiosity()[0].g, limit, 0.01f * limit);
   EXPECT_NEAR(gl.irradianceOnLightmap({0.5f / 6.0f, 0.5f}, {1, 0, 0}).r, limit, 0.01f * limit);
 }

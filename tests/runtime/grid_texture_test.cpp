@@ -22,8 +22,6 @@ namespace {
 
 using test::makeRelighter;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 // Random places in the room of a synthetic bake, and a normal each.
 std::pair<std::vector<glm::vec3>, std::vector<glm::vec3>> receivers(std::size_t count) {
   std::mt19937 random(6);
@@ -132,7 +130,7 @@ TEST(GridTexture, trustOutOfRangeIsRefused) {
 
 // A closed box of one albedo: every receiver has the same light, which six vectors hold exactly.
 TEST(GridTexture, furnaceHasTheLightOfTheCachesAround) {
-  const float rho = 0.6f, emission = 2.0f, limit = kPi * emission / (1.0f - rho);
+  const float rho = 0.6f, emission = 2.0f, limit = std::numbers::pi_v<float> * emission / (1.0f - rho);
   for (const std::uint32_t bands : {2u, 3u, 4u, 6u}) {
     RelightOptions options;
     options.gridTexture = true;

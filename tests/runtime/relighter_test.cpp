@@ -21,7 +21,6 @@ namespace {
 
 // Tolerances: albedo is kept in 8 bits, radiosity in 8 to 9 (runtime/shared/pack_surfel.h, pack_color.h).
 
-constexpr float kPi = std::numbers::pi_v<float>;
 using test::makeRelighter;
 
 TEST(Furnace, bouncesFollowTheGeometricSeries) {
@@ -32,12 +31,12 @@ TEST(Furnace, bouncesFollowTheGeometricSeries) {
     for (int frame = 0; frame < 40; ++frame) {
       ASSERT_TRUE(relighter.relight({}));
       // B_k+1 = pi Le + rho B_k.
-      radiosity = kPi * emission + rho * radiosity;
+      radiosity = std::numbers::pi_v<float> * emission + rho * radiosity;
       ASSERT_NEAR(relighter.nodeRadiosity()[0].g, radiosity, 0.004f * radiosity)
           << "bands " << bands << " frame " << frame;
     }
     // In the limit irradiance is the radiosity pi Le / (1 - rho).
-    const float limit = kPi * emission / (1.0f - rho);
+    const float limit = std::numbers::pi_v<float> * emission / (1.0f - rho);
     EXPECT_NEAR(relighter.irradianceOnLightmap({0.5f / 6.0f, 0.5f}, {1, 0, 0}).r, limit, 0.005f * limit);
     EXPECT_NEAR(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}).b, limit, 0.005f * limit);
   }
@@ -48,10 +47,11 @@ TEST(Furnace, bounceScaleScalesEachBounce) {
   LightSetup setup;
   setup.bounceScale = 0.0f;
   for (int frame = 0; frame < 3; ++frame) EXPECT_TRUE(relighter.relight(setup));
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, std::numbers::pi_v<float>, 0.004f * std::numbers::pi_v<float>);
   setup.bounceScale = 0.5f;
   EXPECT_GT(relightUntilConverged(relighter, setup).value(), 3);
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi / (1.0f - 0.25f), 0.01f * kPi);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, std::numbers::pi_v<float> / (1.0f - 0.25f),
+              0.01f * std::numbers::pi_v<float>);
 }
 
 TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
@@ -70,7 +70,7 @@ TEST(Furnace, hostsOwnLightTakesThePlaceOfLightsAndEmission) {
   const std::vector<glm::vec3> emission(6, glm::vec3(0, 1, 0));
   setup.surfelEmission = emission;
   EXPECT_TRUE(relighter.relight(setup));
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, 1.0f + kPi, 0.015f);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, 1.0f + std::numbers::pi_v<float>, 0.015f);
 }
 
 TEST(Furnace, hostsOwnLightIsRefusedWithoutItsOption) {
@@ -78,7 +78,7 @@ TEST(Furnace, hostsOwnLightIsRefusedWithoutItsOption) {
   options.surfelArrays = false;
   Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 3), options);
   EXPECT_TRUE(relighter.relight({}));
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, std::numbers::pi_v<float>, 0.004f * std::numbers::pi_v<float>);
   const std::vector<glm::vec3> irradiance(6, glm::vec3(3, 2, 1));
   LightSetup setup;
   setup.surfelIrradiance = irradiance;
@@ -92,7 +92,7 @@ TEST(Furnace, resetForgets) {
   relighter.reset();
   EXPECT_EQ(relighter.irradianceInGrid({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
   EXPECT_TRUE(relighter.relight({}));
-  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, kPi, 0.004f * kPi);
+  EXPECT_NEAR(relighter.nodeRadiosity()[0].g, std::numbers::pi_v<float>, 0.004f * std::numbers::pi_v<float>);
 }
 
 TEST(Visibility, isAskedForAndMultiplied) {
@@ -150,7 +150,7 @@ TEST(Sharing, relightersKeepTheBakesArraysAlive) {
   std::thread other([&] { EXPECT_TRUE(relighters[1].relight(dark)); });
   EXPECT_TRUE(relighters[0].relight({}));
   other.join();
-  EXPECT_NEAR(relighters[0].nodeRadiosity()[0].g, kPi, 0.004f * kPi);
+  EXPECT_NEAR(relighters[0].nodeRadiosity()[0].g, std::numbers::pi_v<float>, 0.004f * std::numbers::pi_v<float>);
   EXPECT_EQ(relighters[1].nodeRadiosity()[0], glm::vec3(0.0f));
   EXPECT_EQ(relighters[1].coefficientsPerCache(), 9 + 2);
 }

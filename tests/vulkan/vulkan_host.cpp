@@ -19,13 +19,13 @@
 namespace relume::test {
 namespace {
 
-std::atomic<int> made = 0, destroyed = 0, failing = -1;
+std::atomic<int> created = 0, freed = 0, callsToFailure = -1;
 
 // Whether this call is the one to fail.
 bool fails() {
-  const int n = failing.load();
+  const int n = callsToFailure.load();
   if (n < 0) return false;
-  failing = n - 1;
+  callsToFailure = n - 1;
   return n == 0;
 }
 
@@ -44,7 +44,7 @@ bool fails() {
   VKAPI_ATTR VkResult VKAPI_CALL count##name(Arguments... arguments) { \
     if (fails()) return VK_ERROR_OUT_OF_DEVICE_MEMORY;                 \
     const VkResult result = vk##name(arguments...);                    \
-    made += result == VK_SUCCESS ? 1 : 0;                              \
+    created += result == VK_SUCCESS ? 1 : 0;                           \
     return result;                                                     \
   }
 RELUME_MADE(RELUME_COUNT_MADE)
@@ -52,7 +52,7 @@ RELUME_COUNT_MADE(CreateComputePipelines)
 #define RELUME_COUNT_DESTROYED(name)                                                                            \
   template <class Handle>                                                                                       \
   VKAPI_ATTR void VKAPI_CALL count##name(VkDevice device, Handle handle, const VkAllocationCallbacks* memory) { \
-    destroyed += handle != VK_NULL_HANDLE ? 1 : 0;                                                              \
+    freed += handle != VK_NULL_HANDLE ? 1 : 0;                                                                  \
     vk##name(device, handle, memory);                                                                           \
   }
 RELUME_DESTROYED(RELUME_COUNT_DESTROYED)
@@ -110,9 +110,9 @@ void need(VkResult result, const char* what) {
 
 }  // namespace
 
-int VulkanHost::objectsMade() { return made; }
-int VulkanHost::objectsDestroyed() { return destroyed; }
-void VulkanHost::failAt(int n) { failing = n; }
+int VulkanHost::objectsMade() { return created; }
+int VulkanHost::objectsDestroyed() { return freed; }
+void VulkanHost::failAt(int n) { callsToFailure = n; }
 
 std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why, bool validates) {
   std::unique_ptr<VulkanHost> host(new VulkanHost);

@@ -3,8 +3,11 @@
 // what was probably meant.
 #pragma once
 
+#include "relume/result.h"
+
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -13,6 +16,9 @@ class ParseError;
 }  // namespace CLI
 
 namespace relume {
+
+// What a command line that asks for what cannot be ends with.
+inline Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 // One sentence for an error that parsing with `app` has thrown, which ends in where help is.
 std::string usageMessage(const CLI::App& app, const CLI::ParseError& error);

@@ -45,6 +45,7 @@ struct MadeCounts {
 MadeCounts countsOf(const Bake& bake);
 
 double secondsSince(std::chrono::steady_clock::time_point begin);
+// Of the process, since Linux was told to count anew (/proc/self/clear_refs), elsewhere since it began.
 double peakMemoryMiB();
 
 // Stages with seconds and figures, options, sizes. Unlike the bake itself it may say when and how long.

@@ -21,17 +21,18 @@ namespace {
 constexpr double kFrameSeconds = 1.0 / 60.0;
 
 // Passes by what is done, with their names in the table.
-constexpr std::array<std::pair<const char*, const char*>, 11> kPasses{{{"pieces", "cut and read textures"},
-                                                                       {"voxelise", "voxelise"},
-                                                                       {"shadow rays", "shadow rays' structure"},
-                                                                       {"direct", "direct light"},
-                                                                       {"bounce", "bounce"},
-                                                                       {"gather", "gather"},
-                                                                       {"frame", "**frame**"},
-                                                                       {"edit voxelise", "edit: voxelise"},
-                                                                       {"edit shadow rays", "edit: rays' structure"},
-                                                                       {"edit cells", "edit: cells"},
-                                                                       {"edit frame", "**frame after an edit**"}}};
+constexpr std::array<std::pair<const char*, const char*>, 11> kLivePasses{
+    {{"pieces", "cut and read textures"},
+     {"voxelise", "voxelise"},
+     {"shadow rays", "shadow rays' structure"},
+     {"direct", "direct light"},
+     {"bounce", "bounce"},
+     {"gather", "gather"},
+     {"frame", "**frame**"},
+     {"edit voxelise", "edit: voxelise"},
+     {"edit shadow rays", "edit: rays' structure"},
+     {"edit cells", "edit: cells"},
+     {"edit frame", "**frame after an edit**"}}};
 
 // What standing part is moved: of those with triangles the median by their number.
 std::optional<std::uint32_t> medianPart(const Scene& scene) {
@@ -100,7 +101,7 @@ class Measurement {
     times.backend = "cpu";
     times.threads = threads;
     times.bands = "Y3Co3Cg3";
-    for (const auto& [pass, title] : kPasses) {
+    for (const auto& [pass, title] : kLivePasses) {
       if (!ms_[pass].empty()) times.passes.push_back(figuresOf(pass, ms_[pass]));
     }
     times.buffers = level_->bufferSizes();
@@ -163,7 +164,7 @@ std::string toMarkdown(const LiveFigures& figures) {
   std::vector<std::string> titles{"pass"};
   for (const RelightTimes& times : figures.times) titles.push_back(times.how);
   text += tableHead(titles);
-  for (const auto& [pass, title] : kPasses) {
+  for (const auto& [pass, title] : kLivePasses) {
     std::vector<std::string> cells{title};
     for (const RelightTimes& times : figures.times) {
       const PassFigures* found = findPass(times, pass);

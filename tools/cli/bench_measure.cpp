@@ -5,9 +5,9 @@
 #include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "tools/base/worker_threads.h"
+#include "tools/cli/bake_arguments.h"
 
 #include <malloc.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -30,16 +30,6 @@ void resetPeakMemory() {
   ::malloc_trim(0);
 #endif
   std::ofstream("/proc/self/clear_refs") << "5";
-}
-
-double peakMemoryMiB() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) return static_cast<double>(std::strtoull(line.c_str() + 6, nullptr, 10)) / 1024.0;
-  }
-  struct rusage usage {};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
 // Frames, and the times of their passes.

@@ -8,6 +8,7 @@
 #include "relume/bake_file.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
+#include "tools/base/usage_message.h"
 #include "tools/cli/bake_arguments.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/describe.h"
@@ -89,7 +90,6 @@ CommandFiles filesOf(const BakeArguments& arguments) {
 
 // What --plan and --shard go with.
 Status checkForm(const BakeArguments& arguments) {
-  const auto usage = [](const std::string& text) { return Error{ErrorCode::usage, text}; };
   if (arguments.plan.empty()) {
     return arguments.shard.empty() ? done() : Status(usage("--shard: needs the plan that it is a shard of, --plan"));
   }

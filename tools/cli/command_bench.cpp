@@ -7,6 +7,7 @@
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
+#include "tools/base/usage_message.h"
 #include "tools/cli/bake_flags.h"
 #include "tools/cli/bench_report.h"
 #include "tools/cli/commands.h"
@@ -108,7 +109,6 @@ std::string today() {
 Bands bandsOf(const BenchArguments& a) { return bandsByName(a.relightBands).value_or(Bands{}); }
 
 Status checkArguments(const BenchArguments& a) {
-  const auto usage = [](const char* message) { return Error{ErrorCode::usage, message}; };
   if (!a.relightBands.empty() && !bandsByName(a.relightBands)) {
     return usage("--relight-bands: a name such as Y3Co1Cg1 expected, bands 1..8, chroma's at most luma's");
   }

@@ -11,6 +11,7 @@
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
+#include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/layer_files.h"
 #include "tools/cli/terminal.h"
@@ -44,8 +45,6 @@ struct PreviewArguments : PictureOptions {
   bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
-
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderRequest& request) {
   auto aovs = aovsByName(arguments.aovs);

@@ -14,6 +14,7 @@
 #include "tools/base/parse_numbers.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
+#include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/layer_files.h"
 #include "tools/cli/rsm_flags.h"
@@ -52,8 +53,6 @@ struct RenderArguments : PictureOptions {
   bool allowStale = false, json = false;
   TerminalOptions terminal;
 };
-
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequest& request) {
   auto aovs = aovsByName(arguments.aovs);

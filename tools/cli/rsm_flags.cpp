@@ -2,15 +2,11 @@
 // See rsm_flags.h.
 #include "tools/cli/rsm_flags.h"
 
+#include "tools/base/usage_message.h"
+
 #include <CLI/CLI.hpp>
 
 namespace relume {
-namespace {
-
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
-
-}  // namespace
-
 void addRsmFlags(CLI::App& command, CLI::Option* live, RsmFlags& flags) {
   RsmRequest& r = flags.request;
   command

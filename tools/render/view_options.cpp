@@ -8,6 +8,7 @@
 #include "formats/limits.h"
 #include "relume/glossy.h"
 #include "tools/base/parse_numbers.h"
+#include "tools/base/usage_message.h"
 #include "tools/render/default_view.h"
 #include "tools/render/lights_file.h"
 #include "tools/render/read_sky_map.h"
@@ -26,8 +27,6 @@ namespace relume {
 namespace {
 
 constexpr float kDefaultFovDeg = 60.0f;  // of --eye
-
-Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
 // "a, b, c" of the names in a list; "none" when it is empty.
 template <class Items>
