@@ -5,27 +5,13 @@
 #   embed_test.sh RELUME EMBED SOURCE FOLDER      FOLDER: of this test alone, made anew
 set -euo pipefail
 relume=$1 embed=$2 source=$3 folder=$4
-command -v Xvfb >/dev/null || { echo "Xvfb is missing: skipped"; exit 77; }
-rm -rf "$folder"
-mkdir -p "$folder"
-cd "$folder"
-Xvfb -displayfd 3 -screen 0 1280x720x24 -nolisten tcp 3>display.txt 2>xvfb.txt &
-screen=$!
-trap 'kill "$screen" 2>/dev/null || true' EXIT
-for _ in $(seq 100); do
-  [ ! -s display.txt ] || break
-  sleep 0.1
-done
-[ -s display.txt ] || { echo "no virtual screen: skipped"; cat xvfb.txt; exit 77; }
-DISPLAY=:$(cat display.txt)
-export DISPLAY
-unset WAYLAND_DISPLAY
+source "$source/tests/samples/expect.sh"
+begin_on_screen "$folder"
 cp "$source/samples/level/two_rooms.glb" level.glb
 lines=$(cat "$source"/samples/04_embed/* | wc -l)
 [ "$lines" -lt 600 ] || { echo "a sample to copy has under 600 lines, this one $lines"; exit 1; }
 "$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none
 game() { "$embed" game.glb level.relume "$@" 2>log.txt; }
-source "$source/tests/samples/expect.sh"
 
 rc=0
 game indirect.png 30 indirect still || rc=$?

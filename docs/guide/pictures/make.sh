@@ -103,6 +103,13 @@ if is_wanted vulkan; then
   "$relume" bake "$scratch/vulkan.glb" -o "$scratch/vulkan.relume" --preset draft --export-glb "$scratch/vulkan_game.glb" --progress none
   "$tools/../samples/06_vulkan_headless/vulkan_headless" "$scratch/vulkan_game.glb" "$scratch/vulkan.relume" "$here/vulkan.png"
 fi
+# In engines: OGRE
+if is_wanted ogre; then
+  cp samples/level/two_rooms.glb "$scratch/ogre.glb"
+  "$relume" bake "$scratch/ogre.glb" -o "$scratch/ogre.relume" --export-glb "$scratch/ogre_game.glb" --progress none
+  xvfb-run -a "$tools/../samples/07_ogre/ogre_level" "$scratch/ogre_game.glb" "$scratch/ogre.relume" --screenshot "$scratch/ogre.png" --frames 76
+  python3 samples/strip.py 1 "$here/ogre.png" "$scratch/ogre.png"
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
