@@ -190,6 +190,9 @@ check_games(prefix, bake, expected)
 configure('baking', prefix, reason='component bake: it is not installed here')
 if subprocess.run(['pkg-config', '--exists', 'glfw3', 'epoxy', 'stb'], check=False).returncode == 0:
     run('cmake', '--build', configure('04_embed', prefix, folder='samples'))
+if subprocess.run(['pkg-config', '--exists', 'OGRE', 'stb'], check=False).returncode == 0:
+    run('cmake', '--build', configure('07_ogre', prefix, folder='samples'))
+run('cmake', '--build', configure('08_godot', prefix, folder='samples'))
 run('cmake', '--install', options.build, '--prefix', prefix, '--component', 'bake_dev')
 check_baker(prefix, level, bake)
 

@@ -110,6 +110,14 @@ if is_wanted ogre; then
   xvfb-run -a "$tools/../samples/07_ogre/ogre_level" "$scratch/ogre_game.glb" "$scratch/ogre.relume" --screenshot "$scratch/ogre.png" --frames 76
   python3 samples/strip.py 1 "$here/ogre.png" "$scratch/ogre.png"
 fi
+# In engines: Godot 3
+if is_wanted godot; then
+  cp samples/level/two_rooms.glb "$scratch/godot.glb"
+  "$relume" bake "$scratch/godot.glb" -o "$scratch/godot.relume" --export-glb "$scratch/godot_game.glb" --progress none
+  RELIGHT_SERVER=$tools/../samples/08_godot/relight_server xvfb-run -a samples/08_godot/play.sh "$scratch/godot_game.glb" \
+    "$scratch/godot.relume" --screenshot="$scratch/godot.png" --frames=46
+  python3 samples/strip.py 1 "$here/godot.png" "$scratch/godot.png"
+fi
 # A level from Blender
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
