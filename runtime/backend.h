@@ -10,6 +10,7 @@
 #include "runtime/shared/driven_emission.h"
 #include "runtime/shared/grid_texture.h"
 #include "runtime/shared/memory.h"
+#include "runtime/shared/resolve.h"
 
 #include <cstddef>
 #include <memory_resource>
@@ -39,9 +40,8 @@ class Backend {
   // Forget last frame's light.
   virtual void reset() = 0;
 
-  // [W/m²/sr] [Size n_C * CacheBands::stride()] of the last frame, valid until the next one. GL: read back once a
-  // frame.
-  virtual std::span<const float> coefficients() const = 0;
+  // Of the last frame, valid until the next one; nothing is guessed. GL: read back once a frame.
+  virtual CacheLight light() const = 0;
   // [W/m²] [Size nodes] radiosity of the last frame. GL: reads back.
   virtual std::vector<glm::vec3> nodeRadiosity() const = 0;
   virtual std::vector<PassTime> passTimes() const = 0;

@@ -53,7 +53,20 @@ struct Relighter::State {
   } inherited;
 
   ResolveSource resolveSource() { return {caches, bands, backend->gridTexture(), &memory}; }
-  CacheLight cacheLight() const { return {bands, backend->coefficients(), true}; }
+  CacheLight cacheLight() const {
+    CacheLight light = backend->light();
+    light.guessBands = true;
+    return light;
+  }
+
+  // [Size to = n_C * stride]
+  void writeCoefficients(std::span<float> to) const {
+    const CacheLight light = backend->light();
+    for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
+      CacheLight::Row row;
+      std::copy_n(light.of(cache, row), bands.stride(), to.data() + bands.stride() * cache);
+    }
+  }
 
   // Irradiance in the grid by one kind of look-up: the texture where it answers, else the caches around.
   struct GridReader {
@@ -394,14 +407,15 @@ Status Relighter::writeResolveTexture(std::size_t texture, std::span<std::byte> 
 }
 
 std::vector<float> Relighter::cacheCoefficients() const {
-  const std::span<const float> all = state_->cacheLight().coefficients;
-  return std::vector<float>(all.begin(), all.end());
+  std::vector<float> all(state_->bands.stride() * state_->caches.count());
+  state_->writeCoefficients(all);
+  return all;
 }
 
 Status Relighter::cacheCoefficients(std::span<float> coefficients) const try {
-  const std::span<const float> all = state_->cacheLight().coefficients;
-  if (coefficients.size() != all.size()) return wrongSize("coefficients", coefficients.size(), all.size());
-  std::copy(all.begin(), all.end(), coefficients.begin());
+  const std::size_t expected = state_->bands.stride() * state_->caches.count();
+  if (coefficients.size() != expected) return wrongSize("coefficients", coefficients.size(), expected);
+  state_->writeCoefficients(coefficients);
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);

@@ -11,8 +11,8 @@ namespace {
 // Memory, by reading runtime/cpu: four words and two node indices a surfel, its two nodes of the tree with their
 // colours.
 constexpr double kSurfelBytes = 16.3, kTreeBytes = 10.3, kSkyBytes = 12.0;
-// Position and normal, and the coefficients as floats.
-constexpr double kCacheBytes = 24.0, kCoefficientBytes = 4.0;
+// Position in the grid, normal on the light map; the coefficients, and what they are counted in.
+constexpr double kCacheBytes = 12.0, kCoefficientBytes = 2.0;
 // The index of the light map, and what bounces of a texel are looked up in.
 constexpr double kTexelBytes = 4.0 + 9.0;
 constexpr double kRowBytes = 4.0, kStepBytes = 2.0, kNodesOfStep = 65536.0;
@@ -27,6 +27,17 @@ double coefficients(double luma, double chroma) { return luma * luma + 2.0 * chr
 
 // The bands that its caches hold.
 double coefficients(const CostSizes& s) { return coefficients(s.lumaBands, s.chromaBands); }
+
+// Bytes of a cache's coefficients: of a cache on the light map those that its receivers read (CacheBands::onMap()), in
+// whole words.
+double lightBytes(double count) { return kCoefficientBytes * 2.0 * std::ceil(0.5 * (1.0 + count)); }
+double mapLightBytes(const CostSizes& s) {
+  const auto onMap = [&](std::uint32_t bands) {
+    if (s.linkKind == LinkKind::irradiance) return 1u;
+    return bands > 2 && bands % 2 == 0 ? bands - 1 : bands;
+  };
+  return lightBytes(coefficients(onMap(s.lumaBands), onMap(s.chromaBands)));
+}
 
 double nodes(const CostSizes& s) { return 2.0 * (s.surfels + s.skyPatches); }
 
@@ -77,9 +88,9 @@ RuntimeCost costWithoutLinks(const CostSizes& s) {
   const bool mapIrradiance = s.linkKind == LinkKind::irradiance;
   const double caches = s.gridCaches + s.mapCaches, k = coefficients(s);
   RuntimeCost cost;
-  cost.bytes = (kSurfelBytes + kTreeBytes) * s.surfels + kSkyBytes * s.skyPatches +
-               (kCacheBytes + kCoefficientBytes * k) * caches + kTexelBytes * s.texels + s.gridIndexBytes +
-               kRowBytes * caches;
+  cost.bytes = (kSurfelBytes + kTreeBytes) * s.surfels + kSkyBytes * s.skyPatches + (kCacheBytes + kRowBytes) * caches +
+               lightBytes(k) * s.gridCaches + mapLightBytes(s) * s.mapCaches + kTexelBytes * s.texels +
+               s.gridIndexBytes;
   if (s.linkKind == LinkKind::oct6) cost.bytes += kStepBytes * caches * std::floor(nodes(s) / kNodesOfStep);
   // A nanosecond a coefficient: sums become coefficients, halves and texels.
   const double surfelNs = (mapIrradiance || s.lumaBands == 1 ? kColorNs : kCoefficientsNs) + kPullNs;

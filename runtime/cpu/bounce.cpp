@@ -83,24 +83,23 @@ void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slo
   tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
 }
 
-void Bounce::colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin,
+void Bounce::colorCaches(const LightSurfelsKernel& kernel, const StoredLight& light, std::uint32_t begin,
                          std::uint32_t end) {
-  if (texel_.empty()) return;
+  begin = std::max(begin, light.firstMapCache());
+  if (texel_.empty() || begin >= end) return;
   ColorCachesJob job;
-  job.coefficients = light.coefficients.data();
-  job.lumaCount = static_cast<std::uint32_t>(light.lumaCount());
-  job.chromaCount = static_cast<std::uint32_t>(light.chromaCount());
-  job.normal = &caches_.normal[0].x;
+  job.light = light.mapRows();
+  job.normal = &caches_.normal[job.light.first].x;
   job.normalsCount = normalsCount_;
   // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
   job.constant[1] = 2.0f * kPi * 0.282094792f;
-  job.constant[0] = light.irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
-  job.color = cacheColor_.data();
+  job.constant[0] = light.bands().irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
+  job.color = cacheColor_.data() + job.light.first;
   kernel.colorCaches(job, begin, end);
 }
 
-void Bounce::setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job) {
-  light_ = light;
+void Bounce::setLight(const LightSurfelsKernel& kernel, const StoredLight& light, LightSurfelsJob& job) {
+  light_ = cacheLight(light);
   // One thread is through before another would be awake.
   const std::uint32_t* texels = caches_.lightmap.cache.data();
   kernel.colorTexels(texels, cacheColor_.data(), static_cast<std::uint32_t>(texel_.size()), texel_.data());
@@ -109,10 +108,9 @@ void Bounce::setLight(const LightSurfelsKernel& kernel, const CacheLight& light,
   job.mapHeight = static_cast<std::int32_t>(caches_.lightmap.height);
   job.mapCache = texels;
   job.lobe = lobesByAngle();
-  job.thirdBand = light.lumaBands > 2;
-  job.coefficients = light.coefficients.data();
-  job.lumaCount = static_cast<std::uint32_t>(light.lumaCount());
-  job.chromaCount = static_cast<std::uint32_t>(light.chromaCount());
+  job.thirdBand = light.bands().lumaBands > 2;
+  job.gridLight = light.gridRows();
+  job.mapLight = light.mapRows();
 }
 
 void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,

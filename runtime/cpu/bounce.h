@@ -8,6 +8,7 @@
 #include "relume/relighter.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/shared/resolve.h"
+#include "runtime/shared/stored_light.h"
 
 #include <array>
 #include <memory_resource>
@@ -24,11 +25,12 @@ class Bounce {
   Bounce(const Bounce&) = delete;
   Bounce& operator=(const Bounce&) = delete;
 
-  // Evaluate the irradiance of the caches [begin, end), which have just been lit, for their own normals.
-  void colorCaches(const LightSurfelsKernel& kernel, const CacheLight& light, std::uint32_t begin, std::uint32_t end);
+  // Evaluate the irradiance of those of the caches [begin, end), which have just been lit, that are the light map's,
+  // for their own normals.
+  void colorCaches(const LightSurfelsKernel& kernel, const StoredLight& light, std::uint32_t begin, std::uint32_t end);
   // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets
   // what `job` needs of it.
-  void setLight(const LightSurfelsKernel& kernel, const CacheLight& light, LightSurfelsJob& job);
+  void setLight(const LightSurfelsKernel& kernel, const StoredLight& light, LightSurfelsJob& job);
   // e += bounceScale * last frame's irradiance at the surfels of a block.
   void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
            float* e) const;

@@ -23,7 +23,6 @@ CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, Par
                        std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
       links_(bake.links, memory),
-      bands_(bands),
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
       parallelFor_(std::move(parallelFor)),
@@ -33,11 +32,9 @@ CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, Par
       tree_(bake.hierarchy, memory),
       lights_(memory),
       node_(bake.hierarchy.nodeCount(), 0, memory),
-      firstMapCache_(bake.caches.firstMapCache()),
-      coefficientCount_(bake.caches.count() * bands.stride()),
-      coefficients_(coefficientCount_ + 8, 0.0f, memory),
+      light_(bands, bake.caches.count(), bake.caches.firstMapCache(), memory),
       grid_(std::move(texture), memory) {
-  grid_.fill(cacheLight(), parallelFor_);
+  grid_.fill(light(), parallelFor_);
 }
 
 void CpuBackend::relight(const LightSetup& setup) {
@@ -53,25 +50,25 @@ void CpuBackend::relight(const LightSetup& setup) {
     driven_.end();
   }
   LightSurfelsJob job;
-  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, cacheLight(), job);
+  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, light_, job);
   lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, lights_, node_, parallelFor_);
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  const auto color = [this, light = cacheLight()](std::uint32_t begin, std::uint32_t end) {
-    bounce_.colorCaches(surfelsKernel_, light, begin, end);
+  const auto color = [this](std::uint32_t begin, std::uint32_t end) {
+    bounce_.colorCaches(surfelsKernel_, light_, begin, end);
   };
-  lightCaches(cachesKernel_, links_, node_, bands_, coefficients_, parallelFor_, std::cref(color), firstMapCache_);
+  lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, std::cref(color));
   const auto caches = Clock::now();
-  grid_.fill(cacheLight(), parallelFor_);
+  grid_.fill(light(), parallelFor_);
   lit_ = true;
   passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches), ms(caches, Clock::now())};
 }
 
 void CpuBackend::reset() {
   lit_ = false;
-  std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
-  grid_.fill(cacheLight(), parallelFor_);
+  light_.clear();
+  grid_.fill(light(), parallelFor_);
 }
 
 std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
@@ -90,13 +87,15 @@ std::vector<PassTime> CpuBackend::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
   const CacheGrid& grid = caches_.grid;
+  // Of the bake's own, frames and look-ups read positions of the grid's caches and normals of the others.
+  const std::size_t places = sizeof(glm::vec3) * caches_.count();
   std::vector<std::pair<std::string, std::size_t>> sizes{
       {"surfels", surfels_.bytes()},
       {"hierarchy", tree_.bytes()},
       {"emission", driven_.bytes()},
       {"radiosity", bytes(node_)},
       {"links", links_.bytes()},
-      {"caches", bytes(caches_.normal) + bytes(caches_.positionWorld) + bytes(coefficients_)},
+      {"caches", places + light_.bytes()},
       {"bounce", bounce_.bytes()},
       {"index",
        bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};

@@ -11,7 +11,7 @@
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/surfel_set.h"
-#include "runtime/shared/resolve.h"
+#include "runtime/shared/stored_light.h"
 
 #include <array>
 #include <memory_resource>
@@ -33,7 +33,7 @@ class CpuBackend final : public Backend {
   void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
   void relight(const LightSetup& setup) override;
   void reset() override;
-  std::span<const float> coefficients() const override { return {coefficients_.data(), coefficientCount_}; }
+  CacheLight light() const override { return cacheLight(light_); }
   const GridTexture* gridTexture() const override { return grid_.texture().empty() ? nullptr : &grid_.texture(); }
   std::span<const float> gridTexels() const override { return grid_.texels(); }
   std::vector<glm::vec3> nodeRadiosity() const override;
@@ -45,11 +45,8 @@ class CpuBackend final : public Backend {
              const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory,
              std::pmr::vector<std::uint32_t> order);
 
-  CacheLight cacheLight() const { return {bands_, coefficients()}; }
-
   Caches caches_;
   LinkSet links_;
-  CacheBands bands_;
   LightCachesKernel cachesKernel_;
   const LightSurfelsKernel& surfelsKernel_;
   ParallelFor parallelFor_;
@@ -59,11 +56,9 @@ class CpuBackend final : public Backend {
   PullTree tree_;
   std::pmr::vector<PreparedLight> lights_;  // of the frame; keeps its memory
   std::pmr::vector<std::uint32_t> node_;    // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
-  std::uint32_t firstMapCache_;
-  std::size_t coefficientCount_;          // n_C * stride
-  std::pmr::vector<float> coefficients_;  // [Size coefficientCount_ and 8 more, which kernels may read]
+  StoredLight light_;
   GridVectors grid_;
-  bool lit_ = false;  // whether coefficients_ hold a frame
+  bool lit_ = false;  // whether light_ is that of a frame
   std::array<double, 4> passMs_{};
 };
 

@@ -101,7 +101,8 @@ void GridVectors::fill(const CacheLight& light, const ParallelFor& parallelFor) 
   if (texture_.empty()) return;
   forChunks(parallelFor, texture_.cacheCount, 64, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t cache = begin; cache < end; ++cache) {
-      makeCacheVectors(light, light.coefficients.subspan(light.stride() * cache, light.stride()), vectors_[cache]);
+      CacheLight::Row row;
+      makeCacheVectors(light, {light.of(cache, row), light.stride()}, vectors_[cache]);
     }
   });
   constexpr float kShare = 1.0f / static_cast<float>(kMaxShare);

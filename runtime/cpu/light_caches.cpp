@@ -66,30 +66,29 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 }
 
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
-                 const CacheBands& bands, std::span<float> coefficients, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards,
-                 std::uint32_t firstMapCache) {
+                 StoredLight& light, const ParallelFor& parallelFor,
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards) {
+  const CacheBands& bands = light.bands();
   LightCachesJob grid{links.rows()};
   grid.node = node.data();
-  grid.lumaStride = static_cast<int>(bands.lumaCount());
-  grid.chromaStride = static_cast<int>(bands.chromaCount());
-  grid.coefficients = coefficients.data();
   LightCachesJob map = grid;
   grid.lumaBands = bands.lumaBands;
   grid.chromaBands = bands.chromaBands;
+  grid.light = light.gridRows();
   map.lumaBands = bands.onMap(bands.lumaBands);
   map.chromaBands = bands.onMap(bands.chromaBands);
+  map.light = light.mapRows();
   const auto gridScale = makeConeScale(grid.lumaBands, grid.chromaBands),
              mapScale = makeConeScale(map.lumaBands, map.chromaBands);
   grid.coneScale = gridScale.data();
   map.coneScale = mapScale.data();
   if (links.count() == 0) {
-    std::fill(coefficients.begin(), coefficients.end(), 0.0f);
+    light.clear();
     if (afterwards) afterwards(0, links.cacheCount());
     return;
   }
   forChunks(parallelFor, links.cacheCount(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
-    const std::uint32_t cut = std::clamp(firstMapCache, begin, end);
+    const std::uint32_t cut = std::clamp(light.firstMapCache(), begin, end);
     if (begin < cut) kernel(grid, begin, cut);
     if (cut < end) kernel(map, cut, end);
     if (afterwards) afterwards(begin, end);

@@ -5,8 +5,8 @@
 
 #include "relume/relighter.h"
 #include "runtime/cpu/light_caches_job.h"
-#include "runtime/shared/bands.h"
 #include "runtime/shared/link_set.h"
+#include "runtime/shared/stored_light.h"
 
 #include <functional>
 #include <span>
@@ -19,12 +19,10 @@ using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begi
 // The kernel for an instruction set; null when this processor, or this build, lacks it.
 LightCachesKernel lightCachesKernel(Simd simd);
 
-// Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). [Size coefficients >= n_C * stride]
+// Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). `light` has as many caches as the links.
 // afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
-// From firstMapCache on, coefficients past those of bands.ofMap() are left as they are.
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
-                 const CacheBands& bands, std::span<float> coefficients, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {},
-                 std::uint32_t firstMapCache = 0xFFFFFFFFu);
+                 StoredLight& light, const ParallelFor& parallelFor,
+                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {});
 
 }  // namespace relume::cpu

@@ -3,6 +3,7 @@
 // function is compiled for a newer processor and linked into everyone's path.
 #pragma once
 
+#include "runtime/shared/light_rows.h"
 #include "runtime/shared/link_rows.h"
 
 #include <cstddef>
@@ -11,11 +12,10 @@
 namespace relume::cpu {
 
 struct LightCachesJob : LinkRows {
-  const std::uint32_t* node = nullptr;   // radiosity of each node (runtime/shared/pack_color.h)
-  int lumaBands = 1, chromaBands = 1;    // that are lit
-  int lumaStride = 1, chromaStride = 1;  // coefficients of a channel in memory, at least those of its bands
-  const float* coneScale = nullptr;      // factor on each sum over cones, in the order of the coefficients that are lit
-  float* coefficients = nullptr;         // out, a cache at a time
+  const std::uint32_t* node = nullptr;  // radiosity of each node (runtime/shared/pack_color.h)
+  int lumaBands = 1, chromaBands = 1;
+  const float* coneScale = nullptr;    // factor on each sum over cones, in the order of the coefficients
+  LightRowsOf<std::uint16_t> light{};  // out
 };
 
 // One kernel an instruction set: lights the caches [begin, end).

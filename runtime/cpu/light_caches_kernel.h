@@ -2,6 +2,7 @@
 // The kernel of light_caches.h for one vector width (vectors.h).
 #pragma once
 
+#include "runtime/cpu/light_row.h"
 #include "runtime/cpu/stored_rows.h"
 #include "runtime/cpu/summed_rows.h"
 
@@ -24,30 +25,32 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
                                                  : coneRow<GridIrradianceLinks>;
   const ConeRow row = pick(job.lumaBands, job.chromaBands);
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
-  const std::size_t stride = static_cast<std::size_t>(job.lumaStride + 2 * job.chromaStride);
-  const bool inPlace = luma == job.lumaStride && chroma == job.chromaStride;
-  for (std::uint32_t cache = begin; cache < end; ++cache) {
-    float* y = job.coefficients + stride * cache;
-    float* const out[3] = {y, y + job.lumaStride, y + job.lumaStride + job.chromaStride};
-    const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
-    if (job.kind == kSh) {
-      lightShRow(job, linksBegin, linksEnd, out);
-      continue;
+  const int count = luma + 2 * chroma, stride = (count + kLanes - 1) / kLanes * kLanes;
+  // Several caches in turn, so that rounding one does not wait for its sums.
+  constexpr std::uint32_t kTurn = 8;
+  alignas(64) float lit[kTurn * 3 * 64];
+  for (int i = 0; i < static_cast<int>(kTurn) * stride; ++i) lit[i] = 0.0f;
+  // Rows that whole vectors, stored from within one, reach behind it.
+  const std::uint32_t behind = (kLanes - 1) / job.light.words + 1;
+  for (std::uint32_t first = begin; first < end; first += kTurn) {
+    const std::uint32_t last = end - first < kTurn ? end : first + kTurn;
+    float* to = lit;
+    for (std::uint32_t cache = first; cache < last; ++cache, to += stride) {
+      float* const out[3] = {to, to + luma, to + luma + chroma};
+      const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
+      if (job.kind == kSh) {
+        lightShRow(job, linksBegin, linksEnd, out);
+      } else if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {
+        for (int i = 0; i < count; ++i) to[i] = 0.0f;
+        lightIrradianceRow(job, linksBegin, linksEnd, out);
+      } else {
+        row(job, cache, to);
+      }
     }
-    if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {
-      for (std::size_t i = 0; i < stride; ++i) y[i] = 0.0f;
-      lightIrradianceRow(job, linksBegin, linksEnd, out);
-      continue;
-    }
-    if (inPlace) {
-      row(job, cache, y);
-      continue;
-    }
-    float lit[3 * 64];
-    row(job, cache, lit);
-    __builtin_memcpy(out[0], lit, sizeof(float) * static_cast<std::size_t>(luma));
-    __builtin_memcpy(out[1], lit + luma, sizeof(float) * static_cast<std::size_t>(chroma));
-    __builtin_memcpy(out[2], lit + luma + chroma, sizeof(float) * static_cast<std::size_t>(chroma));
+    to = lit;
+    for (std::uint32_t cache = first; cache < last; ++cache, to += stride)
+      storeRow(to, count, cache + behind < end,
+               job.light.word + std::size_t{job.light.words} * (cache - job.light.first));
   }
 }
 

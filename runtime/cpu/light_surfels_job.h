@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What the kernels of light_surfels.h and pull.h read and write: plain memory and no other header (vectors.h says why).
+// What the kernels of light_surfels.h and pull.h read and write: plain memory and no header that has functions
+// (vectors.h says why).
 #pragma once
+
+#include "runtime/shared/light_rows.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -31,20 +34,18 @@ struct LightSurfelsJob {
       nullptr;  // irradiance of each texel's cache for its own normal (runtime/shared/pack_color.h)
   std::int32_t mapWidth = 0, mapHeight = 0;
   const std::uint32_t* mapCache = nullptr;  // cache of each texel, all ones = none
-  const float* lobe = nullptr;          // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
-  bool thirdBand = false;               // whether lobes have more than four coefficients
-  const float* coefficients = nullptr;  // of the caches, followed by 8 numbers more
-  std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
+  const float* lobe = nullptr;  // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
+  bool thirdBand = false;       // whether lobes have more than four coefficients
+  LightRows gridLight, mapLight;
 };
 
-// The caches' irradiance for their own normals.
+// The irradiance of the light map's caches for their own normals.
 struct ColorCachesJob {
-  const float* coefficients = nullptr;
-  std::uint32_t lumaCount = 0, chromaCount = 0;  // coefficients of Y, and of Co and Cg each
-  const float* normal = nullptr;                 // of each cache, x, y, z; zeros in the grid
+  LightRows light;
+  const float* normal = nullptr;   // of each cache, from light.first on: x, y, z
   bool normalsCount = false;       // the linear form for a cache's normal; without, coefficient 0 alone counts:
   float constant[2] = {};          // times this, for caches without and with a normal
-  std::uint32_t* color = nullptr;  // out, packed
+  std::uint32_t* color = nullptr;  // out, packed, from cache light.first on
 };
 
 // A surfel that reads the light map for a normal that is not the map's.
@@ -64,7 +65,7 @@ constexpr std::uint32_t kShareShift = 22, kShareOne = 1023;
 struct LightSurfelsKernel {
   // e = irradiance by all lights without shadows.
   void (*direct)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
-  // Colours of the caches [begin, end); of those without a normal, black if normals count.
+  // Colours of the caches [begin, end), begin >= light.first; of those without a normal, black if normals count.
   void (*colorCaches)(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end);
   // texel[t] = color[cache[t]], kNoColor where that is all ones.
   void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count,

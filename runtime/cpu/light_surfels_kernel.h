@@ -2,6 +2,7 @@
 // The kernels of light_surfels.h and pull.h for one vector width (vectors.h): lanes are surfels, or nodes.
 #pragma once
 
+#include "runtime/cpu/light_row.h"
 #include "runtime/cpu/light_surfels_job.h"
 #include "runtime/cpu/lobe.h"
 #include "runtime/cpu/vectors.h"
@@ -79,35 +80,39 @@ inline Floats dithers(Ints index) {
 // Y, Co, Cg a cache at a time, then lanes are caches.
 inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end) {
   constexpr float kLinear = 4.0f / 3.0f * 3.14159265f * 0.488602512f;
-  const std::size_t luma = job.lumaCount, chroma = job.chromaCount, stride = luma + 2 * chroma;
+  const std::size_t luma = job.light.lumaCount, chroma = job.light.chromaCount;
   alignas(64) float e[3][kLanes] = {};
   for (std::uint32_t first = begin; first < end; first += kLanes) {
-    const std::uint32_t count = end - first < kLanes ? end - first : kLanes;
+    const std::uint32_t count = end - first < kLanes ? end - first : kLanes, from = first - job.light.first;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const float* y = job.coefficients + stride * (first + i);
-      const float *co = y + luma, *cg = co + chroma, *n = job.normal + 3 * std::size_t{first + i};
+      const std::uint16_t *const row = rowOf(job.light, first + i), *const y = row + 1, *const co = y + luma,
+                                 *const cg = co + chroma;
+      const float* const n = job.normal + 3 * std::size_t{from + i};
+      const float unit = unitOf(row);
       if (job.normalsCount) {
-        e[0][i] = kLinear * (n[1] * y[1] + n[2] * y[2] + n[0] * y[3]);
+        // As coefficients 1 to 3 lie; what follows them counts nothing.
+        const Float4 axis = kLinear * unit * Float4{n[1], n[2], n[0], 0.0f};
+        e[0][i] = sumLanes(axis * loadWords<4>(y + 1));
         if (chroma > 1) {
-          e[1][i] = kLinear * (n[1] * co[1] + n[2] * co[2] + n[0] * co[3]);
-          e[2][i] = kLinear * (n[1] * cg[1] + n[2] * cg[2] + n[0] * cg[3]);
+          e[1][i] = sumLanes(axis * loadWords<4>(co + 1));
+          e[2][i] = sumLanes(axis * loadWords<4>(cg + 1));
         } else {
           // Chroma follows luma.
-          const float ratio = y[0] > 0.0f ? e[0][i] / y[0] : 0.0f;
-          e[1][i] = ratio * co[0];
-          e[2][i] = ratio * cg[0];
+          const float y0 = wordAt(y), ratio = y0 > 0.0f ? e[0][i] / y0 : 0.0f;
+          e[1][i] = ratio * wordAt(co);
+          e[2][i] = ratio * wordAt(cg);
         }
       } else {
-        const float factor = job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
-        e[0][i] = factor * y[0];
-        e[1][i] = factor * co[0];
-        e[2][i] = factor * cg[0];
+        const float factor = unit * job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
+        e[0][i] = factor * wordAt(y);
+        e[1][i] = factor * wordAt(co);
+        e[2][i] = factor * wordAt(cg);
       }
     }
     const Floats eY = load<Floats>(e[0]), eCo = load<Floats>(e[1]), eCg = load<Floats>(e[2]), t = eY - eCg, zero{};
     const Ints bits = packColors(max(t + eCo, zero), max(eY + eCg, zero), max(t - eCo, zero),
                                  dithers(static_cast<std::int32_t>(first) + laneNumbers<Ints>()));
-    __builtin_memcpy(job.color + first, &bits, sizeof(std::uint32_t) * count);
+    __builtin_memcpy(job.color + from, &bits, sizeof(std::uint32_t) * count);
   }
 }
 
@@ -181,22 +186,23 @@ struct LobeSum {
   float first[3] = {};
   Eight rest[3] = {};
 
-  __attribute__((always_inline)) void add(const LightSurfelsJob& job, std::uint32_t cache, float weight) {
-    const float* y = job.coefficients + (job.lumaCount + 2 * std::size_t{job.chromaCount}) * cache;
-    const float* channel[3] = {y, y + job.lumaCount, y + job.lumaCount + job.chromaCount};
+  // share: weight times the row's unit.
+  __attribute__((always_inline)) void add(const LightRows& light, const std::uint16_t* row, float share) {
+    const std::uint16_t* const y = row + 1;
+    const std::uint16_t* const channel[3] = {y, y + light.lumaCount, y + light.lumaCount + light.chromaCount};
 #pragma GCC unroll 3
     for (int c = 0; c < 3; ++c) {
-      first[c] += weight * channel[c][0];
-      rest[c] += weight * load<Eight>(channel[c] + 1);
+      first[c] += share * wordAt(channel[c]);
+      rest[c] += share * loadWords<8>(channel[c] + 1);
     }
   }
   // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another
   // channel's.
-  __attribute__((always_inline)) void finish(const LightSurfelsJob& job, const float* lobe, Eight chroma, float& y,
+  __attribute__((always_inline)) void finish(const LightRows& light, const float* lobe, Eight chroma, float& y,
                                              float& co, float& cg) const {
     const Eight others = load<Eight>(lobe + 1);
     y = lobe[0] * first[0] + sumLanes(others * rest[0]);
-    if (job.chromaCount == 1 && job.lumaCount > 1) {
+    if (light.chromaCount == 1 && light.lumaCount > 1) {
       // Chroma follows luma.
       const float ratio = first[0] > 0.0f ? y / first[0] : 0.0f;
       co = ratio * first[1];
@@ -208,26 +214,25 @@ struct LobeSum {
   }
 };
 
-inline Eight storedChroma(const LightSurfelsJob& job) {
+inline Eight storedChroma(const LightRows& light) {
   Eight stored;
-  for (std::uint32_t i = 0; i < 8; ++i) stored[i] = i + 1 < job.chromaCount ? 1.0f : 0.0f;
+  for (std::uint32_t i = 0; i < 8; ++i) stored[i] = i + 1 < light.chromaCount ? 1.0f : 0.0f;
   return stored;
 }
 
 #if RELUME_LANES == 16
 // The same with two bands of chroma: Y in one vector, Co and Cg in the halves of another.
 struct TwoBandLobeSum {
-  __m512 luma = _mm512_setzero_ps();
+  Floats luma{};
   Eight chroma = {};
 
-  __attribute__((always_inline)) void add(const LightSurfelsJob& job, std::uint32_t cache, float weight) {
-    const float* y = job.coefficients + (job.lumaCount + 8) * std::size_t{cache};
-    luma += weight * _mm512_maskz_loadu_ps(0x1FF, y);
-    chroma += weight * load<Eight>(y + job.lumaCount);
+  __attribute__((always_inline)) void add(const LightRows& light, const std::uint16_t* row, float share) {
+    luma += share * loadWords<16>(row + 1);
+    chroma += share * loadWords<8>(row + 1 + light.lumaCount);
   }
-  __attribute__((always_inline)) void finish(const LightSurfelsJob&, const float* lobe, Eight, float& y, float& co,
+  __attribute__((always_inline)) void finish(const LightRows&, const float* lobe, Eight, float& y, float& co,
                                              float& cg) const {
-    y = sumLanes((Floats)(luma * _mm512_maskz_loadu_ps(0x1FF, lobe)));
+    y = sumLanes(luma * (Floats)_mm512_maskz_loadu_ps(0x1FF, lobe));
     const Float4 four = load<Float4>(lobe);
     const Float4 a = four * __builtin_shufflevector(chroma, chroma, 0, 1, 2, 3);
     const Float4 b = four * __builtin_shufflevector(chroma, chroma, 4, 5, 6, 7);
@@ -282,7 +287,8 @@ template <class Sum>
 inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted, std::uint32_t count,
                       const float* before, float* e) {
   const auto* lobes = reinterpret_cast<const std::uint32_t*>(job.lobe);
-  const Eight chroma = storedChroma(job);
+  const LightRows light = job.mapLight;
+  const Eight chroma = storedChroma(light);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
     const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
     Ints surfel{}, angle{};
@@ -293,15 +299,16 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     Floats3 n;
     unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
     TexelQuads quads(job, gather(job.word[3], surfel));
-    alignas(64) std::uint32_t cache[4][kLanes];
+    alignas(64) std::uint32_t pair[4][kLanes];  // of words, where a cache's row begins
     alignas(64) float weight[4][kLanes], lobe[kLanes][16], sum[3][kLanes] = {};
     Floats total{};
     for (int k = 0; k < 4; ++k) {
       const Ints found = gather(job.mapCache, quads.texel[k]), isThere = found != -1;
-      const Ints index = found & isThere;
-      __builtin_memcpy(cache[k], &index, sizeof index);
+      const Ints index =
+          (found - static_cast<std::int32_t>(light.first)) * static_cast<std::int32_t>(light.words / 2) & isThere;
+      __builtin_memcpy(pair[k], &index, sizeof index);
       quads.weight[k] = asFloats(asInts(quads.weight[k]) & isThere);
-      store(weight[k], quads.weight[k]);
+      store(weight[k], quads.weight[k] * unitsOf(light, index));
       total += quads.weight[k];
     }
     const Floats share = 1.0f / max(total, splat(1e-20f));
@@ -312,8 +319,8 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     for (std::uint32_t i = 0; i < here; ++i) {
       Sum each;
 #pragma GCC unroll 4
-      for (int k = 0; k < 4; ++k) each.add(job, cache[k][i], weight[k][i]);
-      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+      for (int k = 0; k < 4; ++k) each.add(light, light.word + 2 * std::size_t{pair[k][i]}, weight[k][i]);
+      each.finish(light, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
     }
     toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
@@ -327,7 +334,7 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
 inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted,
                             std::uint32_t count, const float* before, float* e) {
 #if RELUME_LANES == 16
-  if (job.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
+  if (job.mapLight.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
 #endif
   addTilted<LobeSum>(job, first, tilted, count, before, e);
 }
@@ -336,7 +343,8 @@ inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, con
 template <class Sum>
 inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
                        std::uint32_t count, const std::uint32_t* share, float* e) {
-  const Eight chroma = storedChroma(job);
+  const LightRows light = job.gridLight;
+  const Eight chroma = storedChroma(light);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
     const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
     Ints surfel{};
@@ -344,15 +352,16 @@ inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const Gr
     Floats3 n;
     unpackDirections<12>(gather(job.word[2], surfel), n.x, n.y, n.z);
     Floats vectors[9];
-    writeLobe(job.lumaCount > 1, job.thirdBand, n, Floats{}, splat(1.0f / static_cast<float>(kShareOne)), vectors);
+    writeLobe(light.lumaCount > 1, job.thirdBand, n, Floats{}, splat(1.0f / static_cast<float>(kShareOne)), vectors);
     alignas(64) float lobe[kLanes][16], sum[3][kLanes] = {};
     writeTransposed(vectors, lobe);
     for (std::uint32_t i = 0; i < here; ++i) {
       Sum each;
       for (std::uint32_t k = gridded[begin + i].caches; k > 0; --k, ++share) {
-        each.add(job, *share & ((1u << kShareShift) - 1), static_cast<float>(*share >> kShareShift));
+        const std::uint16_t* const row = rowOf(light, *share & ((1u << kShareShift) - 1));
+        each.add(light, row, unitOf(row) * static_cast<float>(*share >> kShareShift));
       }
-      each.finish(job, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+      each.finish(light, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
     }
     toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
@@ -364,7 +373,7 @@ inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const Gr
 inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
                              std::uint32_t count, const std::uint32_t* share, float* e) {
 #if RELUME_LANES == 16
-  if (job.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
+  if (job.gridLight.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
 #endif
   addGridded<LobeSum>(job, first, gridded, count, share, e);
 }

@@ -44,7 +44,9 @@ class GlBackend final : public Backend, public GlResolve {
   void reserve(const LightSetup& setup) override;
   void relight(const LightSetup& setup) override;
   void reset() override;
-  std::span<const float> coefficients() const override;
+  CacheLight light() const override { return {bands_, coefficients()}; }
+  // [W/m²/sr] [Size n_C * CacheBands::stride()] of the last frame, valid until the next one.
+  std::span<const float> coefficients() const;
   const GridTexture* gridTexture() const override { return texture_.empty() ? nullptr : &texture_; }
   std::span<const float> gridTexels() const override;
   std::vector<glm::vec3> nodeRadiosity() const override;

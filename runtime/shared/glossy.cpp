@@ -61,8 +61,10 @@ glm::vec3 gather(const CacheLight& light, const CacheBands& held, const Stencil&
   const std::size_t luma = held.lumaCount(), chroma = held.chromaCount();
   glm::vec3 sum(0.0f);  // radiance as Y, Co, Cg
   float upper = 0.0f;   // of Y, by bands that chroma lacks
+  FirstBands first;
   for (int k = 0; k < stencil.count; ++k) {
-    const float* y = light.coefficients.data() + light.stride() * stencil.cache[static_cast<std::size_t>(k)];
+    CacheLight::Row row;
+    const float* y = light.of(stencil.cache[static_cast<std::size_t>(k)], row);
     const float* co = y + light.lumaCount();
     const float* cg = co + light.chromaCount();
     const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
@@ -70,9 +72,9 @@ glm::vec3 gather(const CacheLight& light, const CacheBands& held, const Stencil&
     sum += w * glm::vec3(sumOf(lobe, y, 0, chroma), sumOf(lobe, co, 0, chroma), sumOf(lobe, cg, 0, chroma));
     sum.x += rest;
     upper += rest;
+    if (chroma < luma) first.add(light, y, w);
   }
   if (chroma < luma) {
-    const FirstBands first = firstBands(light, stencil, scale);
     if (!chromaFollows) {
       const glm::vec2 more = upper * chromaOverLuma(first);
       sum += glm::vec3(0.0f, more.x, more.y);

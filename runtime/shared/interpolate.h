@@ -20,23 +20,18 @@ inline bool canShade(const glm::vec3& normal) { return glm::dot(normal, normal) 
 struct FirstBands {
   glm::vec3 constant{0.0f};
   std::array<glm::vec3, 3> linear{};  // vectors along the light
-};
 
-inline FirstBands firstBands(const CacheLight& light, const Stencil& stencil, float scale) {
-  FirstBands first;
-  const std::size_t begin[3] = {0, light.lumaCount(), light.lumaCount() + light.chromaCount()};
-  for (int k = 0; k < stencil.count; ++k) {
-    const float* cache = light.coefficients.data() + light.stride() * stencil.cache[static_cast<std::size_t>(k)];
-    const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
+  // Those of a cache with weight w. [Size cache = bands.stride()]
+  void add(const CacheBands& bands, const float* cache, float w) {
+    const std::size_t begin[3] = {0, bands.lumaCount(), bands.lumaCount() + bands.chromaCount()};
     for (int channel = 0; channel < 3; ++channel) {
       const float* c = cache + begin[channel];
-      first.constant[channel] += w * c[0];
-      if ((channel == 0 ? light.lumaBands : light.chromaBands) < 2) continue;
-      first.linear[static_cast<std::size_t>(channel)] += w * glm::vec3(c[3], c[1], c[2]);
+      constant[channel] += w * c[0];
+      if ((channel == 0 ? bands.lumaBands : bands.chromaBands) < 2) continue;
+      linear[static_cast<std::size_t>(channel)] += w * glm::vec3(c[3], c[1], c[2]);
     }
   }
-  return first;
-}
+};
 
 // Co and Cg in proportion to Y, by least squares over coefficients 0 to 3. Squares of bright light would overflow: Y is
 // measured in its largest coefficient.

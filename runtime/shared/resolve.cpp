@@ -63,37 +63,39 @@ float applyLobe(const Lobe& lobe, const float* c, std::size_t count, std::size_t
 }
 
 glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lobe, const glm::vec3& n, float scale) {
-  const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount(), stride = light.stride();
+  const std::size_t lumaCount = light.lumaCount(), chromaCount = light.chromaCount();
   const bool chromaFollows = light.chromaBands == 1 && light.lumaBands > 1;
   const bool guessLuma = lobe.guessed > 0.0f && light.lumaBands == 2,
              guessChroma = lobe.guessed > 0.0f && light.chromaBands == 2;
   glm::vec3 e(0.0f);   // irradiance as Y, Co, Cg
   float upper = 0.0f;  // of Y, by bands 2 and up
+  FirstBands first;
   for (int k = 0; k < stencil.count; ++k) {
-    const float* y = light.coefficients.data() + stride * stencil.cache[static_cast<std::size_t>(k)];
+    CacheLight::Row row;
+    const float* y = light.of(stencil.cache[static_cast<std::size_t>(k)], row);
     const float* co = y + lumaCount;
     const float* cg = co + chromaCount;
     const float w = stencil.weight[static_cast<std::size_t>(k)] * scale;
-    e.x += w * applyLobe(lobe, y, lumaCount);
-    if (guessChroma) upper += w * applyLobe(lobe, y, lumaCount, 4);
+    // Bands 0 and 1, then the others.
+    const float low = applyLobe(lobe, y, std::min<std::size_t>(lumaCount, 4)), high = applyLobe(lobe, y, lumaCount, 4);
+    e.x += w * (low + high);
+    upper += w * high;
+    if (chromaFollows || guessLuma || guessChroma) first.add(light, y, w);
     if (chromaFollows) continue;
     e.y += w * applyLobe(lobe, co, chromaCount);
     e.z += w * applyLobe(lobe, cg, chromaCount);
   }
-  if (chromaFollows || guessLuma || guessChroma) {
-    const FirstBands first = firstBands(light, stencil, scale);
-    if (guessLuma) {
-      upper = lobe.guessed * zonalIrradiance(first.constant.x, first.linear[0], n);
-      e.x += upper;
-    }
-    if (guessChroma) {
-      const glm::vec2 chroma = upper * chromaOverLuma(first);
-      e += glm::vec3(0.0f, chroma.x, chroma.y);
-    }
-    if (chromaFollows && first.constant.x > 0.0f) {
-      e.y = e.x * (first.constant.y / first.constant.x);
-      e.z = e.x * (first.constant.z / first.constant.x);
-    }
+  if (guessLuma) {
+    upper = lobe.guessed * zonalIrradiance(first.constant.x, first.linear[0], n);
+    e.x += upper;
+  }
+  if (guessChroma) {
+    const glm::vec2 chroma = upper * chromaOverLuma(first);
+    e += glm::vec3(0.0f, chroma.x, chroma.y);
+  }
+  if (chromaFollows && first.constant.x > 0.0f) {
+    e.y = e.x * (first.constant.y / first.constant.x);
+    e.z = e.x * (first.constant.z / first.constant.x);
   }
   return glm::max(yCoCgToRgb(e), glm::vec3(0.0f));
 }

@@ -14,6 +14,7 @@
 
 #include "relume/caches.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/stored_light.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -25,9 +26,21 @@ namespace relume {
 // The caches' coefficients: lumaBands² of Y, chromaBands² of Co, of Cg, a cache at a time; zeros where caches on the
 // light map have fewer bands.
 struct CacheLight : CacheBands {
-  std::span<const float> coefficients;  // [W/m²/sr]
+  std::span<const float> coefficients;  // [W/m²/sr] empty where they are stored
   bool guessBands = false;              // guess what two bands of luma or chroma lack of the clamped lobe
+  const StoredLight* stored = nullptr;
+
+  struct Row {
+    float c[3 * kMaxCoefficients];
+  };
+  // Coefficients of a cache: `row` is written where they have to be widened. [Size stride()]
+  const float* of(std::uint32_t cache, Row& row) const {
+    if (stored == nullptr) return coefficients.data() + stride() * cache;
+    stored->read(cache, row.c);
+    return row.c;
+  }
 };
+inline CacheLight cacheLight(const StoredLight& stored) { return {stored.bands(), {}, false, &stored}; }
 
 // Square of the longest normal that receivers may have: unit ones, and what is left of them by interpolation or
 // packing.

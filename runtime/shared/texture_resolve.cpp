@@ -76,12 +76,13 @@ void packCache(const CacheBands& held, const CacheBands& wanted, std::span<const
 std::pmr::vector<std::uint16_t> packCaches(const ResolveSource& source, const CacheLight& light,
                                            const CacheBands& wanted, std::uint32_t first, std::uint32_t end,
                                            const ParallelFor& parallelFor) {
-  const std::size_t stride = light.stride(), halves = 4 * std::size_t{Layers(wanted).total()};
+  const std::size_t halves = 4 * std::size_t{Layers(wanted).total()};
   std::pmr::vector<std::uint16_t> packed(halves * (end - first), 0, source.memory);
   constexpr std::uint32_t kGrain = 512;
   forChunks(parallelFor, end - first, kGrain, [&](std::uint32_t begin, std::uint32_t stop) {
     for (std::uint32_t i = begin; i < stop; ++i) {
-      packCache(light, wanted, light.coefficients.subspan(stride * (first + i), stride),
+      CacheLight::Row row;
+      packCache(light, wanted, {light.of(first + i, row), light.stride()},
                 std::span(packed).subspan(halves * i, halves));
     }
   });

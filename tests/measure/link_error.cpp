@@ -67,6 +67,7 @@ Measured measure(const Links& links, const std::vector<std::uint32_t>& nodes, in
   m.coefficients.resize(links.cacheCount() * kStride);
   m.ms = 1e30;
   const LinkSet set(links, std::pmr::new_delete_resource());
+  StoredLight light({kBands, kBands}, links.cacheCount(), links.cacheCount(), std::pmr::new_delete_resource());
   const auto now = [] {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -74,9 +75,11 @@ Measured measure(const Links& links, const std::vector<std::uint32_t>& nodes, in
   };
   for (int i = 0; i < repetitions; ++i) {
     const double start = now();
-    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), set, nodes, {kBands, kBands}, m.coefficients, {});
+    cpu::lightCaches(cpu::lightCachesKernel(Simd::best), set, nodes, light, {});
     m.ms = std::min(m.ms, now() - start);
   }
+  for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache)
+    light.read(cache, &m.coefficients[cache * kStride]);
   return m;
 }
 

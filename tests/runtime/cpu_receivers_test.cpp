@@ -220,18 +220,18 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
                                 std::pmr::new_delete_resource());
     const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
-      const std::size_t count = bake.caches.count() * static_cast<std::size_t>(luma * luma + 2 * chroma * chroma);
-      std::vector<float> coefficients(count + 8);
-      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
-                       {luma, chroma}, coefficients, {});
-      const CacheLight light{{luma, chroma, kind == LinkKind::irradiance}, {coefficients.data(), count}};
+      StoredLight stored({luma, chroma, kind == LinkKind::irradiance}, bake.caches.count(), bake.caches.firstMapCache(),
+                         std::pmr::new_delete_resource());
+      cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, stored,
+                       {});
+      const CacheLight light = cacheLight(stored);
       cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
       cpu::LightSurfelsJob job;
       packed.describe(job);
       job.bounceScale = 0.5f;
       for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
-        bounce.colorCaches(*kernel, light, 0, static_cast<std::uint32_t>(bake.caches.count()));
-        bounce.setLight(*kernel, light, job);
+        bounce.colorCaches(*kernel, stored, 0, static_cast<std::uint32_t>(bake.caches.count()));
+        bounce.setLight(*kernel, stored, job);
         std::size_t gridLit = 0;
         for (std::uint32_t i = 0; i < order.size(); ++i) {
           alignas(64) static std::array<float, 3 * cpu::kSurfelBlock> e;

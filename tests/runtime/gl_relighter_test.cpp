@@ -10,6 +10,7 @@
 #include "shaders/shared/layout.h"
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/lit_caches.h"
 #include "tests/runtime/random_tree.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -241,9 +242,8 @@ void expectCachesAgree(const Bake& bake, int luma, int chroma) {
   EXPECT_TRUE(gl.relight(setup));
   std::vector<std::uint32_t> nodes;
   for (const glm::vec3& each : gl.nodeRadiosity()) nodes.push_back(packColor(each, 0.5f));
-  std::vector<float> expected(bake.caches.count() * static_cast<std::size_t>(gl.coefficientsPerCache()));
-  cpu::lightCaches(cpu::lightCachesKernel(Simd::best), LinkSet(bake.links, std::pmr::new_delete_resource()), nodes,
-                   {luma, chroma}, expected, {}, {}, bake.caches.firstMapCache());
+  const std::vector<float> expected = test::litCaches(cpu::lightCachesKernel(Simd::best), bake.links, nodes,
+                                                      {luma, chroma}, {}, bake.caches.firstMapCache());
   // Halves have 11 bits.
   EXPECT_LT(coefficientDifference(expected, gl.cacheCoefficients(), gl.coefficientsPerCache()), 1e-3)
       << "kind " << static_cast<int>(bake.links.kind) << " l " << luma << " " << chroma;

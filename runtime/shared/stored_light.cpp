@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// See stored_light.h. The kernels of runtime/cpu write the rows.
+#include "runtime/shared/stored_light.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace relume {
+namespace {
+
+void widen(const std::uint16_t* from, float unit, std::size_t count, float* to) {
+  const auto one = [&](std::size_t i) { to[i] = unit * static_cast<float>(static_cast<std::int16_t>(from[i])); };
+  std::size_t i = 0;
+  // Eight at a time become a vector's work.
+  for (; i + 8 <= count; i += 8) {
+    for (std::size_t k = 0; k < 8; ++k) one(i + k);
+  }
+  for (; i < count; ++i) one(i);
+}
+
+}  // namespace
+
+StoredLight::StoredLight(const CacheBands& bands, std::uint32_t caches, std::uint32_t firstMapCache,
+                         std::pmr::memory_resource* memory)
+    : bands_(bands),
+      caches_(caches),
+      firstMapCache_(std::min(firstMapCache, caches)),
+      words_(mapBegin() + std::size_t{rowWords(bands.ofMap())} * (caches - firstMapCache_) + kLightRowRoom, 0, memory) {
+}
+
+void StoredLight::read(std::uint32_t cache, float* c) const {
+  const LightRows rows = cache < firstMapCache_ ? gridRows() : mapRows();
+  const std::uint16_t* from = rows.word + std::size_t{rows.words} * (cache - rows.first);
+  const float unit = std::bit_cast<float>(std::uint32_t{*from++} << 23);
+  if (rows.lumaCount == bands_.lumaCount() && rows.chromaCount == bands_.chromaCount())
+    return widen(from, unit, bands_.stride(), c);
+  const auto channel = [&](std::size_t held, std::size_t wanted) {
+    widen(from, unit, held, c);
+    std::fill(c + held, c + wanted, 0.0f);
+    from += held;
+    c += wanted;
+  };
+  channel(rows.lumaCount, bands_.lumaCount());
+  channel(rows.chromaCount, bands_.chromaCount());
+  channel(rows.chromaCount, bands_.chromaCount());
+}
+
+void StoredLight::clear() { std::fill(words_.begin(), words_.end(), std::uint16_t{0}); }
+
+}  // namespace relume
