@@ -3,12 +3,12 @@
 // small smooth ball.
 #include "bake/base/parallel.h"
 #include "bake/import/find_solids.h"
-#include "formats/pack.h"
 #include "relume/bake/bake.h"
 #include "relume/relighter.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/measure/traced_light.h"
+#include "tests/pipeline/read_at_hit.h"
 
 #include <gtest/gtest.h>
 
@@ -69,16 +69,6 @@ struct Compared {
   std::vector<test::TracedReceiver> truth;
 };
 
-glm::vec3 readAt(const Bake& bake, const Relighter& relighter, const Hit& hit, const glm::vec3& position,
-                 const glm::vec3& normal, const glm::vec3& plane) {
-  const Lightmap& map = bake.caches.lightmap;
-  const std::uint64_t corner = map.parts[hit.instance].firstCorner + 3ull * hit.triangle;
-  if (map.cornerUv[corner] == kGridLit) return relighter.irradianceInGrid(position, normal);
-  const glm::vec2 a = unpackUnorm16x2(map.cornerUv[corner]), b = unpackUnorm16x2(map.cornerUv[corner + 1]),
-                  c = unpackUnorm16x2(map.cornerUv[corner + 2]);
-  return relighter.irradianceOnLightmap(a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y, normal, plane);
-}
-
 Compared compare(const Scene& scene, std::span<const Ray> rays, int paths) {
   Compared result;
   Context context;
@@ -109,7 +99,7 @@ Compared compare(const Scene& scene, std::span<const Ray> rays, int paths) {
     }
     const glm::vec3 position = ray.origin + hit.distance * ray.direction;
     const glm::vec3 plane = geometricNormal(scene, hit.point()), normal = shadingNormal(scene, hit.point());
-    result.found.push_back(readAt(*baked, *relighter, hit, position, normal, plane));
+    result.found.push_back(test::readAtHit(*baked, *relighter, hit, position, normal, plane));
     result.truth.push_back({position + plane * tracer->epsilonAt(position), normal, {}});
   }
   parallelChunks(context, "", result.truth.size(), 4, [&](std::size_t begin, std::size_t end) {
