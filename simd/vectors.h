@@ -142,12 +142,17 @@ inline float maxLane(Floats v) {
   if constexpr (kLanesOf<Floats> == 16) {
     return maxLane(max(FloatsOf<8>(__builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7)),
                        FloatsOf<8>(__builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15))));
-  } else if constexpr (kLanesOf<Floats> == 8) {
-    return maxLane(
-        max(Float4(__builtin_shufflevector(v, v, 0, 1, 2, 3)), Float4(__builtin_shufflevector(v, v, 4, 5, 6, 7))));
-  } else {
-    return max(max(v[0], v[2]), max(v[1], v[3]));
   }
+#if defined(__AVX__)
+  if constexpr (kLanesOf<Floats> == 8) {
+    const __m128 half = _mm_max_ps(_mm256_castps256_ps128((__m256)v), _mm256_extractf128_ps((__m256)v, 1));
+    const __m128 two = _mm_max_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps(two, two, 1)));
+  }
+#endif
+  float m = v[0];
+  for (int i = 1; i < kLanesOf<Floats>; ++i) m = max(m, v[i]);
+  return m;
 }
 
 // |v| of a vector or a number.

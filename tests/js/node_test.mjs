@@ -56,7 +56,8 @@ function checkLight(module, bake) {
   const irradiance = difference(relighter.irradianceInGrid(positions.map((p, i) => p + 0.05 * normals[i]), normals), native.subarray(count));
   console.log(`${module.simd ? 'simd' : 'scalar'}: coefficients within ${coefficients.toExponential(1)} of their RMS, ` +
               `irradiance in the grid within ${irradiance.toExponential(1)}`);
-  assert.ok(coefficients < 1e-5 && irradiance < 1e-5);
+  // Kernels of other widths sum in another order, and may round to the next of a cache's units, 2^-14 of what is largest.
+  assert.ok(coefficients < 5e-4 && irradiance < 1e-4);
   relighter.dispose();
 }
 

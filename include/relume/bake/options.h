@@ -106,8 +106,8 @@ inline constexpr PresetInfo kPresets[] = {
     {Preset::draft, "draft", "to iterate: a second or two"},
     {Preset::medium, "medium", "about 9 MiB at run time"},
     {Preset::web, "web", "as medium, with fewer caches in the air: for relume pack --profile web"},
-    {Preset::high, "high", "about 18 MiB"},
-    {Preset::best, "best", "about 97 MiB"},
+    {Preset::high, "high", "about 17 MiB"},
+    {Preset::best, "best", "about 90 MiB"},
     {Preset::paper, "paper", "the sizes of PIC's high setting: as many links for every cache"},
 };
 
