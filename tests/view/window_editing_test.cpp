@@ -3,39 +3,28 @@
 // done, and the screen shows it.
 #include "relume/bake/context.h"
 #include "relume/bake/load_scene.h"
-#include "tests/cli/run_program.h"
-#include "tests/samples/virtual_screen.h"
+#include "tests/view/window_fixture.h"
 #include "tools/render/lights_file.h"
 #include "tools/view/light_editor.h"
 
-#include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
 namespace relume {
 namespace {
 
-namespace fs = std::filesystem;
+using namespace test;
 
-constexpr const char* kLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
 constexpr std::uint32_t kWidth = 640, kHeight = 400;
 
-class WindowEditing : public testing::Test {
+class WindowEditing : public WindowTest {
  protected:
+  WindowEditing() : WindowTest(kWidth, kHeight) {}
   void SetUp() override {
-    if (std::system("command -v Xvfb >/dev/null 2>&1 && command -v xdotool >/dev/null 2>&1") != 0)
-      GTEST_SKIP() << "Xvfb or xdotool is not installed";
-    folder_ = fs::path(testing::TempDir()) / "relume_window_editing";
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    const ProgramResult baked = runProgram(
-        {"bake", kLevel, "-o", at("level.relume"), "--preset", "draft", "--surfels", "512", "--lightmap-caches", "200",
-         "--links", "64", "--rays", "64", "--walks", "5000", "--progress", "none"},
-        folder_);
-    ASSERT_EQ(baked.status, 0) << baked.err;
-    ASSERT_TRUE(screen_.start(folder_, kWidth, kHeight)) << "Xvfb does not start";
-
+    WindowTest::SetUp();
+    if (IsSkipped() || HasFatalFailure()) return;
+    ASSERT_NO_FATAL_FAILURE(bake("512"));
     Context context;
-    const auto scene = loadScene(kLevel, context);
+    const auto scene = loadScene(kWindowLevel, context);
     ASSERT_TRUE(scene);
     for (const Camera& camera : scene->cameras) {
       if (camera.name == "cam_living") camera_ = FlyCamera::from(camera);
@@ -50,23 +39,10 @@ class WindowEditing : public testing::Test {
     light.positionWorld = position_;
     ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{light}));
   }
-  void TearDown() override {
-    if (viewer_ > 0) screen_.end(viewer_);
-    screen_.stop();
-    if (!folder_.empty()) fs::remove_all(folder_);
-  }
-
-  std::string at(const char* name) const { return (folder_ / name).string(); }
-
-  bool show() {
-    viewer_ = screen_.run(RELUME_VIEW,
-                          {kLevel, "--bake", at("level.relume"), "--shadow-size", "64", "--camera", "cam_living",
-                           "--lights", "none", "--lights-file", at("lights.json"), "--view", "direct", "--size",
-                           std::to_string(kWidth) + "x" + std::to_string(kHeight)},
-                          folder_ / "viewer.txt");
-    return screen_.waitFor(
-        [](const ScreenPicture& p) { return p.share([](const Rgb& c) { return c.sum() > 60; }) > 0.2; },
-        [this] { return screen_.isRunning(viewer_); });
+  bool showLights() {
+    return show({kWindowLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "none",
+                 "--lights-file", at("lights.json"), "--view", "direct"},
+                60, 0.2);
   }
 
   glm::ivec2 pixelOf(const glm::vec3& world) const { return glm::ivec2(*view_.project(world) + 0.5f); }
@@ -86,12 +62,9 @@ class WindowEditing : public testing::Test {
     return lights ? *lights : std::vector<SceneLight>();
   }
 
-  fs::path folder_;
-  VirtualScreen screen_;
   FlyCamera camera_;
   PixelView view_;
   glm::vec3 position_{0.0f};
-  pid_t viewer_ = -1;
 };
 
 // Lights of the level, which the panel lists although they are off.
@@ -100,26 +73,24 @@ constexpr int kLevelLights = 3;
 bool isReddish(const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; }
 bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
 
-// Share of the pixels beside the panel and above the messages that differ.
-double changedShare(const ScreenPicture& a, const ScreenPicture& b) {
+// Share of the pixels that differ by more than 25 of 255, all channels together.
+double changedShare(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
+  if (a.empty() || a.size() != b.size()) return std::nan("");
   std::size_t changed = 0;
-  constexpr std::uint32_t kLeft = 270, kBottom = 260;
-  for (std::uint32_t y = 0; y < kBottom; ++y) {
-    for (std::uint32_t x = kLeft; x < a.width; ++x) {
-      const Rgb &p = a.pixel[y * a.width + x], &q = b.pixel[y * b.width + x];
-      changed += std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 25 ? 1 : 0;
-    }
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const glm::vec3 difference = glm::abs(a[i] - b[i]);
+    changed += difference.r + difference.g + difference.b > 25.0f / 255.0f ? 1 : 0;
   }
-  return static_cast<double>(changed) / static_cast<double>(kBottom * (a.width - kLeft));
+  return static_cast<double>(changed) / static_cast<double>(a.size());
 }
 
 TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
-  if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
-  const ScreenPicture before = screen_.settled();
+  if (!showLights()) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  const auto before = restingPixels();
 
   // A click on the light shows its gizmo, with a red axis.
+  const double red = screen_.picture().share(isReddish);
   screen_.click(1, pixelOf(position_));
-  const double red = before.share(isReddish);
   ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
 
   // Its vertical axis lifts it, and lifts it alone; the wall's light goes with it.
@@ -131,7 +102,7 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   EXPECT_EQ(lifted.x, position_.x);
   EXPECT_EQ(lifted.z, position_.z);
   EXPECT_NEAR(lifted.y - position_.y, 60.0f * view_.metresPerPixel(position_), 0.06f);
-  EXPECT_GT(changedShare(before, screen_.settled()), 0.05) << "the level must be lit from there";
+  EXPECT_GT(changedShare(before, restingPixels()), 0.05) << "the level must be lit from there";
 
   // A square moves it in its plane.
   const glm::ivec2 corner = handleOf(lifted, Handle::squareY);
@@ -145,7 +116,7 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   EXPECT_EQ(saved().at(0).positionWorld, lifted);
   screen_.press("ctrl+z");
   EXPECT_EQ(saved().at(0).positionWorld, position_);
-  EXPECT_LT(changedShare(before, screen_.settled()), 0.03) << "the level must be lit as before, but for the gizmo";
+  EXPECT_LT(changedShare(before, restingPixels()), 0.03) << "the level must be lit as before";
   screen_.press("ctrl+y");
   EXPECT_EQ(saved().at(0).positionWorld, lifted);
   screen_.press("ctrl+shift+z");
@@ -154,11 +125,12 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   // A damaged file is told on the screen, loads nothing, and is not written over.
   const std::string damaged = R"([{"type": "point"}])";
   std::ofstream(at("lights.json")) << damaged;
-  const double pink = screen_.settled().share(isErrorText);
+  const double pink = restingScreen().share(isErrorText);
   screen_.press("ctrl+o");
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > pink + 1e-4; }))
       << "no error shown";
-  const double told = screen_.settled().share(isErrorText);
+  screenshot();  // of a later frame: all of the error is on the screen
+  const double told = screen_.picture().share(isErrorText);
   screen_.press("ctrl+s");
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > told + 1e-4; }))
       << "no second error";
@@ -178,7 +150,7 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   // A good file replaces the set.
   std::ofstream(at("lights.json")) << R"([{"type": "spot", "position": [1, 2, 3], "direction": [0, -2, 0]}])";
   screen_.press("ctrl+o");
-  screen_.settled();
+  screenshot();  // after which the file is read
   lights = saved();
   ASSERT_EQ(lights.size(), 1u);
   EXPECT_EQ(lights[0].kind, LightKind::spot);
@@ -194,10 +166,10 @@ TEST_F(WindowEditing, lightsAreAddedByButtonsAndASpotIsTurned) {
   spot.positionWorld = position_;
   spot.direction = {0, -1, 0};
   ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{spot}));
-  if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
+  if (!showLights()) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
 
   // A ring about z, which looks at the camera least of all edge on
-  const double red = screen_.settled().share(isReddish);
+  const double red = restingScreen().share(isReddish);
   screen_.click(1, pixelOf(position_));
   ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isReddish) > red + 3e-4; })) << "no gizmo";
   Gizmo gizmo{position_, {0, -1, 0}, gizmoSize(view_, position_)};
@@ -214,11 +186,8 @@ TEST_F(WindowEditing, lightsAreAddedByButtonsAndASpotIsTurned) {
   constexpr int kRow = 23;
   screen_.press("Escape");
   const auto press = [&](const glm::ivec2& button) {
-    const ScreenPicture before = screen_.settled();
-    screen_.moveTo(button);
-    EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(before, p, 10).width() > 4; }));
-    screen_.click(1, button);
-    screen_.moveTo({500, 390});
+    screenshot();  // after which all controls are where they stay
+    clickControl(button);
   };
   const int buttons = 160 + kRow;
   press({45, buttons});
@@ -236,7 +205,7 @@ TEST_F(WindowEditing, lightsAreAddedByButtonsAndASpotIsTurned) {
   ASSERT_TRUE(screen_.waitFor([this](const ScreenPicture&) { return fs::exists(at("lights.json")); }));
   ASSERT_TRUE(writeLightsFile(at("lights.json"), std::vector{spot}));
   press({166, undoRow(kLevelLights + 2)});
-  screen_.settled();
+  screenshot();  // after which the file is read
   EXPECT_EQ(saved().size(), 1u);
 }
 

@@ -40,13 +40,14 @@ class WindowTest : public testing::Test {
   std::string at(const std::string& name) const { return (folder_ / name).string(); }
   std::string log() const { return readAll(folder_ / "viewer.txt"); }
 
-  bool show(std::vector<std::string> arguments) {
+  // Whether a window comes that shows a level: so much of it brighter than a sum of channels.
+  bool show(std::vector<std::string> arguments, int brightness = 90, double share = 0.3) {
     for (const char* more : {"--shadow-size", "64", "--size"}) arguments.emplace_back(more);
     arguments.push_back(std::to_string(width_) + "x" + std::to_string(height_));
     arguments.insert(arguments.end(), {"-o", at("pictures")});
     viewer_ = screen_.run(RELUME_VIEW, arguments, folder_ / "viewer.txt");
     return screen_.waitFor(
-        [](const ScreenPicture& p) { return p.share([](const Rgb& c) { return c.sum() > 90; }) > 0.3; },
+        [=](const ScreenPicture& p) { return p.share([=](const Rgb& c) { return c.sum() > brightness; }) > share; },
         [this] { return screen_.isRunning(viewer_); });
   }
   void bake(const std::string& surfels) {
@@ -100,11 +101,17 @@ class WindowTest : public testing::Test {
     }
     return changed > 40;
   }
-  // What F12 writes once light has come to rest. Keys and clicks are handled in their order.
+  // What F12 writes once light has come to rest: two frames are the same. Keys and clicks are handled in their order.
   std::vector<glm::vec3> restingPixels() {
     auto last = screenshot(), now = screenshot();
     for (int i = 0; i < 100 && differenceBetween(last, now) > 1e-5; ++i) last = std::exchange(now, screenshot());
     return now;
+  }
+
+  // The screen then, but for the news that pictures are written.
+  ScreenPicture restingScreen() {
+    restingPixels();
+    return screen_.picture();
   }
 
   std::uint32_t width_, height_;

@@ -29,8 +29,7 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   if (!show({kLevel, "--draft", "--camera", "cam_living", "--lights", "lamp"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   }
-  screen_.settled();
-  const auto first = screenshot();
+  const auto first = restingPixels();
   EXPECT_GT(meanOf(first), 0.02);
 
   // Another level: baked, and shown by its own camera.
@@ -38,13 +37,12 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   const ScreenPicture rooms = screen_.picture();
   ASSERT_TRUE(
       screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(rooms, p, 60).width() > kWidth * 9 / 10; }));
-  screen_.settled();
-  const auto second = screenshot();
+  const auto second = restingPixels();
   EXPECT_GT(differenceBetween(first, second), 0.02);
 
   // What is no level is told; the window goes on.
   std::ofstream(at("notes.glb")) << "not a level";
-  const double pink = screen_.settled().share(isErrorText);
+  const double pink = screen_.picture().share(isErrorText);
   ASSERT_EQ(dropFile(screen_.display(), at("notes.glb")), "");
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > pink + 1e-4; }))
       << "no error shown";
@@ -53,7 +51,6 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   // A list of lights is loaded: the dropped file is what Control and S then write.
   std::ofstream(at("set.json")) << R"([{"type":"point","name":"new","position":[1,1,1]}])";
   ASSERT_EQ(dropFile(screen_.display(), at("set.json")), "");
-  screen_.settled();
   const std::string before = readAll(at("set.json"));
   screen_.press("ctrl+s");
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture&) { return readAll(at("set.json")) != before; }));
@@ -79,7 +76,7 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsLitAtOnceAndObjectsAreDragged) {
     }
     return sum / (20 * 35);
   };
-  EXPECT_LT(pane(screen_.settled()), 60);
+  EXPECT_LT(pane(screen_.settled()), 60);  // without news of pictures, which would cover the wall
 
   // A click picks the wall: its gizmo has a red axis. The vertical one lifts it.
   const auto isRed = [](const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; };
@@ -100,8 +97,7 @@ TEST_F(WindowLevel, aLevelDroppedOnAWindowWithoutABakeIsLitAndBaked) {
   if (!show({kLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "16"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   }
-  screen_.settled();
-  const ScreenPicture rooms = screen_.picture();
+  const ScreenPicture rooms = restingScreen();
   ASSERT_EQ(dropFile(screen_.display(), kOther), "");
   bool isLit = false, hasBar = false;
   // Yellow as far as the bake is, on the window's upper edge
@@ -129,35 +125,31 @@ TEST_F(WindowLevel, switchesChangeThePictureAndABakeIsLoadedAgain) {
   if (!show({kLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   }
-  screen_.settled();
-  const double all = meanOf(screenshot());
+  const double all = meanOf(restingPixels());
 
   // Without direct light it is darker; with it again, as before.
   clickControl(kRelightHeader);
-  screen_.settled();
+  screenshot();  // after which it is open
   clickControl(kDirectSwitch);
-  screen_.settled();
-  const double indirect = meanOf(screenshot());
+  const double indirect = meanOf(restingPixels());
   EXPECT_LT(indirect, 0.95 * all);
   EXPECT_GT(indirect, 0.1 * all);
   clickControl(kDirectSwitch);
-  screen_.settled();
-  EXPECT_NEAR(meanOf(screenshot()), all, 0.02 * all);
+  const auto before = restingPixels();
+  EXPECT_NEAR(meanOf(before), all, 0.02 * all);
 
   // Another bake of the level takes the place of the one that is shown.
-  const auto before = screenshot();
   bake("300");
   auto after = screenshot();
   for (int i = 0; i < 40 && differenceBetween(before, after) <= 1e-4; ++i) after = screenshot();
   EXPECT_GT(differenceBetween(before, after), 1e-4) << "the new bake is not shown";
-  const ScreenPicture old = screen_.settled();
-  after = screenshot();
+  after = restingPixels();
+  const double pink = screen_.picture().share(isErrorText);
   EXPECT_NEAR(meanOf(after), all, 0.2 * all);
 
   // A damaged one does not.
   std::ofstream(at("level.relume"), std::ios::binary) << "half a bake";
-  EXPECT_TRUE(
-      screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > old.share(isErrorText) + 1e-4; }));
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > pink + 1e-4; }));
   EXPECT_NEAR(meanOf(screenshot()), meanOf(after), 0.02 * all);
 }
 

@@ -160,7 +160,7 @@ TEST_F(WindowPanel, viewsAndOverlaysShowTheBake) {
 TEST_F(WindowPanel, theViewIsHeldAgainstPathTracingAndCostsAreShown) {
   if (!showBake("2048")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   clickControl(rowAt(kRelight));
-  const ScreenPicture before = screen_.settled();
+  const ScreenPicture before = restingScreen();
   // What is too bright is red, what is too dark is blue, in a picture in the upper right corner.
   const auto heatIn = [](const ScreenPicture& picture, bool red) {
     std::size_t found = 0;
@@ -179,7 +179,7 @@ TEST_F(WindowPanel, theViewIsHeldAgainstPathTracingAndCostsAreShown) {
       << "no heat";
 
   // The plot of the passes has the colours of the list below it.
-  const ScreenPicture closed = screen_.settled();
+  const ScreenPicture closed = restingScreen();
   clickControl(rowAt(kRelight));  // which makes room
   clickControl(rowAt(kParts));    // where Costs is then
   const auto hues = [](const ScreenPicture& picture) {
@@ -206,7 +206,7 @@ TEST_F(WindowPanel, aFilmIsMadeOfFrames) {
   screen_.press("F11");
   ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture&) { return fs::exists(film / "frame_0003.png"); }));
   screen_.press("F11");
-  screen_.settled();
+  screenshot();  // of a later frame
   const auto count = [&] { return std::distance(fs::directory_iterator(film), fs::directory_iterator()); };
   const auto frames = count();
   EXPECT_GE(frames, 4);
