@@ -120,10 +120,11 @@ ScreenPicture VirtualScreen::picture() const {
 }
 
 bool VirtualScreen::waitFor(const Condition& is, const std::function<bool()>& goesOn) const {
-  for (int i = 0; i < 600 && goesOn(); ++i) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  do {
     if (is(picture())) return true;
-    pause(0.1);
-  }
+    pause(0.02);
+  } while (goesOn() && std::chrono::steady_clock::now() < end);
   return false;
 }
 
