@@ -2,26 +2,28 @@
 # SPDX-License-Identifier: MIT
 # Build the libFuzzer targets (clang, ASan and UBSan) and run each for a while. Stops with an error at the first crash, leak,
 # or input that costs more than a second of CPU time (a bake: ten); the input that did it is kept in build/fuzz/findings.
-#   tests/fuzz.sh                     a minute each
-#   tests/fuzz.sh --minutes N [NAME]  N minutes each, or that target only
-#   tests/fuzz.sh --seconds N [NAME]  N seconds, always from the same seed: a suite that passes passes again
+#   tests/fuzz.sh                        a minute each
+#   tests/fuzz.sh --minutes N [NAME...]  N minutes each, or those targets only
+#   tests/fuzz.sh --seconds N [NAME...]  N seconds, always from the same seed: a suite that passes passes again
 # Targets: bake_file, runtime (a bake relit and read), gltf (a scene alone in its folder), gltf_files (beside a buffer and
 # an image), bake (a scene baked), voxels (a level lit without a bake), options, side_files (lights, reports).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=60
 seed=0  # of libFuzzer; 0 = another one each time
-names=(bake_file runtime voxels gltf gltf_files bake options side_files)
-known=" ${names[*]} "
+all=(bake_file runtime voxels gltf gltf_files bake options side_files)
+names=()
+known=" ${all[*]} "
 while [ $# -gt 0 ]; do
   case "$1" in
     --minutes) seconds=$((60 * ${2:?--minutes needs a number})); shift 2 ;;
     --seconds) seconds="${2:?--seconds needs a number}"; seed=1; shift 2 ;;
     *)
       [[ $known == *" $1 "* ]] || { echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N,${known% })" >&2; exit 1; }
-      names=("$1"); shift ;;
+      names+=("$1"); shift ;;
   esac
 done
+[ ${#names[@]} -gt 0 ] || names=("${all[@]}")
 
 cmake --preset fuzz -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/fuzz --parallel "$(nproc)" --target "${names[@]/#/fuzz_}"

@@ -90,27 +90,32 @@ static int makeRoom(Frames* f, uint32_t receivers) {
   return f->places && f->positions && f->normals && f->light && f->reply;
 }
 
-static int sendBake(int client, const relume_bake* bake, const relume_bake_info* info, Frames* f) {
+/* What Godot is told of a bake, and room for what it answers. */
+static relume_status sendBake(int client, const relume_bake* bake, const relume_bake_info* info, Frames* f) {
   const uint32_t sizes[3] = {info->lightmap_width, info->lightmap_height, info->surfels};
-  float* const both = malloc((info->surfels + 1) * 12 * sizeof(float));
-  float* const positions = both + (size_t)6 * info->surfels;
-  float* const normals = positions + (size_t)3 * info->surfels;
-  f->texels = malloc((info->surfels + 1) * 4 * sizeof(float));
-  f->surfels = malloc((info->surfels + 1) * 3 * sizeof(float));
+  const size_t surfels = info->surfels;
+  float* const both = malloc((surfels + 1) * 12 * sizeof(float));
+  f->texels = malloc((surfels + 1) * 4 * sizeof(float));
+  f->surfels = malloc((surfels + 1) * 3 * sizeof(float));
   f->mapBytes = (size_t)8 * sizes[0] * sizes[1];
   f->map = malloc(f->mapBytes + 1);
-  if (!both || !f->texels || !f->surfels || !f->map) return 0;
-  if (relume_bake_surfels(bake, 0, info->surfels, positions, normals) != RELUME_OK) return 0;
-  for (size_t i = 0; i < info->surfels; ++i) {
-    for (size_t c = 0; c < 3; ++c) {
-      both[6 * i + c] = positions[3 * i + c];
-      both[6 * i + 3 + c] = normals[3 * i + c];
+  relume_status status = both && f->texels && f->surfels && f->map ? RELUME_OK : RELUME_ERROR_MEMORY;
+  if (status == RELUME_OK) {
+    float* const positions = both + 6 * surfels;
+    float* const normals = positions + 3 * surfels;
+    status = relume_bake_surfels(bake, 0, info->surfels, positions, normals);
+    for (size_t i = 0; i < surfels && status == RELUME_OK; ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        both[6 * i + c] = positions[3 * i + c];
+        both[6 * i + 3 + c] = normals[3 * i + c];
+      }
     }
   }
-  const int sent = sendAll(client, info->scene_hash, 16) && sendAll(client, sizes, sizeof sizes) &&
-                   sendAll(client, both, (size_t)6 * info->surfels * sizeof(float));
+  /* A client that is gone is seen where the next frame would be received. */
+  if (status == RELUME_OK && sendAll(client, info->scene_hash, 16) && sendAll(client, sizes, sizeof sizes))
+    sendAll(client, both, 6 * surfels * sizeof(float));
   free(both);
-  return sent;
+  return status;
 }
 
 /* Until the client is gone. */
@@ -168,7 +173,9 @@ int main(int argc, char** argv) {
   const int client = acceptClient();
   if (client < 0) return fail(RELUME_ERROR_UNSUPPORTED, "no port to listen on");
   Frames frames = {0};
-  const int code = sendBake(client, bake, &info, &frames) ? serve(client, &info, relighter, &frames) : 0;
+  status = sendBake(client, bake, &info, &frames);
+  const int code =
+      status == RELUME_OK ? serve(client, &info, relighter, &frames) : fail(status, relume_status_text(status));
   close(client);
   relume_relighter_destroy(relighter);
   relume_bake_destroy(bake);

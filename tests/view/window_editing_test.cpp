@@ -104,7 +104,8 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   EXPECT_NEAR(lifted.y - position_.y, 60.0f * view_.metresPerPixel(position_), 0.06f);
   EXPECT_GT(changedShare(before, restingPixels()), 0.05) << "the level must be lit from there";
 
-  // A square moves it in its plane.
+  // A square moves it in its plane, behind the news of four pictures as well.
+  for (int i = 0; i < 4; ++i) screenshot();
   const glm::ivec2 corner = handleOf(lifted, Handle::squareY);
   screen_.dragOnce(1, corner, corner + glm::ivec2(40, 8));
   const glm::vec3 aside = saved().at(0).positionWorld;

@@ -198,7 +198,8 @@ ImVec4 colorOf(Severity severity) {
   return severity == Severity::warning ? ImVec4(1.0f, 0.85f, 0.45f, 1.0f) : ImGui::GetStyleColorVec4(ImGuiCol_Text);
 }
 
-// At the lower edge, as wide as the window allows beside the panel.
+// At the lower edge, as wide as the window allows beside the panel. News goes by itself: the mouse reaches what is
+// behind.
 void drawMessages(Session& session) {
   const auto& shown = session.messages.shown();
   if (shown.empty()) return;
@@ -207,7 +208,9 @@ void drawMessages(Session& session) {
   const float width = std::min(560.0f, display.x - (besidePanel ? kWidth + 24.0f : 16.0f));
   // Dear ImGui fits a window to its text a frame late, which in slow frames is seen.
   const ImGuiStyle& style = ImGui::GetStyle();
-  const float indent = ImGui::CalcTextSize("x").x + 2.0f * style.FramePadding.x + style.ItemSpacing.x;
+  const bool isNews =
+      std::all_of(shown.begin(), shown.end(), [](const auto& message) { return message.severity == Severity::info; });
+  const float indent = isNews ? 0.0f : ImGui::CalcTextSize("x").x + 2.0f * style.FramePadding.x + style.ItemSpacing.x;
   float height = 2.0f * style.WindowPadding.y - style.ItemSpacing.y;
   for (const Messages::Message& message : shown) {
     const float wrap = width - 2.0f * style.WindowPadding.x - indent;
@@ -217,18 +220,21 @@ void drawMessages(Session& session) {
   ImGui::SetNextWindowSize(ImVec2(width, std::min(height, display.y - 16.0f)));
   ImGui::Begin("messages", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing |
+                   (isNews ? ImGuiWindowFlags_NoInputs : ImGuiWindowFlags_None));
   std::size_t closed = shown.size();
   for (std::size_t i = 0; i < shown.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::SmallButton("x")) closed = i;
-    ImGui::SameLine();
+    if (!isNews) {
+      if (ImGui::SmallButton("x")) closed = i;
+      ImGui::SameLine();
+    }
     ImGui::PushStyleColor(ImGuiCol_Text, colorOf(shown[i].severity));
     ImGui::TextWrapped("%s", printable(shown[i].text).c_str());
     ImGui::PopStyleColor();
     ImGui::PopID();
   }
-  cover(session);
+  if (!isNews) cover(session);
   ImGui::End();
   if (closed < session.messages.shown().size()) session.messages.close(closed);
 }
