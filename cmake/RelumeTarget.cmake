@@ -10,7 +10,7 @@ if(EMSCRIPTEN)
   add_compile_options(-fwasm-exceptions -isystem ${PROJECT_SOURCE_DIR}/cmake/emscripten)
   add_link_options(-fwasm-exceptions)
 endif()
-# The first finding ends a program: code that need not go on after one takes a third less time.
+# The first finding ends a program: code that never goes on after one takes a third less time.
 if(RELUME_SANITIZE)
   add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})

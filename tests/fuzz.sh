@@ -42,7 +42,7 @@ if [ -d "$seeds/gltf" ] && [ -d "${RELUME_SHARED_DIR:-}/scenes/conformance" ]; t
   find "$RELUME_SHARED_DIR/scenes/conformance" -name '*.gl[bt]*' -size -8k -exec cp -f {} "$seeds/gltf/" \;
 fi
 
-export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+export UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time goes into stacks of allocations and cold memory otherwise
 failed=0
 for name in "${names[@]}"; do

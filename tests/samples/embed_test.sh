@@ -7,10 +7,9 @@ set -euo pipefail
 relume=$1 embed=$2 source=$3 folder=$4
 source "$source/tests/samples/expect.sh"
 begin_on_screen "$folder"
-cp "$source/samples/level/two_rooms.glb" level.glb
 lines=$(cat "$source"/samples/04_embed/* | wc -l)
 [ "$lines" -lt 600 ] || { echo "a sample to copy has under 600 lines, this one $lines"; exit 1; }
-"$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none
+bake_two_rooms "$source" "$relume"
 game() { "$embed" game.glb level.relume "$@" 2>log.txt; }
 
 rc=0

@@ -25,3 +25,8 @@ begin_on_screen() { # FOLDER: makes it anew and enters it, with a screen that no
   export DISPLAY
   unset WAYLAND_DISPLAY
 }
+
+bake_two_rooms() { # SOURCE RELUME: level.glb, its bake level.relume, and game.glb for it
+  cp "$1/samples/level/two_rooms.glb" level.glb
+  "$2" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none 2>/dev/null
+}

@@ -11,8 +11,7 @@ godot=$(command -v godot3-runner || command -v godot3 || true)
 project=$source/samples/08_godot
 source "$source/tests/samples/expect.sh"
 begin_on_screen "$folder"
-cp "$source/samples/level/two_rooms.glb" level.glb
-"$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none 2>/dev/null
+bake_two_rooms "$source" "$relume"
 game() { "$project/play.sh" game.glb level.relume "$@" >log.txt 2>&1; }
 
 rc=0

@@ -7,8 +7,7 @@ set -euo pipefail
 relume=$1 ogre=$2 source=$3 folder=$4
 source "$source/tests/samples/expect.sh"
 begin_on_screen "$folder"
-cp "$source/samples/level/two_rooms.glb" level.glb
-"$relume" bake level.glb -o level.relume --preset draft --export-glb game.glb --progress none 2>/dev/null
+bake_two_rooms "$source" "$relume"
 game() { "$ogre" game.glb level.relume "$@" >log.txt 2>&1; }
 
 rc=0

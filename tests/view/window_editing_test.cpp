@@ -71,7 +71,6 @@ class WindowEditing : public WindowTest {
 constexpr int kLevelLights = 3;
 
 bool isReddish(const Rgb& c) { return c.r > 200 && c.g < 110 && c.b < 110; }
-bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
 
 // Share of the pixels that differ by more than 25 of 255, all channels together.
 double changedShare(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {

@@ -19,6 +19,9 @@ namespace fs = std::filesystem;
 
 inline const std::string kWindowLevel = RELUME_SOURCE_DIR "/samples/level/two_rooms.glb";
 
+// Errors among the messages
+inline bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
+
 class WindowTest : public testing::Test {
  protected:
   // Of the window [pixel]

@@ -23,8 +23,6 @@ class WindowLevel : public WindowTest {
   WindowLevel() : WindowTest(kWidth, kHeight) {}
 };
 
-bool isErrorText(const Rgb& c) { return c.r > 220 && c.g > 115 && c.g < 165 && c.b > 100 && c.b < 155; }
-
 TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   if (!show({kLevel, "--draft", "--camera", "cam_living", "--lights", "lamp"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
