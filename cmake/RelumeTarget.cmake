@@ -129,12 +129,24 @@ function(relume_command_line target)
   endif()
 endfunction()
 
+# Register a test; further arguments follow the command's.
+# Files of two builds' tests, which may run at once, stay apart.
+function(relume_add_test name timeout)
+  set(temporary ${PROJECT_BINARY_DIR}/temporary)
+  file(MAKE_DIRECTORY ${temporary})
+  add_test(NAME ${name} COMMAND ${ARGN})
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
+  if(timeout)
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout})
+  endif()
+endfunction()
+
 # A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them but those of
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
-# sanitizers see it in long runs alone.
+# sanitizers see it in long runs alone. LENGTHY: cases of which the same is true; they are test <name>_at_length.
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS" "TIMEOUT" "SOURCES;LIBS;LENGTHY" ${ARGN})
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${T_LIBS} GTest::gtest GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR})
@@ -142,20 +154,23 @@ function(relume_test name)
   relume_test_options(test_${name})
   relume_reuse_test_headers(test_${name})
   relume_compile_together(test_${name})
-  add_test(NAME ${name} COMMAND test_${name})
   if(T_NUMBERS)
     add_dependencies(relume_numbers test_${name})
   else()
     add_dependencies(relume_tests test_${name})
   endif()
-  # Files of two builds' tests, which may run at once, stay apart.
-  set(temporary ${PROJECT_BINARY_DIR}/temporary)
-  file(MAKE_DIRECTORY ${temporary})
-  set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
+  if(T_LENGTHY)
+    list(JOIN T_LENGTHY ":" cases)
+    relume_add_test(${name} "${T_TIMEOUT}" test_${name} --gtest_filter=-${cases})
+    relume_add_test(${name}_at_length "${T_TIMEOUT}" test_${name} --gtest_filter=${cases})
+    # A case that is not there is no case that passed.
+    list(LENGTH T_LENGTHY count)
+    math(EXPR fewer "${count} - 1")
+    set_tests_properties(${name}_at_length PROPERTIES LABELS numbers FAIL_REGULAR_EXPRESSION "Running [0-${fewer}] tests? from")
+  else()
+    relume_add_test(${name} "${T_TIMEOUT}" test_${name})
+  endif()
   if(T_NUMBERS)
     set_tests_properties(${name} PROPERTIES LABELS numbers)
-  endif()
-  if(T_TIMEOUT)
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${T_TIMEOUT})
   endif()
 endfunction()

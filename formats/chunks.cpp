@@ -46,10 +46,8 @@ struct TableRow {
 };
 static_assert(sizeof(TableRow) == 64 && offsetof(TableRow, offset) == 40 && offsetof(TableRow, hash) == 56);
 
-Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
-
 Error expectedFound(const std::string& what, const std::string& expected, const std::string& found) {
-  return invalid(what + ": expected " + expected + ", found " + found);
+  return invalidFile(what + ": expected " + expected + ", found " + found);
 }
 
 Error expectedFound(const std::string& what, std::uint64_t expected, std::uint64_t found) {
@@ -88,7 +86,7 @@ std::string versionsOf(const ChunkFileType& type) {
 
 Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileType& type) {
   FileHeader header;
-  if (file.empty()) return invalid("empty file");
+  if (file.empty()) return invalidFile("empty file");
   if (!beginsAs(file, type)) {
     const char* found = "something else";
     for (const ChunkFileType* other : {&kBakeFileType, &kPlanFileType, &kShardFileType}) {
@@ -112,7 +110,7 @@ Result<FileHeader> readHeader(std::span<const std::byte> file, const ChunkFileTy
     return expectedFound(file.size() < header.fileBytes ? "file size: truncated" : "file size: bytes were appended",
                          header.fileBytes, file.size());
   if (header.reserved != std::array<std::uint64_t, 2>{} || (header.packedFrom != 0 && !type.isPacked(header.version)))
-    return invalid("header: reserved bytes are not zero");
+    return invalidFile("header: reserved bytes are not zero");
   const std::uint64_t max = std::min<std::uint64_t>(kMaxChunks, (file.size() - sizeof(header)) / sizeof(TableRow));
   if (header.chunkCount > max)
     return expectedFound("header chunk count", "at most " + std::to_string(max), std::to_string(header.chunkCount));
@@ -124,7 +122,7 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index, bool packed) {
   const bool padded = std::all_of(end, row.name.end(), [](char c) { return c == '\0'; });
   const bool legible = std::all_of(row.name.begin(), end, [](char c) { return (c >= 'a' && c <= 'z') || c == '.'; });
   if (end == row.name.begin() || !padded || !legible)
-    return invalid("chunk table row " + std::to_string(index) + ": name is not 1 to 16 of a-z and '.'");
+    return invalidFile("chunk table row " + std::to_string(index) + ": name is not 1 to 16 of a-z and '.'");
 
   ChunkInfo info{std::string(row.name.begin(), end),
                  static_cast<ElementType>(row.type),
@@ -134,8 +132,8 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index, bool packed) {
                  row.bytes,
                  row.hash};
   const std::size_t size = elementBytes(info.type);
-  if (size == 0) return invalid("chunk " + info.name + ": unknown element type " + std::to_string(row.type));
-  if (row.coding != 0 && !packed) return invalid("chunk " + info.name + ": reserved bytes are not zero");
+  if (size == 0) return invalidFile("chunk " + info.name + ": unknown element type " + std::to_string(row.type));
+  if (row.coding != 0 && !packed) return invalidFile("chunk " + info.name + ": reserved bytes are not zero");
   const std::uint64_t rows = row.shape[0], columns = row.shape[1];
   const bool narrow = columns >= 1 && columns <= kMaxColumns;
   const auto expected = narrow ? storedBytes(info.type, row.shape, row.coding) : std::nullopt;
@@ -163,7 +161,7 @@ Status checkPlace(const ChunkInfo& info, std::uint64_t end, std::span<const std:
     return expectedFound("chunk " + info.name + " offset: leaves a hole", alignUp(end), info.offset);
   const auto padding = file.subspan(static_cast<std::size_t>(end), static_cast<std::size_t>(info.offset - end));
   if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{0}; }))
-    return invalid("chunk " + info.name + ": padding before it is not zero");
+    return invalidFile("chunk " + info.name + ": padding before it is not zero");
   return done();
 }
 
@@ -270,7 +268,7 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
     const Result<ChunkInfo> info = readRow(row, i, type.isPacked(header->version));
     if (!info) return info.error();
     if (std::any_of(chunks.begin(), chunks.end(), [&](const Chunk& c) { return c.info.name == info->name; }))
-      return invalid("chunk " + info->name + ": appears twice");
+      return invalidFile("chunk " + info->name + ": appears twice");
     if (const Status place = checkPlace(*info, end, file); !place) return place.error();
     end = info->offset + info->bytes;
     chunks.push_back(

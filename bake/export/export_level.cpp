@@ -74,7 +74,7 @@ void writeIdentity(json& asset, const Scene& scene, const Bake& bake, std::uint6
 
 // The lists of extensions without Draco's, once nothing is compressed by it.
 void forgetDraco(json& root) {
-  const std::string name = "KHR_draco_mesh_compression";
+  const std::string name = kDracoExtension;
   for (const json& mesh : root.value("meshes", json::array())) {
     for (const json& primitive : mesh["primitives"]) {
       if (primitive.contains("extensions") && primitive["extensions"].contains(name)) return;

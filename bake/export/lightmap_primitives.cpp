@@ -21,8 +21,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
-
 // A primitive of the file as triangles.
 struct SourcePrimitive {
   std::string where;
@@ -110,7 +108,7 @@ Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader
   out.element = document.root.at("meshes")[mesh].at("primitives")[primitive];
 
   std::vector<std::uint32_t> indices;
-  if (out.parsed->extensions.contains(kDraco)) {
+  if (out.parsed->extensions.contains(kDracoExtension)) {
     Result<DracoPrimitive> draco = decodeDraco(document.source(), *out.parsed, out.where);
     if (!draco) return draco.error();
     out.draco = std::move(*draco);
@@ -142,7 +140,7 @@ Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader
   const bool named =
       out.element.contains("extensions") &&
       std::any_of(out.element["extensions"].items().begin(), out.element["extensions"].items().end(),
-                  [](const auto& e) { return e.key() != kDraco && e.key() != "KHR_materials_variants"; });
+                  [](const auto& e) { return e.key() != kDracoExtension && e.key() != "KHR_materials_variants"; });
   out.compact = !named && 2 * static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)) < used.size();
   if (const Status status = findUnseen(document, imported, out); !status) return status.error();
   return out;
@@ -175,7 +173,7 @@ class Copies {
     }
     out["indices"] = corners->second;
     if (out.contains("mode")) out["mode"] = TINYGLTF_MODE_TRIANGLES;
-    if (source_.draco) out["extensions"].erase(kDraco);
+    if (source_.draco) out["extensions"].erase(kDracoExtension);
     if (out.contains("extensions") && out["extensions"].empty()) out.erase("extensions");
     return out;
   }

@@ -18,21 +18,15 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t kStep = 16;  // [byte] cuts begin at multiples of it and are as long: what follows stays aligned
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
 using Numbers = std::set<std::uint64_t>;
 
 // Extensions whose integers are other things than accessors and views, or are looked at by name below.
 bool isHarmless(std::string_view name) {
-  constexpr std::array<std::string_view, 9> kKnown{kDraco,
-                                                   "EXT_meshopt_compression",
-                                                   "KHR_animation_pointer",
-                                                   "KHR_lights_punctual",
-                                                   "KHR_mesh_quantization",
-                                                   "KHR_texture_basisu",
-                                                   "KHR_texture_transform",
-                                                   "EXT_texture_webp",
-                                                   "MSFT_texture_dds"};
+  constexpr std::array<std::string_view, 9> kKnown{
+      kDracoExtension,         "EXT_meshopt_compression", "KHR_animation_pointer",
+      "KHR_lights_punctual",   "KHR_mesh_quantization",   "KHR_texture_basisu",
+      "KHR_texture_transform", "EXT_texture_webp",        "MSFT_texture_dds"};
   return name.starts_with("KHR_materials_") || std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end();
 }
 
@@ -90,7 +84,7 @@ References ofPrimitives(const json& meshes) {
       collectIntegers(primitive.value("attributes", json::object()), out.accessors);
       collectIntegers(primitive.value("targets", json::array()), out.accessors);
       add(primitive, "indices", out.accessors);
-      const json::json_pointer draco(std::string("/extensions/") + kDraco);
+      const json::json_pointer draco(std::string("/extensions/") + kDracoExtension);
       if (primitive.contains(draco)) add(primitive[draco], "bufferView", out.views);
     }
   }

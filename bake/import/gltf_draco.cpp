@@ -63,7 +63,7 @@ Result<AccessorValues> readAttribute(const GltfDocument& document, const draco::
 
 // A flat regular grid may compress to nearly nothing; beyond this many triangles no encoder gets below a sixteenth of
 // a byte.
-constexpr std::uint64_t kFreeTriangles = 65536, kMaxTrianglesPerByte = 16;
+constexpr std::uint64_t kFreeTriangles = 65536, kMaxTrianglesPerDracoByte = 16;
 constexpr std::uint64_t kMaxPointBytes = 512;  // of all attributes of a point
 
 // What a primitive's stream may claim.
@@ -154,7 +154,7 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
     return accessor >= 0 && index < document.model.accessors.size() ? document.model.accessors[index].count : otherwise;
   };
   DracoClaims claims;
-  const std::uint64_t max = kFreeTriangles + kMaxTrianglesPerByte * bytes;
+  const std::uint64_t max = kFreeTriangles + kMaxTrianglesPerDracoByte * bytes;
   claims.triangles = std::min(max, countOf(primitive.indices, 3 * max) / 3);
   const auto position = primitive.attributes.find("POSITION");
   claims.points = std::min(3 * max, countOf(position == primitive.attributes.end() ? -1 : position->second, 3 * max));

@@ -77,8 +77,6 @@ Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
                             chunkOf<glm::vec3>(kTestFound, arrays.testFound)};
 }
 
-Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
-
 std::string element(const char* chunk, std::size_t index) {
   return "chunk " + std::string(chunk) + "[" + std::to_string(index) + "]: ";
 }
@@ -87,26 +85,27 @@ std::string element(const char* chunk, std::size_t index) {
 Status checkOptionsOf(BakePlan& plan) {
   const std::string& json = plan.bake.provenance.optionsJson;
   const Result<BakeOptions> options = optionsFromJson(json, BakeOptions{});
-  if (!options) return invalid("chunk bake: options: " + options.error().message);
+  if (!options) return invalidFile("chunk bake: options: " + options.error().message);
   plan.options = *options;
   if (const Status status = checkOptions(plan.options); !status)
-    return invalid("chunk bake: options: " + status.error().message);
-  if (optionsToJson(plan.options) != json) return invalid("chunk bake: options: not as a plan writes them");
+    return invalidFile("chunk bake: options: " + status.error().message);
+  if (optionsToJson(plan.options) != json) return invalidFile("chunk bake: options: not as a plan writes them");
   const LinkOptions& o = plan.options.links;
   const Links& links = plan.bake.links;
   if (links.kind != o.kind || links.bands != (o.kind == LinkKind::sh ? o.bands : 0u))
-    return invalid("chunk bake: links: not of the kind that the options say");
+    return invalidFile("chunk bake: links: not of the kind that the options say");
   if (links.count() != 0)
-    return invalid("chunk bake: expected a bake without links, found " + std::to_string(links.count()));
+    return invalidFile("chunk bake: expected a bake without links, found " + std::to_string(links.count()));
   if (plan.bake.hierarchy.skyDirection.size() != o.skyPatches)
-    return invalid("chunk bake: expected " + std::to_string(o.skyPatches) + " sky patches, as the options say, found " +
-                   std::to_string(plan.bake.hierarchy.skyDirection.size()));
+    return invalidFile("chunk bake: expected " + std::to_string(o.skyPatches) +
+                       " sky patches, as the options say, found " +
+                       std::to_string(plan.bake.hierarchy.skyDirection.size()));
   const Bake& bake = plan.bake;
   const Result<BakeOptions> chosen = chooseLinks(plan.options, bake.surfels, bake.hierarchy, bake.caches);
-  if (!chosen) return invalid("chunk bake: " + chosen.error().message);
+  if (!chosen) return invalidFile("chunk bake: " + chosen.error().message);
   plan.chosen = *chosen;
   const Status fits = LinkTracer::check(bake.surfels, bake.hierarchy, bake.caches, plan.chosen.links);
-  return fits ? done() : Status(invalid("chunk bake: " + fits.error().message));
+  return fits ? done() : Status(invalidFile("chunk bake: " + fits.error().message));
 }
 
 // Grids of tiles lie inside the array, and a tile is in one of them.
@@ -118,10 +117,10 @@ Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
     const SurfelMap::Side& side = map.sides[i];
     if (side.columns == 0) continue;
     if (side.rows == 0 || side.corner > 2 || side.firstTile > count || side.tileCount() > count - side.firstTile)
-      return invalid(element(kSide, i) + "expected tiles within the " + std::to_string(count) + " of the map");
+      return invalidFile(element(kSide, i) + "expected tiles within the " + std::to_string(count) + " of the map");
     for (std::uint32_t t = 0; t < side.tileCount(); ++t) {
       if (std::exchange(depth[side.firstTile + t], std::uint8_t{1}) != 0)
-        return invalid(element(kSide, i) + "expected tiles of its own, found those of another side");
+        return invalidFile(element(kSide, i) + "expected tiles of its own, found those of another side");
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
@@ -129,17 +128,17 @@ Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
     if (content == kNone) continue;
     if (!SurfelMap::isInner(content)) {
       if (content >= surfels)
-        return invalid(element(kTile, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
-                       std::to_string(content));
+        return invalidFile(element(kTile, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
+                           std::to_string(content));
       continue;
     }
     const std::size_t first = SurfelMap::firstInner(content);
     if (first <= i || first > count || kInner > count - first || depth[i] >= kMaxNesting)
-      return invalid(element(kTile, i) + "expected a grid of tiles after it, nested less than " +
-                     std::to_string(kMaxNesting) + " deep");
+      return invalidFile(element(kTile, i) + "expected a grid of tiles after it, nested less than " +
+                         std::to_string(kMaxNesting) + " deep");
     for (std::size_t t = first; t < first + kInner; ++t) {
       if (std::exchange(depth[t], static_cast<std::uint8_t>(depth[i] + 1)) != 0)
-        return invalid(element(kTile, i) + "expected a grid of its own, found tiles of another");
+        return invalidFile(element(kTile, i) + "expected a grid of its own, found tiles of another");
     }
   }
   return done();
@@ -153,38 +152,38 @@ Result<TestRays> takeTestRays(std::span<const std::uint32_t> kind, std::span<con
                               std::size_t surfels) {
   TestRays test;
   if (kind.size() > kMaxTestLights)
-    return invalid("chunk test.kind: expected at most " + std::to_string(kMaxTestLights) + " lights, found " +
-                   std::to_string(kind.size()));
+    return invalidFile("chunk test.kind: expected at most " + std::to_string(kMaxTestLights) + " lights, found " +
+                       std::to_string(kind.size()));
   std::span<const float> left = light;
   for (std::size_t i = 0; i < kind.size(); ++i) {
     TestLight& one = test.lights.emplace_back();
     if (kind[i] > static_cast<std::uint32_t>(TestLightKind::lamp))
-      return invalid(element(kTestKind, i) + "expected 0 to 2, found " + std::to_string(kind[i]));
+      return invalidFile(element(kTestKind, i) + "expected 0 to 2, found " + std::to_string(kind[i]));
     one.kind = static_cast<TestLightKind>(kind[i]);
     if (one.kind == TestLightKind::sky) continue;
-    if (left.size() < surfels) return invalid("chunk test.light: expected a number for each surfel and light");
+    if (left.size() < surfels) return invalidFile("chunk test.light: expected a number for each surfel and light");
     one.surfelIrradiance.assign(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(surfels));
     left = left.subspan(surfels);
   }
-  if (!left.empty()) return invalid("chunk test.light: expected a number for each surfel and light");
+  if (!left.empty()) return invalidFile("chunk test.light: expected a number for each surfel and light");
   for (std::size_t i = 0; i < light.size(); ++i) {
     if (!(light[i] >= 0.0f && light[i] <= kMaxTestLight))
-      return invalid(element(kTestLight, i) + "expected 0 to 1e30 W/m²");
+      return invalidFile(element(kTestLight, i) + "expected 0 to 1e30 W/m²");
   }
   for (std::size_t i = 0; i < receiver.size(); ++i) {
     if (receiver[i] >= surfels)
-      return invalid(element(kTestReceiver, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
-                     std::to_string(receiver[i]));
+      return invalidFile(element(kTestReceiver, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
+                         std::to_string(receiver[i]));
   }
   test.receiver.assign(receiver.begin(), receiver.end());
   const std::size_t each = receiver.size() * kind.size();
   if (found.size() != 2 * each)
-    return invalid("chunk test.found: expected " + std::to_string(2 * each) + " rows, found " +
-                   std::to_string(found.size()));
+    return invalidFile("chunk test.found: expected " + std::to_string(2 * each) + " rows, found " +
+                       std::to_string(found.size()));
   for (std::size_t i = 0; i < found.size(); ++i) {
     const glm::vec3& e = found[i];
     if (!(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f && std::max({e.x, e.y, e.z}) <= kMaxTestLight))
-      return invalid(element(kTestFound, i) + "expected 0 to 1e30 W/m²");
+      return invalidFile(element(kTestFound, i) + "expected 0 to 1e30 W/m²");
   }
   test.irradiance[0].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(each));
   test.irradiance[1].assign(found.begin() + static_cast<std::ptrdiff_t>(each), found.end());
@@ -195,18 +194,18 @@ Status checkPlan(BakePlan& plan) {
   if (const Status status = checkBake(plan.bake); !status)
     return Error{status.error().code, "chunk bake: " + status.error().message};
   if (const Status status = checkOptionsOf(plan); !status) return status;
-  if (!std::isfinite(plan.minKey)) return invalid("chunk link.threshold: expected a finite number");
+  if (!std::isfinite(plan.minKey)) return invalidFile("chunk link.threshold: expected a finite number");
   const std::size_t emission = plan.tracedEmission.size(), surfels = plan.bake.surfels.count();
   if (emission != 0 && emission != surfels)
-    return invalid("chunk surfel.traced: expected 0 or " + std::to_string(surfels) + " rows, found " +
-                   std::to_string(emission));
+    return invalidFile("chunk surfel.traced: expected 0 or " + std::to_string(surfels) + " rows, found " +
+                       std::to_string(emission));
   for (std::size_t i = 0; i < emission; ++i) {
-    if (!isRadiance(plan.tracedEmission[i])) return invalid(element(kEmission, i) + "expected 0 to 1e9 W/m²/sr");
+    if (!isRadiance(plan.tracedEmission[i])) return invalidFile(element(kEmission, i) + "expected 0 to 1e9 W/m²/sr");
   }
   return checkTiles(plan.map, plan.bake.surfels.count());
 }
 
-Result<BakePlan> assemble(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
+Result<BakePlan> assemblePlan(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
   const auto chunks = readChunks(bytes, std::pmr::new_delete_resource(), kPlanFileType);
   if (!chunks) return chunks.error();
   if (const Status status = verifyChunks(*chunks); !status) return status.error();
@@ -223,7 +222,7 @@ Result<BakePlan> assemble(std::span<const std::byte> bytes, const std::shared_pt
   reader.finish();
   if (reader.failed()) return reader.error();
   if (threshold.size() != 1)
-    return invalid("chunk link.threshold: expected 1 number, found " + std::to_string(threshold.size()));
+    return invalidFile("chunk link.threshold: expected 1 number, found " + std::to_string(threshold.size()));
 
   BakePlan plan;
   Result<Bake> bake = parseBake(inner, owner, Checksums::skip);  // the chunk around it has one
@@ -264,7 +263,7 @@ Result<BakePlan> parsePlan(std::span<const std::byte> bytes, const std::shared_p
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
     return Error{ErrorCode::usage, "the memory of a plan must be aligned to 8 bytes"};
   try {
-    return assemble(bytes, owner);
+    return assemblePlan(bytes, owner);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "out of memory"};
   }

@@ -55,20 +55,18 @@ Result<std::vector<Chunk>> chunksOf(const Shard& shard, ShardArrays& arrays) {
                             archiveChunk("provenance", arrays.provenance)};
 }
 
-Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
-
 Error expectedFound(const std::string& what, std::uint64_t expected, std::uint64_t found) {
-  return invalid(what + ": expected " + std::to_string(expected) + ", found " + std::to_string(found));
+  return invalidFile(what + ": expected " + std::to_string(expected) + ", found " + std::to_string(found));
 }
 
-Result<Shard> assemble(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
+Result<Shard> assembleShard(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner) {
   const auto chunks = readChunks(bytes, std::pmr::new_delete_resource(), kShardFileType);
   if (!chunks) return chunks.error();
   if (const Status status = verifyChunks(*chunks); !status) return status.error();
   ChunkReader reader(*chunks);
   const auto scalars = reader.takeArray<std::uint32_t>("scalars", owner);
   if (!reader.failed() && (scalars.size() != kScalarWords || scalars[7] > 8))
-    return invalid("chunk scalars: expected 8 numbers, the last of them from 0 to 8");
+    return invalidFile("chunk scalars: expected 8 numbers, the last of them from 0 to 8");
   const std::uint64_t coefficients = reader.failed() ? 1 : coefficientsOf(scalars[7]);
   Shard shard;
   shard.links.rowBegin = reader.takeArray<std::uint32_t>("link.row", owner);
@@ -138,8 +136,8 @@ Status checkSums(const char* name, const StoredSums& sums, const BakePlan& plan)
     return expectedFound(chunk + ".node rows", 0, sums.node.size());
   for (std::size_t i = 0; i < sums.node.size(); ++i) {
     if (sums.node[i] >= plan.bake.hierarchy.nodeCount() || (i > 0 && sums.node[i] <= sums.node[i - 1]))
-      return invalid(chunk + ".node[" + std::to_string(i) + "]: expected ascending nodes below " +
-                     std::to_string(plan.bake.hierarchy.nodeCount()) + ", found " + std::to_string(sums.node[i]));
+      return invalidFile(chunk + ".node[" + std::to_string(i) + "]: expected ascending nodes below " +
+                         std::to_string(plan.bake.hierarchy.nodeCount()) + ", found " + std::to_string(sums.node[i]));
   }
   return done();
 }
@@ -148,13 +146,13 @@ Status checkSums(const char* name, const StoredSums& sums, const BakePlan& plan)
 Status checkRows(const Shard& shard, const BakePlan& plan) {
   const Links& links = shard.links;
   if (links.kind != plan.bake.links.kind || links.bands != plan.bake.links.bands)
-    return invalid("chunk scalars: links are not of the plan's kind");
+    return invalidFile("chunk scalars: links are not of the plan's kind");
   if (links.rowBegin.size() != std::size_t{shard.range.count()} + 1)
     return expectedFound("chunk link.row", std::size_t{shard.range.count()} + 1, links.rowBegin.size());
   for (std::size_t i = 0; i < links.rowBegin.size(); ++i) {
     if (i == 0 ? links.rowBegin[0] != 0 : links.rowBegin[i] < links.rowBegin[i - 1])
-      return invalid("chunk link.row[" + std::to_string(i) + "]: expected to ascend from 0, found " +
-                     std::to_string(links.rowBegin[i]));
+      return invalidFile("chunk link.row[" + std::to_string(i) + "]: expected to ascend from 0, found " +
+                         std::to_string(links.rowBegin[i]));
   }
   const std::uint64_t count = links.count();
   const bool sh = links.kind == LinkKind::sh, cone = links.kind == LinkKind::cone, head = linkHasHead(links.kind);
@@ -184,8 +182,8 @@ Status checkShard(const Shard& shard, const BakePlan& plan) {
   const ShardNumber& number = shard.number;
   if (number.count < 1 || number.count > kMaxShards || number.number < 1 || number.number > number.count ||
       !(shard.range == rangeOf(number, plan.bake.caches.count())))
-    return invalid("chunk scalars: expected the caches of a shard of the plan, found " + toString(number) +
-                   " with caches " + std::to_string(shard.range.begin) + ".." + std::to_string(shard.range.end));
+    return invalidFile("chunk scalars: expected the caches of a shard of the plan, found " + toString(number) +
+                       " with caches " + std::to_string(shard.range.begin) + ".." + std::to_string(shard.range.end));
   if (const Status status = checkRows(shard, plan); !status) return status;
   if (const Status status = checkSums("all", shard.all, plan); !status) return status;
   return checkSums("cut", shard.cut, plan);
@@ -210,7 +208,7 @@ Result<Shard> parseShard(std::span<const std::byte> bytes, const std::shared_ptr
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % 8 != 0)
     return Error{ErrorCode::usage, "the memory of a shard must be aligned to 8 bytes"};
   try {
-    return assemble(bytes, owner);
+    return assembleShard(bytes, owner);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "out of memory"};
   }

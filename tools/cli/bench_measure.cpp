@@ -4,6 +4,7 @@
 
 #include "relume/bake/bake.h"
 #include "relume/relighter.h"
+#include "tools/base/clock.h"
 #include "tools/base/worker_threads.h"
 #include "tools/cli/bake_arguments.h"
 
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -21,8 +21,6 @@ namespace relume {
 namespace {
 
 constexpr int kWarmUpFrames = 5;  // more than the frames that OpenGL keeps in flight
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // Forget the peak so far: give back what is free, then ask Linux to count anew.
 void resetPeakMemory() {
@@ -81,9 +79,9 @@ Result<MeasuredBake> measureBake(const Scene& scene, const BakeOptions& options,
   for (int i = 0; i < repeat; ++i) {
     measured.bake = Bake{};
     const std::size_t before = context.report().size();
-    const double begin = now();
+    const double begin = clockSeconds();
     Result<Bake> baked = bake(scene, options, context);
-    const double seconds = now() - begin;
+    const double seconds = clockSeconds() - begin;
     if (!baked) return baked.error();
     measured.bake = std::move(*baked);
 

@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::size_t kMaxWorst = 10;
 constexpr int kBands = 3;  // the diffuse lobe has nothing in band 3
-constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 int bandsOf(const Bake& bake) {
   return bake.links.kind == LinkKind::sh ? std::min<int>(kBands, static_cast<int>(bake.links.bands)) : kBands;

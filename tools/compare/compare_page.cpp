@@ -64,18 +64,13 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string textOf(const Json& value) {
-  return escaped(value.is_string() ? value.get<std::string>()
-                                   : value.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-double number(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
+std::string textOf(const Json& value) { return escaped(reportText(value)); }
 
 std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
-std::string percent(const Json& value) { return fixed(100.0 * number(value), 2) + "&nbsp;%"; }
+std::string percent(const Json& value) { return fixed(100.0 * reportNumber(value), 2) + "&nbsp;%"; }
 
-std::string kib(const Json& value) { return fixed(number(value) / 1024.0, 1); }
+std::string kib(const Json& value) { return fixed(reportNumber(value) / 1024.0, 1); }
 
 std::string row(std::initializer_list<std::string> cells, const char* tag = "td") {
   std::string text = "<tr>";
@@ -132,7 +127,7 @@ std::string verdictPanel(const Json& report) {
                 measure("greatest relative change of a cache", "maxChange", "maxCacheChange") +
                 measure("greatest relative change of what a node's surfaces, or the air, read", "maxReceiverChange",
                         "maxReceiverChange") +
-                row({"greatest &Delta;E of a cache", fixed(number(light["maxDeltaE"]), 2), "none"}));
+                row({"greatest &Delta;E of a cache", fixed(reportNumber(light["maxDeltaE"]), 2), "none"}));
   if (!verdict["exceeded"].empty()) body += "<p>Exceeded: " + textOf(verdict["exceeded"]) + "</p>";
   if (!verdict["ignored"].empty()) body += "<p>Ignored: " + textOf(verdict["ignored"]) + "</p>";
   const char* title = exceeded                            ? "<span class=\"bad\">EXCEEDED</span>"
@@ -156,12 +151,12 @@ std::string bakedPanel(const Json& baked) {
 
 std::string sizesPanel(const Json& sizes) {
   double max = 1.0;
-  for (const Json& s : sizes["arrays"]) max = std::max({max, number(s["a"]), number(s["b"])});
+  for (const Json& s : sizes["arrays"]) max = std::max({max, reportNumber(s["a"]), reportNumber(s["b"])});
   std::string rows = row({"array", "A [KiB]", "B [KiB]", "", ""}, "th");
   for (const Json& s : sizes["arrays"]) {
-    if (number(s["a"]) == 0.0 && number(s["b"]) == 0.0) continue;
+    if (reportNumber(s["a"]) == 0.0 && reportNumber(s["b"]) == 0.0) continue;
     rows += row({"<code>" + textOf(s["array"]) + "</code>", kib(s["a"]), kib(s["b"]),
-                 meter(number(s["a"]) / max) + meter(number(s["b"]) / max, "b"),
+                 meter(reportNumber(s["a"]) / max) + meter(reportNumber(s["b"]) / max, "b"),
                  s["same"].get<bool>() ? "same" : "differs"});
   }
   return section("sizes", "Sizes: " + kib(sizes["a"]) + " &rarr; " + kib(sizes["b"]) + " KiB", table(rows));
@@ -173,41 +168,41 @@ std::string arraysPanel(const Json& arrays) {
       row({"surfels", both(s["count"])}) +
       row({"at the same place / moved / elsewhere",
            textOf(s["same"]) + " / " + textOf(s["moved"]) + " / " + textOf(s["elsewhere"])}) +
-      row({"cost of the clusters",
-           fixed(number(arrays["clusterCost"]["a"]), 4) + " &rarr; " + fixed(number(arrays["clusterCost"]["b"]), 4)}) +
+      row({"cost of the clusters", fixed(reportNumber(arrays["clusterCost"]["a"]), 4) + " &rarr; " +
+                                       fixed(reportNumber(arrays["clusterCost"]["b"]), 4)}) +
       row({"certified error",
            percent(arrays["certifiedError"]["a"]) + " &rarr; " + percent(arrays["certifiedError"]["b"])}) +
       row({"caches", both(c["count"])}) +
       row({"matched / only in A / only in B",
            textOf(c["matched"]) + " / " + textOf(c["onlyInA"]) + " / " + textOf(c["onlyInB"])}) +
-      row({"matched within", fixed(number(c["surfaceToleranceM"]), 3) + " m (surface), " +
-                                 fixed(number(c["gridToleranceM"]), 3) + " m (grid)"}) +
-      row({"mean distance of moved caches", fixed(number(c["meanMoveM"]), 4) + " m"}) +
+      row({"matched within", fixed(reportNumber(c["surfaceToleranceM"]), 3) + " m (surface), " +
+                                 fixed(reportNumber(c["gridToleranceM"]), 3) + " m (grid)"}) +
+      row({"mean distance of moved caches", fixed(reportNumber(c["meanMoveM"]), 4) + " m"}) +
       row({"light map", both(c["lightmap"])}) + row({"grid", both(c["grid"])}) +
       row({"grid points without a cache", both(c["gridPointsWithoutCache"])}) + row({"links", both(l["count"])}) +
       row({"kind of links", both(l["kind"])}) +
-      row({"mean transfer of a cache", fixed(number(l["transferPerCache"]["a"]["mean"]), 4) + " &rarr; " +
-                                           fixed(number(l["transferPerCache"]["b"]["mean"]), 4)}) +
-      row({"RMS difference of transfer", fixed(number(l["transferRmsDifference"]), 5)});
+      row({"mean transfer of a cache", fixed(reportNumber(l["transferPerCache"]["a"]["mean"]), 4) + " &rarr; " +
+                                           fixed(reportNumber(l["transferPerCache"]["b"]["mean"]), 4)}) +
+      row({"RMS difference of transfer", fixed(reportNumber(l["transferRmsDifference"]), 5)});
   return section("arrays", "Arrays", table(rows));
 }
 
 std::string lightPanel(const Json& light) {
   double max = 1e-9;
-  for (const Json& l : light["lightings"]) max = std::max(max, number(l["rmse"]));
+  for (const Json& l : light["lightings"]) max = std::max(max, reportNumber(l["rmse"]));
   std::string rows =
       row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])
-    rows +=
-        row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
-             meter(number(l["rmse"]) / max), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
-             percent(l["change"]["max"]), fixed(number(l["deltaE"]["mean"]), 2), fixed(number(l["deltaE"]["max"]), 2)});
+    rows += row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
+                 meter(reportNumber(l["rmse"]) / max), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
+                 percent(l["change"]["max"]), fixed(reportNumber(l["deltaE"]["mean"]), 2),
+                 fixed(reportNumber(l["deltaE"]["max"]), 2)});
   std::string worst = row({"place [m]", "node", "lighting", "change", "&Delta;E"}, "th");
   int at = 0;
   for (const Json& w : light["worst"])
-    worst += row({std::to_string(++at) + ": " + fixed(number(w["positionM"][0]), 2) + ", " +
-                      fixed(number(w["positionM"][1]), 2) + ", " + fixed(number(w["positionM"][2]), 2),
-                  textOf(w["node"]), textOf(w["lighting"]), percent(w["change"]), fixed(number(w["deltaE"]), 1)});
+    worst += row({std::to_string(++at) + ": " + fixed(reportNumber(w["positionM"][0]), 2) + ", " +
+                      fixed(reportNumber(w["positionM"][1]), 2) + ", " + fixed(reportNumber(w["positionM"][2]), 2),
+                  textOf(w["node"]), textOf(w["lighting"]), percent(w["change"]), fixed(reportNumber(w["deltaE"]), 1)});
   std::string nodes = row({"node", "caches", "mean", "worst"}, "th");
   for (std::size_t i = 0; i < std::min<std::size_t>(12, light["nodes"].size()); ++i) {
     const Json& n = light["nodes"][i];
@@ -300,7 +295,7 @@ std::string stagesPanel(const RunReports& runs) {
       const std::string name = stage["stage"].get<std::string>();
       if (!seconds.contains(name)) order.push_back(name);
       double& value = second ? seconds[name].second : seconds[name].first;
-      value = std::max(value, number(stage["seconds"]));
+      value = std::max(value, reportNumber(stage["seconds"]));
       max = std::max(max, value);
     }
   }

@@ -14,11 +14,16 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace relume {
+
+// The directions that points in the air are read in.
+inline constexpr std::array<glm::vec3, 6> kAxes = {
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 // How one bake lights a receiver.
 struct Reading {

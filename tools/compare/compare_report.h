@@ -40,4 +40,8 @@ bool boundExceeded(const nlohmann::json& report);
 // For people.
 std::string reportAsText(const nlohmann::json& report);
 
+// Values of a report as the text and the page say them: what is not a string as JSON, what is not a number as 0.
+std::string reportText(const nlohmann::json& value);
+double reportNumber(const nlohmann::json& value);
+
 }  // namespace relume

@@ -13,10 +13,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string textOf(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 __attribute__((format(printf, 2, 3))) void line(std::string& text, const char* format, ...) {
   std::va_list arguments;
   va_start(arguments, format);
@@ -24,11 +20,9 @@ __attribute__((format(printf, 2, 3))) void line(std::string& text, const char* f
   va_end(arguments);
 }
 
-double number(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
-
 // "name: 3" when both agree, "name: 3 -> 4" when not.
 void both(std::string& text, const char* name, const Json& pair) {
-  const std::string a = textOf(pair["a"]), b = textOf(pair["b"]);
+  const std::string a = reportText(pair["a"]), b = reportText(pair["b"]);
   line(text, "  %-22s %s", name, (a == b ? a : a + " -> " + b).c_str());
 }
 
@@ -37,20 +31,21 @@ void printBaked(std::string& text, const Json& baked) {
   for (const char* name : {"toolVersion", "algorithmVersion", "formatVersion", "rayTracer"})
     both(text, name, baked[name]);
   for (const Json& o : baked["options"])
-    line(text, "  option %-15s %s -> %s", textOf(o["name"]).c_str(), textOf(o["a"]).c_str(), textOf(o["b"]).c_str());
+    line(text, "  option %-15s %s -> %s", reportText(o["name"]).c_str(), reportText(o["a"]).c_str(),
+         reportText(o["b"]).c_str());
   constexpr std::size_t kMaxNamed = 20;
   const Json& parts = baked["sceneParts"];
   for (std::size_t i = 0; i < std::min(kMaxNamed, parts.size()); ++i)
-    line(text, "  %s", textOf(parts[i]["text"]).c_str());
+    line(text, "  %s", reportText(parts[i]["text"]).c_str());
   if (parts.size() > kMaxNamed) line(text, "  and %zu more changes (--json lists all)", parts.size() - kMaxNamed);
   if (baked["viewsChanged"].get<bool>()) line(text, "  cameras or play volumes changed");
 }
 
 void printSizes(std::string& text, const Json& sizes) {
-  line(text, "Sizes: %.0f -> %.0f bytes", number(sizes["a"]), number(sizes["b"]));
+  line(text, "Sizes: %.0f -> %.0f bytes", reportNumber(sizes["a"]), reportNumber(sizes["b"]));
   for (const Json& s : sizes["arrays"]) {
     if (s["same"].get<bool>()) continue;
-    line(text, "  %-16s %12.0f -> %12.0f%s", textOf(s["array"]).c_str(), number(s["a"]), number(s["b"]),
+    line(text, "  %-16s %12.0f -> %12.0f%s", reportText(s["array"]).c_str(), reportNumber(s["a"]), reportNumber(s["b"]),
          s["a"] == s["b"] ? "  other values" : "");
   }
 }
@@ -59,16 +54,17 @@ void printArrays(std::string& text, const Json& arrays) {
   const Json &surfels = arrays["surfels"], &caches = arrays["caches"], &links = arrays["links"];
   line(text, "Arrays:");
   both(text, "surfels", surfels["count"]);
-  line(text, "  %-22s %s same, %s moved by %.4f m on average, %s elsewhere", "", textOf(surfels["same"]).c_str(),
-       textOf(surfels["moved"]).c_str(), number(surfels["meanMoveM"]), textOf(surfels["elsewhere"]).c_str());
-  line(text, "  %-22s %.4f -> %.4f", "cluster cost", number(arrays["clusterCost"]["a"]),
-       number(arrays["clusterCost"]["b"]));
-  line(text, "  %-22s %.1f %% -> %.1f %%", "certified error", 100 * number(arrays["certifiedError"]["a"]),
-       100 * number(arrays["certifiedError"]["b"]));
+  line(text, "  %-22s %s same, %s moved by %.4f m on average, %s elsewhere", "", reportText(surfels["same"]).c_str(),
+       reportText(surfels["moved"]).c_str(), reportNumber(surfels["meanMoveM"]),
+       reportText(surfels["elsewhere"]).c_str());
+  line(text, "  %-22s %.4f -> %.4f", "cluster cost", reportNumber(arrays["clusterCost"]["a"]),
+       reportNumber(arrays["clusterCost"]["b"]));
+  line(text, "  %-22s %.1f %% -> %.1f %%", "certified error", 100 * reportNumber(arrays["certifiedError"]["a"]),
+       100 * reportNumber(arrays["certifiedError"]["b"]));
   both(text, "caches", caches["count"]);
   line(text, "  %-22s %s matched, %s moved (mean %.4f m, most %.4f m), %s only in A, %s only in B", "",
-       textOf(caches["matched"]).c_str(), textOf(caches["moved"]).c_str(), number(caches["meanMoveM"]),
-       number(caches["maxMoveM"]), textOf(caches["onlyInA"]).c_str(), textOf(caches["onlyInB"]).c_str());
+       reportText(caches["matched"]).c_str(), reportText(caches["moved"]).c_str(), reportNumber(caches["meanMoveM"]),
+       reportNumber(caches["maxMoveM"]), reportText(caches["onlyInA"]).c_str(), reportText(caches["onlyInB"]).c_str());
   both(text, "light map", caches["lightmap"]);
   both(text, "grid", caches["grid"]);
   both(text, "grid points unused", caches["gridPointsWithoutCache"]);
@@ -76,43 +72,48 @@ void printArrays(std::string& text, const Json& arrays) {
   both(text, "links", links["count"]);
   both(text, "kind of links", links["kind"]);
   const Json& t = links["transferPerCache"];
-  line(text, "  %-22s mean %.4f -> %.4f, rms difference %.4f, most %.4f", "transfer per cache", number(t["a"]["mean"]),
-       number(t["b"]["mean"]), number(links["transferRmsDifference"]), number(links["transferMaxDifference"]));
+  line(text, "  %-22s mean %.4f -> %.4f, rms difference %.4f, most %.4f", "transfer per cache",
+       reportNumber(t["a"]["mean"]), reportNumber(t["b"]["mean"]), reportNumber(links["transferRmsDifference"]),
+       reportNumber(links["transferMaxDifference"]));
 }
 
 void printLight(std::string& text, const Json& light) {
-  line(text, "Light (%s):", textOf(light["method"]).c_str());
+  line(text, "Light (%s):", reportText(light["method"]).c_str());
   line(text, "  %-28s %9s %9s %9s %9s %9s %9s", "lighting", "rmse", "mean", "95 %", "worst", "dE mean", "dE worst");
   for (const Json& l : light["lightings"]) {
     const Json &c = l["change"], &e = l["deltaE"];
-    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", textOf(l["name"]).c_str(),
-         100 * number(l["rmse"]), 100 * number(c["mean"]), 100 * number(c["p95"]), 100 * number(c["max"]),
-         number(e["mean"]), number(e["max"]), l["counted"].get<bool>() ? "" : "  (ignored)");
+    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", reportText(l["name"]).c_str(),
+         100 * reportNumber(l["rmse"]), 100 * reportNumber(c["mean"]), 100 * reportNumber(c["p95"]),
+         100 * reportNumber(c["max"]), reportNumber(e["mean"]), reportNumber(e["max"]),
+         l["counted"].get<bool>() ? "" : "  (ignored)");
   }
   if (!light["worst"].empty()) line(text, "Worst places:");
   for (const Json& w : light["worst"]) {
     const Json& p = w["positionM"];
-    line(text, "  (%.3f, %.3f, %.3f) node \"%s\", %s: %.1f %%, dE %.1f", number(p[0]), number(p[1]), number(p[2]),
-         textOf(w["node"]).c_str(), textOf(w["lighting"]).c_str(), 100 * number(w["change"]), number(w["deltaE"]));
+    line(text, "  (%.3f, %.3f, %.3f) node \"%s\", %s: %.1f %%, dE %.1f", reportNumber(p[0]), reportNumber(p[1]),
+         reportNumber(p[2]), reportText(w["node"]).c_str(), reportText(w["lighting"]).c_str(),
+         100 * reportNumber(w["change"]), reportNumber(w["deltaE"]));
   }
 }
 
 void printReceivers(std::string& text, const Json& light) {
   const Json& r = light["receivers"];
   line(text, "Receivers: %s on surfaces of %s parts, %s in the air; parts only in A %s, only in B %s, reshaped %s",
-       textOf(r["surfaces"]).c_str(), textOf(r["partsCompared"]).c_str(), textOf(r["air"]).c_str(),
-       textOf(r["partsOnlyInA"]).c_str(), textOf(r["partsOnlyInB"]).c_str(), textOf(r["partsReshaped"]).c_str());
+       reportText(r["surfaces"]).c_str(), reportText(r["partsCompared"]).c_str(), reportText(r["air"]).c_str(),
+       reportText(r["partsOnlyInA"]).c_str(), reportText(r["partsOnlyInB"]).c_str(),
+       reportText(r["partsReshaped"]).c_str());
   line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
   for (const Json& l : light["lightings"])
-    line(text, "  %-28s %8.2f%% %8.2f%%%s", textOf(l["name"]).c_str(), 100 * number(l["receivers"]["surfaces"]),
-         100 * number(l["receivers"]["air"]), l["counted"].get<bool>() ? "" : "  (ignored)");
+    line(text, "  %-28s %8.2f%% %8.2f%%%s", reportText(l["name"]).c_str(),
+         100 * reportNumber(l["receivers"]["surfaces"]), 100 * reportNumber(l["receivers"]["air"]),
+         l["counted"].get<bool>() ? "" : "  (ignored)");
   constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < std::min(kShown, r["groups"].size()); ++i) {
     const Json& g = r["groups"][i];
-    const std::string name = textOf(g["group"]);
+    const std::string name = reportText(g["group"]);
     line(text, "  %s, %s: %.1f %% over %s receivers",
-         g["air"].get<bool>() ? name.c_str() : ("node \"" + name + "\"").c_str(), textOf(g["lighting"]).c_str(),
-         100 * number(g["change"]), textOf(g["receivers"]).c_str());
+         g["air"].get<bool>() ? name.c_str() : ("node \"" + name + "\"").c_str(), reportText(g["lighting"]).c_str(),
+         100 * reportNumber(g["change"]), reportText(g["receivers"]).c_str());
   }
 }
 
@@ -124,9 +125,9 @@ void printVerdict(std::string& text, const Json& light, const Json& verdict) {
                                            : "WITHIN BOUNDS");
   const auto measure = [&](const char* name, const char* found, const char* bound, const char* key) {
     const Json& limit = verdict[bound];
-    const std::string limitText = limit.is_number() ? printed("%g", number(limit)) : "none";
+    const std::string limitText = limit.is_number() ? printed("%g", reportNumber(limit)) : "none";
     const auto& list = verdict["exceeded"];
-    line(text, "  %-28s %.5f, bound %s%s", name, number(light[found]), limitText.c_str(),
+    line(text, "  %-28s %.5f, bound %s%s", name, reportNumber(light[found]), limitText.c_str(),
          std::find(list.begin(), list.end(), key) != list.end() ? ": EXCEEDED" : "");
   };
   measure("rmse over the caches", "maxRmse", "maxRmse", "rmse");
@@ -140,11 +141,17 @@ void printVerdict(std::string& text, const Json& light, const Json& verdict) {
 
 }  // namespace
 
+std::string reportText(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+double reportNumber(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
+
 std::string reportAsText(const Json& all) {
   const Json report = printableStrings(all);
   std::string text;
-  line(text, "A: %s", textOf(report["a"]["file"]).c_str());
-  line(text, "B: %s", textOf(report["b"]["file"]).c_str());
+  line(text, "A: %s", reportText(report["a"]["file"]).c_str());
+  line(text, "B: %s", reportText(report["b"]["file"]).c_str());
   if (report["same"].get<bool>()) {
     line(text, "same bytes");
     return text;

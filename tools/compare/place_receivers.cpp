@@ -21,7 +21,6 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kSurfaceReceivers = 32768, kMinOnPart = 8, kSurfels = 8192, kAirPoints = 4096;
-constexpr std::array<glm::vec3, 6> kAxes = {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 using PartIndex = std::map<PartKey, std::uint32_t>;
 

@@ -14,7 +14,7 @@ std::string join(const std::vector<std::string>& words, const std::string& by) {
 }
 
 // A word that no shell of the three looks into.
-std::string quoted(const std::string& text) {
+std::string shellQuoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
     if (c == '\'')
@@ -57,7 +57,7 @@ std::string headOf(const CommandLine& line, const std::string& shell) {
 // What completes the value of an option: a call of one of the functions below, or nothing to say.
 std::string bashValue(const OptionText& option) {
   if (!option.choices.empty())
-    return std::string(option.takesList ? "_relume_list " : "_relume_words ") + quoted(join(option.choices, " "));
+    return std::string(option.takesList ? "_relume_list " : "_relume_words ") + shellQuoted(join(option.choices, " "));
   if (option.takesFile)
     return option.extensions.empty() ? "_relume_files" : "_relume_files " + join(option.extensions, " ");
   return ":";
@@ -74,11 +74,12 @@ std::string bashCases(const CommandText& command, const std::string& name, const
     flags += (flags.empty() ? "" : " ") + join(option.names, " ");
     if (!option.takesValue) continue;
     std::string patterns;
-    for (const std::string& one : option.names) patterns += (patterns.empty() ? "" : "|") + quoted(name + " " + one);
+    for (const std::string& one : option.names)
+      patterns += (patterns.empty() ? "" : "|") + shellQuoted(name + " " + one);
     values += "    " + patterns + ") " + bashValue(option) + "; return ;;\n";
   }
-  return values + "    " + quoted(name + " ") + "*)\n      if [[ $cur == -* ]]; then _relume_words " + quoted(flags) +
-         "; else " + (files.empty() ? ":" : files) + "; fi ;;\n";
+  return values + "    " + shellQuoted(name + " ") + "*)\n      if [[ $cur == -* ]]; then _relume_words " +
+         shellQuoted(flags) + "; else " + (files.empty() ? ":" : files) + "; fi ;;\n";
 }
 
 constexpr const char* kBashHelpers = R"(
@@ -136,7 +137,7 @@ std::string zshSpecs(const CommandText& command) {
   for (const OptionText& option : command.options) {
     const std::string help = escaped(firstClause(option.help), "[]:\\");
     if (option.positional) {
-      specs += " \\\n        " + quoted(std::to_string(++position) + ":" + help + ":" + zshValue(option));
+      specs += " \\\n        " + shellQuoted(std::to_string(++position) + ":" + help + ":" + zshValue(option));
       continue;
     }
     const std::string others = option.names.size() > 1 ? "(" + join(option.names, " ") + ")" : "";
@@ -144,7 +145,7 @@ std::string zshSpecs(const CommandText& command) {
       const std::string value = option.takesValue ? ":value:" + zshValue(option) : "";
       const bool longName = name.starts_with("--");
       specs += " \\\n        " +
-               quoted(others + name + (option.takesValue && longName ? "=" : "") + "[" + help + "]" + value);
+               shellQuoted(others + name + (option.takesValue && longName ? "=" : "") + "[" + help + "]" + value);
     }
   }
   return specs;
@@ -158,24 +159,24 @@ std::string fishOption(const OptionText& option) {
   for (const std::string& name : option.names)
     text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
   if (!option.takesValue) return text;
-  if (!option.choices.empty()) return text + " -x -a " + quoted(join(option.choices, " "));
+  if (!option.choices.empty()) return text + " -x -a " + shellQuoted(join(option.choices, " "));
   if (!option.takesFile) return text + " -x";
   std::string suffixes;
   for (const std::string& extension : option.extensions)
     suffixes += (suffixes.empty() ? "" : "; ") + ("__fish_complete_suffix " + extension);
-  return text + " -r" + (suffixes.empty() ? " -F" : " -k -a " + quoted("(" + suffixes + ")"));
+  return text + " -r" + (suffixes.empty() ? " -F" : " -k -a " + shellQuoted("(" + suffixes + ")"));
 }
 
 std::string fishCommand(const std::string& program, const CommandText& command, const std::string& condition) {
   std::string text;
   for (const OptionText& option : command.options) {
-    text += "complete -c " + program + (condition.empty() ? "" : " -n " + quoted(condition));
+    text += "complete -c " + program + (condition.empty() ? "" : " -n " + shellQuoted(condition));
     if (option.positional) {
       OptionText unnamed = option;
       unnamed.names.clear();
       text += fishOption(unnamed) + "\n";
     } else {
-      text += fishOption(option) + " -d " + quoted(firstClause(option.help)) + "\n";
+      text += fishOption(option) + " -d " + shellQuoted(firstClause(option.help)) + "\n";
     }
   }
   return text;
@@ -188,7 +189,7 @@ std::string bashCompletion(const CommandLine& line) {
   std::string cases;
   for (const CommandText& command : line.commands) cases += bashCases(command, command.name, "");
   cases += bashCases(line.program, "",
-                     line.commands.empty() ? "" : "_relume_words " + quoted(join(namesOf(line.commands), " ")));
+                     line.commands.empty() ? "" : "_relume_words " + shellQuoted(join(namesOf(line.commands), " ")));
   return headOf(line, "bash") + kBashHelpers + function + kBashWords + (line.commands.empty() ? "" : kBashCommand) +
          "  case \"$command $prev\" in\n" + cases + "  esac\n}\n\ncomplete -F " + function + " " + line.program.name +
          "\n";
@@ -204,7 +205,7 @@ std::string zshCompletion(const CommandLine& line) {
   if (line.commands.empty()) return begin + "  _arguments" + zshSpecs(line.program) + "\n" + end;
   std::string commands, cases;
   for (const CommandText& command : line.commands) {
-    commands += "        " + quoted(command.name + ":" + escaped(firstClause(command.help), ":\\")) + "\n";
+    commands += "        " + shellQuoted(command.name + ":" + escaped(firstClause(command.help), ":\\")) + "\n";
     cases += "      (" + command.name + ") _arguments" + zshSpecs(command) + " ;;\n";
   }
   return begin +
@@ -225,7 +226,7 @@ std::string fishCompletion(const CommandLine& line) {
                      fishCommand(program, line.program, first);
   for (const CommandText& command : line.commands) {
     text += "complete -c " + program + " -n " + first + " -a " + command.name + " -d " +
-            quoted(firstClause(command.help)) + "\n";
+            shellQuoted(firstClause(command.help)) + "\n";
   }
   for (const CommandText& command : line.commands)
     text += fishCommand(program, command, "__fish_seen_subcommand_from " + command.name);

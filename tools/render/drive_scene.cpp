@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-Error usage(std::string message) { return {ErrorCode::usage, "--emission: " + std::move(message)}; }
+Error emissionError(std::string message) { return {ErrorCode::usage, "--emission: " + std::move(message)}; }
 
 // Name and value of a text; both empty where it has no '='.
 std::pair<std::string, std::string> halves(const std::string& text) {
@@ -35,8 +35,9 @@ Status readImage(const std::string& path, const MemoryCheck& fits, DrivenMateria
   driven.height = file->picture.height;
   driven.image = std::move(file->picture.pixels);
   if (driven.width > kMaxDrivenSide || driven.height > kMaxDrivenSide) {
-    return usage("\"" + path + "\" has " + std::to_string(driven.width) + " x " + std::to_string(driven.height) +
-                 " texels, at most " + std::to_string(kMaxDrivenSide) + " along a side expected");
+    return emissionError("\"" + path + "\" has " + std::to_string(driven.width) + " x " +
+                         std::to_string(driven.height) + " texels, at most " + std::to_string(kMaxDrivenSide) +
+                         " along a side expected");
   }
   for (std::size_t i = 0; i < driven.image.size(); ++i) {
     if (isRadiance(driven.image[i])) continue;
@@ -77,9 +78,10 @@ Status checkTextured(const Scene& scene, std::uint32_t material) {
   const std::uint32_t set = scene.materials[material].emissionTexture.texcoord;
   for (const Mesh& mesh : scene.meshes) {
     if (mesh.material == material && mesh.uv[set].empty() && !mesh.triangle.empty()) {
-      return usage("mesh \"" + mesh.name + "\" of material \"" + scene.materials[material].name +
-                   "\" has no texture coordinates, so that no image can be put on it; give it some, or drive it by "
-                   "R,G,B");
+      return emissionError(
+          "mesh \"" + mesh.name + "\" of material \"" + scene.materials[material].name +
+          "\" has no texture coordinates, so that no image can be put on it; give it some, or drive it by "
+          "R,G,B");
     }
   }
   return done();
@@ -134,10 +136,10 @@ Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>
     DrivenMaterial driven;
     driven.name = name;
     if (std::any_of(list.begin(), list.end(), [&](const DrivenMaterial& d) { return d.name == driven.name; }))
-      return usage("material \"" + name + "\" appears twice");
+      return emissionError("material \"" + name + "\" appears twice");
     const std::optional<glm::vec3> radiance = threeNumbers(value);
     if (name.empty() || (!radiance && !namesFile(value)) || (radiance && !isRadiance(*radiance))) {
-      return usage(
+      return emissionError(
           "MATERIAL=R,G,B, three numbers of 0 to 1e9, or MATERIAL=FILE with a name that ends in .exr or .png "
           "expected, \"" +
           text + "\" found");
@@ -168,8 +170,8 @@ Status driveScene(Scene& scene, std::span<const DrivenMaterial> driven, bool kee
   }
   const auto missing = std::find(found.begin(), found.end(), false);
   if (missing == found.end()) return done();
-  return usage("no material \"" + driven[static_cast<std::size_t>(missing - found.begin())].name +
-               "\" in the scene that emits or has extras.relume.drivable; there are: " + drivableNames(scene));
+  return emissionError("no material \"" + driven[static_cast<std::size_t>(missing - found.begin())].name +
+                       "\" in the scene that emits or has extras.relume.drivable; there are: " + drivableNames(scene));
 }
 
 }  // namespace relume

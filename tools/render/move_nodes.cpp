@@ -14,7 +14,7 @@
 namespace relume {
 namespace {
 
-Error usage(std::string message) { return {ErrorCode::usage, "--move-node: " + std::move(message)}; }
+Error moveNodeError(std::string message) { return {ErrorCode::usage, "--move-node: " + std::move(message)}; }
 
 // A few of the names that there are.
 std::string namesOf(const Scene& scene) {
@@ -46,17 +46,18 @@ Status moveNodes(const std::vector<std::string>& moves, MovedParts parts, Scene&
     const std::size_t equals = move.rfind('=');
     const auto offset = equals == std::string::npos ? std::nullopt : threeNumbers(move.substr(equals + 1));
     if (!offset || equals == 0 || !isWithin(*offset, kMaxLevelCoordinate))
-      return usage("NODE=X,Y,Z, in metres within 1e8, expected, \"" + move + "\" found");
+      return moveNodeError("NODE=X,Y,Z, in metres within 1e8, expected, \"" + move + "\" found");
     const std::string node = move.substr(0, equals);
     bool isKnown = false;
     for (Instance& instance : scene.instances) {
       if (instance.node != node) continue;
       isKnown = true;
       if (parts == MovedParts::dynamic && instance.baked())
-        return usage("\"" + node + "\" is part of the bake; leave out --bake, or make it dynamic and bake again");
+        return moveNodeError("\"" + node +
+                             "\" is part of the bake; leave out --bake, or make it dynamic and bake again");
       instance.toWorld[3] += glm::vec4(*offset, 0.0f);
     }
-    if (!isKnown) return usage("no node \"" + node + "\" that draws something; there are: " + namesOf(scene));
+    if (!isKnown) return moveNodeError("no node \"" + node + "\" that draws something; there are: " + namesOf(scene));
   }
   return done();
 }

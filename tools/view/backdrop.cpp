@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kMaxWidth = 2048;
 
 // Directions from the near plane to the far one, which a corner's vertex has and the rest of the screen between.
-const char* kVertex = R"(#version 430
+const char* kBackdropVertex = R"(#version 430
 layout(location = 24) uniform mat4 worldFromClip;
 out vec3 direction;
 void main() {
@@ -28,7 +28,7 @@ void main() {
 )";
 
 // toEquirectangular() of formats/equirectangular.h.
-const char* kMain = R"(
+const char* kBackdropFragment = R"(
 in vec3 direction;
 layout(location = 0) out vec4 outColor;
 layout(location = 25) uniform float turn;  // share of a row
@@ -43,7 +43,7 @@ void main() {
 }  // namespace
 
 Result<Backdrop> Backdrop::create(const SkyMap& map) {
-  auto program = linkProgram("sky", kVertex, "#version 430\n" + displayGlsl() + kMain);
+  auto program = linkProgram("sky", kBackdropVertex, "#version 430\n" + displayGlsl() + kBackdropFragment);
   if (!program) return program.error();
   Backdrop backdrop;
   backdrop.program_ = std::move(*program);

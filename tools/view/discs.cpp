@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-const char* kVertex = R"(#version 430
+const char* kDiscVertex = R"(#version 430
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
@@ -29,7 +29,7 @@ void main() {
 }
 )";
 
-const char* kMain = R"(
+const char* kDiscFragment = R"(
 in vec2 corner;
 flat in vec3 light;
 out vec4 outColor;
@@ -53,7 +53,7 @@ GlBuffer upload(GLuint slot, std::span<const glm::vec3> values, GLenum usage) {
 
 Result<Discs> Discs::create(std::span<const glm::vec3> position, std::span<const glm::vec3> normal) {
   Discs discs;
-  auto program = linkProgram("discs", kVertex, "#version 430\n" + displayGlsl() + kMain);
+  auto program = linkProgram("discs", kDiscVertex, "#version 430\n" + displayGlsl() + kDiscFragment);
   if (!program) return program.error();
   discs.program_ = std::move(*program);
   discs.layout_ = GlVertexArray::make();

@@ -2,26 +2,22 @@
 // See level_job.h.
 #include "tools/view/level_job.h"
 
-#include <chrono>
+#include "tools/base/clock.h"
+
 #include <exception>
 #include <new>
 #include <utility>
 
 namespace relume {
-namespace {
 
-double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-}  // namespace
-
-LevelJob::LevelJob(LevelFiles files, std::optional<Scene> scene) : files_(std::move(files)), begin_(seconds()) {
+LevelJob::LevelJob(LevelFiles files, std::optional<Scene> scene) : files_(std::move(files)), begin_(clockSeconds()) {
   if (files_.bakeBy) overall_ = OverallProgress(planBake(*files_.bakeBy, false));
   progress_.stage = "load";
   context_.onProgress = [this](std::string_view stage, double fraction) {
     const std::lock_guard lock(mutex_);
     progress_.stage = std::string(stage);
     progress_.fraction = overall_.known() ? overall_.update(stage, fraction) : fraction;
-    progress_.secondsLeft = overall_.known() ? overall_.secondsLeft(seconds() - begin_) : 0.0;
+    progress_.secondsLeft = overall_.known() ? overall_.secondsLeft(clockSeconds() - begin_) : 0.0;
     return true;
   };
   context_.onMessage = [this](Severity severity, std::string_view text) {

@@ -10,7 +10,7 @@
 namespace relume {
 namespace {
 
-const char* kVertex = R"(#version 430
+const char* kLineVertex = R"(#version 430
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 color;
 layout(location = 0) uniform mat4 clipFromWorld;
@@ -21,7 +21,7 @@ void main() {
 }
 )";
 
-const char* kMain = R"(
+const char* kLineFragment = R"(
 in vec3 light;
 out vec4 outColor;
 void main() { outColor = vec4(display(light), 1.0); }
@@ -30,7 +30,7 @@ void main() { outColor = vec4(display(light), 1.0); }
 }  // namespace
 
 Result<Lines> Lines::create() {
-  auto program = linkProgram("lines", kVertex, "#version 430\n" + displayGlsl() + kMain);
+  auto program = linkProgram("lines", kLineVertex, "#version 430\n" + displayGlsl() + kLineFragment);
   if (!program) return program.error();
   Lines lines;
   lines.program_ = std::move(*program);

@@ -2,14 +2,14 @@
 // See live_job.h.
 #include "tools/view/live_job.h"
 
+#include "tools/base/clock.h"
+
 #include <chrono>
 #include <exception>
 #include <new>
 
 namespace relume {
 namespace {
-
-double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 LitFrame frameOf(const LiveLevel& level, std::uint64_t number) {
   return {texelsOf(level.light()),
@@ -88,7 +88,7 @@ void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
 
 // Frames of what is followed, until the end.
 void LiveJob::frames(LiveLevel& level) {
-  double last = seconds();
+  double last = clockSeconds();
   std::unique_lock lock(mutex_);
   for (std::uint64_t number = 1;; ++number) {
     // The first is drawn before others take the processor's time.
@@ -98,7 +98,7 @@ void LiveJob::frames(LiveLevel& level) {
     const std::optional<double> step = step_;
     isWanted_ = false;
     lock.unlock();
-    const double begin = seconds();
+    const double begin = clockSeconds();
     const Status status = level.update(now, step.value_or(begin - last));
     last = begin;
     Result<LitFrame> result = status ? Result<LitFrame>(frameOf(level, number)) : Result<LitFrame>(status.error());

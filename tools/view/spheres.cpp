@@ -16,7 +16,7 @@ namespace {
 
 constexpr GLuint kLightSlot = 0;
 
-const char* kVertex = R"(#version 430
+const char* kSphereVertex = R"(#version 430
 layout(location = 0) in vec4 sphere;  // centre, radius
 layout(location = 1) in float state;  // CacheState
 layout(location = 0) uniform mat4 clipFromWorld;
@@ -40,7 +40,7 @@ void main() {
 
 // Irradiance / pi by up to three bands of each channel (formats/sh.h): the clamped cosine's factors are pi, 2 pi / 3
 // and pi / 4.
-const char* kMain = R"(
+const char* kSphereFragment = R"(
 in vec2 corner;
 flat in vec3 right, up, toEye;
 flat in int cacheState;
@@ -123,7 +123,7 @@ std::vector<CacheSphere> cacheSpheres(const Bake& bake) {
 }
 
 Result<Spheres> Spheres::create(const Bake& bake) {
-  auto program = linkProgram("caches", kVertex, "#version 430\n" + displayGlsl() + kMain);
+  auto program = linkProgram("caches", kSphereVertex, "#version 430\n" + displayGlsl() + kSphereFragment);
   if (!program) return program.error();
   std::vector<float> numbers;
   const std::vector<CacheSphere> all = cacheSpheres(bake);

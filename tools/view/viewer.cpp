@@ -4,6 +4,7 @@
 
 #include "formats/color.h"
 #include "relume/glossy.h"
+#include "tools/base/clock.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/read_sky_map.h"
@@ -16,13 +17,12 @@
 #include <glm/vec4.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace relume {
 namespace {
 
-const char* kMain = R"(
+const char* kViewerFragment = R"(
 layout(location = 22) uniform int viewMode;
 layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
 layout(location = 24) uniform vec3 viewEye;
@@ -82,13 +82,11 @@ void main() {
 }
 )";
 
-std::string viewerGlsl() { return displayGlsl() + ViewRecords::glsl() + kMain; }
+std::string viewerGlsl() { return displayGlsl() + ViewRecords::glsl() + kViewerFragment; }
 
 constexpr const char* kRecordsPass = "records";
 
-double nowMs() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double nowMs() { return 1e3 * clockSeconds(); }
 
 // A relighter of those bands that begins with the light of `previous`, which may be null.
 Result<Relighter> makeRelighter(const Bake& bake, RelightOptions options, const Bands& bands,
