@@ -27,6 +27,42 @@ TEST_F(ViewerSession, aBakeThatChangesIsLoadedWithoutADarkFrame) {
   EXPECT_TRUE(says("loaded"));
 }
 
+// The table of memory says all that is held for light: where the CPU relights, what OpenGL draws by as well; and
+// records.
+TEST_F(ViewerSession, memoryIsOfAllThatLights) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto total = [&] {
+    std::size_t sum = 0;
+    for (const auto& [name, bytes] : session_->viewer->memory()) sum += bytes;
+    return sum;
+  };
+  const auto bytesOf = [&](const std::string& wanted) {
+    std::size_t sum = 0;
+    for (const auto& [name, bytes] : session_->viewer->memory()) sum += name == wanted ? bytes : 0;
+    return sum;
+  };
+  const auto sizesOf = [](const Relighter& relighter) {
+    std::size_t sum = 0;
+    for (const auto& [name, bytes] : relighter.bufferSizes()) sum += bytes;
+    return sum;
+  };
+  const std::size_t byGl = total();
+  EXPECT_EQ(byGl, sizesOf(session_->viewer->relighter()));
+  EXPECT_GE(bytesOf("links"), 4u * session_->level->bake.links.count());
+
+  session_->state.relightBy.backend = BackendKind::cpu;
+  ASSERT_TRUE(frames([&] { return session_->viewer->relighter().backend() == BackendKind::cpu; }));
+  EXPECT_EQ(bytesOf("OpenGL's"), byGl);
+  EXPECT_EQ(total(), byGl + sizesOf(session_->viewer->relighter()));
+
+  session_->state.relightBy.backend = BackendKind::gl;
+  session_->state.records = true;
+  ASSERT_TRUE(frames([&] { return session_->viewer->records() && session_->viewer->records()->records() > 100; }));
+  EXPECT_GE(bytesOf("records"), 100 * sizeof(Record));
+}
+
 TEST_F(ViewerSession, aDamagedBakeIsToldAndTheOldOneKept) {
   writeBakeFile(small(512));
   start(at("level.relume"));

@@ -15,6 +15,7 @@ constexpr int kRowStep = 23, kItemStep = 17;  // [pixel] between controls, and b
 enum Row {
   kShow = 1,
   kOverlay = 3,
+  kSources = 6,
   kRelight = 7,
   kParts,
   kBounces,
@@ -25,6 +26,9 @@ enum Row {
   kCompare = 19,
   kCosts
 };
+// Once what emits is open.
+constexpr int kEmission = 7, kSky = 9;
+constexpr glm::ivec2 kCancelButton{590, 45};
 glm::ivec2 rowAt(int row, int x = 60) { return {x, 45 + kRowStep * row}; }
 
 // Where a slider of so many steps says one of them.
@@ -129,6 +133,49 @@ TEST_F(WindowPanel, linksOfAnotherKindAreBaked) {
   auto again = screenshot();
   for (int i = 0; i < 60 && differenceBetween(again, packed) > 1e-5; ++i) again = restingPixels();
   EXPECT_LT(differenceBetween(again, packed), 1e-5);
+}
+
+// A bake of many seconds is called off by the button beside its bar, and what was shown stays.
+TEST_F(WindowPanel, aBakeBehindItsBarIsCalledOff) {
+  if (!showBake("100000", "links")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  clickControl(rowAt(kRelight));
+  const auto before = restingPixels();
+  choose(kLinks, 1);
+  // Yellow as far as the bake is, beside the button
+  const auto hasBar = [](const ScreenPicture& p) {
+    return p.share([](const Rgb& c) { return c.r > 200 && c.g > 150 && c.g < 200 && c.b < 40; }) > 1e-4;
+  };
+  ASSERT_TRUE(screen_.waitFor(hasBar)) << "no bar";
+  screen_.click(1, kCancelButton);
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return !hasBar(p); }));
+  moveAway();
+  EXPECT_TRUE(screen_.isRunning(viewer_));
+  EXPECT_LT(differenceBetween(restingPixels(), before), 1e-5) << "another bake is shown";
+}
+
+// Emitters and sky are changed by the mouse, and one key takes each change back.
+TEST_F(WindowPanel, changesOfEmittersAndSkyAreUndone) {
+  if (!showBake("2048")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  clickControl(rowAt(kSources));
+  const auto first = restingPixels();
+  clickControl(sliderAt(kEmission, 6, 8));
+  const auto brighter = restingPixels();
+  EXPECT_GT(meanOf(brighter), 1.05 * meanOf(first));
+  // Its red, which the window of the room shows
+  const auto isRed = [](const ScreenPicture& p) {
+    return p.share([](const Rgb& c) { return c.r > 100 && c.g < 40 && c.b < 40; }) > 0.02;
+  };
+  ASSERT_FALSE(isRed(screen_.picture()));
+  ASSERT_TRUE(screen_.drag(1, rowAt(kSky, 30), rowAt(kSky, 230), isRed));
+  moveAway();
+  EXPECT_TRUE(isRed(restingScreen()));
+  screen_.press("ctrl+z");
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return !isRed(p); }));
+  EXPECT_LT(differenceBetween(restingPixels(), brighter), 1e-4) << "the sky is not put back";
+  screen_.press("ctrl+z");
+  EXPECT_LT(differenceBetween(restingPixels(), first), 1e-4) << "emitters are not put back";
+  screen_.press("ctrl+y");
+  EXPECT_LT(differenceBetween(restingPixels(), brighter), 1e-4) << "no redo";
 }
 
 TEST_F(WindowPanel, viewsAndOverlaysShowTheBake) {

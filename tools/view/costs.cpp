@@ -72,13 +72,9 @@ void liveTable(const LitFrame& frame) {
 void memoryTable(const Viewer& viewer) {
   ImGui::TextDisabled("%-22s %7s", "memory", "KiB");
   std::size_t total = 0;
-  for (const auto& [name, bytes] : viewer.live() ? viewer.live()->last().bytes : viewer.relighter().bufferSizes()) {
+  for (const auto& [name, bytes] : viewer.memory()) {
     ImGui::Text("%-22.22s %7.0f", name.c_str(), static_cast<double>(bytes) / 1024.0);
     total += bytes;
-  }
-  if (const ViewRecords* records = viewer.records()) {
-    ImGui::Text("%-22s %7.0f", "records", static_cast<double>(records->sizeBytes()) / 1024.0);
-    total += records->sizeBytes();
   }
   ImGui::Text("%-22s %7.0f", "sum", static_cast<double>(total) / 1024.0);
 }

@@ -404,4 +404,16 @@ std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::ve
   return glm::vec3(glm::dvec3(at) / at.w);
 }
 
+std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {
+  if (live_) return live_->last().bytes;
+  auto held = relighter().bufferSizes();
+  if (cpu_) {
+    std::size_t drawn = 0;
+    for (const auto& [name, bytes] : gl_->bufferSizes()) drawn += bytes;
+    held.emplace_back("OpenGL's", drawn);
+  }
+  if (records_) held.emplace_back("records", records_->sizeBytes());
+  return held;
+}
+
 }  // namespace relume

@@ -63,6 +63,8 @@ class Viewer {
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
+  // What is held for light: name and bytes of each buffer.
+  std::vector<std::pair<std::string, std::size_t>> memory() const;
   // What lights a level without a bake; null where there is one.
   LiveShading* live() { return live_ ? &*live_ : nullptr; }
   const LiveShading* live() const { return live_ ? &*live_ : nullptr; }
