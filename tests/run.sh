@@ -22,6 +22,8 @@ for argument in "$@"; do
   esac
 done
 
+# One test more than there are processors: some wait for a screen, a page or a scheduler.
+at_once=$(($(nproc) + 1))
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
 install_packages packages.txt
@@ -32,7 +34,7 @@ step "release"
 cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUME_BUILD_BAKE=ON
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
-ctest --preset release --parallel "$(nproc)" --no-tests=error
+ctest --preset release --parallel "$at_once" --no-tests=error
 if [ "$long" -eq 1 ]; then
   step "clang-tidy"
   tests/tidy.sh || [ $? -eq 77 ]
@@ -60,7 +62,7 @@ ctest --preset tsan "${without[@]}" --no-tests=error
 step "memory and undefined behaviour: ASan, UBSan"
 cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/dev --parallel "$(nproc)" --target "${tests[@]}"
-ctest --preset dev --parallel "$(nproc)" "${without[@]}" --no-tests=error
+ctest --preset dev --parallel "$at_once" "${without[@]}" --no-tests=error
 
 # The targets that import or bake levels need the whole baker built once more: they are of the long run.
 step "fuzzing"
