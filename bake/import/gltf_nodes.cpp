@@ -317,6 +317,7 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, cons
   const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
   Camera camera;
   camera.name = source.name.empty() ? nameOf(static_cast<int>(&node - document_.model.nodes.data())) : source.name;
+  camera.node = node.name;
   camera.playSpace = at.playSpace;
   camera.orthographic = source.type == "orthographic";
   camera.yfovRad = static_cast<float>(source.perspective.yfov);
@@ -355,6 +356,7 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
   SceneLight light;
   light.name = source.name.empty() ? nameOf(at.node) : source.name;
+  light.node = node.name;
   if (source.type == "directional") {
     light.kind = LightKind::directional;
   } else if (source.type == "spot") {

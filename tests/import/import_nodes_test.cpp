@@ -124,13 +124,15 @@ TEST(ImportNodes, perspectiveAndOrthographicCamerasComeWithTheirNodes) {
         {"type", "perspective"},
         {"perspective", {{"yfov", 0.8}, {"znear", 0.05}, {"aspectRatio", 1.5}}}},
        {{"type", "orthographic"}, {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0}, {"zfar", 9}}}}});
-  b.node({{"camera", 0}, {"translation", {1, 2, 3}}, {"scale", {-2, 3, 5}}});
+  b.node({{"camera", 0}, {"name", "tripod"}, {"translation", {1, 2, 3}}, {"scale", {-2, 3, 5}}});
   b.node({{"camera", 1}, {"name", "plan"}, {"rotation", {-kSqrtHalf, 0, 0, kSqrtHalf}}});
   const Result<Scene> scene = b.import();
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->cameras.size(), 2u);
   const Camera& eye = scene->cameras[0];
   EXPECT_EQ(eye.name, "eye");
+  EXPECT_TRUE(isCalled(eye, "eye") && isCalled(eye, "tripod"));
+  EXPECT_FALSE(isCalled(eye, "plan") || isCalled(eye, ""));
   EXPECT_FLOAT_EQ(eye.yfovRad, 0.8f);
   EXPECT_FLOAT_EQ(eye.aspect, 1.5f);
   expectNear(origin(eye.toWorld), {1, 2, 3});

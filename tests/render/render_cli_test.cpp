@@ -130,6 +130,20 @@ TEST_F(RenderCommand, looksFromWhereItIsTold) {
                 {"--camera"});
 }
 
+// Editors show the names of nodes: Blender's camera "cam_nave" is "Camera" in the file, on a node of that name.
+TEST_F(RenderCommand, camerasAndLightsAnswerToTheirNodes) {
+  const fs::path level = folder_ / "room.gltf";
+  std::ofstream(level, std::ios::binary) << makeGltf(GltfParts{});
+  const auto draw = [&](const std::string& name) {
+    return runProgram({"render", level.string(), "--aov", "position", "-o", image(), "--size", "32x18", "--samples",
+                       "1", "--camera", name, "--progress", "none"},
+                      folder_);
+  };
+  EXPECT_EQ(draw("cam").status, 0);
+  EXPECT_EQ(draw("Eye").status, 0);
+  expectRefused(draw("eye"), 1, {"--camera", "\"cam\" (node \"Eye\")"});
+}
+
 TEST_F(RenderCommand, framesALevelThatHasNoCamera) {
   // A closed room is looked at from within, an open box through its open side.
   for (const bool open : {false, true}) {

@@ -26,15 +26,17 @@
 namespace relume {
 namespace {
 
-constexpr float kDefaultFovDeg = 60.0f;  // of --eye
-
-// "a, b, c" of the names in a list; "none" when it is empty.
-template <class Items>
-std::string namesOf(const Items& items) {
+template <class Item>
+std::string namesOf(std::span<const Item> items) {
   std::string text;
-  for (const auto& item : items) text += (text.empty() ? "\"" : ", \"") + item.name + "\"";
+  for (const Item& item : items) {
+    text += (text.empty() ? "\"" : ", \"") + item.name + "\"";
+    if (!item.node.empty() && item.node != item.name) text += " (node \"" + item.node + "\")";
+  }
   return text.empty() ? "none" : text;
 }
+
+constexpr float kDefaultFovDeg = 60.0f;  // of --eye
 
 Status readSize(const std::string& text, View& view) {
   const std::size_t x = text.find('x');
@@ -92,14 +94,15 @@ Result<Camera> chooseCamera(const ViewOptions& options, const Scene& scene, cons
     return lookAt(framed->eye, framed->target, fov->value_or(glm::radians(kDefaultFovDeg)));
   }
   for (const Camera& camera : scene.cameras) {
-    if (camera.name != options.camera && !options.camera.empty()) continue;
+    if (!options.camera.empty() && !isCalled(camera, options.camera)) continue;
     if (*fov && camera.orthographic)
       return usage("--fov: camera \"" + camera.name + "\" is orthographic, which has no field of view");
     Camera chosen = camera;
     chosen.yfovRad = fov->value_or(camera.yfovRad);
     return chosen;
   }
-  return usage("--camera: no camera \"" + options.camera + "\" in the scene; there are: " + namesOf(scene.cameras));
+  return usage("--camera: no camera \"" + options.camera +
+               "\" in the scene; there are: " + namesForPeople(scene.cameras));
 }
 
 // Which lights are on. A name may stand for several lights: one glTF light on two nodes.
@@ -110,12 +113,12 @@ Status chooseLights(const std::vector<std::string>& names, const Scene& scene, V
     bool known = all || name == "none" || name == "emissive";
     if (all || name == "emissive") view.emissive = true;
     for (const SceneLight& light : scene.lights) {
-      if (!all && light.name != name) continue;
+      if (!all && !isCalled(light, name)) continue;
       view.lights.push_back(light);
       known = true;
     }
     if (!known) {
-      return usage("--lights: no light \"" + name + "\" in the scene; there are: " + namesOf(scene.lights) +
+      return usage("--lights: no light \"" + name + "\" in the scene; there are: " + namesForPeople(scene.lights) +
                    ", and emissive, all, none");
     }
   }
@@ -123,6 +126,9 @@ Status chooseLights(const std::vector<std::string>& names, const Scene& scene, V
 }
 
 }  // namespace
+
+std::string namesForPeople(std::span<const Camera> cameras) { return namesOf(cameras); }
+std::string namesForPeople(std::span<const SceneLight> lights) { return namesOf(lights); }
 
 Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad) {
   const glm::dvec3 back = unitVector(glm::dvec3(eye) - glm::dvec3(target));
@@ -140,16 +146,17 @@ Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad) {
 }
 
 void addViewOptions(CLI::App& command, ViewOptions& options) {
-  command.add_option("--camera", options.camera,
-                     "camera by name; default: the scene's first, or one that frames the level when it has none");
+  command.add_option(
+      "--camera", options.camera,
+      "camera by its name or its node's; default: the scene's first, or one that frames the level when it has none");
   command.add_option("--eye", options.eye, "X,Y,Z [m]: look from here instead of from a camera; with --target");
   command.add_option("--target", options.target, "X,Y,Z [m]: look at this point; with --eye");
   command.add_option("--fov", options.fov,
                      "vertical field of view [degrees], 1..170; default: the camera's, 60 with --eye");
   command
-      .add_option(
-          "--lights", options.lights,
-          "lights that are on, by name, separated by commas; \"emissive\" = all emitting surfaces; or all, none")
+      .add_option("--lights", options.lights,
+                  "lights that are on, by their names or their nodes', separated by commas; \"emissive\" = all "
+                  "emitting surfaces; or all, none")
       ->delimiter(',')
       ->capture_default_str();
   command

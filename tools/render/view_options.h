@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ struct View {
 };
 
 void addViewOptions(CLI::App& command, ViewOptions& options);
+
+// What a message says there is: "a, b, c", with nodes of other names; "none".
+std::string namesForPeople(std::span<const Camera> cameras);
+std::string namesForPeople(std::span<const SceneLight> lights);
 
 // --exponent, of the lobes of glossy light: the number that `text` is, nothing where it is empty. usage: another text.
 void addExponentOption(CLI::App& command, std::string& text);

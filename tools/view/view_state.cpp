@@ -26,13 +26,17 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& names, V
   };
   state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
   for (const SceneLight& light : scene.lights)
-    state.lights.push_back(
-        {light.name, toRuntimeLight(light), named("all") || named(light.name), false, light.positionWorld});
+    state.lights.push_back({light.name, toRuntimeLight(light),
+                            named("all") || std::any_of(names.begin(), names.end(),
+                                                        [&](const std::string& n) { return isCalled(light, n); }),
+                            false, light.positionWorld});
   for (const std::string& name : names) {
     const bool known =
         name == "all" || name == "none" || name == "emissive" ||
-        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return l.name == name; });
-    if (!known) return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene"};
+        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return isCalled(l, name); });
+    if (!known)
+      return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene; there are: " +
+                                         namesForPeople(scene.lights) + ", and emissive, all, none"};
   }
   return done();
 }
@@ -48,10 +52,11 @@ Status addFileLights(const std::string& path, ViewState& state) {
 
 Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
   for (const Camera& c : scene.cameras) {
-    if (options.camera.empty() || c.name == options.camera) return FlyCamera::from(c);
+    if (options.camera.empty() || isCalled(c, options.camera)) return FlyCamera::from(c);
   }
   if (!options.camera.empty())
-    return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera + "\" in the scene"};
+    return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera +
+                                       "\" in the scene; there are: " + namesForPeople(scene.cameras)};
   const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);
   Context context;
   const Result<FramedView> framed = frameLevel(scene, FlyCamera().yfovRad, aspect, context);

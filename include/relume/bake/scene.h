@@ -19,6 +19,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace relume {
@@ -118,7 +119,8 @@ struct Instance {
 };
 
 struct Camera {
-  std::string name;
+  std::string name;         // the camera's own
+  std::string node;         // of the node that it is on, which is what editors show; empty = none
   glm::mat4 toWorld{1.0f};  // looks down its -Z
   float yfovRad = 1.0f;
   float znear = 0.01f;  // [m]
@@ -133,7 +135,8 @@ enum class LightUnit : std::uint8_t { radiometric, photometric };
 inline constexpr double kLumensPerWatt = 683.0;  // [lm/W] as Blender's exporter counts: the peak of the eye, 555 nm
 
 struct SceneLight {
-  std::string name;
+  std::string name;  // the light's own
+  std::string node;  // of the node that it is on, which is what editors show; empty = none
   LightKind kind = LightKind::point;
   glm::vec3 intensity{1.0f};      // colour x intensity: W/sr (point, spot), W/m² (directional)
   glm::vec3 positionWorld{0.0f};  // [m]
@@ -141,6 +144,12 @@ struct SceneLight {
   float range = 0.0f;             // [m] 0 = infinite
   float innerConeRad = 0.0f, outerConeRad = 0.785398163f;
 };
+
+// Whether a camera or light is meant by a name: its own, or that of its node.
+template <class Item>
+bool isCalled(const Item& item, std::string_view name) {
+  return !name.empty() && (item.name == name || item.node == name);
+}
 
 // A box in which receivers can be: extras.relume {"volume": [x, y, z]} on a node gives its size in the node's axes.
 struct PlayVolume {
