@@ -2,7 +2,6 @@
 // See gather.h.
 #include "bake/preview/gather.h"
 
-#include "bake/preview/weights.h"
 #include "formats/color.h"
 
 #include <glm/common.hpp>
@@ -98,6 +97,7 @@ RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& refle
       sky_(sky),
       seed_(options.seed),
       secondLook_(options.secondLook),
+      reach_(options.reach),
       cells_(options.hemisphere == Hemisphere::fan
                  ? fanCells(options.rays)
                  : planeCells(options.planeSide, options.planeFovRad, options.hemisphere)),
@@ -137,7 +137,6 @@ void RecordGatherer::look(const PixelReceiver& receiver, std::uint64_t item, Scr
   s.rays.resize(count);
   s.distance.resize(count);
   s.reflected.assign(count, glm::vec3(0.0f));
-  s.sky.assign(count, glm::vec3(0.0f));
   for (std::uint32_t i = 0; i < count; ++i) {
     s.rays[i] = {origin, 0.0f, s.directions[i]};
     // An interpolated normal's hemisphere reaches below the surface, where no light comes from.
@@ -146,12 +145,17 @@ void RecordGatherer::look(const PixelReceiver& receiver, std::uint64_t item, Scr
     s.distance[i] = below ? -1.0f : s.hits[i].distance;
   }
   reflected_(item, s.rays, s.hits, s.reflected);
-  const bool dark = sky_.isDark();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (!dark && s.distance[i] == kInfinity) s.sky[i] = sky_.along(s.directions[i]);
-    keepFinite(s.hits[i], s.reflected[i]);
-  }
+  for (std::uint32_t i = 0; i < count; ++i) keepFinite(s.hits[i], s.reflected[i]);
+  addSky(s);
   rays_ += count;
+}
+
+void RecordGatherer::addSky(Scratch& s) const {
+  s.sky.assign(cells_.count(), glm::vec3(0.0f));
+  if (sky_.isDark()) return;
+  for (std::uint32_t i = 0; i < cells_.count(); ++i) {
+    if (s.distance[i] == kInfinity) s.sky[i] = sky_.along(s.directions[i]);
+  }
 }
 
 // The cells whose neighbours differ most from each other: where a patch of light begins or ends. A cell's own light has
@@ -251,16 +255,44 @@ void RecordGatherer::keepFinite(const Hit& hit, glm::vec3& radiance) const {
 }
 
 Record RecordGatherer::gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& s) const {
-  const glm::mat3 frame = s.frame = aim(receiver, item, s);
+  s.frame = aim(receiver, item, s);
   look(receiver, item, s);
-  const double left = lookAgain(receiver, item, frame, s);
+  return sum(receiver, lookAgain(receiver, item, s.frame, s), s);
+}
+
+glm::mat4 RecordGatherer::poseOf(const PixelReceiver& receiver) const {
+  glm::mat4 pose(frameOf(receiver.normal));
+  pose[3] = glm::vec4(startOf(receiver), 1.0f);
+  return pose;
+}
+
+Record RecordGatherer::gatherDrawn(const PixelReceiver& receiver, std::span<const glm::vec3> radiance,
+                                   std::span<const float> distance, Scratch& s) const {
+  s.frame = aim(receiver, 0, s);
+  s.reflected.assign(radiance.begin(), radiance.end());
+  s.distance.assign(distance.begin(), distance.end());
+  for (std::uint32_t i = 0; i < cells_.count(); ++i) {
+    keepFinite(Hit{}, s.reflected[i]);
+    // What lies below the surface itself is none of its light, as for rays.
+    if (glm::dot(s.directions[i], receiver.geometricNormal) > 0.0f) continue;
+    s.reflected[i] = glm::vec3(0.0f);
+    s.distance[i] = -1.0f;
+  }
+  addSky(s);
+  s.fine.assign(cells_.count(), 0);
+  rays_ += cells_.count();
+  return sum(receiver, 0.0, s);
+}
+
+// The record of what the cells have found.
+Record RecordGatherer::sum(const PixelReceiver& receiver, double unevenVariance, Scratch& s) const {
   Record record;
   record.positionWorld = receiver.positionWorld;
   record.normal = receiver.normal;
   record.footprint = receiver.footprint;
-  record.reflected = sumCells(cells_, s.reflected, s.distance, frame);
-  if (!sky_.isDark()) record.sky = sumCells(cells_, s.sky, s.distance, frame);
-  record.noise = static_cast<float>(std::sqrt(left + varianceOf(cells_, s.reflected, s.fine)));
+  record.reflected = sumCells(cells_, s.reflected, s.distance, s.frame);
+  if (!sky_.isDark()) record.sky = sumCells(cells_, s.sky, s.distance, s.frame);
+  record.noise = static_cast<float>(std::sqrt(unevenVariance + varianceOf(cells_, s.reflected, s.fine)));
 
   // R_k, as harmonic mean over equal shares of E.
   double inverse = 0.0, weight = 0.0;
@@ -272,9 +304,9 @@ Record RecordGatherer::gather(const PixelReceiver& receiver, std::uint64_t item,
     record.nearest = std::min(record.nearest, s.distance[i]);
   }
   record.distance = inverse > 0.0 ? static_cast<float>(weight / inverse) : kInfinity;
-  record.distance = std::min(record.distance, kNear * receiver.occluder);
+  if (reach_ == RecordReach::guarded) record.distance = std::min(record.distance, kNear * receiver.occluder);
   s.seenDistance = record.distance;
-  limitBySlope(record);
+  if (reach_ == RecordReach::guarded) limitBySlope(record);
   return record;
 }
 

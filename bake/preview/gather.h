@@ -7,6 +7,7 @@
 #include "bake/preview/hit_radiance.h"
 #include "bake/preview/receiver.h"
 #include "bake/preview/record.h"
+#include "bake/preview/weights.h"
 #include "bake/rays/bundle/ray_bundle.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/sky.h"
@@ -49,6 +50,7 @@ class RecordGatherer {
     float planeFovRad = 2.2142974f;  // of the plane: 126.87 degrees, half a side is twice the distance
     std::uint64_t seed = 1;
     bool secondLook = true;  // more rays where light is uneven; without it rays do not depend on the light
+    RecordReach reach = RecordReach::guarded;  // printed: R_k is the harmonic mean of distances and nothing else
   };
   RecordGatherer(const RayTracer& tracer, const HitRadiance& reflected, const Sky& sky, const Options& options);
 
@@ -70,11 +72,17 @@ class RecordGatherer {
     float seenDistance = 0.0f;  // [m] R_k of the last record, by distances alone: before limitBySlope()
   };
 
-  // Gather at a receiver. The result depends on the options, the receiver and `item` alone.
+  // Gather at a receiver by rays. The result depends on the options, the receiver and `item` alone.
   Record gather(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
 
+  // Where a rasteriser looks from in place of gather()'s rays (draw_hemispheres.h), and the record of what it draws.
+  // Only of a plane. [Size radiance = distance = cells]
+  glm::mat4 poseOf(const PixelReceiver& receiver) const;
+  Record gatherDrawn(const PixelReceiver& receiver, std::span<const glm::vec3> radiance,
+                     std::span<const float> distance, Scratch& scratch) const;
+
   const HemisphereCells& cells() const { return cells_; }
-  std::uint64_t raysTraced() const { return rays_; }
+  std::uint64_t raysTraced() const { return rays_; }  // pixels of those that were drawn included
   // Rays whose light was not finite, which count as 0; and the least index of an instance that they hit, or kNone.
   std::uint64_t notFinite() const { return notFinite_; }
   std::uint32_t notFiniteInstance() const { return instance_; }
@@ -82,6 +90,8 @@ class RecordGatherer {
  private:
   glm::mat3 aim(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
   void look(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const;
+  void addSky(Scratch& scratch) const;
+  Record sum(const PixelReceiver& receiver, double unevenVariance, Scratch& scratch) const;
   void findUneven(Scratch& scratch) const;
   double lookAgain(const PixelReceiver& receiver, std::uint64_t item, const glm::mat3& frame, Scratch& scratch) const;
   glm::vec3 startOf(const PixelReceiver& receiver) const;
@@ -92,6 +102,7 @@ class RecordGatherer {
   const Sky& sky_;
   std::uint64_t seed_;
   bool secondLook_;
+  RecordReach reach_;
   HemisphereCells cells_;
   DirectionStrata strata_;
   mutable std::atomic<std::uint64_t> rays_{0}, notFinite_{0};

@@ -71,10 +71,10 @@ class Placer {
     if (outcome_ == Placement::late || context_.cancelled()) batch_.clear();
     const std::size_t first = records_.size();
     records_.resize(first + batch_.size());
+    if (options_.draw != nullptr) drawBatch();
     parallelChunks(context_, "", batch_.size(), 4, [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<RecordGatherer::Scratch> scratch = borrow();
-      for (std::size_t i = begin; i < end && !context_.cancelled(); ++i)
-        records_[first + i] = gatherer_.gather(receivers_[batch_[i]], batch_[i], *scratch);
+      for (std::size_t i = begin; i < end && !context_.cancelled(); ++i) records_[first + i] = gatherOne(i, *scratch);
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(scratch));
     });
@@ -82,6 +82,23 @@ class Placer {
     batch_.clear();
     tell();
     return outcome_ == Placement::complete && !context_.cancelled();
+  }
+
+  void drawBatch() {
+    poses_.clear();
+    for (const std::uint32_t pixel : batch_) poses_.push_back(gatherer_.poseOf(receivers_[pixel]));
+    const std::size_t count = batch_.size() * gatherer_.cells().count();
+    radiance_.resize(count);
+    distance_.resize(count);
+    (*options_.draw)(poses_, radiance_, distance_);
+  }
+
+  Record gatherOne(std::size_t i, RecordGatherer::Scratch& scratch) const {
+    const PixelReceiver& receiver = receivers_[batch_[i]];
+    if (options_.draw == nullptr) return gatherer_.gather(receiver, batch_[i], scratch);
+    const std::size_t count = gatherer_.cells().count();
+    return gatherer_.gatherDrawn(receiver, std::span(radiance_).subspan(i * count, count),
+                                 std::span(distance_).subspan(i * count, count), scratch);
   }
 
   // Memory that another chunk has left, or new.
@@ -114,6 +131,9 @@ class Placer {
   std::uint32_t width_, height_;
   std::vector<std::uint8_t> covered_;  // [Size receivers]
   std::vector<std::uint32_t> batch_;   // pixels
+  std::vector<glm::mat4> poses_;       // [Size batch] of those that are drawn, with their pictures
+  std::vector<glm::vec3> radiance_;
+  std::vector<float> distance_;
   std::size_t seen_ = 0, batches_ = 0;
   Placement outcome_ = Placement::complete;
   std::mutex mutex_;

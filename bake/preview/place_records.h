@@ -2,6 +2,7 @@
 // Where records go: wherever the image shows something that those there are do not reach (RCS 4.2, Algorithm 2).
 #pragma once
 
+#include "bake/preview/draw_hemispheres.h"
 #include "bake/preview/gather.h"
 #include "bake/preview/record.h"
 #include "bake/preview/weights.h"
@@ -39,6 +40,7 @@ struct PlacementOptions {
   PlacementOrder order = PlacementOrder::waves;
   std::uint32_t maxRecords = 200000;
   Deadline deadline;
+  const DrawHemispheres* draw = nullptr;  // what looks around in place of rays, from the calling thread; null = rays
 };
 
 // Append records until every pixel's receiver is reached. The records there are at first stay. Result of the order

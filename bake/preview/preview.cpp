@@ -48,6 +48,7 @@ Status checkPreviewOptions(const PreviewOptions& o) {
   for (const Status& ok :
        {check("width", o.width, 1, 16384, "1..16384"), check("height", o.height, 1, 16384, "1..16384"),
         check("samples", o.samples, 1, 16, "1..16"), check("accuracy", o.accuracy, 0.0199999, 2, "0.02..2"),
+        check("min reach", o.minPixels, 0, 64, "0..64 pixels"),
         check("contrast", o.contrast, 0.000999, 10, "0.001..10"), check("rounds", o.rounds, 0, 16, "0..16"),
         check("rays", o.rays, 16, 65536, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
         check("field of view of the plane", o.planeFovDeg, 10, 175, "10..175 degrees"),
@@ -59,7 +60,7 @@ Status checkPreviewOptions(const PreviewOptions& o) {
 }
 
 RecordGatherer::Options gatherOptions(const PreviewOptions& o) {
-  return {o.hemisphere, o.rays, o.planeSide, glm::radians(o.planeFovDeg), o.seed};
+  return {o.hemisphere, o.rays, o.planeSide, glm::radians(o.planeFovDeg), o.seed, true, o.reach};
 }
 
 // The accuracies to reach one after the other: under a time limit, from coarse to what is asked for.
@@ -72,17 +73,22 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
 
 // Place records; returns how they are read.
 Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
-                    const PreviewOptions& options, std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
+                    const DrawHemispheres* draw, const PreviewOptions& options, std::vector<Record>& cache,
+                    PreviewFrame& frame, Context& context) {
   const Clock::time_point begin = Clock::now();
   PlacementOptions placement;
   placement.order = options.order;
   placement.maxRecords = options.maxRecords;
+  placement.draw = draw;
   if (options.timeLimitSeconds > 0.0f)
     placement.deadline =
         begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.timeLimitSeconds));
   Interpolation reached{options.weight, 0.0f, options.gradients};
+  reached.minPixels = options.minPixels;
+  reached.reach = options.reach;
   for (const float accuracy : accuraciesOf(options)) {
-    placement.interpolation = {options.weight, accuracy, options.gradients};
+    placement.interpolation = reached;
+    placement.interpolation.accuracy = accuracy;
     Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
     const bool first = reached.accuracy == 0.0f;
     if (first) frame.firstSeconds = secondsSince(begin);
@@ -206,8 +212,10 @@ void warn(const RecordGatherer& gatherer, const PreviewFrame& frame, const Scene
   if (gatherer.notFinite() > 0)
     context.message(Severity::warning,
                     "preview: " + std::to_string(gatherer.notFinite()) +
-                        " rays found light that is no finite number and counts as none; the first part is \"" +
-                        scene.instances[gatherer.notFiniteInstance()].node + "\"");
+                        " rays found light that is no finite number and counts as none" +
+                        (gatherer.notFiniteInstance() == kNone
+                             ? std::string()
+                             : "; the first part is \"" + scene.instances[gatherer.notFiniteInstance()].node + "\""));
   if (frame.skipped > 0)
     context.message(Severity::warning, "preview: " + std::to_string(frame.skipped) +
                                            " pixels show triangles without an area and get no indirect light");
@@ -228,6 +236,10 @@ void resize(PreviewFrame& frame, const PreviewOptions& options) {
 Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance& reflected,
                                    const PreviewOptions& options, std::vector<Record>& cache, Context& context) {
   if (Status ok = checkPreviewOptions(options); !ok) return ok.error();
+  if (scene.draw != nullptr && options.hemisphere == Hemisphere::fan)
+    return Error{
+        ErrorCode::usage,
+        "preview: a rasteriser draws the pixels of a plane; hemisphere must be plane, scaled or border, found fan"};
   const Context::Stage stage(context, "preview");
   PreviewFrame frame;
   resize(frame, options);
@@ -244,14 +256,16 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
 
   // 2. to 4. Records wherever there are none
   const RecordGatherer gatherer(scene.transport, reflected, scene.sky, gatherOptions(options));
-  const Interpolation interpolation = place(gatherer, camera, receivers, options, cache, frame, context);
+  const Interpolation interpolation = place(gatherer, camera, receivers, scene.draw, options, cache, frame, context);
   if (context.cancelled()) return cancelledError();
   frame.records = static_cast<std::uint32_t>(cache.size());
   frame.rays = gatherer.raysTraced();
 
   // 5. All records on all pixels, and direct light
+  const Clock::time_point splatBegin = Clock::now();
   const RecordTiles tiles(camera, cache, interpolation);
   const std::vector<Splat> centers = splatCenters(camera, receivers, cache, tiles, interpolation, frame, context);
+  frame.splatSeconds = secondsSince(splatBegin);
   markRecords(cache, receivers, camera, frame);
   const EmittingTriangles emitters(scene.transport.scene(), scene.transport.geometry());
   shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr}, frame, context);

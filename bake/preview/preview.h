@@ -31,6 +31,8 @@ struct PreviewOptions {
   float contrast = 0.1f;  // [0.001..10] by how much of its light records may differ at a pixel (adapt_reach.h)
   int rounds = 6;         // [0..16] in which those that differ by more are replaced; 0 = never, the paper's way
   RecordWeight weight = RecordWeight::smooth;
+  RecordReach reach = RecordReach::guarded;
+  float minPixels = 1.5f;  // [0..64] widths of a pixel that every record reaches
   bool gradients = true;
   PlacementOrder order = PlacementOrder::waves;
   Hemisphere hemisphere = Hemisphere::fan;
@@ -50,6 +52,7 @@ struct PreviewScene {
   std::span<const SceneLight> lights;
   bool emissive = false;  // emitting surfaces are on
   const Sky& sky;
+  const DrawHemispheres* draw = nullptr;  // what draws records' surroundings; null: rays look around
 };
 
 // Pixel means by a box filter, row 0 on top [Size width * height]; radiances [W/m²/sr] are with albedo.
@@ -71,12 +74,13 @@ struct PreviewFrame {
   std::uint32_t extended = 0;  // pixels that no record reached, lit by records that reached out farther
   std::uint32_t skipped = 0;   // pixels of triangles without an area
   double recordSeconds = 0.0, firstSeconds = 0.0;  // of placing records; until every pixel had light for the first time
+  double splatSeconds = 0.0;                       // of drawing all records at the pixels' centres
 };
 
 // Render a frame. `cache`: records of frames before, of the same scene, lights and options but for the camera; those
 // that this one needs in addition are appended. The same picture at any thread count, but with a time limit, which
 // makes records coarse to fine and keeps the finest that is complete.
-// usage: an option out of range; failed: cancelled.
+// usage: an option out of range, or a fan that is to be drawn; failed: cancelled.
 Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance& reflected,
                                    const PreviewOptions& options, std::vector<Record>& cache, Context& context);
 

@@ -22,9 +22,10 @@ float ownReach(const Record& record, const Interpolation& options) {
 }  // namespace
 
 float reachOf(const Record& record, const Interpolation& options) {
-  const float own = ownReach(record, options);
-  return std::clamp(options.limits ? std::min(own, record.limit) : own, kMinPixels * record.footprint,
-                    options.maxPixels * record.footprint);
+  const float own = ownReach(record, options), min = options.minPixels * record.footprint;
+  const float limited = std::max(options.limits ? std::min(own, record.limit) : own, min);
+  return options.reach == RecordReach::printed ? limited
+                                               : std::min(limited, std::max(options.maxPixels * record.footprint, min));
 }
 
 float gradientShare(const Record& record, float reach, const Interpolation& options) {
@@ -39,12 +40,14 @@ float weightOf(const Record& record, float reach, const PixelReceiver& receiver,
   const float turn = std::max(0.0f, 1.0f - glm::dot(normal, record.normal));
   if (turn > a * a && options.weight != RecordWeight::tabellion) return 0.0f;
   // WRC88's test: whether the point lies behind the record, where another surface may be what it sees.
-  if (0.5f * glm::dot(offset, normal + record.normal) < -kBehind * reach / a) return 0.0f;
+  const bool guarded = options.reach == RecordReach::guarded;
+  if (guarded && 0.5f * glm::dot(offset, normal + record.normal) < -kBehind * reach / a) return 0.0f;
 
   const float distance = std::sqrt(squared);
   // Neighbour clamping (Krivanek et al. 2006): R changes no faster than places do. A record that sees far does not know
   // of what is close to the receiver. What its reach is for the view's sake alone does not count.
-  if (record.distance > kNear * (distance + receiver.occluder) && reach > kMinPixels * record.footprint) return 0.0f;
+  const bool byItsLight = reach > options.minPixels * record.footprint;
+  if (guarded && byItsLight && record.distance > kNear * (distance + receiver.occluder)) return 0.0f;
   if (options.weight == RecordWeight::tabellion) {
     const float angle = std::sqrt(turn / (1.0f - kTabellionCosine)) * kTabellionAccuracy / a;
     return std::max(0.0f, 1.0f - std::max(distance / reach, angle));

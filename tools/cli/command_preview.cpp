@@ -38,9 +38,9 @@ namespace relume {
 namespace {
 
 struct PreviewArguments : PictureOptions {
-  std::string source = "auto", gradients = "on";
+  std::string source = "auto", gradients = "on", backend = "cpu";
   SceneOptions sceneOptions;
-  std::uint32_t samples = 4;
+  std::uint32_t samples = 4, shadowSize = 2048;
   PreviewOptions options;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
@@ -128,10 +128,12 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
                         {"rays", report.rays},
                         {"accuracy", std::stod(std::to_string(report.accuracy))},
                         {"extendedPixels", report.extended},
+                        {"hemispheres", report.renderer},
                         {"totalMs", totalMs}};
     json["stageMs"] = {{"relight", 1e3 * report.relightSeconds},
                        {"records", 1e3 * report.recordSeconds},
                        {"firstPicture", 1e3 * report.firstSeconds},
+                       {"splat", 1e3 * report.splatSeconds},
                        {"draw", 1e3 * report.drawSeconds}};
     if (scale != nullptr) json["png"] = describeScale(layers.aovs, *scale);
     std::printf("%s\n", jsonText(json, -1).c_str());
@@ -150,6 +152,14 @@ Result<PreviewSource> chooseSource(const PreviewArguments& arguments) {
                                                                 {"hits", PreviewSource::hits},
                                                                 {"surfels", PreviewSource::surfels}};
   const PreviewSource source = kSources.at(arguments.source);
+  if (arguments.backend == "gl") {
+    if (source != PreviewSource::direct && arguments.source != "auto")
+      return usage("--backend gl draws light that is reflected once: --source direct, not " + arguments.source);
+    if (!arguments.bake.empty()) return usage("--backend gl and --bake exclude each other: it draws direct light");
+    if (arguments.options.hemisphere == Hemisphere::fan)
+      return usage("--backend gl draws the pixels of a plane: --hemisphere plane, scaled or border, not fan");
+    return PreviewSource::direct;
+  }
   if (source == PreviewSource::direct && !arguments.bake.empty())
     return usage("--source direct and --bake exclude each other: direct light needs no bake");
   return source;
@@ -171,6 +181,8 @@ int runPreview(const PreviewArguments& arguments) {
   const auto source = chooseSource(arguments);
   if (!source) return fail(source.error());
   request.source = *source;
+  request.drawn = arguments.backend == "gl";
+  request.frame.shadowSize = arguments.shadowSize;
 
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
@@ -216,6 +228,8 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       {"smooth", RecordWeight::smooth}, {"ward", RecordWeight::ward}, {"tabellion", RecordWeight::tabellion}};
   static const std::map<std::string, PlacementOrder> kOrders = {{"waves", PlacementOrder::waves},
                                                                 {"linear", PlacementOrder::linear}};
+  static const std::map<std::string, RecordReach> kReaches = {{"guarded", RecordReach::guarded},
+                                                              {"printed", RecordReach::printed}};
   static const std::map<std::string, Hemisphere> kHemispheres = {{"fan", Hemisphere::fan},
                                                                  {"plane", Hemisphere::plane},
                                                                  {"scaled", Hemisphere::scaled},
@@ -256,6 +270,20 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       ->option_text("WEIGHT [smooth]")
       ->transform(CLI::CheckedTransformer(kWeights).description(""))
       ->group(group);
+  command
+      .add_option("--reach", a.options.reach,
+                  "how far records reach: guarded (no farther than the light's own slope and what pixels show in front "
+                  "of surfaces allow) or printed (as the paper prints it: more light leaks, fewer records) "
+                  "[guarded|printed]")
+      ->option_text("REACH [guarded]")
+      ->transform(CLI::CheckedTransformer(kReaches).description(""))
+      ->group(group);
+  command
+      .add_option("--min-reach", a.options.minPixels,
+                  "pixels that every record reaches, 0..64: more makes fewer records")
+      ->check(numberFrom(0.0, 64.0))
+      ->capture_default_str()
+      ->group(group);
   command.add_option("--gradients", a.gradients, "whether records know how their light changes around them")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str()
@@ -274,6 +302,17 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
                   "do) [fan|plane|scaled|border]")
       ->option_text("HEMISPHERE [fan]")
       ->transform(CLI::CheckedTransformer(kHemispheres).description(""))
+      ->group(group);
+  command
+      .add_option("--backend", a.backend,
+                  "who looks through the pixels of that plane: cpu (rays), or gl (OpenGL 4.3 through EGL, with shadow "
+                  "maps: light of punctual lights that is reflected once) [cpu|gl]")
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--shadow-size", a.shadowSize, "texels along a side of a shadow map, gl only")
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str()
       ->group(group);
   command.add_option("--plane-side", a.options.planeSide, "pixels along a side of the plane")
       ->check(CLI::Range(2, 256))

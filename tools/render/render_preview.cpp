@@ -3,6 +3,7 @@
 #include "tools/render/render_preview.h"
 
 #include "bake/reference/emitters.h"
+#include "tools/render/hemispheres_gl.h"
 #include "tools/render/hit_light.h"
 #include "tools/render/relight_by_rays.h"
 
@@ -32,6 +33,22 @@ PreviewOptions optionsOf(const PreviewRequest& request) {
   options.height = request.frame.height;
   options.samples = request.frame.samples;
   return options;
+}
+
+// What draws records' surroundings.
+Result<GlHemispheres> makeDrawer(const Scene& scene, const PreviewRequest& request) {
+  const RenderRequest& frame = request.frame;
+  if (frame.drawsEmission() || !frame.sky.isDark())
+    return Error{ErrorCode::usage,
+                 "--backend gl: shadow maps are of punctual lights alone; name those in --lights, without emissive, "
+                 "and leave out "
+                 "--sky and --emission"};
+#ifdef RELUME_RENDER_GL
+  return drawHemispheresByGl(scene, frame.lights, request.options, frame.shadowSize);
+#else
+  static_cast<void>(scene);
+  return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
+#endif
 }
 
 RenderedFrame toRenderedFrame(PreviewFrame&& preview, const RenderRequest& request) {
@@ -85,9 +102,19 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
   }
   report.relightSeconds = watch.lap();
 
+  GlHemispheres hemispheres;
+  if (request.drawn) {
+    auto made = makeDrawer(scene, request);
+    if (!made) return made.error();
+    hemispheres = std::move(*made);
+  }
+  report.renderer = request.drawn ? "gl: " + hemispheres.renderer : "cpu";
+  watch.lap();
+
   // 2. Records and the picture
   std::vector<Record> cache;
-  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky},
+  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
+                                request.drawn ? &hemispheres.draw : nullptr},
                                reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;
@@ -96,6 +123,7 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
   report.accuracy = preview->accuracy;
   report.firstSeconds = preview->firstSeconds;
   report.recordSeconds = preview->recordSeconds;
+  report.splatSeconds = preview->splatSeconds;
   report.drawSeconds = watch.lap() - preview->recordSeconds;
   RenderedFrame frame = toRenderedFrame(std::move(*preview), asked);
   frame.frames = relit.frames;

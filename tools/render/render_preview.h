@@ -9,6 +9,7 @@
 #include "tools/render/render_frame.h"
 
 #include <cstdint>
+#include <string>
 
 namespace relume {
 
@@ -17,9 +18,10 @@ namespace relume {
 enum class PreviewSource { direct, hits, surfels };
 
 struct PreviewRequest {
-  RenderRequest frame;  // its bake is needed but for `direct`; bounces, bands, exponent and shadowSize have no meaning
+  RenderRequest frame;  // its bake is needed but for `direct`; bounces, bands and exponent have no meaning
   PreviewOptions options;
   PreviewSource source = PreviewSource::hits;
+  bool drawn = false;  // OpenGL draws what records see, with shadow maps; source must be `direct`
 };
 
 // What a preview took.
@@ -27,11 +29,13 @@ struct PreviewReport {
   std::uint32_t records = 0, extended = 0;
   std::uint64_t rays = 0;
   float accuracy = 0.0f;
-  double relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, drawSeconds = 0.0;
+  double relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, splatSeconds = 0.0, drawSeconds = 0.0;
+  std::string renderer;  // what drew the records' surroundings: cpu, or OpenGL's name
 };
 
 // `transport` has what light travels among, best with RayStructure::bundles; `drawn`, of the same scene, has what is
 // seen and what casts the punctual lights' shadows: dynamic instances, of which no other light knows, as in `render`.
+// unsupported: `drawn`, and no OpenGL 4.3; usage: `drawn`, and light that shadow maps have not.
 // Errors of the relighter and of renderPreview(); failed: cancelled.
 Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTracer& drawn,
                                          const PreviewRequest& request, PreviewReport& report, Context& context);
