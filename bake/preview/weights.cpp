@@ -9,6 +9,7 @@ namespace relume {
 namespace {
 
 constexpr float kLeastError = 0.1f;            // of a: at the record itself others that reach there count as well
+constexpr float kFarPixels = 1e6f;             // a record of nothing but sky reaches all of the picture
 constexpr float kBehind = 0.05f;               // of R_k: a point so far behind a record sees something else
 constexpr float kTabellionAccuracy = 0.15f;    // a at which Tabellion's factor kappa is 1
 constexpr float kTabellionCosine = 0.984808f;  // of 10 degrees
@@ -22,10 +23,9 @@ float ownReach(const Record& record, const Interpolation& options) {
 }  // namespace
 
 float reachOf(const Record& record, const Interpolation& options) {
-  const float own = ownReach(record, options), min = options.minPixels * record.footprint;
-  const float limited = std::max(options.limits ? std::min(own, record.limit) : own, min);
-  return options.reach == RecordReach::printed ? limited
-                                               : std::min(limited, std::max(options.maxPixels * record.footprint, min));
+  const float own = ownReach(record, options), min = options.minPixels * record.footprint,
+              max = (options.reach == RecordReach::printed ? kFarPixels : options.maxPixels) * record.footprint;
+  return std::max(std::min(options.limits ? std::min(own, record.limit) : own, max), min);
 }
 
 float gradientShare(const Record& record, float reach, const Interpolation& options) {

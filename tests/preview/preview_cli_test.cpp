@@ -132,6 +132,56 @@ TEST_F(PreviewCommand, recordsAndTheirWeightsCanBeLookedAt) {
   expectRefused(run({"render", kLevel, "--aov", "weight", "-o", image()}), 1, {"--aov weight", "relume preview"});
 }
 
+// OpenGL draws what records see: the same light as rays through the pixels of the same plane find.
+TEST_F(PreviewCommand, openGlGivesTheLightThatRaysDo) {
+  const auto draw = [&](const char* backend) {
+    return preview({"--camera", "cam_hall", "--lights", "spot", "--source", "direct", "--hemisphere", "border",
+                    "--plane-side", "32", "--backend", backend, "--aov", "bounced", "--json"});
+  };
+  const ProgramResult byRays = draw("cpu");
+  ASSERT_EQ(byRays.status, 0) << byRays.err;
+  std::filesystem::rename(image(), folder_ / "rays.exr");
+  const ProgramResult drawn = draw("gl");
+  if (drawn.status == 5) GTEST_SKIP() << drawn.err;
+  ASSERT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_LT(differenceOf(image(), folder_ / "rays.exr", ""), 0.1);
+  EXPECT_EQ(nlohmann::json::parse(byRays.out)["hemispheres"], "cpu");
+  EXPECT_EQ(nlohmann::json::parse(drawn.out)["hemispheres"].get<std::string>().substr(0, 3), "gl:");
+}
+
+TEST_F(PreviewCommand, thePapersReachMakesFewerRecords) {
+  const auto records = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--camera", "cam_hall", "--lights", "spot",  "--source",
+                                       "direct",   "--rounds", "0",        "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult made = preview(arguments);
+    EXPECT_EQ(made.status, 0) << made.err;
+    return nlohmann::json::parse(made.out)["records"].get<int>();
+  };
+  const int guarded = records({}), printed = records({"--reach", "printed"}),
+            wide = records({"--reach", "printed", "--min-reach", "8"});
+  EXPECT_LT(printed, guarded);
+  EXPECT_LT(wide, printed);
+  EXPECT_GT(wide, 5);
+}
+
+TEST_F(PreviewCommand, namesWhatOpenGlCannotDraw) {
+  const std::string border = "border";
+  expectRefused(preview({"--backend", "gl"}), 1, {"--backend gl", "--hemisphere", "fan"});
+  expectRefused(preview({"--backend", "gl", "--hemisphere", border, "--source", "hits"}), 1,
+                {"--source direct", "hits"});
+  expectRefused(preview({"--backend", "gl", "--hemisphere", border, "--bake", kLevel}), 1, {"--bake"});
+  expectRefused(preview({"--backend", "gl", "--hemisphere", border, "--sky", "1,1,1"}), 1, {"--sky", "--lights"});
+  expectRefused(preview({"--backend", "gpu"}), 1, {"--backend", "gpu"});
+  expectRefused(preview({"--hemisphere", "dome"}), 1, {"--hemisphere", "dome"});
+  expectRefused(preview({"--shadow-size", "63"}), 1, {"--shadow-size"});
+  expectRefused(preview({"--reach", "far"}), 1, {"--reach", "far"});
+  for (const char* pixels : {"-1", "65", "nan"}) expectRefused(preview({"--min-reach", pixels}), 1, {"--min-reach"});
+  for (const char* fov : {"9", "176", "inf", ""}) expectRefused(preview({"--plane-fov", fov}), 1, {"--plane-fov"});
+  for (const char* side : {"257", "-64", "6.5"}) expectRefused(preview({"--plane-side", side}), 1, {"--plane-side"});
+  EXPECT_FALSE(std::filesystem::exists(image()));
+}
+
 TEST_F(PreviewCommand, namesWhatIsWrong) {
   expectRefused(preview({"--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living"});
   expectRefused(preview({"--aov", "shine"}), 1, {"--aov", "shine", "indirect"});

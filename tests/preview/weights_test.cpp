@@ -92,6 +92,30 @@ TEST(RecordWeight, aReceiverInACornerReadsRecordsOfTheCornerOnly) {
   EXPECT_GT(weightOf(near, reachOf(near, options), receiver, options), 0.0f);
 }
 
+// RCS Eqs. (2) to (4) know neither what lies behind a record nor what is close to a receiver, nor a largest splat.
+TEST(RecordWeight, aPrintedReachIsEquationFourAlone) {
+  const glm::vec3 up(0, 0, 1);
+  Interpolation options;
+  options.weight = RecordWeight::ward;
+  options.reach = RecordReach::printed;
+  Record record = recordAt({0, 0, 0}, 2.0f);
+  const float reach = reachOf(record, options);
+  EXPECT_FLOAT_EQ(reach, 0.3f) << "3000 pixels";
+  const PixelReceiver behind{{0.1f, 0, -0.15f}, up, up, 1e-4f, 0.01f};
+  EXPECT_NEAR(weightOf(record, reach, behind, options), 2.0f / std::hypot(0.1f, 0.15f), 1e-3f);
+  options.reach = RecordReach::guarded;
+  EXPECT_FLOAT_EQ(reachOf(record, options), 0.0064f);
+  EXPECT_EQ(weightOf(record, reach, behind, options), 0.0f);
+  // Far from everything a record reaches all, near to something as many pixels as are asked for.
+  options.reach = RecordReach::printed;
+  record.distance = INFINITY;
+  EXPECT_FLOAT_EQ(reachOf(record, options), 100.0f);
+  EXPECT_EQ(gradientShare(record, reachOf(record, options), options), 1.0f);
+  record.distance = 1e-4f;
+  options.minPixels = 10.0f;
+  EXPECT_FLOAT_EQ(reachOf(record, options), 1e-3f);
+}
+
 TEST(RecordWeight, reachIsBetweenPixelsAndLimits) {
   Interpolation options;
   Record record = recordAt({0, 0, 0}, 1.0f);
