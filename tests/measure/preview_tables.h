@@ -74,8 +74,9 @@ struct LitLevel {
   }
 };
 
-// RCS Table 1 and Table 2: Markdown on standard output. `scenes`: folder of the levels, level/level.glb.
-void printTable1(const std::string& scenes, std::size_t points);
+// RCS Table 1 and Table 2: Markdown on standard output. `scenes`: folder of the levels, level/level.glb; `only`:
+// one of them, or empty.
+void printTable1(const std::string& scenes, std::size_t points, const std::string& only);
 void printTable2(const std::string& scenes);
 
 }  // namespace relume
