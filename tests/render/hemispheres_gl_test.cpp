@@ -16,7 +16,6 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #ifdef RELUME_RENDER_GL
 namespace relume {
@@ -24,7 +23,6 @@ namespace {
 
 using namespace test;
 
-constexpr float kPi = std::numbers::pi_v<float>;
 const Sky kDark;
 
 SceneLight pointLight(const glm::vec3& position, const glm::vec3& intensity) {
@@ -127,6 +125,26 @@ TEST(HemispheresGl, pixelsLookWhereCellsSay) {
   }
 }
 
+// Each has a context of its own, which it finds again.
+TEST(HemispheresGl, twoLevelsCanBeDrawnInTurn) {
+  Scene near, far;
+  addInstance(near, box({-1, -1, -1}, {1, 1, 1}, true));
+  addInstance(far, box({-3, -3, -3}, {3, 3, 3}, true));
+  finish(near);
+  finish(far);
+  const Surroundings a(near, {pointLight(glm::vec3(0.5f), glm::vec3(1.0f))}),
+      b(far, {pointLight(glm::vec3(0.5f), glm::vec3(1.0f))});
+  SKIP_WITHOUT_GL(a);
+  SKIP_WITHOUT_GL(b);
+  const glm::vec3 up(0, 1, 0);
+  const PixelReceiver at{{0, 0, 0}, up, up, 0.01f};
+  const auto options = planeOf(Hemisphere::border);
+  for (int turn = 0; turn < 2; ++turn) {
+    EXPECT_NEAR(a.drawn(at, options).nearest, 1.0f, 0.01f);
+    EXPECT_NEAR(b.drawn(at, options).nearest, 3.0f, 0.03f);
+  }
+}
+
 // What is not there is infinitely far and dark.
 TEST(HemispheresGl, emptinessIsDarkAndInfinitelyFar) {
   Scene scene;
@@ -174,8 +192,8 @@ TEST(HemispheresGl, agreeWithRaysThroughTheSamePixels) {
   RecordProperty("rms", std::to_string(std::sqrt(square / sum)));
 }
 
-// The gradient of translation by OpenGL's pixels is that by rays of the whole hemisphere, under a patch of light that the
-// plane sees all of.
+// The gradient of translation by OpenGL's pixels is that by rays of the whole hemisphere, under a patch of light that
+// the plane sees all of.
 TEST(HemispheresGl, gradientsAreThoseOfRays) {
   Scene scene;
   addInstance(scene, box({-2, -1, -2}, {2, 1, 2}, true));

@@ -18,6 +18,7 @@ namespace {
 struct OwnContext {
   EglContext context;
   HemisphereRaster raster;  // goes before its context does
+  ~OwnContext() { context.makeCurrent(); }
 };
 
 }  // namespace
@@ -32,9 +33,12 @@ Result<GlHemispheres> drawHemispheresByGl(const Scene& scene, std::span<const Sc
   if (!raster) return raster.error();
   GlHemispheres made;
   made.renderer = context->renderer();
-  auto own = std::make_shared<OwnContext>(OwnContext{std::move(*context), std::move(*raster)});
+  const std::shared_ptr<OwnContext> own(new OwnContext{std::move(*context), std::move(*raster)});
   made.draw = [own](std::span<const glm::mat4> worldFromFrame, std::span<glm::vec3> radiance,
-                    std::span<float> distance) { own->raster.draw(worldFromFrame, radiance, distance); };
+                    std::span<float> distance) {
+    own->context.makeCurrent();
+    own->raster.draw(worldFromFrame, radiance, distance);
+  };
   return made;
 }
 

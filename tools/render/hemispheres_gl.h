@@ -14,7 +14,7 @@
 namespace relume {
 
 struct GlHemispheres {
-  DrawHemispheres draw;  // owns its OpenGL context, which is current on the thread that made it; call it there
+  DrawHemispheres draw;  // owns its OpenGL context and makes it current; for the thread that made it alone
   std::string renderer;  // what OpenGL calls itself
 };
 
