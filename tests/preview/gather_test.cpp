@@ -13,6 +13,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -92,6 +93,46 @@ TEST(Gather, aFurnaceGivesPiLAndNoGradient) {
   const Record plane =
       gatherAt(room(), {0, 0, 0}, n, lightAt([&](const glm::vec3&) { return radiance; }), withPlane(Hemisphere::plane));
   EXPECT_NEAR(irradianceOf(plane.reflected, n).x, (1.0f - 0.169f) * std::numbers::pi_v<float> * radiance.x, 2e-3f);
+}
+
+// What a rasteriser would draw, taken from the rays' own pixels: the same record. Pixels below the surface, which an
+// interpolated normal's plane has, count as nothing whatever was drawn there.
+TEST(Gather, aDrawnRecordIsThatOfTheSamePixelsByRays) {
+  const Scene scene = room();
+  const RayTracer tracer = tracerOf(scene);
+  const HitRadiance light = lightAt([](const glm::vec3& p) { return glm::vec3(2.0f + p.x, 1.0f - p.y, 0.5f); });
+  const Sky sky;
+  const glm::vec3 up(0, 0, 1), leaning = glm::normalize(glm::vec3(0.6f, 0, 1));
+  const PixelReceiver receiver{{0.1f, 0.2f, -1.0f}, leaning, up, 0.01f};
+  for (const Hemisphere mode : {Hemisphere::plane, Hemisphere::scaled, Hemisphere::border}) {
+    const RecordGatherer gatherer(tracer, light, sky, withPlane(mode));
+    RecordGatherer::Scratch scratch;
+    const Record rays = gatherer.gather(receiver, 1, scratch);
+    std::vector<glm::vec3> radiance = scratch.reflected;
+    std::vector<float> distance = scratch.distance;
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < distance.size(); ++i) {
+      if (distance[i] >= 0.0f) continue;
+      radiance[i] = glm::vec3(1e6f);
+      distance[i] = 0.5f;
+      below += 1;
+    }
+    EXPECT_GT(below, 100u);
+    const Record drawn = gatherer.gatherDrawn(receiver, radiance, distance, scratch);
+    EXPECT_EQ(drawn.reflected.vector, rays.reflected.vector);
+    EXPECT_EQ(drawn.reflected.gradient, rays.reflected.gradient);
+    EXPECT_EQ(drawn.distance, rays.distance);
+    EXPECT_EQ(drawn.noise, rays.noise);
+    const glm::mat4 pose = gatherer.poseOf(receiver);
+    EXPECT_EQ(glm::mat3(pose), scratch.frame);
+    EXPECT_NEAR(glm::distance(glm::vec3(pose[3]), receiver.positionWorld), 0.0f, 1e-3f);
+    EXPECT_EQ(gatherer.raysTraced(), 2u * 64 * 64);
+    // A pixel that is no number is none of the light, and no part of the level is to blame.
+    radiance[64 * 32 + 32] = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+    EXPECT_TRUE(std::isfinite(gatherer.gatherDrawn(receiver, radiance, distance, scratch).reflected.vector[0].z));
+    EXPECT_EQ(gatherer.notFinite(), 1u);
+    EXPECT_EQ(gatherer.notFiniteInstance(), kNone);
+  }
 }
 
 TEST(Gather, theSkyIsASumOfItsOwn) {
