@@ -61,6 +61,12 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   checked.bands.glossy = options.glossy;
   if (!(options.gridTrust >= 0.0f && options.gridTrust <= 1.0f))
     return usage("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
+  constexpr std::uint32_t kMaxMovingParts = 256;
+  if (options.movingParts > kMaxMovingParts)
+    return usage("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
+                 std::to_string(kMaxMovingParts));
+  if (options.movingParts > 0 && options.backend != BackendKind::cpu)
+    return Error{ErrorCode::unsupported, "movingParts need the CPU backend: the OpenGL backend has no moving parts"};
   Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, memory);
   if (!sizes) return sizes.error();
   checked.images = std::move(*sizes);

@@ -116,6 +116,27 @@ Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t 
   return done();
 }
 
+Status checkMovingParts(const LightSetup& setup, std::uint32_t most) {
+  const std::size_t count = setup.movingParts.size();
+  if (count > most)
+    return refused("movingParts has " + std::to_string(count) + " elements, expected at most " + std::to_string(most) +
+                   ", as RelightOptions::movingParts says");
+  if (count > 0 && setup.movingShapes == nullptr) return refused("movingParts without movingShapes");
+  for (std::size_t i = 0; i < count; ++i) {
+    const MovingPart& part = setup.movingParts[i];
+    if (part.shape >= setup.movingShapes->count())
+      return refused(Field{"movingParts", i, "shape"}.text() + " is " + std::to_string(part.shape) + ", there are " +
+                     std::to_string(setup.movingShapes->count()));
+    for (int column = 0; column < 4; ++column) {
+      if (!isWithin(part.toWorld[column], kMaxLevelCoordinate))
+        return refused(Field{"movingParts", i, "toWorld"}.text() + " has " + text(part.toWorld[column]) +
+                       " as column " + std::to_string(column) + ", expected numbers within " +
+                       decimal(kMaxLevelCoordinate));
+    }
+  }
+  return done();
+}
+
 void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& normalised) {
   normalised.assign(lights.begin(), lights.end());
   for (Light& light : normalised) {
@@ -133,6 +154,8 @@ LightSetup withoutFunctions(const LightSetup& setup) {
   copy.skyRadiance = setup.skyRadiance;
   copy.skyPatches = setup.skyPatches;
   copy.bounceScale = setup.bounceScale;
+  copy.movingParts = setup.movingParts;
+  copy.movingShapes = setup.movingShapes;
   return copy;
 }
 

@@ -7,6 +7,7 @@
 #include "relume/result.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory_resource>
 #include <span>
 #include <vector>
@@ -15,6 +16,10 @@ namespace relume {
 
 // usage: see Relighter::check().
 Status checkSetup(const LightSetup& setup, std::size_t surfelCount, std::size_t skyPatchCount);
+
+// usage: more moving parts than `most`, parts without shapes, a shape that there is not, a transform whose numbers are
+// not finite or beyond 1e8.
+Status checkMovingParts(const LightSetup& setup, std::uint32_t most);
 
 // The lights of a setup that passes, with directions of length 1. `normalised` keeps its memory from frame to frame.
 void normaliseLights(std::span<const Light> lights, std::pmr::vector<Light>& normalised);

@@ -152,6 +152,7 @@ Result<GpuFrame> GpuPasses::frame(const LightSetup& setup) try {
   const GpuDevice& device = state_->device;
   if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok.error();
   if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, BackendKind::cpu); !ok) return ok.error();
+  if (Status ok = checkMovingParts(setup, 0); !ok) return ok.error();
   if (setup.lights.size() > device.maxLights) {
     return usage("light setup: " + std::to_string(setup.lights.size()) + " lights, expected at most the " +
                  std::to_string(device.maxLights) + " of GpuDevice::maxLights");

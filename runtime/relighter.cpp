@@ -37,6 +37,7 @@ struct Relighter::State {
   ImageSizes imageSizes;  // of the images that were declared
   CacheBands bands;
   BackendKind kind = BackendKind::cpu;
+  std::uint32_t movingParts = 0;  // at most
   ParallelFor parallelFor;
   Owned<Backend> backend;
   std::pmr::vector<Light> lights;  // this frame's, with directions of length 1
@@ -108,6 +109,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
   state->kind = options.backend;
+  state->movingParts = options.movingParts;
   state->parallelFor = options.parallelFor;
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
   state->emitters = bake.emitters;
@@ -215,6 +217,7 @@ Status Relighter::check(const LightSetup& setup) const {
   }
   if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok;
   if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, state_->kind); !ok) return ok;
+  if (Status ok = checkMovingParts(setup, state_->movingParts); !ok) return ok;
   return state_->backend->checkTextures(setup);
 }
 

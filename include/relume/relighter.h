@@ -77,6 +77,9 @@ struct RelightOptions {
   // Materials that images are to drive, each at most once. The CPU backend keeps a third of an image's texels as mip
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
+  // [0..256] CPU backend: how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
+  // the links: 16 bytes a surfel, 8 a node, and 16 more where links know no direction (kinds sh and irradiance).
+  std::uint32_t movingParts = 0;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.
   bool gridTexture = false;
@@ -119,8 +122,10 @@ struct GridTextureInfo {
 };
 
 struct PassTime {
-  const char* pass;  // "surfels", "pull", "caches", and with RelightOptions::gridTexture "grid texture"
-  double ms;         // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
+  // "surfels", "pull", "caches", with RelightOptions::gridTexture "grid texture", and with RelightOptions::movingParts
+  // "moving parts": their own light; what they change of the caches is part of "caches"
+  const char* pass;
+  double ms;  // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
 };
 
 // What the host's shader binds to resolve (shaders/resolve.glsl names the slots). 0 where there is none.

@@ -13,27 +13,29 @@
 
 namespace relume::cpu {
 
-CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory)
-    : CpuBackend(bake, bands, simd, std::move(parallelFor), surfelArrays, images, std::move(texture), memory,
-                 leafOrder(bake.hierarchy, bake.surfels.count(), memory)) {}
+CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture)
+    : CpuBackend(bake, request, simd, std::move(texture),
+                 leafOrder(bake.hierarchy, bake.surfels.count(), request.memory)) {}
 
-CpuBackend::CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-                       const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory,
+CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture,
                        std::pmr::vector<std::uint32_t> order)
     : caches_(bake.caches),
-      links_(bake.links, memory),
+      links_(bake.links, request.memory),
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
-      parallelFor_(std::move(parallelFor)),
-      bounce_(caches_, bake.surfels, order, bake.links.kind, bands.lumaBands, memory),
-      driven_(bake.emitters, images, memory),
-      surfels_(bake.surfels, bake.hierarchy, bake.emitters, std::move(order), surfelArrays, memory),
-      tree_(bake.hierarchy, memory),
-      lights_(memory),
-      node_(bake.hierarchy.nodeCount(), 0, memory),
-      light_(bands, bake.caches.count(), bake.caches.firstMapCache(), memory),
-      grid_(std::move(texture), memory) {
+      parallelFor_(request.options.parallelFor),
+      bounce_(caches_, bake.surfels, order, bake.links.kind, request.bands.lumaBands, request.memory),
+      driven_(bake.emitters, request.images, request.memory),
+      surfels_(bake.surfels, bake.hierarchy, bake.emitters, std::move(order), request.options.surfelArrays,
+               request.memory),
+      tree_(bake.hierarchy, request.memory),
+      lights_(request.memory),
+      node_(bake.hierarchy.nodeCount(), 0, request.memory),
+      light_(request.bands, bake.caches.count(), bake.caches.firstMapCache(), request.memory),
+      grid_(std::move(texture), request.memory) {
+  if (request.options.movingParts > 0)
+    moving_ =
+        makeOwned<Moving>(request.memory, bake, caches_, links_, simd, request.options.movingParts, request.memory);
   grid_.fill(light(), parallelFor_);
 }
 
@@ -42,6 +44,13 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto ms = [](Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
   };
+  const auto placing = Clock::now();
+  // What the parts reflect of last frame's light, before that is gone.
+  const bool hasParts = !setup.movingParts.empty();
+  if (hasParts) {
+    const CacheLight last = light();
+    moving_->parts.place(setup, caches_, lit_ ? &last : nullptr, parallelFor_);
+  }
   const auto start = Clock::now();
   if (!setup.materialEmissions.empty()) {
     // Light of surfels that is handed over has their baked emission already.
@@ -55,14 +64,15 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  const auto color = [this](std::uint32_t begin, std::uint32_t end) {
+  const auto finish = [this, hasParts](std::uint32_t begin, std::uint32_t end) {
+    if (hasParts) moving_->occluders.occlude(moving_->parts, node_, begin, end, light_);
     bounce_.colorCaches(surfelsKernel_, light_, begin, end);
   };
-  lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, std::cref(color));
+  lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, std::cref(finish));
   const auto caches = Clock::now();
   grid_.fill(light(), parallelFor_);
   lit_ = true;
-  passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches), ms(caches, Clock::now())};
+  passMs_ = {ms(start, surfels), ms(surfels, pulled), ms(pulled, caches), ms(caches, Clock::now()), ms(placing, start)};
 }
 
 void CpuBackend::reset() {
@@ -81,6 +91,7 @@ std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
 std::vector<PassTime> CpuBackend::passTimes() const {
   std::vector<PassTime> times{{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
   if (gridTexture()) times.push_back({"grid texture", passMs_[3]});
+  if (moving_) times.push_back({"moving parts", passMs_[4]});
   return times;
 }
 
@@ -100,6 +111,7 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
       {"index",
        bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
   if (gridTexture()) sizes.emplace_back("grid texture", grid_.bytes());
+  if (moving_) sizes.emplace_back("moving parts", moving_->occluders.bytes() + moving_->parts.bytes());
   return sizes;
 }
 
@@ -108,14 +120,12 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
 namespace relume {
 
 Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& request) {
-  const RelightOptions& options = request.options;
-  const Simd simd = cpu::chooseSimd(options.simd);
+  const Simd simd = cpu::chooseSimd(request.options.simd);
   if (simd == Simd::best)
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
-  return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request.bands, simd, options.parallelFor,
-                                                   options.surfelArrays, request.images, makeGridTexture(bake, request),
-                                                   request.memory));
+  return Owned<Backend>(
+      makeOwned<cpu::CpuBackend>(request.memory, bake, request, simd, makeGridTexture(bake, request)));
 }
 
 }  // namespace relume

@@ -9,6 +9,8 @@
 #include "runtime/cpu/bounce.h"
 #include "runtime/cpu/grid_vectors.h"
 #include "runtime/cpu/light_caches.h"
+#include "runtime/cpu/occlude_links.h"
+#include "runtime/cpu/placed_parts.h"
 #include "runtime/cpu/pull.h"
 #include "runtime/cpu/surfel_set.h"
 #include "runtime/shared/stored_light.h"
@@ -24,13 +26,14 @@ namespace relume::cpu {
 class CpuBackend final : public Backend {
  public:
   // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
-  // processor has. No parallelFor = one thread. surfelArrays: see RelightOptions. images: declared, by drivable
-  // material. texture: of the grid, may be empty. memory: keeps all of this.
-  CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory);
+  // processor has. texture: of the grid, may be empty.
+  CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture);
 
   Status checkTextures(const LightSetup&) const override { return done(); }
-  void reserve(const LightSetup& setup) override { lights_.reserve(setup.lights.size()); }
+  void reserve(const LightSetup& setup) override {
+    lights_.reserve(setup.lights.size());
+    if (!setup.movingParts.empty()) moving_->parts.reserve(setup);
+  }
   void relight(const LightSetup& setup) override;
   void reset() override;
   CacheLight light() const override { return cacheLight(light_); }
@@ -41,8 +44,17 @@ class CpuBackend final : public Backend {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override;
 
  private:
-  CpuBackend(const Bake& bake, const CacheBands& bands, Simd simd, ParallelFor parallelFor, bool surfelArrays,
-             const ImageSizes& images, GridTexture texture, std::pmr::memory_resource* memory,
+  // What RelightOptions::movingParts needs.
+  struct Moving {
+    Moving(const Bake& bake, const Caches& caches, const LinkSet& links, Simd simd, std::uint32_t most,
+           std::pmr::memory_resource* memory)
+        : parts(most, memory), occluders(bake, caches, links, simd, memory) {}
+
+    PlacedParts parts;
+    OccludeLinks occluders;
+  };
+
+  CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture,
              std::pmr::vector<std::uint32_t> order);
 
   Caches caches_;
@@ -58,8 +70,9 @@ class CpuBackend final : public Backend {
   std::pmr::vector<std::uint32_t> node_;    // [W/m²] [Size nodes] radiosity (runtime/shared/pack_color.h)
   StoredLight light_;
   GridVectors grid_;
-  bool lit_ = false;  // whether light_ is that of a frame
-  std::array<double, 4> passMs_{};
+  Owned<Moving> moving_;  // null = no frame has moving parts
+  bool lit_ = false;      // whether light_ is that of a frame
+  std::array<double, 5> passMs_{};
 };
 
 }  // namespace relume::cpu

@@ -3,11 +3,17 @@
 #define RELUME_LANES 4
 #include "runtime/cpu/light_caches_kernel.h"
 #include "runtime/cpu/light_surfels_kernel.h"
+#include "runtime/cpu/links_toward_kernel.h"
 
 namespace relume::cpu {
 
 void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
   lightCachesOf(job, begin, end);
+}
+
+void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
+                         std::uint64_t* toward) {
+  linksTowardOf(job, cone, begin, count, toward);
 }
 
 const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches,     colorTexels,

@@ -97,9 +97,11 @@ struct PlainLinks {
   void colors(const std::uint32_t* node, const Row& row, std::int32_t index, int count, Floats* color) const {
     scaledColors(gather(node, nodes(row, index, count)), transfer(), color);
   }
+  // Cosines of the cones' half opening angles.
+  Floats cosines() const { return halfToFloat(packed >> 16); }
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const {
-    bandRatios<kBands>(halfToFloat(packed >> 16), g);
+    bandRatios<kBands>(cosines(), g);
   }
   __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
     unpackDirections<16>(direction, x, y, z);
@@ -138,11 +140,14 @@ struct CompactLinks : Heads {
     using Words = typename VectorOf<Word, kLanes>::type;
     shape = __builtin_convertvector(loadFirst<Words>(reinterpret_cast<const Word*>(job.shape) + at, count), Ints);
   }
-  template <int kBands>
-  __attribute__((always_inline)) void ratios(Floats* g) const {
+  __attribute__((always_inline)) Floats cosines() const {
     const Floats q = toFloats((shape >> (2 * kUvBits)) & ((1 << kConeBits) - 1));
     constexpr float kMax = static_cast<float>((1 << kConeBits) - 1);
-    bandRatios<kBands>(1.0f - q * q * (2.0f / (kMax * kMax)), g);
+    return 1.0f - q * q * (2.0f / (kMax * kMax));
+  }
+  template <int kBands>
+  __attribute__((always_inline)) void ratios(Floats* g) const {
+    bandRatios<kBands>(cosines(), g);
   }
   __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
     unpackDirections<kUvBits>(shape, x, y, z);
@@ -230,6 +235,10 @@ struct RepackedLinks {
     colorsInUnits(bits, (Floats)_mm512_maskz_add_epi32(carries, (__m512i)unit, (__m512i)factor), color);
   }
 #endif
+  __attribute__((always_inline)) Floats cosines() const {
+    const Floats q = toFloats((word >> 28) & 15);
+    return 1.0f - q * q * (2.0f / 225.0f);
+  }
   template <int kBands>
   __attribute__((always_inline)) void ratios(Floats* g) const {
 #if RELUME_LANES == 16
@@ -241,8 +250,7 @@ struct RepackedLinks {
       return;
     }
 #endif
-    const Floats q = toFloats((word >> 28) & 15);
-    bandRatios<kBands>(1.0f - q * q * (2.0f / 225.0f), g);
+    bandRatios<kBands>(cosines(), g);
   }
   __attribute__((always_inline)) void unpackDirection(Floats& x, Floats& y, Floats& z) const {
     unpackDirections<6, 16>(word, x, y, z);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace relume {
 namespace {
@@ -43,6 +44,25 @@ void StoredLight::read(std::uint32_t cache, float* c) const {
   channel(rows.lumaCount, bands_.lumaCount());
   channel(rows.chromaCount, bands_.chromaCount());
   channel(rows.chromaCount, bands_.chromaCount());
+}
+
+void StoredLight::write(std::uint32_t cache, const float* c) {
+  const LightRowsOf<std::uint16_t> rows = cache < firstMapCache_ ? gridRows() : mapRows();
+  const float* const channel[3] = {c, c + bands_.lumaCount(), c + bands_.lumaCount() + bands_.chromaCount()};
+  const std::size_t count[3] = {rows.lumaCount, rows.chromaCount, rows.chromaCount};
+  float largest = 0.0f;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < count[k]; ++i) largest = std::max(largest, std::abs(channel[k][i]));
+  }
+  const std::uint32_t exponent =
+      static_cast<std::uint32_t>(std::max((std::bit_cast<std::int32_t>(largest) >> 23) - kLightBits, 1));
+  const float scale = std::bit_cast<float>((254 - exponent) << 23);
+  std::uint16_t* to = rows.word + std::size_t{rows.words} * (cache - rows.first);
+  *to++ = static_cast<std::uint16_t>(exponent);
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < count[k]; ++i)
+      *to++ = static_cast<std::uint16_t>(std::clamp(std::lrint(channel[k][i] * scale), -32767L, 32767L));
+  }
 }
 
 void StoredLight::clear() { std::fill(words_.begin(), words_.end(), std::uint16_t{0}); }

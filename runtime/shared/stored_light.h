@@ -32,6 +32,9 @@ class StoredLight {
   LightRowsOf<std::uint16_t> mapRows() { return rowsOf(words_.data() + mapBegin(), firstMapCache_, bands_.ofMap()); }
   // Coefficients of a cache, zeros where the light map's have fewer. [Size c = bands().stride()]
   void read(std::uint32_t cache, float* c) const;
+  // Store the coefficients of a cache; those that the light map's caches do not have are not read. [Size c =
+  // bands().stride()]
+  void write(std::uint32_t cache, const float* c);
   void clear();
   std::size_t bytes() const { return words_.size() * sizeof(words_[0]); }
 

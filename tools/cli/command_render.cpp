@@ -23,6 +23,7 @@
 #include "tools/compare/staleness.h"
 #include "tools/render/exposure.h"
 #include "tools/render/move_nodes.h"
+#include "tools/render/moving_parts.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/render_pictures.h"
@@ -42,7 +43,7 @@ namespace relume {
 namespace {
 
 struct RenderArguments : PictureOptions {
-  std::string bounces = "converged", backend = "cpu", bands, exponent, gridLookup = "stencil";
+  std::string bounces = "converged", backend = "cpu", bands, exponent, gridLookup = "stencil", dynamic = "receivers";
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   LiveRequest liveRequest;
@@ -120,6 +121,8 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   request.gloss = arguments.sceneOptions.gloss;
+  if (arguments.dynamic == "solid" && (arguments.bake.empty() || arguments.backend != "cpu"))
+    return usage("--dynamic solid needs --bake and --backend cpu");
   return checkLive(arguments, request);
 }
 
@@ -219,6 +222,14 @@ int runRender(const RenderArguments& arguments) {
 
   if (Status ok = moveNodes(arguments.moves, bake ? MovedParts::dynamic : MovedParts::all, *scene); !ok)
     return fail(ok.error());
+  std::optional<MovingShapes> shapes;
+  if (arguments.dynamic == "solid") {
+    auto made = movingShapes(*scene);
+    if (!made) return fail(made.error());
+    shapes.emplace(std::move(*made));
+    request.movingShapes = &*shapes;
+    request.movingParts = movingParts(*scene);
+  }
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   if (Status ok = driveScene(*scene, *driven, request.emissive || driven->empty()); !ok) return fail(ok.error());
@@ -252,6 +263,12 @@ void addRenderCommand(CLI::App& app, Action& action) {
                     "grid; a warning says so");
   addViewOptions(*command, a->view);
   addMoveOption(*command, a->moves);
+  command
+      ->add_option("--dynamic", a->dynamic,
+                   "dynamic nodes, which no bake knows: receivers (they are lit and cast the punctual lights' shadows) "
+                   "or solid (they also shadow and re-colour light over the links of --bake)")
+      ->check(CLI::IsMember({"receivers", "solid"}))
+      ->capture_default_str();
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   CLI::Option* const live = command->add_flag(

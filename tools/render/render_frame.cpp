@@ -149,6 +149,10 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   const std::vector<glm::vec3> patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
   setup.skyPatches = patches;
 
+  options.movingParts = static_cast<std::uint32_t>(request.movingParts.size());
+  setup.movingParts = request.movingParts;
+  setup.movingShapes = request.movingShapes;
+
   // All light, after the frames asked for
   auto all = Relighter::create(*request.bake, options);
   if (!all) return all.error();

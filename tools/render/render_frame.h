@@ -75,11 +75,13 @@ struct RenderRequest {
   bool emissive = false;               // emitting surfaces are on
   std::vector<DrivenMaterial> driven;  // that emit something else, and are on; driveScene() of the scene as well
   Sky sky;
-  int bounces = 0;                              // [0..] frames from reset: light reflected so many times; 0 = converged
-  std::uint32_t width = 320, height = 180;      // [1..16384]
-  std::uint32_t samples = 4;                    // [1..16] sub-pixels along a side, box filter
-  std::uint32_t shadowSize = 2048;              // [64..8192] texels a side of a shadow map (GL)
-  Bands bands;                                  // as RelightOptions
+  int bounces = 0;                             // [0..] frames from reset: light reflected so many times; 0 = converged
+  std::uint32_t width = 320, height = 180;     // [1..16384]
+  std::uint32_t samples = 4;                   // [1..16] sub-pixels along a side, box filter
+  std::uint32_t shadowSize = 2048;             // [64..8192] texels a side of a shadow map (GL)
+  Bands bands;                                 // as RelightOptions
+  const MovingShapes* movingShapes = nullptr;  // what of movingParts, which shadow and reflect light over links
+  std::vector<MovingPart> movingParts;
   bool straight = false;                        // bounced or unbounced is wanted
   std::optional<float> exponent;                // [0..kMaxExponent] of all surfaces' lobes: glossy is wanted
   GridLookup gridLookup = GridLookup::stencil;  // how the grid is read for irradiance

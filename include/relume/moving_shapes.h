@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// What moves through a baked level and takes part in its indirect light (PIC Section 6): it shadows the bake's links
+// and reflects the light that falls on it. Shapes are made once; each frame says which of them stand where
+// (LightSetup::movingParts). The bake knows nothing of them, and none of its bytes changes.
+//
+//   MovingMesh crate{positions, triangles, {&brown, 1}};
+//   auto shapes = MovingShapes::create({&crate, 1});
+//   ... every frame:
+//   MovingPart parts[] = {{0, crateToWorld}};
+//   setup.movingShapes = &*shapes;
+//   setup.movingParts = parts;
+//
+// A shape is kept as bits of a small grid in its own axes, 32 voxels on the longest side, so that a frame voxelises
+// nothing. Threads: const functions from any number of threads; several relighters may share one MovingShapes.
+#pragma once
+
+#include "relume/result.h"
+
+#include <glm/mat4x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace relume {
+
+// A rigid mesh. Spans are read by MovingShapes::create() alone.
+struct MovingMesh {
+  std::span<const glm::vec3> position;    // [m] within 1e8 on each axis, in the mesh's own axes
+  std::span<const glm::uvec3> triangle;   // vertex indices; the front is counter-clockwise
+  std::span<const glm::vec3> albedo;      // [0..1] [Size 1 for the whole mesh, or triangles]
+  std::span<const glm::vec3> emission{};  // [W/m²/sr] [0..1e9] [Size 0, 1 or triangles] of the fronts
+};
+
+// A shape as it stands in this frame.
+struct MovingPart {
+  std::uint32_t shape = 0;    // index into the meshes of MovingShapes::create()
+  glm::mat4x3 toWorld{1.0f};  // numbers within 1e8; may mirror. One that flattens the shape hides the part
+};
+
+struct MovingShape;
+
+class MovingShapes {
+ public:
+  // usage: a mesh without triangles, an index out of range, a span of the wrong size, a number that is not finite or
+  // out of its range; the message names mesh, vertex or triangle. memory: it ran out.
+  static Result<MovingShapes> create(std::span<const MovingMesh> meshes);
+  MovingShapes(MovingShapes&&) noexcept;
+  MovingShapes& operator=(MovingShapes&&) noexcept;
+  ~MovingShapes();
+
+  [[nodiscard]] std::size_t count() const;
+  [[nodiscard]] std::size_t bytes() const;
+
+  // Of the runtime's own use. [shape < count()]
+  [[nodiscard]] const MovingShape& shape(std::uint32_t index) const;
+
+ private:
+  struct State;
+  explicit MovingShapes(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relume

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Moving parts before links (PIC Section 6): a cache for which the sphere around a part covers more than 0.02 sr looks
+// at its links inside the cone toward that sphere. Rays go from the cache to places on such a link's sender, and the
+// share of them that meets a part on the way has the part's radiosity in place of the sender's.
+//
+// What stands still is before the part where the ray ends at its sender before it gets there: the part is not met, and
+// the link stays as it was. Senders are what caches see, so that is what standing geometry hides; no voxels of the
+// level are needed, and walls are no thicker than they are.
+// Deviation: PIC gives this as future work and names no method.
+#pragma once
+
+#include "relume/bake_data.h"
+#include "runtime/cpu/light_caches_job.h"
+#include "runtime/cpu/links_toward_job.h"
+#include "runtime/cpu/placed_parts.h"
+#include "runtime/cpu/sender_points.h"
+#include "runtime/shared/link_set.h"
+#include "runtime/shared/stored_light.h"
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+
+namespace relume::cpu {
+
+using LinksTowardKernel = void (*)(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin,
+                                   std::uint32_t count, std::uint64_t* toward);
+
+class OccludeLinks {
+ public:
+  // The caches and links must outlive this. memory: keeps all of this.
+  OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, Simd simd,
+               std::pmr::memory_resource* memory);
+
+  // Light the caches [begin, end), which have just been lit, again where parts are before their links. node: radiosity
+  // (runtime/shared/pack_color.h). Others keep their bits.
+  void occlude(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin, std::uint32_t end,
+               StoredLight& light) const;
+  std::size_t bytes() const { return points_.bytes(); }
+
+ private:
+  struct Near;
+  struct Hidden;
+  bool findNear(const PlacedParts& parts, std::uint32_t cache, bool onMap, Near& near) const;
+  void findToward(const LightCachesJob& job, const Near& near, std::uint32_t cache, std::uint32_t begin,
+                  std::uint32_t count, std::uint64_t* toward) const;
+  Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, bool onMap, std::uint32_t node) const;
+
+  const Caches& caches_;
+  const LinkSet& links_;
+  bool irradianceOnMap_;      // links of the map's caches weigh by the cosine at the cache
+  LinksTowardKernel toward_;  // null = links know no direction, the senders' spheres are looked at
+  SenderPoints points_;
+};
+
+}  // namespace relume::cpu

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// See placed_parts.h.
+#include "runtime/cpu/placed_parts.h"
+
+#include "runtime/cpu/light_surfels.h"
+#include "runtime/shared/chunks.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace relume::cpu {
+namespace {
+
+constexpr std::uint32_t kPatches = 64;  // of a task
+
+// The largest factor by which a transform lengthens, or a little more: exact for rotations and uniform scales, else the
+// largest row sum of its Gram matrix bounds the largest eigenvalue.
+float largestScale(const glm::mat3& m) {
+  const glm::mat3 gram = glm::transpose(m) * m;
+  float largest = 0.0f;
+  for (int k = 0; k < 3; ++k)
+    largest = std::max(largest, std::abs(gram[k].x) + std::abs(gram[k].y) + std::abs(gram[k].z));
+  return std::sqrt(largest);
+}
+
+// Where the part stands; false where its transform has no inverse.
+bool placeOne(const MovingShape& shape, const glm::mat4x3& toWorld, PlacedPart& part) {
+  const glm::mat3 linear(toWorld[0], toWorld[1], toWorld[2]);
+  const glm::dmat3 inverse = glm::inverse(glm::dmat3(linear));
+  for (int k = 0; k < 3; ++k) {
+    // NaN as well, which is what zero divided by zero gives.
+    if (!(glm::length(inverse[k]) < 1e12)) return false;
+  }
+  part.shape = &shape;
+  part.toWorld = toWorld;
+  part.toShape = glm::mat3(inverse);
+  part.centre = linear * shape.centre + toWorld[3];
+  part.radius = largestScale(linear) * shape.radius;
+  return true;
+}
+
+}  // namespace
+
+PlacedParts::PlacedParts(std::uint32_t most, std::pmr::memory_resource* memory)
+    : part_(memory), partOf_(memory), radiosity_(memory) {
+  part_.reserve(most);
+}
+
+void PlacedParts::reserve(const LightSetup& setup) {
+  std::size_t patches = 0;
+  for (const MovingPart& part : setup.movingParts) patches += setup.movingShapes->shape(part.shape).patch.size();
+  partOf_.reserve(patches);
+  radiosity_.reserve(patches);
+}
+
+void PlacedParts::place(const LightSetup& setup, const Caches& caches, const CacheLight* light,
+                        const ParallelFor& parallelFor) {
+  part_.clear();
+  partOf_.clear();
+  for (const MovingPart& each : setup.movingParts) {
+    PlacedPart part;
+    const MovingShape& shape = setup.movingShapes->shape(each.shape);
+    if (!placeOne(shape, each.toWorld, part)) continue;
+    part.firstPatch = static_cast<std::uint32_t>(partOf_.size());
+    partOf_.insert(partOf_.end(), shape.patch.size(), static_cast<std::uint32_t>(part_.size()));
+    part_.push_back(part);
+  }
+  radiosity_.resize(partOf_.size());
+  forChunks(parallelFor, static_cast<std::uint32_t>(partOf_.size()), kPatches,
+            [&](std::uint32_t begin, std::uint32_t end) { lightPatches(setup, caches, light, begin, end); });
+  for (PlacedPart& part : part_) {
+    glm::vec3 sum(0.0f);
+    float area = 0.0f;
+    for (std::uint32_t i = 0; i < part.shape->patch.size(); ++i) {
+      sum += part.shape->patch[i].area * radiosity_[part.firstPatch + i];
+      area += part.shape->patch[i].area;
+    }
+    if (area > 0.0f) part.mean = sum / area;
+  }
+}
+
+void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light,
+                               std::uint32_t begin, std::uint32_t end) {
+  const std::uint32_t count = end - begin;
+  std::array<glm::vec3, kPatches> place, normal, irradiance{};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const PlacedPart& part = part_[partOf_[begin + i]];
+    const ShapePatch& patch = part.shape->patch[begin + i - part.firstPatch];
+    normal[i] = glm::normalize(glm::transpose(part.toShape) * patch.normal);
+    // Off the surface by a voxel, since the mean of a curved patch lies below it.
+    const glm::vec3 lifted = patch.position + part.shape->grid.voxel * patch.normal;
+    place[i] = glm::mat3(part.toWorld[0], part.toWorld[1], part.toWorld[2]) * lifted + part.toWorld[3];
+    if (light != nullptr && setup.bounceScale > 0.0f)
+      irradiance[i] = setup.bounceScale * irradianceInGrid(caches, *light, place[i], normal[i]);
+  }
+  for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
+    std::array<glm::vec3, kPatches> litPlace, litNormal, arriving;
+    std::array<std::uint32_t, kPatches> slot;
+    std::array<float, kPatches> visible;
+    std::uint32_t lit = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      arriving[lit] = directIrradiance(setup.lights[k], place[i], normal[i]);
+      if (arriving[lit] == glm::vec3(0.0f)) continue;
+      litPlace[lit] = place[i];
+      litNormal[lit] = normal[i];
+      slot[lit++] = i;
+    }
+    if (lit == 0) continue;
+    std::fill_n(visible.begin(), lit, setup.visibilityBatch ? 0.0f : 1.0f);
+    if (setup.visibilityBatch) {
+      setup.visibilityBatch(k, {litPlace.data(), lit}, {litNormal.data(), lit}, {visible.data(), lit});
+    } else if (setup.visibility) {
+      for (std::uint32_t i = 0; i < lit; ++i) visible[i] = setup.visibility(k, litPlace[i], litNormal[i]);
+    }
+    // A number of the host's that is not finite would never leave the bounces.
+    for (std::uint32_t i = 0; i < lit; ++i) {
+      if (visible[i] > 0.0f) irradiance[slot[i]] += arriving[i] * std::min(visible[i], 1.0f);
+    }
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const PlacedPart& part = part_[partOf_[begin + i]];
+    const ShapePatch& patch = part.shape->patch[begin + i - part.firstPatch];
+    radiosity_[begin + i] = patch.albedo * irradiance[i] + std::numbers::pi_v<float> * patch.emission;
+  }
+}
+
+const glm::vec3& PlacedParts::radiosityAt(const PlacedPart& part, const glm::ivec3& voxel,
+                                          const glm::vec3& direction) const {
+  const std::size_t first = part.shape->firstPatch(voxel);
+  const glm::vec3* found = &part.mean;
+  float best = 0.0f;
+  for (std::size_t i = 0; i < kPatchFacings; ++i) {
+    const std::uint32_t patch = part.shape->patchOf[first + i];
+    if (patch == kNoPatch) continue;
+    const float facing = -glm::dot(direction, part.shape->patch[patch].normal);
+    if (facing <= best) continue;
+    best = facing;
+    found = &radiosity_[part.firstPatch + patch];
+  }
+  return *found;
+}
+
+std::size_t PlacedParts::bytes() const {
+  return sizeof(PlacedPart) * part_.capacity() + sizeof(std::uint32_t) * partOf_.capacity() +
+         sizeof(glm::vec3) * radiosity_.capacity();
+}
+
+}  // namespace relume::cpu

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// The moving parts of a frame: where each shape stands, the sphere around it, and the radiosity of its patches.
+#pragma once
+
+#include "relume/caches.h"
+#include "relume/lights.h"
+#include "relume/relighter.h"
+#include "runtime/moving/moving_shape.h"
+#include "runtime/shared/resolve.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+namespace relume::cpu {
+
+struct PlacedPart {
+  const MovingShape* shape = nullptr;
+  glm::mat4x3 toWorld{1.0f};
+  glm::mat3 toShape{1.0f};       // of directions
+  glm::vec3 centre{0.0f};        // [m] of a sphere around it
+  float radius = 0.0f;           // [m]
+  std::uint32_t firstPatch = 0;  // of PlacedParts::radiosity()
+  glm::vec3 mean{0.0f};          // [W/m²] radiosity of its patches by area
+
+  // A point in the axes of the shape. [m]
+  glm::vec3 pointInShape(const glm::vec3& world) const { return toShape * (world - toWorld[3]); }
+};
+
+class PlacedParts {
+ public:
+  // most: of a frame. memory: keeps the arrays.
+  PlacedParts(std::uint32_t most, std::pmr::memory_resource* memory);
+  PlacedParts(const PlacedParts&) = delete;
+  PlacedParts& operator=(const PlacedParts&) = delete;
+
+  // Memory for the patches of these parts. Throws std::bad_alloc.
+  void reserve(const LightSetup& setup);
+  // Place the frame's parts, which checkMovingParts() has passed, and light their patches: punctual lights, and
+  // bounceScale times what the grid has. Parts that are flattened are left out. light: null = no light yet.
+  void place(const LightSetup& setup, const Caches& caches, const CacheLight* light, const ParallelFor& parallelFor);
+
+  std::span<const PlacedPart> parts() const { return part_; }
+  // What a ray of this direction, in the shape's axes, meets in a voxel of it. [W/m²]
+  const glm::vec3& radiosityAt(const PlacedPart& part, const glm::ivec3& voxel, const glm::vec3& direction) const;
+  std::size_t bytes() const;
+
+ private:
+  void lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light, std::uint32_t begin,
+                    std::uint32_t end);
+
+  std::pmr::vector<PlacedPart> part_;
+  std::pmr::vector<std::uint32_t> partOf_;  // [Size patches] of each patch
+  std::pmr::vector<glm::vec3> radiosity_;   // [W/m²] [Size patches] of all parts
+};
+
+}  // namespace relume::cpu

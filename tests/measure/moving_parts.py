@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What moving parts do to a bake's light: two_rooms with its toy, the Cornell box with a ball, against path tracing.
+
+    python3 tests/measure/moving_parts.py FOLDER [SPP]
+
+Without: `relume render` draws the part, lit and casting the lamps' shadows, but no link knows of it. With: --dynamic
+solid. Reference: the part blocks and reflects all light. The indirect shadow is where the reference's light over links
+changes by more than a fifth of a tenth when the part is taken out of it, less what noise explains; the part's own pixels
+count nowhere. Prints the squared error of indirect light inside and outside of it, and the milliseconds of the cache pass.
+Writes FOLDER/moving.jpg: without | with | reference | difference of with and reference, ten times. Runs
+build/release/tools/cli/relume, or the program that RELUME names; the Cornell box is RELUME_SHARED_DIR's.
+"""
+import json
+import math
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+
+import numpy
+import pictures
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+RELUME = pathlib.Path(os.environ.get("RELUME", ROOT / "build/release/tools/cli/relume"))
+SHARED = pathlib.Path(os.environ.get("RELUME_SHARED_DIR", ""))
+SIZE = 320, 180
+BALL = (-0.45, 0.28, 0.55), 0.22  # of the Cornell box: centre, radius [m]
+TOY = (3.9, 0.14, 1.3), 0.14
+CLOSE = "--eye", "2.6,0.75,2.3", "--target", "3.9,0.1,1.3", "--fov", "40"
+# level, name, part, view, lights, exposure of the picture [stops]; the toy is moved under the table's edge and to the sofa
+VIEWS = (
+    ("cornell", BALL, ("--camera", "cam_front"), "emissive", 1.0),
+    ("cornell", BALL, ("--camera", "cam_front"), "spot", 2.0),
+    ("two_rooms", TOY, CLOSE, "sun", 2.0),
+    ("two_rooms", TOY, CLOSE, "lamp", 2.0),
+)
+
+
+def run(*words):
+    made = subprocess.run([RELUME, *map(str, words)], capture_output=True, text=True, check=False)
+    if made.returncode != 0:
+        sys.exit(f"{' '.join(map(str, words))}: {made.stderr}")
+    return made.stdout
+
+
+def add_ball(source, target, centre, radius, albedo):
+    """A copy of a .glb with a dynamic sphere of 32 x 16 quads."""
+    data = source.read_bytes()
+    size, = struct.unpack_from("<I", data, 12)
+    level, binary = json.loads(data[20:20 + size]), data[28 + size:]
+    around, up = 32, 16
+    points, triangles = [], []
+    for j in range(up + 1):
+        for i in range(around + 1):
+            a, b = 2 * math.pi * i / around, math.pi * j / up
+            points.append((radius * math.sin(b) * math.cos(a), radius * math.cos(b), radius * math.sin(b) * math.sin(a)))
+    for j in range(up):
+        for i in range(around):
+            k = j * (around + 1) + i
+            triangles += [(k, k + 1, k + around + 1), (k + 1, k + around + 2, k + around + 1)]
+    position = b"".join(struct.pack("<3f", *p) for p in points)
+    index = b"".join(struct.pack("<3H", *t) for t in triangles)
+    binary += b"\0" * (-len(binary) % 4)
+    views, accessors = level["bufferViews"], level["accessors"]
+    views += [{"buffer": 0, "byteOffset": len(binary), "byteLength": len(position)},
+              {"buffer": 0, "byteOffset": len(binary) + len(position), "byteLength": len(index)}]
+    accessors += [{"bufferView": len(views) - 2, "componentType": 5126, "count": len(points), "type": "VEC3",
+                   "min": [-radius] * 3, "max": [radius] * 3},
+                  {"bufferView": len(views) - 1, "componentType": 5123, "count": 3 * len(triangles), "type": "SCALAR"}]
+    binary += position + index
+    binary += b"\0" * (-len(binary) % 4)
+    level["buffers"][0]["byteLength"] = len(binary)
+    level["materials"].append({"pbrMetallicRoughness": {"baseColorFactor": [*albedo, 1], "metallicFactor": 0}})
+    level["meshes"].append({"primitives": [{"attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1,
+                                            "material": len(level["materials"]) - 1}]})
+    level["nodes"].append({"name": "ball", "mesh": len(level["meshes"]) - 1, "translation": list(centre),
+                           "extras": {"relume": {"bake": "dynamic"}}})
+    level["scenes"][level.get("scene", 0)]["nodes"].append(len(level["nodes"]) - 1)
+    text = json.dumps(level).encode()
+    text += b" " * (-len(text) % 4)
+    target.write_bytes(struct.pack("<4sIII4s", b"glTF", 2, 28 + len(text) + len(binary), len(text), b"JSON") + text +
+                       struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+
+
+def render(level, bake, view, lights, out, dynamic):
+    """Layers of a view, and milliseconds by pass."""
+    words = ("render", level, "--bake", bake, *view, "--lights", lights, "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", 2,
+             "--dynamic", dynamic, "--aov", "indirect,full,position", "--force", "--progress", "none", "--json", "-o", out)
+    report = json.loads(run(*words))
+    layers = {name: pictures.rgb(pictures.read_exr(out.with_suffix(f".{name}.exr")))
+              for name in ("indirect", "full", "position")}
+    return layers, report["passMs"]
+
+
+def trace(level, view, lights, out, dynamic, spp):
+    if not out.is_file():
+        run("reference", level, *view, "--lights", lights, "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", spp, "--dynamic",
+            dynamic, "--progress", "none", "-o", out)
+    return pictures.read_exr(out)
+
+
+def indirect_of(image, lights):
+    """What arrives over links, and its noise. Light of emitters does so as well."""
+    layers = ("DiffInd", "DiffDir") if lights == "emissive" else ("DiffInd",)
+    return (sum(pictures.rgb(image, layer) for layer in layers),
+            numpy.sqrt(sum(pictures.rgb(image, layer + "Err") ** 2 for layer in layers)))
+
+
+def smooth(image, radius=3):
+    """Mean over a square about each pixel."""
+    padded = numpy.pad(image.astype(float), ((radius, radius), (radius, radius), (0, 0)), "edge")
+    side = 2 * radius + 1
+    sums = sum(padded[y:y + image.shape[0], x:x + image.shape[1]] for y in range(side) for x in range(side))
+    return sums / side ** 2
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__)
+    folder, spp = pathlib.Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1024
+    folder.mkdir(parents=True, exist_ok=True)
+    levels = {"two_rooms": ROOT / "samples/level/two_rooms.glb"}
+    if (SHARED / "scenes/cornell/cornell.glb").is_file():
+        levels["cornell"] = folder / "cornell_ball.glb"
+        add_ball(SHARED / "scenes/cornell/cornell.glb", levels["cornell"], *BALL, (0.15, 0.35, 0.75))
+    rows = []
+    print("| view | pixels | squared error inside: without, with | falls by % | outside: without, with | "
+          "caches, ms: without, with | parts' own light, ms |\n|---|---:|---:|---:|---:|---:|---:|")
+    for name, (centre, radius), view, lights, stops in VIEWS:
+        if name not in levels:
+            continue
+        level, bake, stem = levels[name], folder / f"{name}.relume", folder / f"{name}_{lights}"
+        if not bake.is_file():
+            run("bake", level, "-o", bake, "--preset", "high", "--progress", "none")
+        truth_file = trace(level, view, lights, pathlib.Path(f"{stem}.solid.exr"), "solid", spp)
+        apart, _ = indirect_of(trace(level, view, lights, pathlib.Path(f"{stem}.apart.exr"), "receivers", spp), lights)
+        truth, noise = indirect_of(truth_file, lights)
+        drawn = {}
+        for dynamic in ("receivers", "solid"):
+            layers, ms = render(level, bake, view, lights, pathlib.Path(f"{stem}.{dynamic}.exr"), dynamic)
+            for _ in range(4):  # the least of five
+                again = render(level, bake, view, lights, pathlib.Path(f"{stem}.{dynamic}.exr"), dynamic)[1]
+                ms = {key: min(value, again[key]) for key, value in ms.items()}
+            drawn[dynamic] = layers, ms
+        place = drawn["solid"][0]["position"]
+        seen = pictures.rgb(truth_file, "DiffCol").sum(axis=2) > 0
+        # The part and the pixels on its outline
+        own = numpy.linalg.norm(place - centre, axis=2) < 1.05 * radius
+        own = smooth(own[:, :, None], 1)[:, :, 0] > 0
+        changed = numpy.abs(smooth(truth - apart)).sum(axis=2)
+        inside = seen & ~own & (changed > 0.02 * smooth(apart).sum(axis=2))
+        outside = seen & ~own & ~inside
+
+        def error(picture, mask):
+            """Mean squared difference from the truth, less what its noise adds."""
+            return max(float(((picture - truth) ** 2)[mask].mean() - (noise ** 2)[mask].mean()), 0.0)
+
+        before, after = (drawn[d][0]["indirect"] for d in ("receivers", "solid"))
+        inner, outer = [error(p, inside) for p in (before, after)], [error(p, outside) for p in (before, after)]
+        ms = [drawn[d][1]["caches"] for d in ("receivers", "solid")]
+        print(f"| `{name}`, {lights} | {inside.sum()} | {inner[0]:.3g}, {inner[1]:.3g} | {100 * (1 - inner[1] / inner[0]):.1f} | "
+              f"{outer[0]:.3g}, {outer[1]:.3g} | {ms[0]:.2f}, {ms[1]:.2f} | {drawn['solid'][1]['moving parts']:.2f} |", flush=True)
+        rows.append([pictures.to_srgb(p, stops) for p in (before, after, truth, 10 * numpy.abs(smooth(after - truth, 1)))])
+    pictures.montage(folder / "moving.jpg", rows)
+
+
+main()
