@@ -12,8 +12,8 @@ void lightCachesBaseline(const LightCachesJob& job, std::uint32_t begin, std::ui
 }
 
 void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                         std::uint64_t* toward) {
-  linksTowardOf(job, cone, begin, count, toward);
+                         float* share, std::uint64_t* toward) {
+  linksTowardOf(job, cone, begin, count, share, toward);
 }
 
 const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches,     colorTexels,

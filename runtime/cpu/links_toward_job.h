@@ -18,13 +18,14 @@ struct LinkCone {
 // Links of a row that are looked at together.
 constexpr std::uint32_t kTowardLinks = 512;
 
-// One kernel an instruction set, for links with a direction (kinds cone and oct6): sets bit i % 64 of toward[i / 64]
-// where the cone of link begin + i meets the other, and may where it nearly does. [count <= kTowardLinks]
+// One kernel an instruction set, for links with a direction (kinds cone and oct6): writes the share of link begin + i
+// that the other cone covers, and sets bit i % 64 of toward[i / 64] where there is any. [count <= kTowardLinks] [Size
+// share = kTowardLinks]
 void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                         std::uint64_t* toward);
+                         float* share, std::uint64_t* toward);
 void linksTowardAvx2(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                     std::uint64_t* toward);
+                     float* share, std::uint64_t* toward);
 void linksTowardAvx512(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                       std::uint64_t* toward);
+                       float* share, std::uint64_t* toward);
 
 }  // namespace relume::cpu

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernel of links_toward_job.h for one vector width (vectors.h): a dot product a link.
+// The kernel of links_toward_job.h for one vector width (vectors.h): how far a sphere covers the cones of links.
 #pragma once
 
 #include "runtime/cpu/link_vectors.h"
@@ -19,31 +19,35 @@ inline std::uint64_t laneBits(Ints mask) {
 #endif
 }
 
+// Two cones with an angle between their axes: from touching from outside to one within the other, whose cosines are
+// c - s and c + s, the share grows evenly with the cosine; within, it is that of their solid angles, at most 1.
 template <class Links>
 void linksTowardRow(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                    std::uint64_t* toward) {
+                    float* share, std::uint64_t* toward) {
   const int links = static_cast<int>(count);
   for (int k = 0; k < links; k += kLanes) {
     const Links each(job, std::size_t{begin} + static_cast<std::size_t>(k), links - k);
     Floats x, y, z;
     each.unpackDirection(x, y, z);
-    // Cones stand for clusters of any form, by their first band, and directions are rounded: take more.
-    const Floats c = max(1.25f * each.cosines() - 0.29f, splat(-1.0f));
-    const Floats s2 = max(1.0f - c * c, splat(1e-6f)), s = s2 * inverseSqrt(s2);
-    const Floats cosine = cone.axis[0] * x + cone.axis[1] * y + cone.axis[2] * z;
-    const Ints meets = (cosine >= cone.cosine * c - cone.sine * s) | (c <= -cone.cosine);
-    std::uint64_t bits = laneBits(meets);
+    // Cones of no width are given some, that of rounded directions.
+    const Floats cosine = max(min(each.cosines(), splat(0.9995f)), splat(-0.9995f)), sine2 = 1.0f - cosine * cosine;
+    const Floats c = cone.cosine * cosine, s = cone.sine * (sine2 * inverseSqrt(sine2));
+    const Floats along = cone.axis[0] * x + cone.axis[1] * y + cone.axis[2] * z;
+    const Floats overlap = min((along - c + s) / (2.0f * s), splat(1.0f));
+    const Floats within = min((1.0f - cone.cosine) / (1.0f - cosine), splat(1.0f));
+    store(share + k, overlap * within);
+    std::uint64_t bits = laneBits(overlap > 0.0f);
     if (links - k < kLanes) bits &= (std::uint64_t{1} << (links - k)) - 1;
     toward[k / 64] |= bits << (k % 64);
   }
 }
 
 inline void linksTowardOf(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
-                          std::uint64_t* toward) {
+                          float* share, std::uint64_t* toward) {
   constexpr std::uint32_t kConeLinks = 1, kOct6Links = 3;  // LinkKind's numbers, without its header
-  if (job.kind == kConeLinks) return linksTowardRow<PlainLinks>(job, cone, begin, count, toward);
-  if (job.kind == kOct6Links) return linksTowardRow<Oct6Links>(job, cone, begin, count, toward);
-  linksTowardRow<RepackedLinks>(job, cone, begin, count, toward);
+  if (job.kind == kConeLinks) return linksTowardRow<PlainLinks>(job, cone, begin, count, share, toward);
+  if (job.kind == kOct6Links) return linksTowardRow<Oct6Links>(job, cone, begin, count, share, toward);
+  linksTowardRow<RepackedLinks>(job, cone, begin, count, share, toward);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@
 namespace relume::cpu {
 
 using LinksTowardKernel = void (*)(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin,
-                                   std::uint32_t count, std::uint64_t* toward);
+                                   std::uint32_t count, float* share, std::uint64_t* toward);
 
 class OccludeLinks {
  public:
@@ -41,10 +41,17 @@ class OccludeLinks {
  private:
   struct Near;
   struct Hidden;
-  bool findNear(const PlacedParts& parts, std::uint32_t cache, bool onMap, Near& near) const;
+  struct Change;
+  struct Candidate;
+  bool findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const;
+  bool findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
+                  const Near& near, std::uint32_t cache, Change& change) const;
+  struct Toward;
   void findToward(const LightCachesJob& job, const Near& near, std::uint32_t cache, std::uint32_t begin,
-                  std::uint32_t count, std::uint64_t* toward) const;
-  Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, bool onMap, std::uint32_t node) const;
+                  std::uint32_t count, Toward& toward) const;
+  Hidden lookAround(const PlacedParts& parts, const Near& near, float& distance) const;
+  const glm::vec3* meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction, float& end) const;
+  Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, const Candidate& candidate) const;
 
   const Caches& caches_;
   const LinkSet& links_;

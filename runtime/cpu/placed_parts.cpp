@@ -40,6 +40,7 @@ bool placeOne(const MovingShape& shape, const glm::mat4x3& toWorld, PlacedPart& 
   part.shape = &shape;
   part.toWorld = toWorld;
   part.toShape = glm::mat3(inverse);
+  part.toGrid = part.toShape / shape.grid.voxel;
   part.centre = linear * shape.centre + toWorld[3];
   part.radius = largestScale(linear) * shape.radius;
   return true;

@@ -22,13 +22,14 @@ struct PlacedPart {
   const MovingShape* shape = nullptr;
   glm::mat4x3 toWorld{1.0f};
   glm::mat3 toShape{1.0f};       // of directions
+  glm::mat3 toGrid{1.0f};        // of directions [voxels/m]
   glm::vec3 centre{0.0f};        // [m] of a sphere around it
   float radius = 0.0f;           // [m]
   std::uint32_t firstPatch = 0;  // of PlacedParts::radiosity()
   glm::vec3 mean{0.0f};          // [W/m²] radiosity of its patches by area
 
-  // A point in the axes of the shape. [m]
-  glm::vec3 pointInShape(const glm::vec3& world) const { return toShape * (world - toWorld[3]); }
+  // A point in the grid of the shape. [voxels]
+  glm::vec3 pointInGrid(const glm::vec3& world) const { return shape->grid.toGrid(toShape * (world - toWorld[3])); }
 };
 
 class PlacedParts {
@@ -45,7 +46,7 @@ class PlacedParts {
   void place(const LightSetup& setup, const Caches& caches, const CacheLight* light, const ParallelFor& parallelFor);
 
   std::span<const PlacedPart> parts() const { return part_; }
-  // What a ray of this direction, in the shape's axes, meets in a voxel of it. [W/m²]
+  // What a ray of this direction, in the axes of the shape and of any length, meets in a voxel of it. [W/m²]
   const glm::vec3& radiosityAt(const PlacedPart& part, const glm::ivec3& voxel, const glm::vec3& direction) const;
   std::size_t bytes() const;
 

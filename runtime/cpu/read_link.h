@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
-// One link of a row at a time, whatever the way of storing it: what light_caches' kernels read, for the few links that
-// are looked at by themselves.
+// Node and transfer of one link of a row at a time, whatever the way of storing it, for the few links that are looked
+// at by themselves.
 #pragma once
 
-#include "formats/sh.h"
 #include "runtime/shared/link_rows.h"
 
 #include <cstdint>
-#include <span>
 
 namespace relume::cpu {
 
@@ -18,9 +16,8 @@ class RowReader {
 
   // Node of a link [rowBegin[cache] .. rowBegin[cache + 1]), at least that of the call before.
   std::uint32_t node(std::uint32_t link);
-  // What coefficients of radiance a radiosity of 1 from that link adds to its cache, of so many bands.
-  // [Size c >= bands²]
-  void coefficients(std::uint32_t link, int bands, std::span<float> c) const;
+  // f of a link: the coefficient 0 that a radiosity of 1 from it adds to its cache.
+  float transfer(std::uint32_t link) const;
 
  private:
   const LinkRows& rows_;

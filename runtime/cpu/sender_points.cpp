@@ -2,15 +2,12 @@
 // See sender_points.h.
 #include "runtime/cpu/sender_points.h"
 
-#include "formats/pack.h"
 #include "formats/sphere_points.h"
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace relume::cpu {
 namespace {
@@ -32,9 +29,8 @@ glm::vec3 inCap(const glm::vec3& axis, float share, std::uint32_t i) {
 
 }  // namespace
 
-SenderPoints::SenderPoints(const Hierarchy& hierarchy, const Surfels& surfels, bool spheres,
-                           std::pmr::memory_resource* memory)
-    : point_(memory), first_(hierarchy.nodeCount(), Range{}, memory), sphere_(memory) {
+SenderPoints::SenderPoints(const Hierarchy& hierarchy, const Surfels& surfels, std::pmr::memory_resource* memory)
+    : point_(memory), first_(hierarchy.nodeCount(), Range{}, memory) {
   const std::uint32_t nodes = hierarchy.nodeCount(), senders = surfels.count();
   // Count from the leaves up, place from the root down: children come after their parents.
   for (std::uint32_t n = nodes; n-- > 0;) {
@@ -55,43 +51,21 @@ SenderPoints::SenderPoints(const Hierarchy& hierarchy, const Surfels& surfels, b
     }
     const std::uint32_t s = hierarchy.sender(n);
     if (s < senders) {
-      point_[first] = {surfels.positionWorld[s], packOctahedral(surfels.normal[s])};
+      point_[first].place = surfels.positionWorld[s];
+      for (int k = 0; k < 3; ++k)
+        point_[first].normal[static_cast<std::size_t>(k)] =
+            static_cast<std::int8_t>(std::lrint(127.0f * surfels.normal[s][k]));
       continue;
     }
     const auto patches = static_cast<float>(hierarchy.skyDirection.size());
     for (std::uint32_t i = 0; i < kSkyDirections; ++i)
-      point_[first + i] = {inCap(hierarchy.skyDirection[s - senders], 1.0f / patches, i), kSkyPoint};
-  }
-  if (spheres) addSpheres(hierarchy);
-}
-
-void SenderPoints::addSpheres(const Hierarchy& hierarchy) {
-  constexpr float kEverywhere = std::numeric_limits<float>::infinity();
-  sphere_.resize(first_.size());
-  for (std::uint32_t n = hierarchy.nodeCount(); n-- > 0;) {
-    Sphere& sphere = sphere_[n];
-    if (hierarchy.isLeaf(n)) {
-      const Point& p = point_[first_[n].first];
-      sphere = {p.place, p.normal == kSkyPoint ? kEverywhere : 0.0f};
-      continue;
-    }
-    // Around two spheres, of which one may hold the other.
-    const Sphere &a = sphere_[hierarchy.child[n]], &b = sphere_[hierarchy.child[n] + 1];
-    const float between = glm::distance(a.centre, b.centre);
-    if (a.radius >= between + b.radius || b.radius == kEverywhere) {
-      sphere = b.radius == kEverywhere ? b : a;
-    } else if (b.radius >= between + a.radius) {
-      sphere = b;
-    } else {
-      sphere.radius = 0.5f * (a.radius + b.radius + between);
-      sphere.centre = a.centre + (sphere.radius - a.radius) / between * (b.centre - a.centre);
-    }
+      point_[first + i] = {inCap(hierarchy.skyDirection[s - senders], 1.0f / patches, i), {}, true};
   }
 }
 
 std::size_t SenderPoints::bytes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return bytes(point_) + bytes(first_) + bytes(sphere_);
+  return bytes(point_) + bytes(first_);
 }
 
 }  // namespace relume::cpu

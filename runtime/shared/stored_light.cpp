@@ -54,14 +54,19 @@ void StoredLight::write(std::uint32_t cache, const float* c) {
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < count[k]; ++i) largest = std::max(largest, std::abs(channel[k][i]));
   }
-  const std::uint32_t exponent =
-      static_cast<std::uint32_t>(std::max((std::bit_cast<std::int32_t>(largest) >> 23) - kLightBits, 1));
+  const std::int32_t exponent = std::max((std::bit_cast<std::int32_t>(largest) >> 23) - kLightBits, 1);
   const float scale = std::bit_cast<float>((254 - exponent) << 23);
   std::uint16_t* to = rows.word + std::size_t{rows.words} * (cache - rows.first);
   *to++ = static_cast<std::uint16_t>(exponent);
+  // Added to a small number, this leaves no bits behind the point.
+  constexpr float kRound = 12582912.0f;
+  constexpr std::int32_t kRoundBits = 0x4B400000;
   for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = 0; i < count[k]; ++i)
-      *to++ = static_cast<std::uint16_t>(std::clamp(std::lrint(channel[k][i] * scale), -32767L, 32767L));
+    for (std::size_t i = 0; i < count[k]; ++i) {
+      const float rounded = std::min(std::max(channel[k][i] * scale, -32767.0f), 32767.0f) + kRound;
+      to[i] = static_cast<std::uint16_t>(std::bit_cast<std::int32_t>(rounded) - kRoundBits);
+    }
+    to += count[k];
   }
 }
 

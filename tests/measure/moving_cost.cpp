@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// What a moving ball costs a frame: the least milliseconds of processor time without it and with it, of many frames in
+// which the two take turns and the ball goes on a little, beside the cache pass alone.
+//
+//   bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]     (one thread; metres)
+#include "relume/bake_file.h"
+#include "relume/relighter.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <numbers>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace relume;
+
+struct Ball {
+  std::vector<glm::vec3> position;
+  std::vector<glm::uvec3> triangle;
+
+  Ball(float radius, std::uint32_t around) {
+    const std::uint32_t up = around / 2;
+    for (std::uint32_t j = 0; j <= up; ++j) {
+      for (std::uint32_t i = 0; i <= around; ++i) {
+        const float a = 2.0f * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(around),
+                    b = std::numbers::pi_v<float> * static_cast<float>(j) / static_cast<float>(up);
+        position.push_back(radius * glm::vec3(std::sin(b) * std::cos(a), std::cos(b), std::sin(b) * std::sin(a)));
+      }
+    }
+    for (std::uint32_t j = 0; j < up; ++j) {
+      for (std::uint32_t i = 0; i < around; ++i) {
+        const std::uint32_t k = j * (around + 1) + i;
+        triangle.push_back({k, k + 1, k + around + 1});
+        triangle.push_back({k + 1, k + around + 2, k + around + 1});
+      }
+    }
+  }
+};
+
+// [ms] of this thread.
+double processorMs() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+double pass(const Relighter& relighter, std::string_view name) {
+  for (const PassTime& each : relighter.passTimes()) {
+    if (each.pass == name) return each.ms;
+  }
+  return 0.0;
+}
+
+template <class T>
+T orExit(Result<T> result) {
+  if (result) return std::move(*result);
+  std::fprintf(stderr, "%s\n", result.error().message.c_str());
+  std::exit(1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  glm::vec3 centre;
+  if (argc < 4 || std::sscanf(argv[2], "%f,%f,%f", &centre.x, &centre.y, &centre.z) != 3) {
+    std::fprintf(stderr, "bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]\n");
+    return 2;
+  }
+  const auto radius = static_cast<float>(std::atof(argv[3]));
+  const int frames = argc > 4 ? std::atoi(argv[4]) : 100;
+  const Bake bake = orExit(readBake(argv[1]));
+  RelightOptions options;
+  options.movingParts = 1;
+  Relighter relighter = orExit(Relighter::create(bake, options));
+  const Ball ball(radius, 32);
+  const glm::vec3 grey(0.5f);
+  const MovingMesh mesh{ball.position, ball.triangle, {&grey, 1}, {}};
+  const MovingShapes shapes = orExit(MovingShapes::create({&mesh, 1}));
+  std::printf("%zu bytes a shape\n", shapes.bytes());
+  Light light;
+  light.positionWorld = centre + glm::vec3(0.0f, 4.0f * radius, 0.0f);
+  LightSetup setup;
+  setup.lights = {&light, 1};
+  double least[2] = {1e9, 1e9}, caches = 1e9, parts = 1e9;
+  for (int frame = 0; frame < frames; ++frame) {
+    for (const bool with : {false, true}) {
+      MovingPart part;
+      part.toWorld[3] = centre + 0.1f * radius * std::sin(0.3f * static_cast<float>(frame));
+      setup.movingShapes = &shapes;
+      setup.movingParts = {&part, with ? 1u : 0u};
+      const double begin = processorMs();
+      if (Status ok = relighter.relight(setup); !ok) {
+        std::fprintf(stderr, "%s\n", ok.error().message.c_str());
+        return 1;
+      }
+      least[with] = std::min(least[with], processorMs() - begin);
+      if (with) parts = std::min(parts, pass(relighter, "moving parts"));
+      if (!with) caches = std::min(caches, pass(relighter, "caches"));
+    }
+  }
+  std::printf(
+      "%u caches, %u links: frame %.3f ms without, %.3f with: %.0f %% of the cache pass, %.3f ms; of that its own "
+      "light %.3f ms\n",
+      bake.caches.count(), bake.links.count(), least[0], least[1], 100.0 * (least[1] - least[0]) / caches, caches,
+      parts);
+  return 0;
+}
