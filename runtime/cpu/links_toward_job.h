@@ -19,7 +19,8 @@ struct LinkCone {
 constexpr std::uint32_t kTowardLinks = 512;
 
 // One kernel an instruction set, for links with a direction (kinds cone and oct6): writes the share of link begin + i
-// that the other cone covers, and sets bit i % 64 of toward[i / 64] where there is any. [count <= kTowardLinks] [Size
+// that the other cone covers, 0 or less where they are apart, and sets bit i % 64 of toward[i / 64] where they are not,
+// or nearly not. [count <= kTowardLinks] [Size
 // share = kTowardLinks]
 void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
                          float* share, std::uint64_t* toward);

@@ -20,7 +20,8 @@ inline std::uint64_t laneBits(Ints mask) {
 }
 
 // Two cones with an angle between their axes: from touching from outside to one within the other, whose cosines are
-// c - s and c + s, the share grows evenly with the cosine; within, it is that of their solid angles, at most 1.
+// c - s and c + s, the share grows evenly with the cosine. Cones that tile the sphere then lose together
+// 2 pi (1 - cos a cos b), a factor makes that the sphere's own 2 pi (1 - cos a).
 template <class Links>
 void linksTowardRow(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
                     float* share, std::uint64_t* toward) {
@@ -34,9 +35,12 @@ void linksTowardRow(const LightCachesJob& job, const LinkCone& cone, std::uint32
     const Floats c = cone.cosine * cosine, s = cone.sine * (sine2 * inverseSqrt(sine2));
     const Floats along = cone.axis[0] * x + cone.axis[1] * y + cone.axis[2] * z;
     const Floats overlap = min((along - c + s) / (2.0f * s), splat(1.0f));
-    const Floats within = min((1.0f - cone.cosine) / (1.0f - cosine), splat(1.0f));
-    store(share + k, overlap * within);
-    std::uint64_t bits = laneBits(overlap > 0.0f);
+    store(share + k, overlap * (1.0f - cone.cosine) / (1.0f - c));
+    // Cones stand for clusters of any form, by their first band, and directions are rounded: take more to be looked at.
+    const Floats wide = max(1.25f * cosine - 0.29f, splat(-1.0f)), wide2 = max(1.0f - wide * wide, splat(1e-6f));
+    const Ints meets =
+        (along >= cone.cosine * wide - cone.sine * (wide2 * inverseSqrt(wide2))) | (wide <= -cone.cosine);
+    std::uint64_t bits = laneBits(meets);
     if (links - k < kLanes) bits &= (std::uint64_t{1} << (links - k)) - 1;
     toward[k / 64] |= bits << (k % 64);
   }

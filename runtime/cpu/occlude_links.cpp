@@ -24,16 +24,17 @@ namespace {
 
 constexpr std::uint32_t kMaxParts = 256;  // RelightOptions::movingParts
 constexpr float kMinSolidAngle = 0.02f;   // [sr] of the sphere around a part
-// A receiver in the grid that close to a part's middle is the part itself, which must not be in its own shadow.
-constexpr float kOwnSpace = 1.05f;  // of the sphere's radius
+// What reads the grid so near to a part, in radii of its sphere, is mostly the part itself, which must not stand in its
+// own light: parts act fully on caches of the grid from the second distance on, and not at all below the first.
+constexpr float kOwnSpace[2] = {1.5f, 3.0f};
 // A part alone before a cache that covers less than this is looked at by some rays, and links by how far its sphere
 // covers them; else links by rays of their own.
-constexpr float kFarSolidAngle = 0.15f;  // [sr]
+constexpr float kFarSolidAngle = 0.06f;  // [sr]
 constexpr std::uint32_t kFarRays = 4;
 // On a disc of radius 1, in rings of equal area: direction and distance from its middle
 constexpr float kFarDisc[kFarRays][3] = {
     {1.0f, 0.0f, 0.354f}, {-0.737f, 0.675f, 0.612f}, {0.087f, -0.996f, 0.791f}, {0.608f, 0.794f, 0.935f}};
-constexpr float kRays = 4.0f;                             // of links' own, spread over the sphere's cone, at least
+constexpr float kRays = 8.0f;                             // of links' own, spread over the sphere's cone, at least
 constexpr std::uint32_t kMostRays = SenderPoints::kMost;  // of a link
 constexpr float kSenderEnd = 0.999f;  // of the way to a sender: the part behind it, or on it, hides nothing
 
@@ -63,7 +64,18 @@ float coveredShare(const glm::vec3& direction, float cosine, const LinkCone& con
   cosine = std::clamp(cosine, -0.9995f, 0.9995f);
   const float along = direction.x * cone.axis[0] + direction.y * cone.axis[1] + direction.z * cone.axis[2];
   const float c = cone.cosine * cosine, s = cone.sine * std::sqrt(1.0f - cosine * cosine);
-  return std::min((along - c + s) / (2.0f * s), 1.0f) * std::min((1.0f - cone.cosine) / (1.0f - cosine), 1.0f);
+  return std::min((along - c + s) / (2.0f * s), 1.0f) * (1.0f - cone.cosine) / (1.0f - c);
+}
+
+// Whether the plane of a sender crosses the axis of a cone beyond a distance; of one seen from the side the sender
+// itself counts.
+bool isBehind(const SenderPoints::Point& sender, const glm::vec3& place, const LinkCone& cone, float distance) {
+  if (sender.isSky) return true;
+  const glm::vec3 way = sender.place - place, axis(cone.axis[0], cone.axis[1], cone.axis[2]);
+  const glm::vec3 normal(sender.normal[0], sender.normal[1], sender.normal[2]);
+  const float facing = glm::dot(normal, axis);
+  if (facing < -0.1f * 127.0f) return glm::dot(normal, way) < distance * facing;
+  return glm::dot(way, way) > distance * distance;
 }
 
 // f = y_0 * solid angle / pi, y_0 = 1 / sqrt(4 pi)
@@ -85,6 +97,7 @@ struct OccludeLinks::Near {
   std::uint32_t count = 0;
   float rayDensity = 0.0f;  // [1/sr]
   bool onMap = false;       // the cache lies on a surface
+  float weight = 1.0f;      // of what is changed
   bool isFar = false;       // of one part, which kFarSolidAngle says is far
 };
 
@@ -106,6 +119,7 @@ OccludeLinks::OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet
 bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const {
   const glm::vec3 place = caches_.positionWorld[cache];
   near.count = 0;
+  near.weight = 1.0f;
   near.onMap = caches_.normal[cache] != glm::vec3(0.0f);
   float smallest = 1.0f;  // share of the sphere, nearly
   for (std::size_t i = 0; i < parts.parts().size(); ++i) {
@@ -113,8 +127,13 @@ bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near&
     const glm::vec3 offset = part.centre - place;
     const float d2 = glm::dot(offset, offset), r2 = part.radius * part.radius;
     if (!(r2 > kMinShare * d2)) continue;
-    if (near.onMap ? glm::dot(caches_.normal[cache], offset) <= -part.radius : d2 < kOwnSpace * kOwnSpace * r2)
-      continue;
+    if (near.onMap) {
+      if (glm::dot(caches_.normal[cache], offset) <= -part.radius) continue;
+    } else {
+      const float own = std::sqrt(d2 / r2) - kOwnSpace[0];
+      if (own <= 0.0f) continue;
+      near.weight = std::min(near.weight, own / (kOwnSpace[1] - kOwnSpace[0]));
+    }
     const std::uint32_t n = near.count++;
     near.part[n] = {&part, offset, d2, r2, part.pointInGrid(place)};
     smallest = std::min(smallest, r2 / d2);
@@ -158,7 +177,7 @@ void OccludeLinks::findToward(const LightCachesJob& job, const Near& near, std::
       // f = 2 y_0 * share of the irradiance: the cosine is in it
       if (near.onMap && irradianceOnMap_) solidAngle *= 0.5f / std::max(glm::dot(normal, direction), 0.1f);
       toward.share[k] = coveredShare(direction, 1.0f - solidAngle / (2.0f * std::numbers::pi_v<float>), near.cone[i]);
-      if (toward.share[k] > 0.0f) toward.bits[k / 64] |= std::uint64_t{1} << (k % 64);
+      if (toward.share[k] > -1.0f) toward.bits[k / 64] |= std::uint64_t{1} << (k % 64);
     }
   }
 }
@@ -300,14 +319,15 @@ struct OccludeLinks::Change {
 // What parts change of the light of a cache; false where they change nothing.
 bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
                               const Near& near, std::uint32_t cache, Change& change) const {
-  float distance = 0.0f;
+  float distance = 0.0f, inFront = 0.0f;  // inFront: transfer that the sphere covers, of senders before a far part
   const Hidden far = near.isFar ? lookAround(parts, near, distance) : Hidden{};
   if (near.isFar && far.share == 0.0f) return false;
   // A sender behind the part, which hides the share of it that the sphere does, as far as the part fills that.
   const auto behind = [&](const Candidate& each) {
-    const SenderPoints::Point& point = points_.point(each.node, 0, 1);
-    const glm::vec3 way = point.place - caches_.positionWorld[cache];
-    if (!point.isSky && glm::dot(way, way) <= distance * distance) return Hidden{};
+    if (!isBehind(points_.point(each.node, 0, 1), caches_.positionWorld[cache], near.cone[0], distance)) {
+      inFront += each.transfer * each.share;
+      return Hidden{};
+    }
     const float share = each.share * far.share;
     return Hidden{share, share * far.radiosity, share * far.direction};
   };
@@ -327,7 +347,7 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
         each.node = row.node(at + index);
         each.transfer = row.transfer(at + index);
         each.share = toward.share[index];
-        if (!(each.transfer > 0.0f)) continue;
+        if (!(each.transfer > 0.0f) || (near.isFar && !(each.share > 0.0f))) continue;
         points_.prefetch(each.node);
         ++candidates;
       }
@@ -348,8 +368,9 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
       change.transfer += each.transfer * hidden.share;
     }
   }
-  change.color = rgbToYCoCg(change.color);
-  return change.transfer > 0.0f;
+  change.color = near.weight * rgbToYCoCg(change.color);
+  // Cones are wider than their senders: a far part most of which is hidden is left out.
+  return change.transfer > inFront * far.share;
 }
 
 void OccludeLinks::occlude(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin,

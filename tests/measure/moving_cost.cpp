@@ -5,6 +5,7 @@
 //   bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]     (one thread; metres)
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
+#include "tests/runtime/ball.h"
 
 #include <glm/geometric.hpp>
 
@@ -13,36 +14,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <numbers>
 #include <string_view>
 #include <vector>
 
 namespace {
 
 using namespace relume;
-
-struct Ball {
-  std::vector<glm::vec3> position;
-  std::vector<glm::uvec3> triangle;
-
-  Ball(float radius, std::uint32_t around) {
-    const std::uint32_t up = around / 2;
-    for (std::uint32_t j = 0; j <= up; ++j) {
-      for (std::uint32_t i = 0; i <= around; ++i) {
-        const float a = 2.0f * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(around),
-                    b = std::numbers::pi_v<float> * static_cast<float>(j) / static_cast<float>(up);
-        position.push_back(radius * glm::vec3(std::sin(b) * std::cos(a), std::cos(b), std::sin(b) * std::sin(a)));
-      }
-    }
-    for (std::uint32_t j = 0; j < up; ++j) {
-      for (std::uint32_t i = 0; i < around; ++i) {
-        const std::uint32_t k = j * (around + 1) + i;
-        triangle.push_back({k, k + 1, k + around + 1});
-        triangle.push_back({k + 1, k + around + 2, k + around + 1});
-      }
-    }
-  }
-};
 
 // [ms] of this thread.
 double processorMs() {
@@ -79,7 +56,7 @@ int main(int argc, char** argv) {
   RelightOptions options;
   options.movingParts = 1;
   Relighter relighter = orExit(Relighter::create(bake, options));
-  const Ball ball(radius, 32);
+  const test::Ball ball(radius, 32);
   const glm::vec3 grey(0.5f);
   const MovingMesh mesh{ball.position, ball.triangle, {&grey, 1}, {}};
   const MovingShapes shapes = orExit(MovingShapes::create({&mesh, 1}));

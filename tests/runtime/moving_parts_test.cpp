@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+// Moving parts before a bake's links: form factors of a ball, what changes nothing to the bit, errors, memory, threads.
+#include "formats/sh.h"
+#include "relume/relighter.h"
+#include "tests/on_threads.h"
+#include "tests/runtime/allocations.h"
+#include "tests/runtime/ball.h"
+#include "tests/runtime/make_relighter.h"
+#include "tests/runtime/some_lights.h"
+#include "tests/runtime/synthetic_bake.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+const glm::vec3 kMiddle(6.0f, 2.0f, 3.0f);  // of the synthetic room, 12 x 4 x 6 m
+
+Bake room(LinkKind kind, std::uint32_t skyPatches = 0) {
+  return test::makeSyntheticBake(
+      {.surfels = 8192, .skyPatches = skyPatches, .lightmapCaches = 300, .linksPerCache = 200, .kind = kind});
+}
+
+MovingShapes shapesOf(const test::Ball& ball, const glm::vec3& albedo, const glm::vec3& emission = glm::vec3(0.0f)) {
+  const MovingMesh mesh{ball.position, ball.triangle, {&albedo, 1}, {&emission, 1}};
+  Result<MovingShapes> made = MovingShapes::create({&mesh, 1});
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+MovingPart at(const glm::vec3& place) {
+  MovingPart part;
+  part.toWorld[3] = place;
+  return part;
+}
+
+RelightOptions withParts(std::uint32_t most = 4) {
+  RelightOptions options;
+  options.movingParts = most;
+  return options;
+}
+
+// Light of a room whose surfaces all send out 1 W/m²/sr, after one frame without bounces.
+std::vector<float> furnace(const Bake& bake, const MovingShapes& shapes, std::span<const MovingPart> parts) {
+  Relighter relighter = test::makeRelighter(bake, withParts());
+  const std::vector<glm::vec3> emission(bake.surfels.count(), glm::vec3(1.0f));
+  LightSetup setup;
+  setup.surfelEmission = emission;
+  setup.skyRadiance = glm::vec3(1.0f);
+  setup.bounceScale = 0.0f;
+  setup.movingShapes = &shapes;
+  setup.movingParts = parts;
+  EXPECT_TRUE(relighter.relight(setup));
+  return relighter.cacheCoefficients();
+}
+
+// Irradiance of luma at a cache of the light map for its own normal.
+float irradianceOf(const Bake& bake, std::span<const float> all, std::uint32_t cache) {
+  const std::size_t stride = all.size() / bake.caches.count();
+  const std::span<const float> c = all.subspan(stride * cache, stride);
+  if (bake.links.kind == LinkKind::irradiance) return 2.0f * kPi * 0.282094792f * c[0];
+  return irradianceLinear(c, bake.caches.normal[cache]);
+}
+
+// A black ball takes its form factor, (r / d)² cos, of what a cache receives, whatever way links are stored: near and
+// far from the cache, with many rays or few.
+TEST(MovingParts, blackBallTakesItsFormFactor) {
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind);
+    for (const float radius : {0.5f, 1.2f}) {
+      const test::Ball ball(radius, 48);
+      const MovingShapes shapes = shapesOf(ball, glm::vec3(0.0f));
+      const MovingPart part = at(kMiddle);
+      const std::vector<float> open = furnace(bake, shapes, {}), shaded = furnace(bake, shapes, {&part, 1});
+      double expected = 0.0, found = 0.0, error = 0.0;
+      int counted = 0;
+      for (std::uint32_t c = bake.caches.firstMapCache(); c < bake.caches.count(); ++c) {
+        const glm::vec3 offset = kMiddle - bake.caches.positionWorld[c];
+        const float d = glm::length(offset), along = glm::dot(offset, bake.caches.normal[c]);
+        if (along < radius || radius * radius < 0.01f * d * d) continue;
+        const double factor = radius * radius * along / (d * d * d);
+        const double drop = 1.0 - irradianceOf(bake, shaded, c) / irradianceOf(bake, open, c);
+        expected += factor;
+        found += drop;
+        error += (drop - factor) * (drop - factor);
+        ++counted;
+      }
+      ASSERT_GT(counted, 20);
+      // Half a voxel of 32 more all around is 6 % more of the disc.
+      EXPECT_NEAR(found / expected, 1.03, 0.1) << "radius " << radius;
+      EXPECT_LT(std::sqrt(error / counted), 0.35 * expected / counted) << "radius " << radius;
+    }
+  }
+}
+
+// A ball as bright as the room is not seen in it: what it takes it gives.
+TEST(MovingParts, brightBallGivesWhatItTakes) {
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind, 16);
+    const test::Ball ball(0.8f, 32);
+    const MovingShapes shapes = shapesOf(ball, glm::vec3(0.0f), glm::vec3(1.0f));
+    const MovingPart part = at(kMiddle);
+    const std::vector<float> open = furnace(bake, shapes, {}), lit = furnace(bake, shapes, {&part, 1});
+    for (std::uint32_t c = bake.caches.firstMapCache(); c < bake.caches.count(); ++c)
+      EXPECT_NEAR(irradianceOf(bake, lit, c), irradianceOf(bake, open, c), 0.01 * irradianceOf(bake, open, c));
+  }
+}
+
+// It sends on the light that falls on it, in its own colour.
+TEST(MovingParts, reflectsLampsInItsOwnColour) {
+  const Bake bake = room(LinkKind::oct6);
+  const test::Ball ball(0.6f, 32);
+  Light lamp{.intensity = glm::vec3(50.0f), .positionWorld = {6.0f, 3.9f, 3.0f}};
+  std::vector<glm::vec3> darkness(bake.surfels.count(), glm::vec3(0.0f));
+  const auto green = [&](const glm::vec3& albedo, bool isShadowed) {
+    const MovingShapes shapes = shapesOf(ball, albedo);
+    const MovingPart part = at(kMiddle);
+    Relighter relighter = test::makeRelighter(bake, withParts());
+    LightSetup setup;
+    setup.lights = {&lamp, 1};
+    setup.surfelIrradiance = setup.surfelEmission = darkness;  // surfaces send nothing
+    setup.bounceScale = 0.0f;
+    setup.movingShapes = &shapes;
+    setup.movingParts = {&part, 1};
+    if (isShadowed) setup.visibility = [](std::uint32_t, const glm::vec3&, const glm::vec3&) { return 0.0f; };
+    EXPECT_TRUE(relighter.relight(setup));
+    return relighter.irradianceInGrid({6.0f, 3.7f, 3.0f}, {0.0f, -1.0f, 0.0f});
+  };
+  const glm::vec3 white = green(glm::vec3(1.0f), false), leaf = green({0.0f, 0.5f, 0.0f}, false);
+  EXPECT_GT(white.g, 0.05f);
+  EXPECT_NEAR(white.r, white.g, 0.02f * white.g);
+  EXPECT_NEAR(leaf.g, 0.5f * white.g, 0.05f * white.g);
+  EXPECT_LT(leaf.r, 0.15f * leaf.g);
+  EXPECT_EQ(green(glm::vec3(1.0f), true), glm::vec3(0.0f));
+}
+
+// Nothing near, nothing before a sender, or nothing at all: not a bit changes.
+TEST(MovingParts, whatHidesNothingChangesNothing) {
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind, 16);
+    const test::Ball ball(0.3f, 24);
+    const MovingShapes shapes = shapesOf(ball, glm::vec3(0.5f));
+    Relighter plain = test::makeRelighter(bake), moving = test::makeRelighter(bake, withParts());
+    const std::vector<Light> lights = test::someLights();
+    LightSetup setup;
+    setup.lights = lights;
+    MovingPart far = at({60.0f, 2.0f, 3.0f});
+    MovingPart flat = at(kMiddle);
+    flat.toWorld[1] = glm::vec3(0.0f);
+    const std::vector<std::vector<MovingPart>> frames{{}, {far}, {flat}, {far, flat}};
+    for (const std::vector<MovingPart>& parts : frames) {
+      ASSERT_TRUE(plain.relight(setup));
+      LightSetup with = setup;
+      with.movingShapes = &shapes;
+      with.movingParts = parts;
+      ASSERT_TRUE(moving.relight(with));
+      EXPECT_EQ(plain.cacheCoefficients(), moving.cacheCoefficients());
+    }
+  }
+}
+
+// Under the floor, all senders come before it: where links are looked at one by one nothing changes, and where far
+// parts are weighed by cones that are wider than their senders, next to nothing.
+TEST(MovingParts, standingGeometryHidesParts) {
+  const Bake bake = room(LinkKind::oct6);
+  const test::Ball ball(0.6f, 32);
+  const MovingShapes shapes = shapesOf(ball, glm::vec3(0.0f));
+  const MovingPart under = at({6.0f, -0.7f, 3.0f}), above = at({6.0f, 0.7f, 3.0f});
+  const std::vector<float> open = furnace(bake, shapes, {}), hidden = furnace(bake, shapes, {&under, 1}),
+                           seen = furnace(bake, shapes, {&above, 1});
+  double changedHidden = 0.0, changedSeen = 0.0;
+  for (std::uint32_t c = bake.caches.firstMapCache(); c < bake.caches.count(); ++c) {
+    const float e = irradianceOf(bake, open, c);
+    EXPECT_NEAR(irradianceOf(bake, hidden, c), e, 0.01f * e);
+    changedHidden += std::abs(irradianceOf(bake, hidden, c) - e);
+    changedSeen += std::abs(irradianceOf(bake, seen, c) - e);
+  }
+  EXPECT_LT(changedHidden, 0.05 * changedSeen);
+}
+
+// Where a part has left, light is what it would be without.
+TEST(MovingParts, leavesNoTraces) {
+  const Bake bake = room(LinkKind::oct6);
+  const test::Ball ball(0.8f, 24);
+  const MovingShapes shapes = shapesOf(ball, glm::vec3(0.5f));
+  const MovingPart part = at(kMiddle);
+  EXPECT_NE(furnace(bake, shapes, {&part, 1}), furnace(bake, shapes, {}));
+  Relighter relighter = test::makeRelighter(bake, withParts());
+  const std::vector<glm::vec3> emission(bake.surfels.count(), glm::vec3(1.0f));
+  LightSetup setup;
+  setup.surfelEmission = emission;
+  setup.skyRadiance = glm::vec3(1.0f);
+  setup.bounceScale = 0.0f;
+  setup.movingShapes = &shapes;
+  setup.movingParts = {&part, 1};
+  ASSERT_TRUE(relighter.relight(setup));
+  setup.movingParts = {};
+  ASSERT_TRUE(relighter.relight(setup));
+  EXPECT_EQ(relighter.cacheCoefficients(), furnace(bake, shapes, {}));
+}
+
+TEST(MovingParts, doesNotDependOnThreadsAndTakesNoMemoryInAFrame) {
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind, 16);
+    const test::Ball ball(0.5f, 32);
+    const MovingShapes shapes = shapesOf(ball, {0.8f, 0.3f, 0.1f});
+    const std::vector<Light> lights = test::someLights();
+    std::optional<std::vector<float>> expected;
+    for (const std::uint32_t threads : {1u, 2u, 3u}) {
+      RelightOptions options = withParts();
+      if (threads > 1)
+        options.parallelFor = [threads](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+          test::onThreads(threads, tasks, body);
+        };
+      Relighter relighter = test::makeRelighter(bake, options);
+      LightSetup setup;
+      setup.lights = lights;
+      setup.movingShapes = &shapes;
+      std::size_t before = 0;
+      for (int frame = 0; frame < 5; ++frame) {
+        if (frame == 1) before = test::allocations();
+        MovingPart parts[2] = {at(kMiddle + 0.2f * static_cast<float>(frame)), at({2.0f, 1.0f, 1.5f})};
+        parts[1].toWorld[0] *= -1.5f;  // mirrored and wider
+        setup.movingParts = parts;
+        ASSERT_TRUE(relighter.relight(setup));
+      }
+      if (threads == 1) {
+        EXPECT_EQ(test::allocations(), before);
+      }
+      const std::vector<float> found = relighter.cacheCoefficients();
+      for (const float v : found) ASSERT_TRUE(std::isfinite(v));
+      if (!expected) expected = found;
+      EXPECT_EQ(found, *expected);
+    }
+  }
+}
+
+TEST(MovingParts, refusesPartsThatItCannotPlace) {
+  const Bake bake = room(LinkKind::oct6);
+  const test::Ball ball(0.5f, 16);
+  const MovingShapes shapes = shapesOf(ball, glm::vec3(0.5f));
+  const std::vector<Light> lights = test::someLights();
+  Relighter relighter = test::makeRelighter(bake, withParts(2));
+  LightSetup setup;
+  setup.lights = lights;
+  setup.movingShapes = &shapes;
+  std::vector<MovingPart> parts{at(kMiddle), at(kMiddle)};
+  setup.movingParts = parts;
+  ASSERT_TRUE(relighter.relight(setup));
+  const std::vector<float> before = relighter.cacheCoefficients();
+  const auto refuses = [&](const std::string& word) {
+    const Status status = relighter.relight(setup);
+    ASSERT_FALSE(status) << word;
+    EXPECT_EQ(status.error().code, ErrorCode::usage);
+    EXPECT_NE(status.error().message.find(word), std::string::npos) << status.error().message;
+    EXPECT_EQ(relighter.cacheCoefficients(), before);
+  };
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 2e8f}) {
+    for (int column = 0; column < 4; ++column) {
+      parts[1] = at(kMiddle);
+      parts[1].toWorld[column].y = bad;
+      refuses("movingParts[1].toWorld");
+    }
+  }
+  parts[1] = at(kMiddle);
+  parts[1].shape = 1;
+  refuses("movingParts[1].shape");
+  parts[1].shape = 0;
+  parts.push_back(at(kMiddle));
+  setup.movingParts = parts;
+  refuses("expected at most 2");
+  setup.movingParts = {parts.data(), 1};
+  setup.movingShapes = nullptr;
+  refuses("without movingShapes");
+  EXPECT_FALSE(Relighter::create(bake, withParts(257)));
+  RelightOptions gl = withParts();
+  gl.backend = BackendKind::gl;
+  const auto made = Relighter::create(bake, gl);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::unsupported);
+}
+
+TEST(MovingShapes, refusesMeshesByName) {
+  const test::Ball ball(0.5f, 16);
+  const glm::vec3 grey(0.5f), bright(1.5f), nan(std::numeric_limits<float>::quiet_NaN());
+  const std::vector<glm::vec3> three(3, grey);
+  std::vector<glm::vec3> broken = ball.position;
+  broken[7].x = nan.x;
+  const glm::uvec3 outside(0, 1, 100000);
+  const auto refuses = [&](const MovingMesh& mesh, const std::string& word) {
+    const MovingMesh meshes[2] = {{ball.position, ball.triangle, {&grey, 1}}, mesh};
+    const Result<MovingShapes> made = MovingShapes::create(meshes);
+    ASSERT_FALSE(made) << word;
+    EXPECT_EQ(made.error().code, ErrorCode::usage);
+    EXPECT_NE(made.error().message.find("moving mesh 1"), std::string::npos) << made.error().message;
+    EXPECT_NE(made.error().message.find(word), std::string::npos) << made.error().message;
+  };
+  refuses({ball.position, {}, {&grey, 1}}, "no triangles");
+  refuses({ball.position, ball.triangle, {}}, "albedos");
+  refuses({ball.position, ball.triangle, three}, "3 albedos");
+  refuses({ball.position, ball.triangle, {&grey, 1}, three}, "3 emissions");
+  refuses({ball.position, ball.triangle, {&bright, 1}}, "albedo");
+  refuses({ball.position, ball.triangle, {&grey, 1}, {&nan, 1}}, "emission");
+  refuses({broken, ball.triangle, {&grey, 1}}, "vertex 7");
+  refuses({ball.position, {&outside, 1}, {&grey, 1}}, "triangle 0");
+  EXPECT_TRUE(MovingShapes::create({}));
+}
+
+}  // namespace
+}  // namespace relume
