@@ -188,11 +188,11 @@ struct OccludeLinks::Candidate {
   float transfer, share;
 };
 
-// The first part that a ray meets before `end`, which becomes its distance: its radiosity there, null = none.
-// direction: unit.
-const glm::vec3* OccludeLinks::meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction,
-                                    float& end) const {
-  const glm::vec3* met = nullptr;
+// Whether a ray meets a part before `end`, which becomes the distance of the first, and the radiosity there. direction:
+// unit.
+bool OccludeLinks::meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction, float& end,
+                        glm::vec3& radiosity) const {
+  bool isMet = false;
   for (std::uint32_t k = 0; k < near.count; ++k) {
     const Near::Part& each = near.part[k];
     const float along = glm::dot(each.offset, direction);
@@ -206,9 +206,10 @@ const glm::vec3* OccludeLinks::meet(const PlacedParts& parts, const Near& near, 
         VoxelMarch(shape.grid, shape.bits.data(), each.placeInGrid, inGrid).first(std::min(end, along + 1.1f * half));
     if (!hit.found) continue;
     end = hit.t;
-    met = &parts.radiosityAt(*each.part, hit.voxel, inGrid);
+    radiosity = parts.lightAt(*each.part, hit.voxel, inGrid).seenFrom(hit.t, each.part->radius);
+    isMet = true;
   }
-  return met;
+  return isMet;
 }
 
 // Rays to places on a node; those that the cache or the sender turns its back on do not count.
@@ -237,10 +238,10 @@ OccludeLinks::Hidden OccludeLinks::look(const PlacedParts& parts, const Near& ne
     if (!(weight > 0.0f)) continue;
     all += weight;
     float end = kSenderEnd * length;
-    const glm::vec3* const met = meet(parts, near, direction, end);
-    if (met == nullptr) continue;
+    glm::vec3 radiosity;
+    if (!meet(parts, near, direction, end, radiosity)) continue;
     hidden.share += weight;
-    hidden.radiosity += weight * *met;
+    hidden.radiosity += weight * radiosity;
     hidden.direction += weight * direction;
   }
   if (hidden.share > 0.0f) {
@@ -266,10 +267,10 @@ OccludeLinks::Hidden OccludeLinks::lookAround(const PlacedParts& parts, const Ne
     const float radius = cone.sine * kFarDisc[i][2];
     const glm::vec3 direction = glm::normalize(axis + radius * (kFarDisc[i][0] * side + kFarDisc[i][1] * up));
     float t = std::numeric_limits<float>::infinity();
-    const glm::vec3* const met = meet(parts, near, direction, t);
-    if (met == nullptr) continue;
+    glm::vec3 radiosity;
+    if (!meet(parts, near, direction, t, radiosity)) continue;
     hidden.share += 1.0f;
-    hidden.radiosity += *met;
+    hidden.radiosity += radiosity;
     hidden.direction += direction;
     distance += t;
   }

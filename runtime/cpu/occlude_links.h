@@ -50,7 +50,8 @@ class OccludeLinks {
   void findToward(const LightCachesJob& job, const Near& near, std::uint32_t cache, std::uint32_t begin,
                   std::uint32_t count, Toward& toward) const;
   Hidden lookAround(const PlacedParts& parts, const Near& near, float& distance) const;
-  const glm::vec3* meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction, float& end) const;
+  bool meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction, float& end,
+            glm::vec3& radiosity) const;
   Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, const Candidate& candidate) const;
 
   const Caches& caches_;

@@ -49,7 +49,7 @@ bool placeOne(const MovingShape& shape, const glm::mat4x3& toWorld, PlacedPart& 
 }  // namespace
 
 PlacedParts::PlacedParts(std::uint32_t most, std::pmr::memory_resource* memory)
-    : part_(memory), partOf_(memory), radiosity_(memory) {
+    : part_(memory), partOf_(memory), light_(memory) {
   part_.reserve(most);
 }
 
@@ -57,7 +57,7 @@ void PlacedParts::reserve(const LightSetup& setup) {
   std::size_t patches = 0;
   for (const MovingPart& part : setup.movingParts) patches += setup.movingShapes->shape(part.shape).patch.size();
   partOf_.reserve(patches);
-  radiosity_.reserve(patches);
+  light_.reserve(patches);
 }
 
 void PlacedParts::place(const LightSetup& setup, const Caches& caches, const CacheLight* light,
@@ -72,24 +72,26 @@ void PlacedParts::place(const LightSetup& setup, const Caches& caches, const Cac
     partOf_.insert(partOf_.end(), shape.patch.size(), static_cast<std::uint32_t>(part_.size()));
     part_.push_back(part);
   }
-  radiosity_.resize(partOf_.size());
+  light_.resize(partOf_.size());
   forChunks(parallelFor, static_cast<std::uint32_t>(partOf_.size()), kPatches,
             [&](std::uint32_t begin, std::uint32_t end) { lightPatches(setup, caches, light, begin, end); });
   for (PlacedPart& part : part_) {
-    glm::vec3 sum(0.0f);
+    PatchLight sum;
     float area = 0.0f;
     for (std::uint32_t i = 0; i < part.shape->patch.size(); ++i) {
-      sum += part.shape->patch[i].area * radiosity_[part.firstPatch + i];
-      area += part.shape->patch[i].area;
+      const float each = part.shape->patch[i].area;
+      sum.own += each * light_[part.firstPatch + i].own;
+      sum.bounced += each * light_[part.firstPatch + i].bounced;
+      area += each;
     }
-    if (area > 0.0f) part.mean = sum / area;
+    if (area > 0.0f) part.mean = {sum.own / area, sum.bounced / area};
   }
 }
 
 void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light,
                                std::uint32_t begin, std::uint32_t end) {
   const std::uint32_t count = end - begin;
-  std::array<glm::vec3, kPatches> place, normal, irradiance{};
+  std::array<glm::vec3, kPatches> place, normal, irradiance{}, bounced{};
   for (std::uint32_t i = 0; i < count; ++i) {
     const PlacedPart& part = part_[partOf_[begin + i]];
     const ShapePatch& patch = part.shape->patch[begin + i - part.firstPatch];
@@ -98,7 +100,7 @@ void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, co
     const glm::vec3 lifted = patch.position + part.shape->grid.voxel * patch.normal;
     place[i] = glm::mat3(part.toWorld[0], part.toWorld[1], part.toWorld[2]) * lifted + part.toWorld[3];
     if (light != nullptr && setup.bounceScale > 0.0f)
-      irradiance[i] = setup.bounceScale * irradianceInGrid(caches, *light, place[i], normal[i]);
+      bounced[i] = setup.bounceScale * irradianceInGrid(caches, *light, place[i], normal[i]);
   }
   for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
     std::array<glm::vec3, kPatches> litPlace, litNormal, arriving;
@@ -127,14 +129,15 @@ void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, co
   for (std::uint32_t i = 0; i < count; ++i) {
     const PlacedPart& part = part_[partOf_[begin + i]];
     const ShapePatch& patch = part.shape->patch[begin + i - part.firstPatch];
-    radiosity_[begin + i] = patch.albedo * irradiance[i] + std::numbers::pi_v<float> * patch.emission;
+    light_[begin + i] = {patch.albedo * irradiance[i] + std::numbers::pi_v<float> * patch.emission,
+                         patch.albedo * bounced[i]};
   }
 }
 
-const glm::vec3& PlacedParts::radiosityAt(const PlacedPart& part, const glm::ivec3& voxel,
-                                          const glm::vec3& direction) const {
+const PatchLight& PlacedParts::lightAt(const PlacedPart& part, const glm::ivec3& voxel,
+                                       const glm::vec3& direction) const {
   const std::size_t first = part.shape->firstPatch(voxel);
-  const glm::vec3* found = &part.mean;
+  const PatchLight* found = &part.mean;
   float best = 0.0f;
   for (std::size_t i = 0; i < kPatchFacings; ++i) {
     const std::uint32_t patch = part.shape->patchOf[first + i];
@@ -142,14 +145,14 @@ const glm::vec3& PlacedParts::radiosityAt(const PlacedPart& part, const glm::ive
     const float facing = -glm::dot(direction, part.shape->patch[patch].normal);
     if (facing <= best) continue;
     best = facing;
-    found = &radiosity_[part.firstPatch + patch];
+    found = &light_[part.firstPatch + patch];
   }
   return *found;
 }
 
 std::size_t PlacedParts::bytes() const {
   return sizeof(PlacedPart) * part_.capacity() + sizeof(std::uint32_t) * partOf_.capacity() +
-         sizeof(glm::vec3) * radiosity_.capacity();
+         sizeof(PatchLight) * light_.capacity();
 }
 
 }  // namespace relume::cpu

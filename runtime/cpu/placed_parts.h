@@ -18,6 +18,16 @@
 
 namespace relume::cpu {
 
+// Radiosity of a patch. [W/m²]
+struct PatchLight {
+  glm::vec3 own{0.0f};      // emission, and what is reflected of punctual lights
+  glm::vec3 bounced{0.0f};  // reflected light of the grid, which does not know of the part
+
+  // What a receiver at some distance has of it: between a part of that radius and what is close to it comes little of
+  // the light around.
+  glm::vec3 seenFrom(float distance, float radius) const { return own + distance / (distance + radius) * bounced; }
+};
+
 struct PlacedPart {
   const MovingShape* shape = nullptr;
   glm::mat4x3 toWorld{1.0f};
@@ -25,8 +35,8 @@ struct PlacedPart {
   glm::mat3 toGrid{1.0f};        // of directions [voxels/m]
   glm::vec3 centre{0.0f};        // [m] of a sphere around it
   float radius = 0.0f;           // [m]
-  std::uint32_t firstPatch = 0;  // of PlacedParts::radiosity()
-  glm::vec3 mean{0.0f};          // [W/m²] radiosity of its patches by area
+  std::uint32_t firstPatch = 0;  // among all patches of the frame
+  PatchLight mean;               // of its patches by area
 
   // A point in the grid of the shape. [voxels]
   glm::vec3 pointInGrid(const glm::vec3& world) const { return shape->grid.toGrid(toShape * (world - toWorld[3])); }
@@ -46,8 +56,8 @@ class PlacedParts {
   void place(const LightSetup& setup, const Caches& caches, const CacheLight* light, const ParallelFor& parallelFor);
 
   std::span<const PlacedPart> parts() const { return part_; }
-  // What a ray of this direction, in the axes of the shape and of any length, meets in a voxel of it. [W/m²]
-  const glm::vec3& radiosityAt(const PlacedPart& part, const glm::ivec3& voxel, const glm::vec3& direction) const;
+  // What a ray of this direction, in the axes of the shape and of any length, meets in a voxel of it.
+  const PatchLight& lightAt(const PlacedPart& part, const glm::ivec3& voxel, const glm::vec3& direction) const;
   std::size_t bytes() const;
 
  private:
@@ -56,7 +66,7 @@ class PlacedParts {
 
   std::pmr::vector<PlacedPart> part_;
   std::pmr::vector<std::uint32_t> partOf_;  // [Size patches] of each patch
-  std::pmr::vector<glm::vec3> radiosity_;   // [W/m²] [Size patches] of all parts
+  std::pmr::vector<PatchLight> light_;      // [Size patches] of all parts
 };
 
 }  // namespace relume::cpu
