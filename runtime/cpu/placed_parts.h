@@ -25,7 +25,9 @@ struct PatchLight {
 
   // What a receiver at some distance has of it: between a part of that radius and what is close to it comes little of
   // the light around.
-  glm::vec3 seenFrom(float distance, float radius) const { return own + distance / (distance + radius) * bounced; }
+  glm::vec3 seenFrom(float distance, float radius) const {
+    return own + distance / (distance + 0.3f * radius) * bounced;
+  }
 };
 
 struct PlacedPart {

@@ -79,6 +79,42 @@ TEST_F(RenderCommand, movesANode) {
   EXPECT_EQ(render({"--bake", bake_, "--move-node", "toy=1,0,0"}).status, 0);
 }
 
+// The toy under the lamp: its shadow in the bake's light is the path tracer's, and without --dynamic solid there is
+// none.
+TEST_F(RenderCommand, dynamicNodesShadowABakesLight) {
+  const auto light = [&](const std::vector<std::string>& words, const std::string& channel) {
+    std::vector<std::string> all = words;
+    all.insert(all.begin() + 1, kLevel);
+    for (const char* word : {"--eye", "4.55,0.8,2.2", "--target", "3.9,0,1.3", "--fov", "20", "--lights", "lamp",
+                             "--size", "48x27", "--progress", "none", "--force", "-o"})
+      all.emplace_back(word);
+    all.push_back(image());
+    const ProgramResult drawn = runProgram(all, folder_);
+    EXPECT_EQ(drawn.status, 0) << drawn.err;
+    const auto picture = readExr(image());
+    EXPECT_TRUE(picture);
+    double sum = 0.0;
+    // The floor before the toy: the lower quarter of the picture
+    for (std::size_t i = std::size_t{48} * 20; i < std::size_t{48} * 27; ++i) sum += picture->channels.at(channel)[i];
+    return sum;
+  };
+  const std::vector<std::string> drawn{"render", "--bake", bake_, "--samples", "1", "--aov", "indirect"},
+      traced{"reference", "--spp", "256"};
+  const auto with = [](std::vector<std::string> words, const char* dynamic) {
+    words.insert(words.end(), {"--dynamic", dynamic});
+    return words;
+  };
+  const double apart = light(drawn, "G"), solid = light(with(drawn, "solid"), "G");
+  EXPECT_EQ(light(with(drawn, "receivers"), "G"), apart);
+  const double tracedApart = light(with(traced, "receivers"), "DiffInd.G"),
+               tracedSolid = light(with(traced, "solid"), "DiffInd.G");
+  const double share = solid / apart, tracedShare = tracedSolid / tracedApart;
+  EXPECT_LT(tracedShare, 0.97) << "the toy hides nothing in this view";
+  EXPECT_NEAR(share, tracedShare, 0.6 * (1.0 - tracedShare));
+  expectRefused(render({"--dynamic", "solid"}), 1, {"--dynamic solid", "--bake"});
+  expectRefused(render({"--bake", bake_, "--dynamic", "solid", "--backend", "gl"}), 1, {"--dynamic solid", "cpu"});
+}
+
 TEST_F(RenderCommand, lightsALevelByReflectiveShadowMaps) {
   const auto live = [&](std::vector<std::string> more) {
     std::vector<std::string> words{
