@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// See light_surfels.h. Lights are punctual as KHR_lights_punctual defines them, read in radiometric units.
+// See light_surfels.h.
 #include "runtime/cpu/light_surfels.h"
 
 #include "runtime/cpu/simd.h"
+#include "runtime/direct_light.h"
 #include "runtime/light_window.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/pack_color.h"
@@ -41,8 +42,9 @@ PreparedLight prepare(const Light& light) {
     p.intensity[k] = light.intensity[k];
   }
   p.inverseRange2 = inverseRangeSquared(light.range);
-  p.cosOuter = std::cos(light.outerConeRad);
-  p.coneScale = 1.0f / std::max(std::cos(light.innerConeRad) - p.cosOuter, 0.001f);
+  const SpotEdge edge = spotEdge(light);
+  p.cosOuter = edge.cosOuter;
+  p.coneScale = edge.scale;
   return p;
 }
 
@@ -130,25 +132,6 @@ void lightSky(const SurfelSet& surfels, const LightSetup& setup, std::span<std::
 }
 
 }  // namespace
-
-glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normal) {
-  if (light.kind == LightKind::directional) return light.intensity * std::max(-glm::dot(light.direction, normal), 0.0f);
-  // E = I cos / d², with a window that ends at the range.
-  const glm::vec3 toward = light.positionWorld - positionWorld;
-  const float d2 = glm::dot(toward, toward);
-  const float cosineTimesD = glm::dot(toward, normal);
-  if (!(cosineTimesD > 0.0f)) return glm::vec3(0.0f);
-  const PreparedLight prepared = prepare(light);
-  const float d = std::sqrt(d2);
-  const float share = d2 * prepared.inverseRange2;
-  float factor = cosineTimesD / (d * std::max(d2, 1e-8f)) * std::max(1.0f - share * share, 0.0f);
-  if (light.kind == LightKind::spot) {
-    const float cosine = -glm::dot(light.direction, toward) / d;
-    const float t = glm::clamp((cosine - prepared.cosOuter) * prepared.coneScale, 0.0f, 1.0f);
-    factor *= t * t;
-  }
-  return light.intensity * factor;
-}
 
 void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, const LightSetup& setup,
                   const Bounce* bounce, LightSurfelsJob job, std::pmr::vector<PreparedLight>& lights,

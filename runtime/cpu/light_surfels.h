@@ -12,9 +12,6 @@
 
 namespace relume::cpu {
 
-// Irradiance [W/m²] at a point with unit normal by one light, shadows left out.
-glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normal);
-
 // Writes the leaves of `node` (runtime/shared/pack_color.h): radiosity [W/m²]
 //   surfel:     albedo * (direct + bounceScale * last frame's irradiance at its receiver) + pi * emission
 //   sky patch:  pi * radiance

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Moving parts before links (PIC Section 6): a cache for which the sphere around a part covers more than 0.02 sr looks
-// at its links inside the cone toward that sphere. Rays go from the cache to places on such a link's sender, and the
-// share of them that meets a part on the way has the part's radiosity in place of the sender's.
+// at its links inside the cone toward that sphere. What a part hides of a link has the part's radiosity in place of the
+// sender's: of near parts the share of rays, from the cache to places on the sender, that meet the part; of far ones
+// the share of the link's cone that the sphere covers, as far as some rays say that the part fills it.
 //
-// What stands still is before the part where the ray ends at its sender before it gets there: the part is not met, and
+// What stands still is before the part where a ray ends at its sender before it gets there: the part is not met, and
 // the link stays as it was. Senders are what caches see, so that is what standing geometry hides; no voxels of the
 // level are needed, and walls are no thicker than they are.
 // Deviation: PIC gives this as future work and names no method.

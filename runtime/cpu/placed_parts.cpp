@@ -2,7 +2,7 @@
 // See placed_parts.h.
 #include "runtime/cpu/placed_parts.h"
 
-#include "runtime/cpu/light_surfels.h"
+#include "runtime/direct_light.h"
 #include "runtime/shared/chunks.h"
 
 #include <glm/common.hpp>

@@ -5,7 +5,7 @@
 #include "formats/decimal.h"
 #include "formats/limits.h"
 #include "runtime/check_setup.h"
-#include "runtime/cpu/light_surfels.h"
+#include "runtime/direct_light.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
@@ -318,7 +318,7 @@ class DirectLight {
           const glm::vec3 n = glm::normalize(glm::vec3(s.normal[0], s.normal[1], s.normal[2]));
           const glm::vec3 place(s.place[0], s.place[1], s.place[2]);
           const glm::vec3 at = volume_.grid().toWorld(middle + place / float{kVoxelSteps} + kLift * n);
-          const glm::vec3 e = cpu::directIrradiance(lights_[k], at, n);
+          const glm::vec3 e = directIrradiance(lights_[k], at, n);
           if (e == glm::vec3(0.0f)) continue;
           position[lit] = at;
           normal[lit] = n;

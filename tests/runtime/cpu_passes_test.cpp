@@ -3,6 +3,7 @@
 #include "runtime/cpu/light_caches.h"
 #include "runtime/cpu/light_surfels.h"
 #include "runtime/cpu/pull.h"
+#include "runtime/direct_light.h"
 #include "runtime/shared/pack_color.h"
 #include "runtime/shared/resolve.h"
 
@@ -309,17 +310,16 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
 TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
   const glm::vec3 up(0, 0, 1), origin(0);
   Light sun{.kind = LightKind::directional, .intensity = {3, 2, 1}, .direction = glm::normalize(glm::vec3(1, 0, -1))};
-  EXPECT_NEAR(cpu::directIrradiance(sun, origin, up).x, 3.0f * std::sqrt(0.5f), 1e-5f);
-  EXPECT_EQ(cpu::directIrradiance(sun, origin, -up), glm::vec3(0.0f));
+  EXPECT_NEAR(directIrradiance(sun, origin, up).x, 3.0f * std::sqrt(0.5f), 1e-5f);
+  EXPECT_EQ(directIrradiance(sun, origin, -up), glm::vec3(0.0f));
   // E = I cos / d²: at height 2, one to the side: I 2 / 5^1.5.
   Light point{.kind = LightKind::point, .intensity = glm::vec3(10), .positionWorld = {1, 0, 2}};
-  EXPECT_NEAR(cpu::directIrradiance(point, origin, up).y, 10.0f * 2.0f / std::pow(5.0f, 1.5f), 1e-5f);
+  EXPECT_NEAR(directIrradiance(point, origin, up).y, 10.0f * 2.0f / std::pow(5.0f, 1.5f), 1e-5f);
   // The window of a range of 4 at distance sqrt 5: 1 - (5/16)².
   point.range = 4.0f;
-  EXPECT_NEAR(cpu::directIrradiance(point, origin, up).y, 20.0f / std::pow(5.0f, 1.5f) * (1.0f - 25.0f / 256.0f),
-              1e-5f);
+  EXPECT_NEAR(directIrradiance(point, origin, up).y, 20.0f / std::pow(5.0f, 1.5f) * (1.0f - 25.0f / 256.0f), 1e-5f);
   point.range = 2.0f;
-  EXPECT_EQ(cpu::directIrradiance(point, origin, up), glm::vec3(0.0f));
+  EXPECT_EQ(directIrradiance(point, origin, up), glm::vec3(0.0f));
   // A spot straight above: inside the inner cone like a point light, outside the outer cone nothing, the square
   // between.
   Light spot{.kind = LightKind::spot,
@@ -328,11 +328,11 @@ TEST(DirectIrradiance, followsTheDefinitionsOfEachKind) {
              .direction = -up,
              .innerConeRad = 0.3f,
              .outerConeRad = 0.6f};
-  EXPECT_NEAR(cpu::directIrradiance(spot, origin, up).x, 2.5f, 1e-5f);
-  EXPECT_EQ(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(0.61f), 0, 0), up), glm::vec3(0.0f));
+  EXPECT_NEAR(directIrradiance(spot, origin, up).x, 2.5f, 1e-5f);
+  EXPECT_EQ(directIrradiance(spot, glm::vec3(2.0f * std::tan(0.61f), 0, 0), up), glm::vec3(0.0f));
   const float angle = 0.45f, d = 2.0f / std::cos(angle);
   const float t = (std::cos(angle) - std::cos(0.6f)) / (std::cos(0.3f) - std::cos(0.6f));
-  EXPECT_NEAR(cpu::directIrradiance(spot, glm::vec3(2.0f * std::tan(angle), 0, 0), up).x,
+  EXPECT_NEAR(directIrradiance(spot, glm::vec3(2.0f * std::tan(angle), 0, 0), up).x,
               10.0f * std::cos(angle) / (d * d) * t * t, 1e-5f);
 }
 
@@ -370,7 +370,7 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
       glm::vec3 e(0.0f);
       for (const Light& light : lights)
-        e += cpu::directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
+        e += directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
       const glm::vec3 want = bake.surfels.albedo[s] * e + static_cast<float>(kPi) * bake.surfels.emission[s];
       const glm::vec3 found = unpackColor(nodes[bake.hierarchy.leafNode[s]]);
       lit += e != glm::vec3(0.0f) ? 1 : 0;
