@@ -129,16 +129,15 @@ function(relume_command_line target)
   endif()
 endfunction()
 
-# Register a test; further arguments follow the command's.
-# Files of two builds' tests, which may run at once, stay apart.
+# Register a test by its command; no timeout where that is empty. Files of two builds' tests, which may run at once, stay
+# apart.
 function(relume_add_test name timeout)
   set(temporary ${PROJECT_BINARY_DIR}/temporary)
   file(MAKE_DIRECTORY ${temporary})
   add_test(NAME ${name} COMMAND ${ARGN})
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
-  # What may take long begins first, so that no processor waits for it at the end.
   if(timeout)
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout} COST ${timeout})
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout})
   endif()
 endfunction()
 

@@ -58,8 +58,6 @@ enum class ElementType : std::uint32_t {
   archive = 6,       // bytes of archive.h
 };
 const char* toString(ElementType type);
-
-inline Error invalidFile(const std::string& message) { return {ErrorCode::invalidFile, message}; }
 std::size_t elementBytes(ElementType type);
 
 // A row of the table. bytes = shape[0] * shape[1] * elementBytes(type), but for chunks that are coded.

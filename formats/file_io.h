@@ -12,8 +12,12 @@
 #include <memory>
 #include <memory_resource>
 #include <span>
+#include <string>
 
 namespace relume {
+
+// What a reader says of a file that is not what it should be.
+inline Error invalidFile(const std::string& message) { return {ErrorCode::invalidFile, message}; }
 
 // Bytes and what keeps them alive. Aligned to 64.
 struct FileBytes {

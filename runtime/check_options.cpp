@@ -61,7 +61,6 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   checked.bands.glossy = options.glossy;
   if (!(options.gridTrust >= 0.0f && options.gridTrust <= 1.0f))
     return usage("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
-  constexpr std::uint32_t kMaxMovingParts = 256;
   if (options.movingParts > kMaxMovingParts)
     return usage("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
                  std::to_string(kMaxMovingParts));

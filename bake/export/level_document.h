@@ -17,8 +17,6 @@
 
 namespace relume {
 
-inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
-
 // What bufferView.target says.
 enum class ViewTarget { none = 0, vertices = 34962, indices = 34963 };
 

@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punct
                                                                "KHR_materials_pbrSpecularGlossiness",
                                                                "EXT_mesh_gpu_instancing",
                                                                "EXT_meshopt_compression",
-                                                               "KHR_draco_mesh_compression",
+                                                               kDracoExtension,
                                                                "KHR_materials_anisotropy",
                                                                "KHR_materials_clearcoat",
                                                                "KHR_materials_dispersion",

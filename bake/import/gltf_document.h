@@ -18,6 +18,8 @@ namespace relume {
 
 class Context;
 
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
 struct GltfDocument {
   std::string file;  // name without folder, opens every message
   std::filesystem::path folder;

@@ -165,7 +165,7 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
 
 Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                    const std::string& where) {
-  const tinygltf::Value& extension = primitive.extensions.at("KHR_draco_mesh_compression");
+  const tinygltf::Value& extension = primitive.extensions.at(kDracoExtension);
   const Result<std::span<const std::uint8_t>> bytes = document.viewBytes(indexOr(extension, "bufferView", -1), where);
   if (!bytes) return bytes.error();
   DracoClaims claims = claimsOf(document, primitive, bytes->size());

@@ -134,7 +134,7 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   UvSets sets{0, 1};
   if (primitive.material >= 0) sets = uvSets_[static_cast<std::size_t>(primitive.material)];
   DracoPrimitive draco;
-  const bool compressed = primitive.extensions.contains("KHR_draco_mesh_compression");
+  const bool compressed = primitive.extensions.contains(kDracoExtension);
   if (compressed) {
     Result<DracoPrimitive> decoded = decodeDraco(document_, primitive, where);
     if (!decoded) return decoded.error();

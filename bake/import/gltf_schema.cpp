@@ -2,6 +2,8 @@
 // See gltf_schema.h. One table per glTF object; a walk compares the document with them.
 #include "bake/import/gltf_schema.h"
 
+#include "bake/import/gltf_document.h"
+
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -62,7 +64,7 @@ constexpr Field kAccessor[] = {
     {"normalized", Kind::boolean}, {"count", Kind::size, {}, 0, true}, {"type", Kind::text, {}, 0, true},
     {"name", Kind::text},          {"sparse", Kind::object, kSparse}};
 constexpr Field kDraco[] = {{"bufferView", Kind::index, {}, 0, true}, {"attributes", Kind::indexMap, {}, 0, true}};
-constexpr Field kPrimitiveExtensions[] = {{"KHR_draco_mesh_compression", Kind::object, kDraco}};
+constexpr Field kPrimitiveExtensions[] = {{kDracoExtension, Kind::object, kDraco}};
 constexpr Field kPrimitive[] = {{"attributes", Kind::indexMap, {}, 0, true},
                                 {"indices", Kind::index},
                                 {"material", Kind::index},

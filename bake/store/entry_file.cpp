@@ -2,6 +2,8 @@
 // See entry_file.h.
 #include "bake/store/entry_file.h"
 
+#include "formats/file_io.h"
+
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -33,8 +35,6 @@ XXH128_hash_t hashOf(const Header& header, std::span<const std::byte> frame) {
   XXH3_128bits_update(state.get(), frame.data(), frame.size());
   return XXH3_128bits_digest(state.get());
 }
-
-Error invalid(const std::string& message) { return {ErrorCode::invalidFile, message}; }
 
 }  // namespace
 
@@ -71,15 +71,15 @@ Result<std::vector<std::byte>> sealEntry(const EntryName& name, std::span<const 
 
 Result<std::uint64_t> checkEntry(const EntryName& name, std::span<const std::byte> file) {
   Header header;
-  if (file.size() < kHeaderBytes) return invalid("cut to " + std::to_string(file.size()) + " bytes");
+  if (file.size() < kHeaderBytes) return invalidFile("cut to " + std::to_string(file.size()) + " bytes");
   std::memcpy(&header, file.data(), kHeaderBytes);
-  if (header.magic != kMagic) return invalid("not an entry of a store");
+  if (header.magic != kMagic) return invalidFile("not an entry of a store");
   if (header.version != kEntryVersion)
-    return invalid("of version " + std::to_string(header.version) + ", expected " + std::to_string(kEntryVersion));
+    return invalidFile("of version " + std::to_string(header.version) + ", expected " + std::to_string(kEntryVersion));
   const XXH128_hash_t hash = hashOf(header, file.subspan(kHeaderBytes));
-  if (hash.high64 != header.hashHigh || hash.low64 != header.hashLow) return invalid("damaged: wrong checksum");
+  if (hash.high64 != header.hashHigh || hash.low64 != header.hashLow) return invalidFile("damaged: wrong checksum");
   if (header.nameHigh != name.high || header.nameLow != name.low)
-    return invalid("the entry of another name, " + toString({header.nameHigh, header.nameLow}));
+    return invalidFile("the entry of another name, " + toString({header.nameHigh, header.nameLow}));
   return header.size;
 }
 
@@ -90,12 +90,12 @@ Result<EntryBytes> openEntry(std::span<const std::byte> file) {
   // Before anything is allocated: both must say the same size, and the frame must be one.
   const unsigned long long stated = ZSTD_getFrameContentSize(frame.data(), frame.size());
   if (stated == ZSTD_CONTENTSIZE_ERROR || stated == ZSTD_CONTENTSIZE_UNKNOWN || stated != header.size)
-    return invalid("its frame is not of " + std::to_string(header.size) + " bytes");
+    return invalidFile("its frame is not of " + std::to_string(header.size) + " bytes");
   const auto words = std::make_shared<std::vector<std::uint64_t>>((header.size + 7) / 8);
   const std::size_t size = ZSTD_decompress(words->data(), header.size, frame.data(), frame.size());
   if (ZSTD_isError(size) != 0 || size != header.size)
-    return invalid("its frame cannot be unpacked" +
-                   (ZSTD_isError(size) != 0 ? std::string(": ") + ZSTD_getErrorName(size) : std::string()));
+    return invalidFile("its frame cannot be unpacked" +
+                       (ZSTD_isError(size) != 0 ? std::string(": ") + ZSTD_getErrorName(size) : std::string()));
   return EntryBytes{words, std::as_bytes(std::span(*words)).first(header.size)};
 }
 

@@ -34,6 +34,8 @@ struct MovingMesh {
   std::span<const glm::vec3> emission{};  // [W/m²/sr] [0..1e9] [Size 0, 1 or triangles] of the fronts
 };
 
+inline constexpr std::uint32_t kMaxMovingParts = 256;  // of a frame
+
 // A shape as it stands in this frame.
 struct MovingPart {
   std::uint32_t shape = 0;    // index into the meshes of MovingShapes::create()

@@ -77,8 +77,8 @@ struct RelightOptions {
   // Materials that images are to drive, each at most once. The CPU backend keeps a third of an image's texels as mip
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
-  // [0..256] CPU backend: how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
-  // the links, 32 bytes a surfel, about twice what the surfels themselves take.
+  // [0..kMaxMovingParts] CPU backend: how many LightSetup::movingParts a frame has at most; 0 = none. What they need is
+  // kept beside the links, 32 bytes a surfel, about twice what the surfels themselves take.
   std::uint32_t movingParts = 0;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.

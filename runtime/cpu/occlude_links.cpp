@@ -22,8 +22,7 @@
 namespace relume::cpu {
 namespace {
 
-constexpr std::uint32_t kMaxParts = 256;  // RelightOptions::movingParts
-constexpr float kMinSolidAngle = 0.02f;   // [sr] of the sphere around a part
+constexpr float kMinSolidAngle = 0.02f;  // [sr] of the sphere around a part
 // What reads the grid so near to a part, in radii of its sphere, is mostly the part itself, which must not stand in its
 // own light: parts act fully on caches of the grid from the second distance on, and not at all below the first.
 constexpr float kOwnSpace[2] = {1.5f, 3.0f};
@@ -91,9 +90,9 @@ struct OccludeLinks::Near {
     float distance2, radius2;
     glm::vec3 placeInGrid;  // of the cache [voxels]
   };
-  std::array<Part, kMaxParts> part;
-  std::array<LinkCone, kMaxParts> cone;
-  std::array<bool, kMaxParts> isAround;  // the cache is within the part's sphere
+  std::array<Part, kMaxMovingParts> part;
+  std::array<LinkCone, kMaxMovingParts> cone;
+  std::array<bool, kMaxMovingParts> isAround;  // the cache is within the part's sphere
   std::uint32_t count = 0;
   float rayDensity = 0.0f;  // [1/sr]
   bool onMap = false;       // the cache lies on a surface

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// See stored_light.h. The kernels of runtime/cpu write the rows.
+// See stored_light.h. The kernels of runtime/cpu write whole ranges of rows.
 #include "runtime/shared/stored_light.h"
 
 #include <algorithm>
@@ -58,14 +58,9 @@ void StoredLight::write(std::uint32_t cache, const float* c) {
   const float scale = std::bit_cast<float>((254 - exponent) << 23);
   std::uint16_t* to = rows.word + std::size_t{rows.words} * (cache - rows.first);
   *to++ = static_cast<std::uint16_t>(exponent);
-  // Added to a small number, this leaves no bits behind the point.
-  constexpr float kRound = 12582912.0f;
-  constexpr std::int32_t kRoundBits = 0x4B400000;
   for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = 0; i < count[k]; ++i) {
-      const float rounded = std::min(std::max(channel[k][i] * scale, -32767.0f), 32767.0f) + kRound;
-      to[i] = static_cast<std::uint16_t>(std::bit_cast<std::int32_t>(rounded) - kRoundBits);
-    }
+    for (std::size_t i = 0; i < count[k]; ++i)
+      to[i] = static_cast<std::uint16_t>(std::lrint(std::clamp(channel[k][i] * scale, -32767.0f, 32767.0f)));
     to += count[k];
   }
 }

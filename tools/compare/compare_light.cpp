@@ -39,7 +39,7 @@ class CacheReader {
 
   std::size_t probes(std::uint32_t cache) const { return bake_.caches.normal[cache] == glm::vec3(0.0f) ? 6 : 1; }
   glm::vec3 irradiance(std::uint32_t cache, std::size_t probe) const {
-    const glm::vec3 normal = probes(cache) == 1 ? bake_.caches.normal[cache] : kAxes[probe];
+    const glm::vec3 normal = probes(cache) == 1 ? bake_.caches.normal[cache] : kAirDirections[probe];
     const std::span<const float> all(coefficients_.data() + cache * stride_, stride_);
     const auto l2 = static_cast<std::size_t>(luma_ * luma_), c2 = static_cast<std::size_t>(chroma_ * chroma_);
     const glm::vec3 ycc(lobe(cache, luma_, all.first(l2), normal), lobe(cache, chroma_, all.subspan(l2, c2), normal),

@@ -22,7 +22,7 @@
 namespace relume {
 
 // The directions that points in the air are read in.
-inline constexpr std::array<glm::vec3, 6> kAxes = {
+inline constexpr std::array<glm::vec3, 6> kAirDirections = {
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 // How one bake lights a receiver.

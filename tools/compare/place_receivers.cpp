@@ -300,7 +300,7 @@ class Placer {
       for (std::size_t i = 0; i < places.size(); i += stride) {
         const glm::vec3& p = places[i];
         if (!taken.insert({p.x, p.y, p.z}).second) continue;
-        for (const glm::vec3& axis : kAxes) addInGrid(Receivers::kAir, p, axis);
+        for (const glm::vec3& axis : kAirDirections) addInGrid(Receivers::kAir, p, axis);
       }
     }
   }

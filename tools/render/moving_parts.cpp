@@ -5,12 +5,20 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 namespace relume {
 
 Result<MovingShapes> movingShapes(const Scene& scene) {
+  const auto solid = static_cast<std::size_t>(std::count_if(scene.instances.begin(), scene.instances.end(),
+                                                            [](const Instance& each) { return !each.baked(); }));
+  if (solid > kMaxMovingParts)
+    return Error{ErrorCode::usage, "--dynamic solid: the level has " + std::to_string(solid) +
+                                       " dynamic parts, and at most " + std::to_string(kMaxMovingParts) +
+                                       " can shadow a bake's light; leave it out, or bake those that stand still"};
   struct Colors {
     std::vector<glm::vec3> albedo, emission;
   };

@@ -11,7 +11,7 @@
 namespace relume {
 
 // A shape for each dynamic instance, in their order: albedo and emission of each triangle are those at its middle,
-// filtered over the triangle. Errors of MovingShapes.
+// filtered over the triangle. Errors of MovingShapes; usage: more than kMaxMovingParts.
 Result<MovingShapes> movingShapes(const Scene& scene);
 // The same instances where they stand.
 std::vector<MovingPart> movingParts(const Scene& scene);
