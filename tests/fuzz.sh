@@ -11,13 +11,14 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=60
 seed=0  # of libFuzzer; 0 = another one each time
+flags=()  # short runs: the build is most of their time
 all=(bake_file runtime voxels gltf gltf_files bake options side_files)
 names=()
 known=" ${all[*]} "
 while [ $# -gt 0 ]; do
   case "$1" in
     --minutes) seconds=$((60 * ${2:?--minutes needs a number})); shift 2 ;;
-    --seconds) seconds="${2:?--seconds needs a number}"; seed=1; shift 2 ;;
+    --seconds) seconds="${2:?--seconds needs a number}"; seed=1; flags=(-DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -DNDEBUG -gline-tables-only"); shift 2 ;;
     *)
       [[ $known == *" $1 "* ]] || { echo "tests/fuzz.sh: unknown argument '$1' (known: --minutes N, --seconds N,${known% })" >&2; exit 1; }
       names+=("$1"); shift ;;
@@ -25,7 +26,7 @@ while [ $# -gt 0 ]; do
 done
 [ ${#names[@]} -gt 0 ] || names=("${all[@]}")
 
-cmake --preset fuzz -DRELUME_BUILD_SAMPLES=OFF
+cmake --preset fuzz -DRELUME_BUILD_SAMPLES=OFF "${flags[@]}"
 cmake --build build/fuzz --parallel "$(nproc)" --target "${names[@]/#/fuzz_}"
 
 # Seeds: tests/fuzz/seeds, the fixtures of all format versions, small scenes (of RELUME_SHARED_DIR when it is set).
