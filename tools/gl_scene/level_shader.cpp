@@ -41,11 +41,17 @@ vec3 levelLightIrradiance(uint i, vec3 p, vec3 n) {
   }
   return intensity * factor;
 }
+// The triangle's own normal, on the side of n.
+vec3 levelPlane(vec3 p, vec3 n) {
+  vec3 plane = cross(dFdx(p), dFdy(p));
+  float size = length(plane);
+  return size > 0.0 ? plane * (dot(plane, n) < 0.0 ? -1.0 / size : 1.0 / size) : n;
+}
 vec3 levelDirect(vec3 p, vec3 n) {
-  vec3 sum = vec3(0.0);
+  vec3 sum = vec3(0.0), plane = levelPlane(p, n);
   for (uint i = 0u; i < levelLightCount; ++i) {
     vec3 e = levelLightIrradiance(i, p, n);
-    if (e.r + e.g + e.b > 0.0) sum += e * relumeVisibility(i, p, n);
+    if (e.r + e.g + e.b > 0.0) sum += e * relumeVisibility(i, p, plane);
   }
   return sum;
 }
@@ -78,9 +84,7 @@ void levelSplitReflectance(vec3 baseColor, vec2 metalRough, vec3 n, vec3 toEye, 
 }
 // Radiance of the lights in a lobe about r, shadowed. toEye: tells the side of the surface.
 vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye) {
-  vec3 plane = normalize(cross(dFdx(p), dFdy(p)));
-  plane = dot(plane, toEye) < 0.0 ? -plane : plane;
-  vec3 sum = vec3(0.0);
+  vec3 sum = vec3(0.0), plane = levelPlane(p, toEye);
   for (uint i = 0u; i < levelLightCount; ++i) {
     vec3 toLight = levelLightIntensity[i].w < 0.5 ? -levelLightDirection[i].xyz : normalize(levelLightPosition[i].xyz - p);
     float cosine = dot(toLight, r);
@@ -95,12 +99,8 @@ vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye) {
 
 const char* kLinks = R"(
 vec3 levelLinks(vec3 p, vec3 n) {
-  // The triangle's own normal, on the side of n.
-  vec3 plane = cross(dFdx(p), dFdy(p));
-  float size = length(plane);
-  plane = size > 0.0 ? plane * (dot(plane, n) < 0.0 ? -1.0 / size : 1.0 / size) : n;
   vec2 uv;
-  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, plane) : levelGrid(p, n);
+  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(p, n)) : levelGrid(p, n);
 }
 // Radiance in a lobe about r.
 vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
