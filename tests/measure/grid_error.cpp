@@ -1,63 +1,25 @@
 // SPDX-License-Identifier: MIT
 // How far light that moving receivers read from the grid is from path-traced light, for grids of several kinds and
 // sizes: points of the play space with random normals, the level's own lights. Prints the tables of docs/notes/grid.md,
-// and of docs/notes/vectors.md those of the grid's texture.
-//   bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
-#include "bake/base/parallel.h"
-#include "bake/rays/ray_tracer.h"
-#include "bake/visibility/play_space.h"
-#include "relume/bake/bake.h"
+// and of docs/notes/vectors.md those of the grid's texture and, with --bytes, of bases at equal bytes.
+//   bench_grid_error [--bytes] LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]
+#include "formats/color.h"
 #include "relume/relighter.h"
+#include "runtime/cpu/grid_vectors.h"
 #include "runtime/shared/resolve.h"
-#include "tests/measure/traced_light.h"
+#include "tests/measure/grid_receivers.h"
+#include "tests/measure/spline_prefilter.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <memory_resource>
 #include <string>
+#include <utility>
 
-namespace relume {
+namespace relume::test {
 namespace {
-
-using test::errorOf, test::lightsNamed, test::shadowedLight, test::sphereDirection, test::traceIrradiance,
-    test::TracedError;
-using Receiver = test::TracedReceiver;
-using Level = test::TracedLevel;
-
-std::vector<Receiver> traceReceivers(const Level& level, const PlaySpace& playSpace, std::size_t count, int paths,
-                                     Context& context) {
-  std::vector<Receiver> receivers(count);
-  parallelChunks(context, "", count, 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      RandomStream random(11, 0x67726964, i);
-      Receiver& r = receivers[i];
-      r.position = playSpace.receivers[i * playSpace.receivers.size() / count];
-      r.normal = sphereDirection(random.uniform2());
-      traceIrradiance(level, paths, random, r);
-    }
-  });
-  return receivers;
-}
-
-struct Figures : TracedError {
-  double tooBright = 0.0;
-};
-
-// tooBright: the mean excess over receivers that have less than a tenth of the mean light, over that mean.
-template <class Read>
-Figures compare(const std::vector<Receiver>& receivers, const Read& read) {
-  std::vector<glm::vec3> found;
-  double mean = 0.0, excess = 0.0, dark = 0.0;
-  for (const Receiver& r : receivers) mean += static_cast<double>(r.truth().y) / static_cast<double>(receivers.size());
-  for (const Receiver& r : receivers) {
-    found.push_back(read(r.position, r.normal));
-    if (static_cast<double>(r.truth().y) < 0.1 * mean) {
-      excess += std::max(0.0f, found.back().y - r.truth().y);
-      dark += 1.0;
-    }
-  }
-  return {errorOf(receivers, found), dark > 0.0 ? excess / dark / mean : 0.0};
-}
 
 struct GridKind {
   std::string name;
@@ -65,24 +27,35 @@ struct GridKind {
   std::uint32_t count = 0;
 };
 
-int measure(const std::string& path, const std::string& lights, std::size_t count, int paths, std::uint32_t surfels) {
-  Context context;
-  auto scene = importGltf(path, context);
-  if (!scene) return std::fprintf(stderr, "%s\n", scene.error().message.c_str()), 1;
-  auto tracer = RayTracer::create(*scene, "avx2", context);
-  if (!tracer) return std::fprintf(stderr, "%s\n", tracer.error().message.c_str()), 1;
-  BakeOptions options;
-  options.surfels.count = surfels;
-  auto playSpace = findPlaySpace(*tracer, options.playSpace, options.seed, context);
-  if (!playSpace) return std::fprintf(stderr, "%s\n", playSpace.error().message.c_str()), 1;
-  const Level level{*scene, *tracer, lightsNamed(*scene, lights), lights == "emissive"};
-  const std::vector<Receiver> receivers = traceReceivers(level, *playSpace, count, paths, context);
+bool fail(const Error& error) { return std::fprintf(stderr, "%s\n", error.message.c_str()), false; }
 
+// What the spline through the texture's points would give, at some degree of trust.
+GridFigures prefiltered(const Caches& caches, const CacheLight& light, float trust,
+                        const std::vector<TracedReceiver>& receivers) {
+  std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+  GridTextureLimits limits;
+  limits.trust = trust;
+  cpu::GridVectors vectors(makeGridTexture(caches, limits, {}, memory), memory);
+  vectors.fill(light, {});
+  std::vector<float> spline(vectors.texels().begin(), vectors.texels().end());
+  prefilterSpline(spline, vectors.texture().resolution, 6 * kTexelFloats);
+  return compareReceivers(receivers, [&](const glm::vec3& p, const glm::vec3& n) {
+    const auto read = readGridTexture(vectors.texture(), spline, p, n, true);
+    return read ? *read : irradianceInGrid(caches, light, p, n);
+  });
+}
+
+}  // namespace
+
+bool printGridKinds(const GridLevel& opened, const std::string& lights) {
+  const TracedLevel& level = *opened.level;
+  const std::vector<TracedReceiver>& receivers = opened.receivers;
+  BakeOptions options = opened.options;
   std::vector<GridKind> kinds{
       {"uniform, small", {12, 5, 8}, 0}, {"uniform, 24 x 8 x 12", {24, 8, 12}, 0}, {"uniform, large", {40, 15, 24}, 0}};
   for (const std::uint32_t n : {300u, 1150u, 2304u, 8192u})
     kinds.push_back({"two levels, about " + std::to_string(n), {}, n});
-  std::printf("\n%s, %s: %zu receivers, %d paths each\n", scene->name.c_str(), lights.c_str(), receivers.size(), paths);
+  std::printf("\n%s, %s: %zu receivers\n", level.scene.name.c_str(), lights.c_str(), receivers.size());
   std::printf(
       "\n| grid | caches | bytes | RMSE %% | t1 %% | energy | dark excess %% | without visibility: RMSE %% | t1 %% | "
       "energy | dark excess %% |\n"
@@ -91,18 +64,17 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     options.caches.gridResolution = kind.resolution;
     options.caches.gridCaches = kind.count;
     Context quiet;
-    auto baked = bake(*scene, options, quiet);
-    if (!baked) return std::fprintf(stderr, "%s\n", baked.error().message.c_str()), 1;
+    auto baked = bake(level.scene, options, quiet);
+    if (!baked) return fail(baked.error());
     const std::vector<glm::vec3> direct = shadowedLight(level, baked->surfels);
     RelightOptions relight;
     relight.gridTexture = true;
     auto relighter = Relighter::create(*baked, relight);
-    if (!relighter) return std::fprintf(stderr, "%s\n", relighter.error().message.c_str()), 1;
+    if (!relighter) return fail(relighter.error());
     LightSetup setup;
     setup.surfelIrradiance = direct;
     setup.emissionScale = glm::vec3(level.emissive ? 1.0f : 0.0f);
-    if (const auto lit = relightUntilConverged(*relighter, setup); !lit)
-      return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
+    if (const auto lit = relightUntilConverged(*relighter, setup); !lit) return fail(lit.error());
     const std::vector<float> coefficients = relighter->cacheCoefficients();
     const CacheLight light{
         {relighter->lumaBands(), relighter->chromaBands(), baked->links.kind == LinkKind::irradiance}, coefficients};
@@ -110,13 +82,13 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
     const auto figures = [&](const Caches& caches) {
-      return compare(receivers,
-                     [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(caches, light, p, n); });
+      return compareReceivers(
+          receivers, [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(caches, light, p, n); });
     };
-    const Figures with = figures(baked->caches);
+    const GridFigures with = figures(baked->caches);
     Caches blind = baked->caches;
     blind.grid.depth = {};
-    const Figures without = figures(blind);
+    const GridFigures without = figures(blind);
     std::printf("| %s | %td | %zu | %.1f | %.1f | %.3f | %.1f | %.1f | %.1f | %.3f | %.1f |\n", kind.name.c_str(),
                 gridCaches, bytes, 100 * with.rmse, 100 * with.trimmed, with.energy, 100 * with.tooBright,
                 100 * without.rmse, 100 * without.trimmed, without.energy, 100 * without.tooBright);
@@ -124,16 +96,15 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
     for (const float trust : {0.25f, RelightOptions{}.gridTrust, 1.0f}) {
       relight.gridTrust = trust;
       auto textured = Relighter::create(*baked, relight);
-      if (!textured) return std::fprintf(stderr, "%s\n", textured.error().message.c_str()), 1;
-      if (const auto lit = relightUntilConverged(*textured, setup); !lit)
-        return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
+      if (!textured) return fail(textured.error());
+      if (const auto lit = relightUntilConverged(*textured, setup); !lit) return fail(lit.error());
       const GridTextureInfo info = textured->gridTexture();
       constexpr std::pair<GridLookup, const char*> kLookups[] = {
           {GridLookup::stencil, "caches around"}, {GridLookup::texture, "texture"}, {GridLookup::smooth, "smooth"}};
       for (const auto& [lookup, name] : kLookups) {
         // The same whatever the trust; with what two bands lack guessed, as the texture has it.
         if (lookup == GridLookup::stencil && trust != 1.0f) continue;
-        const Figures f = compare(receivers, [&, by = lookup](const glm::vec3& p, const glm::vec3& n) {
+        const GridFigures f = compareReceivers(receivers, [&, by = lookup](const glm::vec3& p, const glm::vec3& n) {
           return textured->irradianceInGrid(p, n, by);
         });
         std::printf(
@@ -142,19 +113,38 @@ int measure(const std::string& path, const std::string& lights, std::size_t coun
             100.0 * static_cast<double>(info.openCells) / static_cast<double>(std::max<std::size_t>(info.cells, 1)),
             100 * f.rmse, 100 * f.trimmed, f.energy, 100 * f.tooBright);
       }
+      CacheLight guessing = light;
+      guessing.guessBands = true;
+      const GridFigures f = prefiltered(baked->caches, guessing, trust, receivers);
+      std::printf("| - smooth, prefiltered, trust %.2f | | | %.1f | %.1f | %.3f | %.1f | | | | |\n",
+                  static_cast<double>(trust), 100 * f.rmse, 100 * f.trimmed, f.energy, 100 * f.tooBright);
     }
     std::fflush(stdout);
   }
-  return 0;
+  return true;
+}
+
+namespace {
+
+int measure(bool bytes, const GridRequest& request) {
+  Context context;
+  const auto opened = openGridLevel(request, context);
+  if (!opened) return fail(opened.error()), 1;
+  return (bytes ? printEqualBytes(*opened, request.lights) : printGridKinds(*opened, request.lights)) ? 0 : 1;
 }
 
 }  // namespace
-}  // namespace relume
+}  // namespace relume::test
 
 int main(int argc, char** argv) {
-  if (argc < 3)
-    return std::fprintf(stderr, "usage: bench_grid_error LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]\n"), 1;
-  const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
-  return relume::measure(argv[1], argv[2], static_cast<std::size_t>(number(3, 1000)), number(4, 1024),
-                         static_cast<std::uint32_t>(number(5, 65536)));
+  const bool bytes = argc > 1 && std::strcmp(argv[1], "--bytes") == 0;
+  const int first = bytes ? 2 : 1;
+  if (argc < first + 2) {
+    return std::fprintf(stderr,
+                        "usage: bench_grid_error [--bytes] LEVEL.glb LIGHTS|emissive [RECEIVERS [PATHS [SURFELS]]]\n"),
+           1;
+  }
+  const auto number = [&](int i, int otherwise) { return argc > first + i ? std::atoi(argv[first + i]) : otherwise; };
+  return relume::test::measure(bytes, {argv[first], argv[first + 1], static_cast<std::size_t>(number(2, 1000)),
+                                       number(3, 1024), static_cast<std::uint32_t>(number(4, 65536))});
 }
