@@ -373,12 +373,6 @@ bool placePoints(const CacheGrid& grid, const GridTextureLimits& limits, GridTex
   return false;
 }
 
-// Weights of the cubic B-spline for the points before, at, and two past the cell's lower corner, at f within it.
-std::array<float, 4> splineWeights(float f) {
-  const float g = 1.0f - f, f2 = f * f, g2 = g * g;
-  return {g * g2 / 6.0f, (4.0f - 3.0f * f2 * (2.0f - f)) / 6.0f, (4.0f - 3.0f * g2 * (2.0f - g)) / 6.0f, f * f2 / 6.0f};
-}
-
 // Sum of texels of the three halves that a normal reads.
 struct TexelSum {
   const GridTexture& texture;

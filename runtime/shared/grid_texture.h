@@ -17,6 +17,7 @@
 #include "relume/caches.h"
 #include "relume/relighter.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
@@ -76,6 +77,12 @@ GridTexture makeGridTexture(const Caches& caches, const GridTextureLimits& limit
 // A texel as the processor keeps it: luma vector [W/m²], weight, Co and Cg of the axis, all times the weight;
 // two of padding.
 inline constexpr std::size_t kTexelFloats = 8;
+
+// Weights of the cubic B-spline for the points before, at, and two past a cell's lower corner, at f [0..1] within it.
+inline std::array<float, 4> splineWeights(float f) {
+  const float g = 1.0f - f, f2 = f * f, g2 = g * g;
+  return {g * g2 / 6.0f, (4.0f - 3.0f * f2 * (2.0f - f)) / 6.0f, (4.0f - 3.0f * g2 * (2.0f - g)) / 6.0f, f * f2 / 6.0f};
+}
 
 // Irradiance [W/m²] at a receiver by texels [Size kTexelFloats * 6 * points], never negative; nothing where the cell is
 // not open, the position is more than half a spacing outside the grid, or no texel around knows any light. smooth: by a

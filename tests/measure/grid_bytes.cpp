@@ -7,6 +7,7 @@
 #include "formats/color.h"
 #include "formats/pack.h"
 #include "relume/relighter.h"
+#include "runtime/shared/grid_texture.h"
 #include "runtime/shared/resolve.h"
 #include "runtime/shared/stencil.h"
 #include "tests/measure/grid_receivers.h"
@@ -160,10 +161,11 @@ class PointTexture {
       const std::array<float, 8> weight = relume::trilinear(f);
       for (std::uint32_t c = 0; c < 8; ++c) add(cell + cornerOffset(c), weight[c]);
     } else {
+      const std::array<float, 4> x = splineWeights(f.x), y = splineWeights(f.y), z = splineWeights(f.z);
       for (std::uint32_t k = 0; k < 64; ++k) {
         const glm::uvec3 offset(k & 3, k >> 2 & 3, k >> 4);
         const glm::uvec3 at = glm::min(glm::max(cell + offset, glm::uvec3(1)) - 1u, r - 1u);
-        add(at, spline(f.x, offset.x) * spline(f.y, offset.y) * spline(f.z, offset.z));
+        add(at, x[offset.x] * y[offset.y] * z[offset.z]);
       }
     }
     if (!(sum[0] > 1e-3f)) return glm::vec3(0.0f);
@@ -175,12 +177,6 @@ class PointTexture {
   }
 
  private:
-  // Weight of the k-th of four points, at f within the cell between the second and the third.
-  static float spline(float f, std::uint32_t k) {
-    const float x = std::abs(f + 1.0f - static_cast<float>(k)), y = 2.0f - x;
-    return x < 1.0f ? (4.0f - 6.0f * x * x + 3.0f * x * x * x) / 6.0f : y * y * y / 6.0f;
-  }
-
   const Lattice& lattice_;
   const PointBasis& basis_;
   Reading reading_;
