@@ -51,6 +51,7 @@ class PhotonGrid {
   float faceArea(const glm::uvec3& point, int axis) const;
   // [m³]
   float cellVolume(const glm::uvec3& point) const;
+  const glm::vec3& spacing() const { return spacing_; }  // [m]
   std::size_t bytes() const { return vectors_.size() * sizeof(Vectors); }
 
   // Irradiance [W/m²] for a unit normal, not negative. smooth: by a cubic B-spline.
