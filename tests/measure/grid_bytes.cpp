@@ -212,7 +212,7 @@ void printBasis(const Lattice& lattice, const PointBasis& basis, const std::vect
   };
   const Row rows[] = {{Reading::trilinear, ""}, {Reading::spline, ", spline"}, {Reading::prefiltered, ", prefiltered"}};
   for (const Row& row : rows) {
-    if (row.reading != Reading::trilinear && basis.read != pointBases()[9].read) continue;
+    if (row.reading != Reading::trilinear && &basis != &pointBases()[kSixSlabs]) continue;
     const PointTexture texture(lattice, basis, row.reading);
     const auto by = [&](const PointTexture& t) {
       return compareReceivers(receivers, [&](const glm::vec3& p, const glm::vec3& n) { return t.read(p, n); });
@@ -235,7 +235,7 @@ void printBasis(const Lattice& lattice, const PointBasis& basis, const std::vect
 // The caches around, as the runtime reads them, their depth maps counted in.
 void printCaches(const Lattice& lattice, int bands, const RayTracer& tracer,
                  const std::vector<TracedReceiver>& receivers, const TimedReceivers& timed, Context& context) {
-  const PointBasis& basis = pointBases()[bands == 2 ? 1 : 3];
+  const PointBasis& basis = pointBases()[bands == 2 ? kTwoBands : kThreeBands];
   Caches caches;
   caches.grid = lattice.placed.grid;
   caches.positionWorld = lattice.placed.position;
@@ -338,7 +338,8 @@ bool printEqualBytes(const GridLevel& opened, const std::string& lights) {
       printBasis(lattice, basis, receivers, timed);
     }
     for (const int bands : {2, 3}) {
-      if (const Status ok = fit(pointBases()[bands == 2 ? 1 : 3].bytes + kDepthBytes); !ok) return fail(ok.error());
+      if (const Status ok = fit(pointBases()[bands == 2 ? kTwoBands : kThreeBands].bytes + kDepthBytes); !ok)
+        return fail(ok.error());
       printCaches(lattice, bands, *opened.tracer, receivers, timed, context);
     }
   }

@@ -270,11 +270,11 @@ int run(const char* file, int repetitions) {
       for (std::size_t k = 0; k < 3; ++k)
         truth[static_cast<int>(k)] = irradianceClamped(kMaxBands, std::span(exact[r]).subspan(k * kMaxCoefficients), n);
       truth = yCoCgToRgb(truth);
-      scores[0].add(pointBases()[1].read({&two[12 * r], 12}, n), truth);
-      scores[1].add(pointBases()[3].read({&three[17 * r], 17}, n), truth);
+      scores[0].add(pointBases()[kTwoBands].read({&two[12 * r], 12}, n), truth);
+      scores[1].add(pointBases()[kThreeBands].read({&three[17 * r], 17}, n), truth);
       scores[2].add(readCacheVectors(fromTwo[r], n), truth);
       scores[3].add(readCacheVectors(fromThree[r], n), truth);
-      scores[4].add(pointBases()[7].read({&eighteen[18 * r], 18}, n), truth);
+      scores[4].add(pointBases()[kEighteenNumbers].read({&eighteen[18 * r], 18}, n), truth);
       scores[5].add(readHalves([&](std::size_t half, std::size_t k) { return split[r][k][half]; }, n), truth);
       scores[6].add(readCacheVectors(whole, n), truth);
     }

@@ -35,5 +35,7 @@ struct PointBasis {
   std::size_t readNumbers() const { return halves ? numbers / 2 : numbers; }
 };
 std::span<const PointBasis> pointBases();
+// Where some of them stand there.
+inline constexpr std::size_t kTwoBands = 1, kThreeBands = 3, kEighteenNumbers = 7, kSixSlabs = 9;
 
 }  // namespace relume::test
